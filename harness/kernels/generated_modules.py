@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import platformdirs
+from gnomon.reference.storage import cachefolder
 
 WATCHERS: list[Callable[[bool], None]] = []
 """Each is called with True before a compilation in this process and with False after it."""
@@ -40,9 +41,15 @@ def module_name(source: str) -> str:
 
 @cache
 def load_module(source: str, path: str = "") -> types.ModuleType:
-    """A module of this text, named by its hash. It is not read from a file, also not from `path`: someone could edit it."""
-    name = module_name(source)
-    path, content = path or f"<{name}>", f"from __future__ import annotations\n{source}"
+    """A module of this text, named by its hash, whose lines tracebacks and numba's errors show.
+
+    Its text is also in the cache's folder, for readers, debuggers and profilers. It is not read from that file, nor from
+    `path`: someone could edit it.
+    """
+    name, content = module_name(source), f"from __future__ import annotations\n{source}"
+    folder, file = cache_folder(), f"{name}.py"
+    if not path:
+        path = str(folder / file) if cachefolder.show(folder, file, content.encode()) else f"<{name}>"
     linecache.cache[path] = (len(content), None, content.splitlines(keepends=True), path)
     module = types.ModuleType(name)
     sys.modules[name] = module

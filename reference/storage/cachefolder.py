@@ -59,6 +59,22 @@ def store(folder: Path, name: str, content: bytes) -> None:
         _write(descriptor, name, _code(_key(descriptor), name, content) + content)
 
 
+def show(folder: Path, name: str, content: bytes) -> bool:
+    """Put a file there for people, without a code: `load` refuses it. Gives whether it is there.
+
+    Raises ValueError where another user could write the folder.
+    """
+    if not KEEPS:
+        return False
+    try:
+        _make(folder)
+        with _opened(folder) as descriptor:
+            _write(descriptor, name, content)
+    except OSError:
+        return False
+    return True
+
+
 def store_or_warn(folder: Path, name: str, content: bytes) -> None:
     """Keep a file, or warn that the folder cannot be written. Raises ValueError where another user could write it."""
     try:

@@ -21,16 +21,15 @@ STARTED = time.time()
 
 
 class _Source(NamedTuple):
-    """A module's file, a hash of it, the names that it imports (functions and classes included), whether it acts.
+    """A module's file, its text (empty for a compiled file), a hash of it, and the package that contains the module.
 
-    A module acts if its import does more than import, define functions and set `__all__`. The hash is empty for a file
-    that was edited after this process had loaded the module.
+    The hash is empty for a file that was edited after this process had loaded the module.
     """
 
     file: Path
+    text: bytes
     digest: str
-    imports: frozenset[str]
-    acts: bool
+    package: str
 
 
 @cache
@@ -64,7 +63,8 @@ def sources(*modules: str, within: tuple[str, ...] = (OURS,)) -> dict[str, str]:
         if name in modules and "." not in name:
             folders.add(source.file.parent)
         found[name] = source.digest
-        waiting += [used for used in source.imports if _is_followed(used, packages, folders)]
+        if packages or folders:
+            waiting += [used for used in _read(name).imports if _is_followed(used, packages, folders)]
         waiting += [above for above in _packages(name) if _is_under(above, packages) and _acts(above)]
     return found
 
@@ -73,6 +73,7 @@ def forget() -> None:
     """Read all sources again at the next call, for a process in which they are edited."""
     closure.cache_clear()
     _source.cache_clear()
+    _read.cache_clear()
 
 
 def modules_of(value: Any) -> tuple[str, ...]:
@@ -108,8 +109,7 @@ def _packages(name: str) -> Iterator[str]:
 
 
 def _acts(package: str) -> bool:
-    source = _source(package)
-    return source is not None and source.acts
+    return _source(package) is not None and _read(package).acts
 
 
 @cache
@@ -120,14 +120,29 @@ def _source(module: str) -> _Source | None:
     if origin is None or not Path(origin).is_file():
         return None
     content, file = Path(origin).read_bytes(), Path(origin)
-    digest = hashlib.sha256(content).hexdigest()
-    if file.suffix != ".py":  # compiled
-        return _Source(file, digest, frozenset(), True)
-    tree = ast.parse(content)
-    if file.stat().st_mtime > STARTED and module in sys.modules and _differs(sys.modules[module], tree):
-        digest = ""
-    package = "" if specification is None else specification.parent or ""
-    return _Source(file, digest, frozenset(_imports(tree, package)), not all(map(_only_declares, tree.body)))
+    digest, text = hashlib.sha256(content).hexdigest(), content if file.suffix == ".py" else b""
+    if text and file.stat().st_mtime > STARTED and module in sys.modules:
+        digest = "" if _differs(sys.modules[module], ast.parse(text)) else digest
+    return _Source(file, text, digest, "" if specification is None else specification.parent or "")
+
+
+class _Read(NamedTuple):
+    """The names that a module imports (functions and classes included), and whether it acts.
+
+    A module acts if its import does more than import, define functions and set `__all__`, or if it is compiled.
+    """
+
+    imports: frozenset[str]
+    acts: bool
+
+
+@cache
+def _read(module: str) -> _Read:
+    source = _source(module)
+    assert source is not None
+    tree = ast.parse(source.text)
+    acts = source.file.suffix != ".py" or not all(map(_only_declares, tree.body))
+    return _Read(frozenset(_imports(tree, source.package)), acts)
 
 
 def _differs(module: ModuleType, tree: ast.Module) -> bool:
@@ -138,8 +153,8 @@ def _differs(module: ModuleType, tree: ast.Module) -> bool:
         waiting += [constant for constant in code.co_consts if isinstance(constant, CodeType)]
     values = [value for value in vars(module).values() if getattr(value, "__module__", None) == module.__name__]
     values += [part for value in values if isinstance(value, type) for part in vars(value).values()]
-    functions = [inspect.unwrap(value) for value in values if isinstance(value, FunctionType)]
-    loaded = [one.__code__ for one in functions if one.__module__ == module.__name__]
+    functions = [inspect.unwrap(value) for value in values if callable(value)]  # also what a decorator replaced
+    loaded = [one.__code__ for one in functions if isinstance(one, FunctionType) and one.__module__ == module.__name__]
     if not codes.issuperset(code for code in loaded if not code.co_filename.startswith("<")):  # "<string>": generated
         return True
     for statement in tree.body:

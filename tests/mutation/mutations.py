@@ -259,10 +259,10 @@ IMPLICIT = (
     ),
     Mutation(
         "gauss fast: the iteration of an ensemble may leave a hundred times as much",
-        f"{METHODS}/gauss/gauss_fast_ensemble.py",
+        f"{METHODS}/gauss/gauss_fast_constants.py",
         "",
-        "ITERATION_PORTION, HELD, HOLDABLE = 0.1,",
-        "ITERATION_PORTION, HELD, HOLDABLE = 10.0,",
+        "iteration_share_of_ensemble: float = 0.1",
+        "iteration_share_of_ensemble: float = 10.0",
         (f"{ON_METHODS}/test_gauss_fast_scale.py::test_an_ensembles_iteration_leaves_a_part_of_the_tolerance",),
     ),
 )
@@ -347,7 +347,7 @@ RUNNING = (
             ),
             ("relative imports are not followed", "_imports", "ast.ImportFrom)", "ast.ImportFrom) and not node.level"),
             ("imports inside functions are not followed", "_imports", "ast.walk(tree)", "tree.body"),
-            ("packages that act are left out", "_acts", "source.acts", "not source.acts"),
+            ("packages that act are left out", "_acts", "_read(package).acts", "not _read(package).acts"),
             ("code loaded before an edit counts as edited", "_source", "and module in sys.modules", "and False"),
             ("the functions of a motion are left out", "modules_of", "found.add(value.__module__)", "pass"),
         )

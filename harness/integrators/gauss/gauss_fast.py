@@ -15,36 +15,27 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, kept, rounded
 from gnomon.harness.integrators.base.step_control import check_tolerance
 from gnomon.harness.integrators.base.stepping import blank
-from gnomon.harness.integrators.gauss import gauss, gauss_fast_kernel, gauss_fast_text, radau
+from gnomon.harness.integrators.gauss import gauss, gauss_fast_constants, gauss_fast_kernel, radau
 from gnomon.harness.integrators.gauss.gauss import integrals, lagrange, nodes, rounding_residuals
-from gnomon.harness.integrators.gauss.gauss_fast_text import SCRATCH, SCRATCH_ROWS
+from gnomon.harness.integrators.gauss.gauss_fast_constants import SCRATCH, SCRATCH_ROWS, TUNING
+from gnomon.harness.integrators.gauss.gauss_fast_layout import layout
 from gnomon.reference.numerics.precision import nearest_double, working
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-LEAST_TOLERANCE, LOOSEST = 1e-16, 1e-4
-"""Tolerances above LOOSEST are replaced by it. In longer steps the stage polynomial does not estimate the error, and more
-rounds cost what fewer steps save: at 1e-2 Kepler's orbit in Sundman time took as many steps as at 1e-4, some of them wrong."""
+LEAST_TOLERANCE = 1e-16
 
 FINEST_SHARE = 1e-14
 """Share of the largest component: where the finest absolute tolerance of Radau IIA 5 is above it, Radau is not used."""
 
-ENSEMBLE, CHUNK = 16, 256
-"""From ENSEMBLE trajectories on, each vector holds eight of them, and CHUNK of them are one task of a thread."""
-
-USUAL_WIDTH, MOST_WIDTH = 2.1, 1.6
-"""`bandwidth` at a tolerance of 1e-6, and its limit: the rounds of ten motions were counted, and the pendulum timed. At
-loose tolerances these are 5 to 15 % fewer than with the stage polynomial continued, from 1e-9 on as many; Kepler's orbit
-in Sundman time takes up to 7 % more."""
-
 REASONS = {
-    gauss_fast_text.NOT_FINITE: "the equations gave a value that is not finite",
-    gauss_fast_text.STEP_TOO_SMALL: "the step size fell below the spacing of times",
-    gauss_fast_text.TOO_MANY_STEPS: f"more than {gauss_fast_text.MOST_STEPS} steps",
-    gauss_fast_text.STIFF: "the equations are stiff, and Radau IIA 5 stops too or has too coarse a tolerance",
-    gauss_fast_text.OUT_OF_RANGE: "the largest component of the start is not between "
-    f"{gauss_fast_text.SMALLEST:g} and {gauss_fast_text.LARGEST:g}; choose other units",
+    gauss_fast_constants.NOT_FINITE: "the equations gave a value that is not finite",
+    gauss_fast_constants.STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    gauss_fast_constants.TOO_MANY_STEPS: f"more than {gauss_fast_constants.MOST_STEPS} steps",
+    gauss_fast_constants.STIFF: "the equations are stiff, and Radau IIA 5 stops too or has too coarse a tolerance",
+    gauss_fast_constants.OUT_OF_RANGE: "the largest component of the start is not between "
+    f"{gauss_fast_constants.SMALLEST:g} and {gauss_fast_constants.LARGEST:g}; choose other units",
 }
 
 
@@ -69,30 +60,31 @@ class GaussFast(Integrator):
     name, order = "Gauss 8-stage SIMD", 16
     accepts = (FirstOrder, SecondOrder)
     sampling = "dense output"
-    sweep = Tolerance(LOOSEST, LEAST_TOLERANCE)
+    sweep = Tolerance(TUNING.loosest, LEAST_TOLERANCE)
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         check_tolerance(setting, LEAST_TOLERANCE)
         problem = problem.since_start()
-        setting, form = min(setting, LOOSEST), problem.form
+        setting, form = min(setting, TUNING.loosest), problem.form
         assert isinstance(form, FirstOrder | SecondOrder)
         form = form.source if isinstance(form, FirstOrder) and form.source is not None else form
-        arguments = (form, len(problem.parameters), problem.dimension, problem.counted)
+        arguments = (form, len(problem.parameters), problem.dimension)
         run = gauss_fast_kernel.compiled(*arguments)
-        coefficients = table(gauss_fast_kernel.layout(*arguments[:3]).second_order, bandwidth(setting))
+        coefficients = table(layout(*arguments).second_order, bandwidth(setting))
         buffer, times = problem.buffer, problem.times
 
         def solve(initial: Floats) -> Solution:
             out = blank(problem, initial)
-            stop = np.zeros(3, dtype=np.int64)
-            if len(initial) >= ENSEMBLE:
+            stop = np.zeros(4, dtype=np.int64)
+            if len(initial) >= TUNING.ensemble:
                 return together(initial, out, stop)
             taken = alone(initial, out, stop) if len(initial) == 1 else one_by_one(initial, out, stop, 0)
             return Solution(out, taken, reason(stop))
 
         def alone(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
             taken = run(buffer, coefficients, initial, times, setting, out, stop)
-            if stop[0] == gauss_fast_text.STIFF:
+            buffer[-1] += problem.counted * stop[3]
+            if stop[0] == gauss_fast_constants.STIFF:
                 instead = stiffly(problem, setting, initial)
                 if instead is not None:
                     taken, out[:], stop[0] = taken + (instead.steps or 0), instead.states, 0
@@ -101,33 +93,32 @@ class GaussFast(Integrator):
         def one_by_one(initial: Floats, out: Floats, stop: NDArray[np.int64], first: int) -> int:
             taken = 0
             for i in range(len(initial)):
-                one, end = slice(i, i + 1), np.zeros(3, dtype=np.int64)
+                one, end = slice(i, i + 1), np.zeros(4, dtype=np.int64)
                 taken += alone(initial[one], out[one], end)
                 if end[0] and not stop[0]:
-                    stop[:] = end[0], first + i, end[2]
+                    stop[:3] = end[0], first + i, end[2]
             return taken
 
         @cache
-        def compiled_ensemble() -> tuple[Callable[..., int], tuple[int, int]]:
+        def compiled_ensemble() -> tuple[Callable[..., int], int]:
             return gauss_fast_kernel.compiled_ensemble(*arguments)
 
         def together(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> Solution:
-            eight, shape = compiled_ensemble()
-            workers = 1 if problem.counted else os.cpu_count() or 1
+            eight, rows = compiled_ensemble()
 
-            def part(first: int) -> tuple[int, list[int]]:
-                here = slice(first, first + CHUNK)
-                left_over = np.zeros(CHUNK // 8, dtype=np.int64)
-                states = initial[here]
-                taken = eight(buffer, coefficients, states, times, setting, out[here], left_over, np.empty(shape))
-                return taken, [first + 8 * int(i) for i in np.flatnonzero(left_over)]
+            def part(first: int) -> tuple[int, int, list[int]]:
+                here = slice(first, first + TUNING.chunk)
+                left_over = np.zeros(TUNING.chunk // 8 + 1, dtype=np.int64)
+                taken = eight(buffer, coefficients, initial[here], times, setting, out[here], left_over, lines(rows))
+                return taken, int(left_over[-1]), [first + 8 * int(i) for i in np.flatnonzero(left_over[:-1])]
 
-            with ThreadPoolExecutor(workers) as threads:
-                parts = list(threads.map(part, range(0, len(initial), CHUNK)))
-            steps = sum(accepted for accepted, _ in parts)
-            for first in (first for _, firsts in parts for first in firsts):
-                here = slice(first, first + 8)
-                steps += one_by_one(initial[here], out[here], stop, first)
+            with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
+                parts = threads.map(part, range(0, len(initial), TUNING.chunk))
+                accepted, evaluations, left = zip(*parts, strict=True)
+            steps = sum(accepted)
+            buffer[-1] += problem.counted * sum(evaluations)
+            for first in (first for firsts in left for first in firsts):
+                steps += one_by_one(initial[first : first + 8], out[first : first + 8], stop, first)
             return Solution(out, int(steps), reason(stop))
 
         return Solver(solve)
@@ -165,15 +156,19 @@ def table(second_order: bool, width: float = 0.0) -> Floats:
             return rounded(rows(mp, second_order, width))
 
     found = kept(f"Gauss SIMD, second order: {second_order}, {width:g}", (__name__, gauss.__name__), build)
-    whole = SCRATCH + SCRATCH_ROWS
-    space = np.zeros(8 * whole + 8)
-    aligned = space[-space.ctypes.data % 64 // 8 :][: 8 * whole].reshape(whole, 8)
-    aligned[: len(found)] = found
-    return aligned
+    whole = lines(SCRATCH + SCRATCH_ROWS)
+    whole[: len(found)] = found
+    return whole
+
+
+def lines(count: int) -> Floats:
+    """Zeros (count, 8), each row of which is one line of the processor's cache."""
+    space = np.zeros(8 * count + 8)
+    return space[-space.ctypes.data % 64 // 8 :][: 8 * count].reshape(count, 8)
 
 
 def rows(mp: Any, second_order: bool, width: float) -> Table:
-    """Rows of the kernel's table, eight numbers each, in the sequence of `gauss_fast_text`."""
+    """Rows of the kernel's table, eight numbers each, in the sequence of `gauss_fast_constants`."""
     c = nodes(mp, 8)
     s = range(8)
     once, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))
@@ -210,8 +205,8 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
 
 def bandwidth(tolerance: float) -> float:
     """The assumed bandwidth of the slopes, in radians a step, of steps that err by this tolerance."""
-    width: float = USUAL_WIDTH * (tolerance / 1e-6) ** 0.11
-    return round(min(MOST_WIDTH, width), 1)
+    width = TUNING.usual_width * float((tolerance / 1e-6) ** TUNING.width_exponent)
+    return round(min(TUNING.most_width, width), 1)
 
 
 def extrapolation_weights(mp: Any, c: list[Any], width: float) -> list[list[Any]]:

@@ -1,232 +1,146 @@
-"""The fast Gauss method for ensembles, as source text: the lanes of a vector are eight trajectories.
+"""The fast Gauss method for ensembles, as text: the lanes of a vector are eight trajectories.
 
-The method is that of `gauss_fast_text`: guesses, rounds, error, compensated sums. The differences:
+The method is that of `gauss_fast_stepping`: guesses, rounds, error, compensated sums. The differences:
 
 - The eight trajectories of a vector share t and the step, and a whole number of steps fills the interval between two
-  samples, so that samples are ends of steps. Steps are kept equal until they err too much, could grow HOLDABLE times, or
-  EQUAL_STEPS_NEEDED of them could all have been a tenth longer.
+  samples, so that samples are ends of steps.
 - The stages lie in memory, in the rows of `work`. One loop computes their states and the next one the slopes: the
   processor has too few registers for both.
-- Only one of the guesses is computed, to measure its error: one matrix gives the states of the stages directly from the
-  last step's slopes.
-- Where derivatives are known a round corrects its slopes with them twice. The error that is left goes with the square of
-  the error before the round, so after this round with the square of the rate, where the corrections have converged
-  (`rest`): two rounds are usual at fine tolerances.
 - Sharp turns between two stages are not looked for.
 
-ITERATION_PORTION of the tolerance may remain of the iteration. As there, nothing is rounded the same way in every step:
-the error of energy is a random walk at the finest tolerance.
+As there, nothing is rounded the same way in every step: the error of energy is a random walk at the finest tolerance.
 
 A vector that cannot go on, or passes a pole, is recorded in `left_over`: the method for single trajectories integrates it
-again, and gives the reason where it stops too.
-
-A line with a `$` is repeated for the stages 1 to 7, which a sum over all stages adds to stage 0.
+again, and gives the reason where it stops too. See `lane_text` for the notation.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
+import itertools
 
-from gnomon.harness.integrators.gauss.gauss_fast_text import settled
-
-SIGNATURE = (
-    '"int64(float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1], '
-    'float64[:, ::1])"'
-)
+from gnomon.harness.integrators.gauss.gauss_fast_stages import CommonText
 
 
-def summed(name: str, of: str, matrix: str, line: str) -> str:
-    """Lines that compute a row of a matrix times the eight vectors r."""
-    return (
-        f"{name} = lanes({of}[{matrix}, j]) * r@_0\n"
-        f"            {name} = fma(lanes({of}[{matrix} + $, j]), r@_$, {name})\n"
-        f"            {line}"
-    )
+class EnsembleText(CommonText):
+    """The function `advance_eight` and those that it calls."""
 
+    def ensemble(self) -> str:
+        """The functions of the module."""
+        return """
+            {constants}
+            {rows_of_work}
+            {eight_stages}
+            {carry_on}
+            {advance_eight}
+        """
 
-BEGIN = "\n            "
+    def places_of_work(self) -> dict[str, int]:
+        """First rows of the parts of `work`, and their number as ROWS.
 
-FIRST_ORDER = {
-    "base": "b@ = y[@]",
-    "place": summed("x@", "work", "matrix", "x@ = fma(hh, x@, b@)"),
-    "keep": "put(work, POINTS + N * j + @, x@)",
-    "apart": "put(work, APART + N * j + @, (b@ - x@) + compensation[@])",
-    "point": "x@ = row(work, POINTS + N * j + @)",
-    "shift": summed("s@", "table", "STAGES", "s@ = fma(hh, s@, row(work, APART + N * j + @))"),
-    "residual": "compensation[@]",
-    "together": "<|fma(lanes(h), a@, fma(lanes(h), e@, compensation[@])), |>",
-    "slope_roundoff": "lanes(0.0)",
-}
-SECOND_ORDER = FIRST_ORDER | {
-    "base": "m, n = lanes(h * table[NODES_HIGH, j]), lanes(h * table[NODES_LOW, j])"
-    + BEGIN
-    + "b@ = fma(m, y[N + @], fma(n, y[N + @], y[@]))",
-    "place": summed("x@", "work", "matrix", "x@ = fma(hh * hh, x@, b@)"),
-    "apart": "l@ = fma(n, y[N + @], fma(m, y[N + @], y[@] - b@)) + compensation[@]"
-    + BEGIN
-    + "put(work, APART + N * j + @, (b@ - x@) + l@)",
-    "shift": summed("s@", "table", "STAGES", "s@ = fma(hh * hh, s@, row(work, APART + N * j + @))"),
-    "residual": "fma(lanes(h * h), i@, fma(lanes(h), compensation[N + @], compensation[@]))",
-    "together": "<|fma(lanes(h), y[N + @], fma(lanes(h * h), b@, residual@)), |>"
-    "<|fma(lanes(h), a@, fma(lanes(h), e@, compensation[N + @])), |>",
-    "slope_roundoff": "lanes(4 * ROUNDOFF / (h * h)) * reach",
-}
-WITH_VELOCITY = SECOND_ORDER | {
-    "place": SECOND_ORDER["place"] + BEGIN + summed("u@", "work", "matrix + 8", "u@ = fma(hh, u@, y[N + @])"),
-    "keep": SECOND_ORDER["keep"] + BEGIN + "put(work, POINTS + N * (8 + j) + @, u@)",
-    "apart": SECOND_ORDER["apart"]
-    + BEGIN
-    + "put(work, APART + N * (8 + j) + @, (y[N + @] - u@) + compensation[N + @])",
-    "point": SECOND_ORDER["point"] + BEGIN + "u@ = row(work, POINTS + N * (8 + j) + @)",
-    "shift": SECOND_ORDER["shift"]
-    + BEGIN
-    + summed("w@", "table", "ONCE", "w@ = fma(hh, w@, row(work, APART + N * (8 + j) + @))"),
-}
+        The matrix that gives the guesses, and its sums over the stages once and twice; the same sums for stages; the slopes
+        of two steps in turns; the last guess; places of the stages and their velocities; what the roundings of both left;
+        slopes before they are corrected; derivatives.
+        """
+        count, derivatives = self.layout.count, len(self.layout.derivatives)
+        names = "AFTER ONWARD FRESH SLOPES SLOPES_TOO GUESS POINTS APART FOUND FIRST_DERIVATIVE ROWS"
+        sizes = 8, 16, 16, 8 * count, 8 * count, count, 16 * count, 16 * count, 8 * count, 8 * derivatives
+        return dict(zip(names.split(), itertools.accumulate(sizes, initial=0), strict=True))
 
-PLAIN_ROUND = """off = lanes(0.0)
-        for j in range(8):
-            {point}
-            w = forcing(lanes(t + h * table[NODES, j]), k)
-            g = slopes(({placed}), w, k)
-            off = fma(size(lanes(g[@]) - row(work, new + N * j + @)), change_weight[@], off)
-            put(work, new + N * j + @, lanes(g[@]))
-"""
-ROUND_WITH_DERIVATIVES = """for j in range(8):
-            {point}
-            w = forcing(lanes(t + h * table[NODES, j]), k)
-            g = slopes(({placed}), w, k)
-            put(work, FOUND + N * j + @, lanes(g[@]))
-            for e in range(DERIVATIVES):
-                put(work, FIRST_DERIVATIVE + DERIVATIVES * j + e, lanes(g[N + e]))
-        r@_0 = row(work, FOUND + @)
-        r@_$ = row(work, FOUND + N * $ + @)
-        for j in range(8):
-            {shift}
-            CORRECTIONS
-            put(work, POINTS + N * j + @, row(work, FOUND + N * j + @) + c@)
-        r@_0 = row(work, POINTS + @)
-        r@_$ = row(work, POINTS + N * $ + @)
-        off, rest = lanes(0.0), lanes(0.0)
-        for j in range(8):
-            {shift}
-            CORRECTIONS
-            f@ = row(work, FOUND + N * j + @) + c@
-            off = fma(size(f@ - row(work, new + N * j + @)), change_weight[@], off)
-            rest = fma(size(f@ - row(work, POINTS + N * j + @)), change_weight[@], rest)
-            put(work, new + N * j + @, f@)
-"""
-NEARLY_SETTLED = """if change * max(rate * rate, assumed_rate) <= allowed_change and rate < SLOW and highest(rest) <= allowed_change:
-                break
-            """
+    def rows_of_work(self) -> str:
+        places = self.places_of_work() | {"DERIVATIVES": len(self.layout.derivatives)}
+        return "\n".join(f"{name} = {row}" for name, row in places.items())
 
-SIDES = "sides = poles((<|y[%], |>), forcing(lanes(0.0), k), k)"
-CROSSED = """beyond = poles((<|end%, |>), forcing(lanes(t + h), k), k)
-            failed = failed or CHANGED"""
+    def advance_eight(self) -> str:
+        """All trajectories, eight at a time. `left_over`: for each eight whether they failed, then the number of right-hand
+        sides."""
+        return """
+            @njit("int64({signature}, float64[:, ::1])", {options}, nogil=True)
+            def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
+                {limits}
+                taken, evaluations, many = 0, 0, initial.shape[0]
+                for first in range(0, many, 8):
+                    some = min(8, many - first)
+                    {start}
+                    while sample < times.size and not failed:
+                        {length}
+                        {guess}
+                        {scales}
+                        {solve}
+                        {sums}
+                        {error}
+                        {end_of_step}
+                        {sample}
+                        {stiffness}
+                        {next_step}
+                    left_over[first // 8] = failed
+                left_over[-1] += 64 * evaluations
+                return taken
+        """
 
-TEXT = """
-@njit(forceinline=True, INNER)
-def eight_stages(
-    t, h, y, compensation, k, table, work, change_weight, allowed_change, noise, assumed_rate, source, matrix, new
-):
-    hh = lanes(h)
-    before, rate, rounds = 0.0, 0.0, 0
-    while True:
-        r@_0 = row(work, source + @)
-        r@_$ = row(work, source + N * $ + @)
-        for j in range(8):
-            {base}
-            {place}
-            {keep}
-        {round}
-        if rounds == 0:
-            off = lanes(0.0)
-            off = fma(size(row(work, new + 7 * N + @) - row(work, GUESS + @)), change_weight[@], off)
-        change = highest(off)
-        rounds += 1
-        if rounds > 1:
-            rate = change / before if before > 0.0 else 0.0
-            {convergence_test}
-        before, source, matrix = change, new, FRESH
-    return rounds, rate
+    def limits(self) -> str:
+        """What the tolerance determines, and the matrices at their places in `work`."""
+        return """
+            p = ({parameters})
+            k = constants(p)
+            end = times[-1]
+            fine_ratio = min(tolerance / FINE, 1.0)
+            allowed_change, noise = (
+                8 * ITERATION_SHARE_OF_ENSEMBLE * max(tolerance, ROUNDOFF / 4) * fine_ratio**10, 8 * NOISE * ROUNDOFF
+            )
+            for j in range(8):
+                put(work, FRESH + j, row(table, STAGES + j))
+                put(work, FRESH + 8 + j, row(table, ONCE + j))
+        """
 
+    def start(self) -> str:
+        """The last trajectory fills the lanes that are left."""
+        return """
+            y% = lanes(0.0)
+            compensation% = lanes(0.0)
+            for i in range(8):
+                y% = with_lane(y%, i, initial[first + min(i, some - 1), %])
+            y, compensation = (<|y%, |>), (<|compensation%, |>)
+            g = slopes((<|y[@], |>), forcing(lanes(0.0), k), k)  #? not with_velocity
+            g = slopes((<|y[%], |>), forcing(lanes(0.0), k), k)  #? with_velocity
+            furthest, largest, fastest = 0.0, 0.0, 0.0
+            size@ = size(lanes(g[@]))
+            furthest = max(furthest, highest(size(y[@])))
+            largest = max(largest, highest(size({rate})))
+            fastest = max(fastest, highest(size@))
+            slope_at_start@ = lanes(g[@])
+            sides = poles((<|y[%], |>), forcing(lanes(0.0), k), k)  #? poles
+            {first_step}
+            old, new, wanted_step = SLOPES, SLOPES_TOO, first_step
+            t, sample, attempts, stiff, steps_left, last, ratio = 0.0, 0, 0, 0, 0.0, 0.0, 0.0
+            failed, rejected, equal_steps, common_growth = False, False, 0, GROW_MOST
+            reach, extent = lanes(0.0), lanes(0.0)
+            reach = larger(reach, size(y[@]))
+            extent = larger(extent, size(y[%]))
+            for i in range(some):
+                failed = failed or lane(extent, i) > LARGEST or 0.0 < lane(extent, i) < SMALLEST
+        """
 
-@njit(INNER)
-def carry_on(table, work, ratio):
-    # The matrix that continues the stage polynomial into a step `ratio` times as long, and its integrals.
-    for k in range(8):
-        for j in range(8):
-            value, power = 0.0, 1.0
-            for m in range(8):
-                value += table[POWERS + m, j] * power * table[MONOMIALS + k, m]
-                power *= ratio
-            work[AFTER + k, j] = value
-    for k in range(8):
-        for j in range(8):
-            once, value = 0.0, 0.0
-            for m in range(8):
-                value += table[STAGES + m, j] * work[AFTER + k, m]
-                once += table[ONCE + m, j] * work[AFTER + k, m]
-            work[ONWARD + k, j] = value
-            work[ONWARD + 8 + k, j] = once
-
-
-@njit(TOGETHER, OPTIONS, nogil=True)
-def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
-    p = (PARAMETERS)
-    k = constants(p)
-    fine_ratio = min(tolerance / FINE, 1.0)
-    # Changes are sums over eight stages.
-    allowed_change, noise = (
-        8 * ITERATION_PORTION * max(tolerance, ROUNDOFF / 4) * fine_ratio**10, 8 * NOISE * ROUNDOFF
-    )
-    taken, many, end = 0, initial.shape[0], times[-1]
-    # Each row is one cache line.
-    lead = (-np.int64(work.ctypes.data) & 63) // 8
-    work = work.reshape(work.size)[lead : lead + 8 * ROWS].reshape(ROWS, 8)
-    for j in range(8):
-        put(work, FRESH + j, row(table, STAGES + j))
-        put(work, FRESH + 8 + j, row(table, ONCE + j))
-    for first in range(0, many, 8):
-        some = min(8, many - first)
-        y% = lanes(0.0)
-        compensation% = lanes(0.0)
-        for i in range(8):
-            y% = with_lane(y%, i, initial[first + min(i, some - 1), %])
-        y, compensation = (<|y%, |>), (<|compensation%, |>)
-        g = slopes(({placed_at_start}), forcing(lanes(0.0), k), k)
-        furthest, largest, fastest = 0.0, 0.0, 0.0
-        size@ = size(lanes(g[@]))
-        furthest = max(furthest, highest(size(y[@])))
-        largest = max(largest, highest(size({rate})))
-        fastest = max(fastest, highest(size@))
-        slope_at_start@ = lanes(g[@])
-        {sides}
-        old, new = SLOPES, SLOPES_TOO
-        wanted_step = min({first}, end)
-        t, sample, attempts, stiff, steps_left, last, ratio = 0.0, 0, 0, 0, 0.0, 0.0, 0.0
-        failed, rejected, equal_steps, common_growth = False, False, 0, GROW_MOST
-        reach, extent = lanes(0.0), lanes(0.0)
-        reach = larger(reach, size(y[@]))
-        extent = larger(extent, size(y[%]))
-        for i in range(some):
-            failed = failed or lane(extent, i) > LARGEST or 0.0 < lane(extent, i) < SMALLEST
-        while sample < times.size and not failed:
-            # The number of equal steps to the next sample.
+    def length(self) -> str:
+        """The number of equal steps to the next sample, and their length; the last one ends there."""
+        return """
             if steps_left < 1.0:
-                steps_left = np.ceil((times[sample] - t) / (wanted_step * 1.000001))
+                steps_left = np.ceil((times[sample] - t) / (wanted_step * ROUNDING_OF_STEPS))
             h = (times[sample] - t) / steps_left if steps_left < 1e15 else 0.0
-            # Few bits: products with the high parts of the nodes, and the square, are then exact.
-            h = double(bits(h) & -(1 << 27)) if steps_left > 1.0 else h
+            h = few_bits(h) if steps_left > 1.0 else h
             attempts += 1
             if not (t + h / 4 > t and h < np.inf) or attempts > MOST_ATTEMPTS:
                 failed = True
                 break
+        """
+
+    def guess(self) -> str:
+        """Only the last guess is computed, to measure the error of all: one matrix gives the states of the stages directly from
+        the slopes of the last step."""
+        return """
             if last > 0.0:
-                if not abs(h / last - ratio) < 1e-7:
+                if not abs(h / last - ratio) < EQUAL_WITHIN:
                     ratio = h / last
                     carry_on(table, work, ratio)
-                # One of the guesses is enough to measure their error.
                 x@ = lanes(work[AFTER, 7]) * row(work, old + @)
                 x@ = fma(lanes(work[AFTER + $, 7]), row(work, old + N * $ + @), x@)
                 put(work, GUESS + @, x@)
@@ -234,24 +148,183 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
                 put(work, GUESS + @, slope_at_start@)
                 for j in range(8):
                     put(work, old + N * j + @, slope_at_start@)
+        """
+
+    def carry_on(self) -> str:
+        """The matrix that continues the stage polynomial into a step `ratio` times as long, and its integrals."""
+        return """
+            @njit({inner})
+            def carry_on(table, work, ratio):
+                for k in range(8):
+                    for j in range(8):
+                        value, power = 0.0, 1.0
+                        for m in range(8):
+                            value += table[POWERS + m, j] * power * table[MONOMIALS + k, m]
+                            power *= ratio
+                        work[AFTER + k, j] = value
+                for k in range(8):
+                    for j in range(8):
+                        once, value = 0.0, 0.0
+                        for m in range(8):
+                            value += table[STAGES + m, j] * work[AFTER + k, m]
+                            once += table[ONCE + m, j] * work[AFTER + k, m]
+                        work[ONWARD + k, j] = value
+                        work[ONWARD + 8 + k, j] = once
+        """
+
+    def scales(self) -> str:
+        return """
             scale_floor = lanes(0.0)
             scale_floor = larger(scale_floor, size@)
-            slope_roundoff = {slope_roundoff}
-            scale_floor = larger(lanes(h * max(LEAST_SHARE, 16 * ROUNDOFF / tolerance)) * scale_floor, lanes(h) * slope_roundoff)
+            slope_roundoff = lanes(0.0)  #? first_order
+            slope_roundoff = lanes(SLOPE_ROUNDINGS * ROUNDOFF / (h * h)) * reach  #? second_order
+            least_share = h * max(LEAST_SHARE, SCALE_ROUNDINGS * ROUNDOFF / tolerance)
+            scale_floor = larger(lanes(least_share) * scale_floor, lanes(h) * slope_roundoff)
             scale@ = larger(larger(larger(size({rate}), lanes(h) * size@), scale_floor), lanes(TINY))
             change_weight@ = lanes(h) / scale@
             largest_inverse_scale = lanes(0.0)
             largest_inverse_scale = larger(largest_inverse_scale, lanes(1.0) / scale@)
-            step_noise = noise * max(1.0, h * highest(slope_roundoff * largest_inverse_scale) / (4 * ROUNDOFF))
+            step_noise = noise * max(1.0, h * highest(slope_roundoff * largest_inverse_scale) / (SLOPE_ROUNDINGS * ROUNDOFF))
+        """
+
+    def solve(self) -> str:
+        return """
             assumed_rate, matrix = (BEST_RATE_FINEST, ONWARD) if last > 0.0 else (1.0, FRESH)
             rounds, rate = eight_stages(
                 t, h, y, compensation, k, table, work, (<|change_weight@, |>), allowed_change, step_noise, assumed_rate, old,
                 matrix, new
             )
-            COUNT 8 * abs(rounds)
+            evaluations += abs(rounds)
             if rounds < 0:
-                wanted_step, steps_left, rejected = 0.3 * h, 0.0, True
+                wanted_step, steps_left, rejected = SHRINK * h, 0.0, True
                 continue
+        """
+
+    def eight_stages(self) -> str:
+        """The iteration: see `gauss_fast_stages`. `source` and `matrix`: rows of the slopes of the round before, first of the
+        last step, and of the matrix that gives places from them; `new`: rows of the result."""
+        return """
+            @njit(forceinline=True, {inner})
+            def eight_stages(
+                t, h, y, compensation, k, table, work, change_weight, allowed_change, noise, assumed_rate, source, matrix, new
+            ):
+                hh = lanes(h)
+                before, rate, rounds = 0.0, 0.0, 0
+                while True:
+                    r@_0 = row(work, source + @)
+                    r@_$ = row(work, source + N * $ + @)
+                    for j in range(8):
+                        {places}
+                    {plain_round}  #? not derivatives
+                    {corrected_round}  #? derivatives
+                    if rounds == 0:
+                        off = lanes(0.0)
+                        off = fma(size(row(work, new + 7 * N + @) - row(work, GUESS + @)), change_weight[@], off)
+                    change = highest(off)
+                    rounds += 1
+                    if rounds > 1:
+                        rate = change / before if before > 0.0 else 0.0
+                        expected = change * max(rate * rate, assumed_rate)  #? derivatives
+                        if expected <= allowed_change and rate < SLOW and highest(rest) <= allowed_change:  #? derivatives
+                            break
+                        {convergence}
+                    before, source, matrix = change, new, FRESH
+                return rounds, rate
+        """
+
+    def places(self) -> str:
+        """The places and velocities of a stage, and for corrections what their rounding left out."""
+        return """
+            b@ = y[@]  #? first_order
+            m, n = lanes(h * table[NODES_HIGH, j]), lanes(h * table[NODES_LOW, j])  #? second_order
+            b@ = fma(m, y[&], fma(n, y[&], y[@]))  #? second_order
+            x@ = lanes(work[matrix, j]) * r@_0
+            x@ = fma(lanes(work[matrix + $, j]), r@_$, x@)
+            x@ = fma(hh, x@, b@)  #? first_order
+            x@ = fma(hh * hh, x@, b@)  #? second_order
+            u@ = lanes(work[matrix + 8, j]) * r@_0  #? with_velocity
+            u@ = fma(lanes(work[matrix + 8 + $, j]), r@_$, u@)  #? with_velocity
+            u@ = fma(hh, u@, y[&])  #? with_velocity
+            put(work, POINTS + N * j + @, x@)
+            put(work, POINTS + N * (8 + j) + @, u@)  #? with_velocity
+            l@ = compensation[@]  #? derivatives and first_order
+            l@ = fma(n, y[&], fma(m, y[&], y[@] - b@)) + compensation[@]  #? derivatives and second_order
+            put(work, APART + N * j + @, (b@ - x@) + l@)  #? derivatives
+            put(work, APART + N * (8 + j) + @, (y[&] - u@) + compensation[&])  #? derivatives and with_velocity
+        """
+
+    def slopes_of_stage(self) -> str:
+        return """
+            x@ = row(work, POINTS + N * j + @)
+            u@ = row(work, POINTS + N * (8 + j) + @)  #? with_velocity
+            w = forcing(lanes(t + h * table[NODES, j]), k)
+            g = slopes(({placed}), w, k)
+        """
+
+    def plain_round(self) -> str:
+        """The new slopes g."""
+        return """
+            off = lanes(0.0)
+            for j in range(8):
+                {slopes_of_stage}
+                off = fma(size(lanes(g[@]) - row(work, new + N * j + @)), change_weight[@], off)
+                put(work, new + N * j + @, lanes(g[@]))
+        """
+
+    def corrected_round(self) -> str:
+        """With derivatives J the new slopes are corrected twice, by J h A c with the corrections c of all stages, first of
+        none.
+
+        The error that is left goes with the square of the error before the round, so after this round with the square of
+        the rate, where the corrections have converged (`rest`): two rounds are usual at fine tolerances.
+        """
+        return """
+            for j in range(8):
+                {slopes_of_stage}
+                put(work, FOUND + N * j + @, lanes(g[@]))
+                for e in range(DERIVATIVES):
+                    put(work, FIRST_DERIVATIVE + DERIVATIVES * j + e, lanes(g[N + e]))
+            r@_0 = row(work, FOUND + @)
+            r@_$ = row(work, FOUND + N * $ + @)
+            for j in range(8):
+                {corrections}
+                put(work, POINTS + N * j + @, row(work, FOUND + N * j + @) + c@)
+            r@_0 = row(work, POINTS + @)
+            r@_$ = row(work, POINTS + N * $ + @)
+            off, rest = lanes(0.0), lanes(0.0)
+            for j in range(8):
+                {corrections}
+                f@ = row(work, FOUND + N * j + @) + c@
+                off = fma(size(f@ - row(work, new + N * j + @)), change_weight[@], off)
+                rest = fma(size(f@ - row(work, POINTS + N * j + @)), change_weight[@], rest)
+                put(work, new + N * j + @, f@)
+        """
+
+    def corrections(self) -> str:
+        """By how much the places s and the velocities w of a stage change, and so its slopes."""
+        return """
+            s@ = lanes(table[STAGES, j]) * r@_0
+            s@ = fma(lanes(table[STAGES + $, j]), r@_$, s@)
+            s@ = fma(hh, s@, row(work, APART + N * j + @))  #? first_order
+            s@ = fma(hh * hh, s@, row(work, APART + N * j + @))  #? second_order
+            w@ = lanes(table[ONCE, j]) * r@_0  #? with_velocity
+            w@ = fma(lanes(table[ONCE + $, j]), r@_$, w@)  #? with_velocity
+            w@ = fma(hh, w@, row(work, APART + N * (8 + j) + @))  #? with_velocity
+            c@ = lanes(0.0)
+            {corrections_by_derivatives}
+        """
+
+    def corrections_by_derivatives(self) -> str:
+        count, found = self.layout.count, []
+        for n, (i, j, _) in enumerate(self.layout.derivatives):
+            shift = f"{'s' if j < count else 'w'}{j % count}"
+            found.append(f"c{i} = fma(row(work, FIRST_DERIVATIVE + DERIVATIVES * j + {n}), {shift}, c{i})")
+        return "\n".join(found)
+
+    def sums(self) -> str:
+        """Over the stages: the sums for positions and velocities with the residuals of their weights, the Legendre coefficients
+        c and d of degree 6 and 7, the mean size of the slopes."""
+        return """
             a@ = lanes(0.0)
             b@ = lanes(0.0)
             c@ = lanes(0.0)
@@ -269,6 +342,11 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
                 d@ = fma(lanes(table[HIGHEST + 3, j]), f@, d@)
                 s@ = s@ + size(f@)
             size@ = s@ * lanes(0.125)
+        """
+
+    def error(self) -> str:
+        """That of `gauss_fast_stepping`, of the worst trajectory, without sharp turns."""
+        return """
             c@ = larger(size(c@) - slope_roundoff, lanes(0.0))
             d@ = larger(size(d@) - slope_roundoff, lanes(0.0))
             error = lanes(0.0)
@@ -279,16 +357,30 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
             if not worst <= MOST_ERROR:
                 wanted_step, steps_left, rejected = h * max(SHRINK_MOST, 1 / shrink_factor), 0.0, True
                 continue
-            residual@ = {residual}
-            change = ({together})
-            end% = y[%] + change[%]
-            back% = end% - y[%]
-            compensation% = (y[%] - (end% - back%)) + (change[%] - back%)
-            {crossed}
+        """
+
+    def end_of_step(self) -> str:
+        """The compensated update."""
+        return """
+            change = (<|fma(lanes(h), a@, fma(lanes(h), e@, compensation[@])), |>)  #? first_order
+            speed@ = fma(lanes(h), a@, fma(lanes(h), e@, compensation[&]))  #? second_order
+            place@ = fma(lanes(h * h), i@, fma(lanes(h), compensation[&], compensation[@]))  #? second_order
+            place@ = fma(lanes(h), y[&], fma(lanes(h * h), b@, place@))  #? second_order
+            change = (<|place@, |><|speed@, |>)  #? second_order
+            end%, compensation% = summed(y[%], change[%])
+            beyond = poles((<|end%, |>), forcing(lanes(t + h), k), k)  #? poles
+            failed = failed or {sign_changed}  #? poles
             y, compensation = (<|end%, |>), (<|compensation%, |>)
             old, new = new, old
             last, taken, steps_left = h, taken + some, steps_left - 1.0
             t = times[sample] if steps_left < 1.0 else t + h
+        """
+
+    def sign_changed(self) -> str:
+        return " or ".join(f"highest(-(beyond[{i}] * sides[{i}])) > 0.0" for i in range(len(self.layout.poles)))
+
+    def sample(self) -> str:
+        return """
             if steps_left < 1.0:
                 finite = lanes(0.0)
                 finite = finite + size(y[%] - y[%])
@@ -296,63 +388,33 @@ def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
                 for i in range(some):
                     out[first + i, sample, %] = lane(y[%], i)
                 sample += 1
-            if rate > FAST / 2:
+        """
+
+    def stiffness(self) -> str:
+        return """
+            if rate > STIFF_RATE_OF_ENSEMBLE:
                 most, moves = lanes(TINY), lanes(0.0)
                 most = larger(most, size({rate}))
                 moves = larger(moves, lanes(h) * size@ / larger(size({rate}) + lanes(LEAST_MOVING) * most, lanes(TINY)))
                 stiff = stiff + 1 if highest(moves) < SLOW_MOTION else max(stiff - 1, 0)
                 failed = failed or stiff > MOST_STIFF
+        """
+
+    def next_step(self) -> str:
+        """Steps are kept equal until they err too much, could grow HOLD_OF_ENSEMBLE times, or EQUAL_STEPS_NEEDED of them could
+        all have grown by LEAST_GROWTH."""
+        return """
             grow = min(1 / shrink_factor, 1.0 if rejected else GROW_MOST)
-            if rate > FAST and rounds > 2:
-                grow = min(grow, max(0.5, FAST / rate))
+            if rate > FAST and rounds > SETTLING:
+                grow = min(grow, max(SHRINK_BY_RATE, FAST / rate))
             equal_steps, common_growth = equal_steps + 1, min(common_growth, grow)
-            if HELD <= grow <= HOLDABLE:
-                # The growth that all of these steps allowed.
-                grow = common_growth if equal_steps == EQUAL_STEPS_NEEDED and common_growth > 1.1 else 1.0
-            elif grow > HOLDABLE:
+            if HOLD_FROM <= grow <= HOLD_OF_ENSEMBLE:
+                grow = common_growth if equal_steps == EQUAL_STEPS_NEEDED and common_growth > LEAST_GROWTH else 1.0
+            elif grow > HOLD_OF_ENSEMBLE:
                 grow /= LEAP
             if grow != 1.0:
                 wanted_step, steps_left = h * grow, 0.0
             if grow != 1.0 or equal_steps == EQUAL_STEPS_NEEDED or rejected:
                 equal_steps, common_growth = 0, GROW_MOST
             rejected = False
-        left_over[first // 8] = failed
-    return taken
-"""
-
-
-def text(words: Mapping[str, str], entries: list[tuple[int, int]], count: int, poles: int) -> tuple[str, int]:
-    """The text, to be expanded for `count` components, and the number of rows of `work`.
-
-    `entries`: (slope, component of the state) of each derivative that `slopes` returns after the slopes. `poles`: their
-    number.
-    """
-    changed = " or ".join(f"highest(-(beyond[{i}] * sides[{i}])) > 0.0" for i in range(poles))
-    words = {**words, "sides": SIDES if poles else "", "crossed": CROSSED.replace("CHANGED", changed) if poles else ""}
-    lines = [f"c{i} = lanes(0.0)" for i in range(count)]
-    for n, (i, j) in enumerate(entries):
-        shift = f"{'s' if j < count else 'w'}{j % count}"
-        lines.append(f"c{i} = fma(row(work, FIRST_DERIVATIVE + DERIVATIVES * j + {n}), {shift}, c{i})")
-    body = TEXT.replace("{round}", ROUND_WITH_DERIVATIVES if entries else PLAIN_ROUND)
-    body = body.replace("{keep}", "{keep}" + BEGIN + "{apart}" if entries else "{keep}")
-    body = body.replace("CORRECTIONS", BEGIN.join(lines))
-    body = body.replace("{convergence_test}", (NEARLY_SETTLED if entries else "") + settled(12))
-    for word, meaning in words.items():
-        body = body.replace("{" + word + "}", meaning)
-    size = 8 * count
-    sizes = {
-        "AFTER": 8, "ONWARD": 16, "FRESH": 16, "SLOPES": size, "SLOPES_TOO": size, "GUESS": count, "POINTS": 2 * size,
-        "APART": 2 * size, "FOUND": size, "FIRST_DERIVATIVE": 8 * len(entries),
-    }  # fmt: skip
-    rows = 0
-    head = f"N, DERIVATIVES, MOST_ATTEMPTS = {count}, {len(entries)}, {10**7}\n"
-    head += "ITERATION_PORTION, HELD, HOLDABLE = 0.1, 0.9, 2.2\n"
-    for name, many in sizes.items():
-        head += f"{name} = {rows}\n"
-        rows += many
-    return head + f"ROWS = {rows}\n" + body, rows + 1
-
-
-def over_stages(source: str) -> str:
-    """The text with each line that has a `$` repeated for the stages 1 to 7."""
-    return re.sub(r"^.*\$.*\n", lambda x: "".join(x[0].replace("$", str(j)) for j in range(1, 8)), source, flags=re.M)
+        """

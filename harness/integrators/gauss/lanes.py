@@ -12,7 +12,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-from gnomon.harness.integrators.gauss.gauss_fast_text import SCRATCH, SCRATCH_ROWS
+from gnomon.harness.integrators.gauss.gauss_fast_constants import SCRATCH, SCRATCH_ROWS
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils, typing

@@ -15,7 +15,7 @@ import pytest
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, Transition
 from gnomon.harness.contract import sources
 from gnomon.harness.contract.integrator import Problem
-from gnomon.harness.integrators.gauss.gauss_fast_kernel import layout
+from gnomon.harness.integrators.gauss.gauss_fast_layout import layout
 from gnomon.harness.kernels.equations import gather, kernel
 from gnomon.harness.kernels.staged_code import code
 from gnomon.harness.registry import lookup

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from dataclasses import replace
 from math import sqrt
 from typing import Any
 
@@ -13,8 +13,9 @@ from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem, Solution
 from gnomon.harness.contract.problem import initial_state, problem_of
-from gnomon.harness.integrators.gauss import gauss_fast_kernel, gauss_fast_text, radau
+from gnomon.harness.integrators.gauss import gauss_fast_constants, gauss_fast_kernel, radau
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
+from gnomon.harness.integrators.gauss.gauss_fast_stepping import SingleText
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -99,35 +100,29 @@ def test_a_motion_may_decay_to_zero() -> None:
 
 
 @pytest.fixture
-def patched_text(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, str], None]:
-    """A function that replaces a piece of the method's source."""
-
-    def patch(old: str, new: str) -> None:
-        assert old in gauss_fast_text.HEAD
-        monkeypatch.setattr(gauss_fast_text, "HEAD", gauss_fast_text.HEAD.replace(old, new))
-        monkeypatch.setattr(gauss_fast_kernel, "compiled", gauss_fast_kernel.compiled.__wrapped__)
-
-    return patch
+def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """For patches of the method's text."""
+    monkeypatch.setattr(gauss_fast_kernel, "compiled", gauss_fast_kernel.compiled.__wrapped__)
+    return monkeypatch
 
 
-def test_a_sample_whose_stages_are_not_found_is_no_result(patched_text: Callable[[str, str], None]) -> None:
+def test_a_sample_whose_stages_are_not_found_is_no_result(compiled_anew: pytest.MonkeyPatch) -> None:
     """No equations are known whose steps converge while their samples do not, so here samples get no attempt."""
-    patched_text("3e-16, 4\n", "3e-16, 0\n")
+    compiled_anew.setattr(gauss_fast_constants, "TUNING", replace(gauss_fast_constants.TUNING, tries=0))
     found = motion("oscillator", 1.0, 1e-9, 1)
     assert found.stopped is not None
     assert np.isnan(found.states[0, -1]).all()
 
 
-def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(
-    monkeypatch: pytest.MonkeyPatch, patched_text: Callable[[str, str], None]
-) -> None:
+def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(compiled_anew: pytest.MonkeyPatch) -> None:
     """Here samples fail within steps longer than .3, and must be right all the same."""
-    advance = gauss_fast_text.ADVANCE
-    assert "unsolved = again <= 0" in advance
-    monkeypatch.setattr(
-        gauss_fast_text, "ADVANCE", advance.replace("unsolved = again <= 0", "unsolved = again <= 0 or step > 0.3")
-    )
-    patched_text("TRIES", "TRIES")
+    samples = SingleText.samples
+
+    def failing(text: SingleText) -> str:
+        assert "unsolved = again <= 0" in samples(text)
+        return samples(text).replace("unsolved = again <= 0", "unsolved = again <= 0 or step > 0.3")
+
+    compiled_anew.setattr(SingleText, "samples", failing)
     found = motion("oscillator", 1.0, 1e-9, 1)
     assert found.stopped is None
     times = np.linspace(0.0, 20.0, 8)[1:]

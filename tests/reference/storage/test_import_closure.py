@@ -204,13 +204,15 @@ def test_kept_states_are_those_of_their_times(package, monkeypatch):
         ("return STEP", "return 2 * STEP"),
         ("STEP = 1", "STEP = 3"),
         ("return self.size", "return -self.size"),
+        ("return 1 / STEP", "return 2 / STEP"),
     ],
-    ids=["function", "constant", "method"],
+    ids=["function", "constant", "method", "decorated function"],
 )
 def test_what_was_loaded_before_an_edit_has_no_key(tmp_path, old, new):
     """A process that runs while its sources are edited computes with the old code: under a key of the new text its results
     would be served to those who run the new code."""
     text = "STEP = 1\nclass Ball:\n    def radius(self):\n        return self.size\ndef step():\n    return STEP\n"
+    text += "from numba import njit\n@njit\ndef inverse():\n    return 1 / STEP\n"
     write(tmp_path / "closed/edited_while_running", text)
     importlib.import_module("closed.edited_while_running")
     assert closure("closed.edited_while_running", within=()) is not None

@@ -20,10 +20,11 @@ from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem, Refused
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
-from gnomon.harness.integrators.gauss import gauss_fast, gauss_fast_kernel, gauss_fast_text
+from gnomon.harness.integrators.gauss import gauss_fast, gauss_fast_constants, gauss_fast_kernel
 from gnomon.harness.integrators.gauss.gauss import Gauss, integrals, nodes
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, extrapolation_weights, table
-from gnomon.harness.integrators.gauss.gauss_fast_kernel import layout
+from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
+from gnomon.harness.integrators.gauss.gauss_fast_layout import layout
 from gnomon.harness.kernels.generated_modules import load_module
 from gnomon.harness.studies.growth import Subject, energy_errors
 from gnomon.harness.studies.order_measurement import measure_order_exactly
@@ -166,44 +167,46 @@ def test_order_in_sixty_digits() -> None:
 def test_the_table_is_the_rounding_of_the_exact_method() -> None:
     """Weights and powers of the nodes integrate polynomials up to degree 15; the stage matrix up to degree 7."""
     first, second = table(False), table(True)
-    nodes, weights = first[gauss_fast_text.NODES], first[gauss_fast_text.WEIGHTS]
+    nodes, weights = first[gauss_fast_constants.NODES], first[gauss_fast_constants.WEIGHTS]
     for degree in range(16):
         assert weights @ nodes**degree == pytest.approx(1 / (degree + 1), rel=1e-14)
     for degree in range(8):
         power = nodes**degree
-        assert first[gauss_fast_text.STAGES :][:8].T @ power == pytest.approx(
+        assert first[gauss_fast_constants.STAGES :][:8].T @ power == pytest.approx(
             nodes ** (degree + 1) / (degree + 1), rel=1e-12, abs=1e-16
         )
         if degree < 7:  # the first of the two integrals must be of degree 7 at most for the second one to be exact
             twice = nodes ** (degree + 2) / ((degree + 1) * (degree + 2))
-            assert second[gauss_fast_text.STAGES :][:8].T @ power == pytest.approx(twice, rel=1e-12, abs=1e-16)
-            assert second[gauss_fast_text.POWERED + degree] == pytest.approx(twice, rel=1e-12, abs=1e-16)
-        assert first[gauss_fast_text.POWERED + degree] == pytest.approx(
+            assert second[gauss_fast_constants.STAGES :][:8].T @ power == pytest.approx(twice, rel=1e-12, abs=1e-16)
+            assert second[gauss_fast_constants.POWERED + degree] == pytest.approx(twice, rel=1e-12, abs=1e-16)
+        assert first[gauss_fast_constants.POWERED + degree] == pytest.approx(
             nodes ** (degree + 1) / (degree + 1), rel=1e-12, abs=1e-16
         )
-        assert first[gauss_fast_text.ENDS] @ power == pytest.approx(1, rel=1e-12)
+        assert first[gauss_fast_constants.ENDS] @ power == pytest.approx(1, rel=1e-12)
         # The integral of what the last step's polynomial becomes in this one: 1 + c in place of c.
         carried = ((1 + nodes) ** (degree + 1) - 1) / (degree + 1)
-        assert first[gauss_fast_text.CARRIED :][:8].T @ power == pytest.approx(carried, rel=1e-8)
+        assert first[gauss_fast_constants.CARRIED :][:8].T @ power == pytest.approx(carried, rel=1e-8)
         # The monomials about the end of the step, evaluated at the nodes.
-        monomials = first[gauss_fast_text.MONOMIALS :][:8].T @ power
+        monomials = first[gauss_fast_constants.MONOMIALS :][:8].T @ power
         assert np.polyval(monomials[::-1], nodes - 1) == pytest.approx(power, abs=1e-9)
     one = np.longdouble(1)
     exactly, fine = (
-        one * first[gauss_fast_text.NODES_HIGH] + first[gauss_fast_text.NODES_LOW],
-        one * weights + first[gauss_fast_text.WEIGHTS_LOW],
+        one * first[gauss_fast_constants.NODES_HIGH] + first[gauss_fast_constants.NODES_LOW],
+        one * weights + first[gauss_fast_constants.WEIGHTS_LOW],
     )
     for degree in range(16):
         # Rounded to binary64 they are off by some 1e-17.
         assert abs(np.sum(fine * exactly**degree) - one / (degree + 1)) < np.finfo(np.longdouble).eps
-    assert np.array_equal(first[gauss_fast_text.NODES_HIGH] + first[gauss_fast_text.NODES_LOW], nodes)
-    assert np.array_equal(first[gauss_fast_text.NODES_HIGH], first[gauss_fast_text.NODES_HIGH].astype(np.float32))
+    assert np.array_equal(first[gauss_fast_constants.NODES_HIGH] + first[gauss_fast_constants.NODES_LOW], nodes)
+    assert np.array_equal(
+        first[gauss_fast_constants.NODES_HIGH], first[gauss_fast_constants.NODES_HIGH].astype(np.float32)
+    )
     sums = [
         np.sum(one * matrix, axis=0)
         for matrix in (
-            first[gauss_fast_text.STAGES :][:8],
-            first[gauss_fast_text.ONCE :][:8],
-            second[gauss_fast_text.ONCE :][:8],
+            first[gauss_fast_constants.STAGES :][:8],
+            first[gauss_fast_constants.ONCE :][:8],
+            second[gauss_fast_constants.ONCE :][:8],
         )
     ]
     assert max(np.max(np.abs(found - exactly)) for found in sums) < 8 * np.finfo(np.longdouble).eps
@@ -211,8 +214,8 @@ def test_the_table_is_the_rounding_of_the_exact_method() -> None:
         # The coefficients of one Legendre polynomial on the step: itself alone.
         values = scipy.special.eval_legendre(degree, 2 * nodes - 1)
         alone = np.eye(8)[degree]
-        assert first[gauss_fast_text.LEGENDRE :][:8].T @ values == pytest.approx(alone, abs=1e-14)
-        assert first[gauss_fast_text.HIGHEST :][:4] @ values == pytest.approx(alone[4:], abs=1e-14)
+        assert first[gauss_fast_constants.LEGENDRE :][:8].T @ values == pytest.approx(alone, abs=1e-14)
+        assert first[gauss_fast_constants.HIGHEST :][:4] @ values == pytest.approx(alone[4:], abs=1e-14)
 
 
 @pytest.mark.parametrize("width", [0.2, 1.0, 2.0])
@@ -347,11 +350,11 @@ def test_no_ensemble_passes_over_a_wall() -> None:
 def test_only_a_vector_with_a_wall_in_its_way_is_left(variant: str | None, left: int) -> None:
     case = get("rubber_tube_thin", variant).rounded()
     problem = problem_of(case, GaussFast.accepts)
-    eight, shape = gauss_fast_kernel.compiled_ensemble(problem.form, len(problem.parameters), 2, False)  # type: ignore[arg-type]
-    starts, left_over = np.repeat(initial_state(case)[None], 8, axis=0), np.zeros(1, dtype=np.int64)
+    eight, rows = gauss_fast_kernel.compiled_ensemble(problem.form, len(problem.parameters), 2)  # type: ignore[arg-type]
+    starts, left_over = np.repeat(initial_state(case)[None], 8, axis=0), np.zeros(2, dtype=np.int64)
     out = np.empty((8, len(problem.times), 2))
     coefficients = table(True, gauss_fast.bandwidth(1e-10))
-    eight(problem.buffer, coefficients, starts, problem.times, 1e-10, out, left_over, np.empty(shape))
+    eight(problem.buffer, coefficients, starts, problem.times, 1e-10, out, left_over, np.empty((rows, 8)))
     assert left_over[0] == left
 
 
@@ -400,7 +403,7 @@ def test_a_cusp_does_not_shorten_what_follows(variant: str, tolerance: float) ->
 @pytest.mark.parametrize("name", ["kepler_orbit", "pendulum_simple"])
 def test_the_loosest_tolerances_are_one(name: str) -> None:
     sundman = name == "kepler_orbit"
-    (_, _, loose), (error, _, loosest) = (solved(name, None, x, sundman) for x in (0.5, gauss_fast.LOOSEST))
+    (_, _, loose), (error, _, loosest) = (solved(name, None, x, sundman) for x in (0.5, TUNING.loosest))
     assert np.array_equal(loose.states, loosest.states)
     assert error < 0.1
 
@@ -583,7 +586,7 @@ def step_sums(monkeypatch: pytest.MonkeyPatch) -> StepSums:
         found = layout(problem.form, len(problem.parameters), problem.dimension)
         with monkeypatch.context() as patched:
             patched.setattr(gauss_fast_kernel, "compiled_function", lambda source, name: source)
-            given = (problem.form, len(problem.parameters), problem.dimension, problem.counted)
+            given = (problem.form, len(problem.parameters), problem.dimension)
             module = str(gauss_fast_kernel.compiled.__wrapped__(*given))
         count = len(found.values)
         vectors, splitter = (
@@ -680,6 +683,29 @@ def test_right_hand_sides_are_counted() -> None:
     solution = GaussFast().prepare(problem, 1e-9)(initial_state(case)[None])
     assert problem.buffer[-1] % 8 == 0
     assert problem.buffer[-1] >= 2 * 8 * solution.steps  # type: ignore[operator]
+
+
+def test_counting_takes_no_other_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A kernel takes ten seconds to compile: it counts in a register, in a run that asks for it and in one that does not."""
+    asked: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(gauss_fast_kernel, "compiled", lambda *given: asked.append(given))
+    problem = problem_of(get("pendulum_simple").rounded(), GaussFast.accepts)
+    for one in (problem, counting(problem)):
+        GaussFast().prepare(one, 1e-9)
+    assert asked[0] == asked[1]
+
+
+def test_an_ensemble_counts_what_all_its_threads_do() -> None:
+    """Three tasks of equal starts take three times as many right-hand sides as one; without counting none are counted."""
+    case = get("harmonic_oscillator").rounded()
+    problem = problem_of(case, GaussFast.accepts)
+    counts = []
+    for one, tasks in ((counting(problem), 1), (counting(problem), 3), (problem, 1)):
+        GaussFast().prepare(one, 1e-9)(np.repeat(initial_state(case)[None], TUNING.chunk * tasks, axis=0))
+        counts.append(one.buffer[-1])
+    assert counts[0] > 0
+    assert counts[0] % 64 == 0
+    assert counts == [counts[0], 3 * counts[0], 0]
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1e-6, math.nan, math.inf, 1e-17, 1.0])

@@ -1,0 +1,139 @@
+"""What the fast Gauss method knows of the equations of one case: their kind, derivatives, poles, groups."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from gnomon.cases.core.forms import Form, SecondOrder
+from gnomon.harness.contract.integrator import Refused
+from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
+from gnomon.harness.kernels.derivatives import jacobian
+from gnomon.harness.kernels.staged_code import expensive, pairs, poles
+from gnomon.harness.kernels.traced import ROUND, Node, Trace, Value, number, reached, traced
+
+FIRST_ORDER, SECOND_ORDER, WITH_VELOCITY = range(3)
+"""Kinds of equations: y' = f(t, y); q'' = a(t, q); q'' = a(t, q, q')."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What the text of the method is written for: the unknown slopes, and the derivatives where they save time.
+
+    `kind`: FIRST_ORDER, SECOND_ORDER or WITH_VELOCITY. `derivatives`: (slope, component of the state, value) of each that
+    is not 0. `frozen`: components of the state that never change; the equations take them after the `parameters`, whose
+    number this is. `groups`: slopes that are computed together in a round, one group after the other; empty where all
+    are computed together. `dimension`: of the state, with frozen components.
+    """
+
+    kind: int
+    values: tuple[Value, ...]
+    derivatives: tuple[tuple[int, int, Value], ...]
+    parameters: int
+    dimension: int
+    frozen: tuple[int, ...] = ()
+    groups: tuple[tuple[int, ...], ...] = ()
+
+    @property
+    def count(self) -> int:
+        """The number of unknown slopes."""
+        return len(self.values)
+
+    @property
+    def many(self) -> bool:
+        """Whether there is more than one."""
+        return self.count > 1
+
+    @property
+    def all_values(self) -> tuple[Value, ...]:
+        return (*self.values, *(value for _, _, value in self.derivatives))
+
+    @property
+    def poles(self) -> tuple[Value, ...]:
+        """The divisors of the slopes that may change their sign."""
+        return poles(self.values)
+
+    @property
+    def first_order(self) -> bool:
+        return self.kind == FIRST_ORDER
+
+    @property
+    def second_order(self) -> bool:
+        return self.kind != FIRST_ORDER
+
+    @property
+    def with_velocity(self) -> bool:
+        return self.kind == WITH_VELOCITY
+
+    @property
+    def by_position(self) -> list[int]:
+        """Where `all_values` has derivatives of an acceleration by a position."""
+        derivatives = enumerate(self.derivatives, self.count)
+        return [n for n, (_, j, _) in derivatives if self.second_order and j < self.count]
+
+    @property
+    def turns(self) -> bool:
+        """Whether a round computes the sine and cosine of an angle."""
+        return any(x.level == ROUND for pair in pairs(reached(self.all_values)).values() for x in pair)
+
+    @property
+    def indices(self) -> Sequence[Sequence[Mapping[str, str]]]:
+        """What the marks of the text stand for, one after the other (see `lane_text`)."""
+        moving = [i for i in range(self.dimension) if i not in self.frozen]
+        return (
+            [{"@": str(i), "&": str(self.count + i)} for i in range(self.count)],
+            [{"%": str(n), "~": str(i)} for n, i in enumerate(moving)],
+            [{"$": str(stage)} for stage in range(1, 8)],
+        )
+
+
+@cached_by_content
+def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -> Layout:
+    """The layout with which the equations of a form are solved in the least time. Raises Refused where they branch."""
+    trace = Trace(dimension, parameters)
+    try:
+        values = traced(form, trace)
+    except ValueError as error:
+        raise Refused(str(error)) from None
+    still: tuple[int, ...] = ()
+    kind, half, state = FIRST_ORDER, dimension // 2, trace.state
+    if isinstance(form, SecondOrder):
+        kind, state = SECOND_ORDER, state[:half]
+    elif dimension % 2 == 0 and all(x is y for x, y in zip(values[:half], state[half:], strict=True)):
+        kind, values = WITH_VELOCITY, values[half:]
+    elif freezing and 0 < len(constant := [i for i, x in enumerate(values) if number(x, 0)]) < dimension:
+        still = tuple(constant)
+        trace = Trace(dimension, parameters, still)
+        both = (traced(form, trace), trace.state)
+        values, state = (tuple(x for i, x in enumerate(of) if i not in still) for of in both)
+    found = derivatives(values, state)
+    grouped = kind == FIRST_ORDER and not found and len(values) >= TUNING.fewest_grouped
+    return Layout(kind, values, found, parameters, dimension, still, groups(values, state) if grouped else ())
+
+
+def groups(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, ...], ...]:
+    """Groups of slopes independent of one another, from the last component to the first: v' = a(q), then q' = v with the
+    new v.
+
+    Where that takes more than `most_groups`, a slope joins the group with the fewest slopes that it is coupled with.
+    """
+    place = {x: i for i, x in enumerate(state)}
+    needs = [{place[x] for x in reached([value]) if x in place} for value in values]
+    found: list[list[int]] = []
+    for i in reversed(range(len(values))):
+        met = [sum(i in needs[j] or j in needs[i] for j in group) for group in found]
+        if min(met, default=1) > 0 and len(found) < TUNING.most_groups:
+            found.append([i])
+        else:
+            found[met.index(min(met))].append(i)
+    return tuple(tuple(sorted(group)) for group in found) if len(found) > 1 else ()
+
+
+def derivatives(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, int, Value], ...]:
+    """Those that are not 0; none where computing them takes more time than they save."""
+    if len(values) > TUNING.most_derivatives or not any(expensive(x) for x in reached(values) if x.level == ROUND):
+        return ()
+    places = [(i, j) for i in range(len(values)) for j in range(len(state))]
+    found = zip(places, jacobian(values, state), strict=True)
+    return tuple((i, j, value) for (i, j), value in found if not number(value, 0))
