@@ -38,7 +38,7 @@ def integrators_of(
     left = _kept("--library", libraries, [(one, {one.library}) for one in found])
     forms: tuple[type, ...] = (*get_args(Form), SceneForm)
     every = [kind for form in forms for kind in _descendants(form)]
-    return _kept("--kind", kinds, [(one, {k.__name__ for k in every if issubclass(k, one.accepts)}) for one in left])
+    return _kept("--kind", kinds, [(one, {f.__name__ for f in every if issubclass(f, one.accepts)}) for one in left])
 
 
 def _offered(case: Case) -> Iterator[type]:
@@ -49,7 +49,8 @@ def _offered(case: Case) -> Iterator[type]:
 
 def _descendants(form: type) -> Iterator[type]:
     yield form
-    for kind in form.__subclasses__():
+    subclasses: list[type] = form.__subclasses__()
+    for kind in subclasses:
         yield from _descendants(kind)
 
 

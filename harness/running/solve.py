@@ -51,7 +51,8 @@ def solve(
         solver.close()
     if found.stopped is not None:
         raise Refused(f"{integrator.id}: {found.stopped}")
-    return found.states[0]
+    states: Floats = found.states[0]
+    return states
 
 
 def _form(f: Callable[..., Values], with_parameters: bool, accelerations: bool, integrator: Integrator) -> Form:
