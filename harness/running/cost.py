@@ -1,0 +1,51 @@
+"""The predicted cost of a series, and the division of a plan into parts of about equal cost: shards, and tasks of a cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+from gnomon.harness.contract.declared import declared
+from gnomon.harness.running.plan import Series, Suite, launches
+
+COSTS: dict[str, dict[str, float]] = declared("running", "costs.toml")
+LONG_LIMIT = 0.5
+"""Seconds: a default variant with this time limit or more runs at more settings, and the last ones take longest."""
+LEFT_OUT = 1e-3
+"""Seconds for the one row of a pair that cannot run."""
+
+Item = TypeVar("Item")
+
+
+def predicted_seconds(series: Series, suite: Suite, near_duplicates: bool = True) -> float:
+    """Seconds that all launches of a series take, from costs that are the same on every machine."""
+    if series.left_out is not None:
+        return LEFT_OUT
+    kind = "long" if suite.of(series.case).limit(series.case) >= LONG_LIMIT else "short"
+    if series.case.variant is not None:
+        kind = "hard"
+    first, again = (COSTS[name].get(series.integrator.library, COSTS[name]["other"]) for name in (kind, "again"))
+    return first + again * (launches(series, suite, near_duplicates) - 1)
+
+
+def divided(items: Sequence[Item], seconds: Sequence[float], parts: int) -> list[list[Item]]:
+    """The items in `parts` consecutive parts of about equal cost: each differs from the mean by at most the largest item.
+
+    Consecutive, because series of one case need the same exact motion, which few parts then compute.
+    """
+    found: list[list[Item]] = [[] for _ in range(parts)]
+    total, before = sum(seconds), 0.0
+    for item, cost in zip(items, seconds, strict=True):
+        found[min(parts - 1, int(parts * (before + cost / 2) / total))].append(item)
+        before += cost
+    return found
+
+
+def shard(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) -> list[Series]:
+    """The series of the suite's shard. Each series is in exactly one shard, the same whatever the order of `series`."""
+    place, count = suite.shard
+    if count == 1:
+        return list(series)
+    ordered = sorted(series, key=lambda one: one.id)
+    costs = [predicted_seconds(one, suite, near_duplicates) for one in ordered]
+    return divided(ordered, costs, count)[place - 1]
