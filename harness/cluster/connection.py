@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -13,7 +13,8 @@ from gnomon.harness.cluster.identity import difference
 from gnomon.harness.system.child_process import interrupts_ignored
 
 LOCAL = "local"
-CONNECT_SECONDS = 20.0
+CONNECT_SECONDS, CLOSE_SECONDS = 20.0, 2.0
+LOST = "the connection to the scheduler was lost"
 AHEAD = 2
 """Calls under way for each worker, so that none waits for the client. More would fill the scheduler's memory."""
 FEWEST_AHEAD = 8
@@ -63,7 +64,7 @@ class Cluster:
         )
         while True:
             if time.monotonic() - counted >= COUNT_SECONDS:
-                most = max(FEWEST_AHEAD, AHEAD * len(self.client.ncores()))
+                most = max(FEWEST_AHEAD, AHEAD * self._workers())
                 counted = time.monotonic()
             while len(waiting) < most and (call := next(calls, None)) is not None:
                 arguments, item = call
@@ -76,8 +77,15 @@ class Cluster:
             future, result = next(completed)
             item = waiting.pop(future)
             if future.status not in ("finished", "error"):
-                raise Lost("the connection to the scheduler was lost")
+                raise Lost(LOST)
             yield item, result[1] if future.status == "error" else result
+
+    def _workers(self) -> int:
+        """The number of workers. Raises Lost if the scheduler ended."""
+        if self.client.status == "running":
+            with suppress(OSError):
+                return len(self.client.ncores())
+        raise Lost(LOST)
 
 
 @contextmanager
@@ -112,4 +120,5 @@ def connected(address: str, workers: int) -> Iterator[Cluster]:
             client = Client(place, timeout=CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError) as error:
             raise ValueError(f"--dask {address}: no scheduler answers there ({error}); give tcp://host:port") from None
-        yield Cluster(stack.enter_context(client), as_completed)
+        stack.callback(client.close, CLOSE_SECONDS)  # it would wait as long as a new connection may take
+        yield Cluster(client, as_completed)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pickle
 import secrets
+import shlex
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -67,14 +69,15 @@ class _Distributed:
     run_: PlannedRun
     cluster: Cluster
     client: dict[str, str]
-    planned: set[tuple[str, str]] = field(default_factory=set)
-    """Series and other machines whose trials are in the plan of the file."""
+    runs: dict[str, int] = field(default_factory=dict)
+    """The number in the file by machine: each machine has a run of its own there, with its environment."""
     exact: dict[CaseSpec, Packed] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         assert isinstance(self.run_.results, Store)
         self.store: Store = self.run_.results
         self.machines = [one for one in self.store.machines() if one != environment.machine()]
+        self.runs[environment.machine()] = self.run_.number
 
     def run(self) -> None:
         """Run all groups, and record what comes back as it comes."""
@@ -91,6 +94,8 @@ class _Distributed:
             self._record(group, *rows(answer))
             for _ in group:
                 self.run_.progress.advance()
+        for number in self.runs.values():
+            self.store.end_run(number)
         if failed:
             raise Lost(f"{len(failed)} tasks failed, the first with {failed[0]}")
 
@@ -110,7 +115,7 @@ class _Distributed:
         for machine in self.machines:
             others = self._trials((one, trials, scorer), machine)
             if any((trial.key, 1) in self.run_.history for trial in others):
-                self._plan(one, scorer, machine, others)
+                self._plan(one, scorer, machine, others, self.run_.number)
                 self.run_.reopen(one, others, len(scorer.reference.turned) > 0)
                 if self._complete(one, others, scorer):
                     return True
@@ -134,12 +139,9 @@ class _Distributed:
                 return False
         return True
 
-    def _plan(self, one: Series, scorer: Scorer, machine: str, trials: Sequence[Trial]) -> None:
-        """Record the trials of a series on another machine, once; those on this one are in the plan."""
-        if machine != environment.machine() and (one.id, machine) not in self.planned:
-            self.planned.add((one.id, machine))
-            described = [one.describe(trial, machine=machine, **scorer.summary()) for trial in trials]
-            self.store.plan(self.run_.number, described)
+    def _plan(self, one: Series, scorer: Scorer, machine: str, trials: Sequence[Trial], number: int) -> None:
+        """Record in a run of the file that it has planned the trials of a series on another machine."""
+        self.store.plan(number, [one.describe(trial, machine=machine, **scorer.summary()) for trial in trials])
 
     def _content(self, group: Sequence[Work]) -> bytes:
         """A group as the data of a task."""
@@ -165,16 +167,19 @@ class _Distributed:
         )
         return pickle.dumps(found)
 
-    def _record(self, group: Sequence[Work], machine: str, measured: Sequence[Row]) -> None:
+    def _record(self, group: Sequence[Work], worker: dict[str, str], measured: Sequence[Row]) -> None:
         """Record the measurements of a group. Raises ValueError for trials that are not those of its series."""
-        keys = set[str]()
-        for work in group:
-            trials = self._trials(work, machine)
-            self._plan(work[0], work[2], machine, trials)
-            keys |= {trial.key for trial in trials}
-        if not keys.issuperset(row.get("trial_key") for row, _, _ in measured):
+        machine = worker["machine"]
+        trials = [self._trials(work, machine) for work in group]
+        if not {t.key for each in trials for t in each}.issuperset(row.get("trial_key") for row, _, _ in measured):
             raise ValueError(
                 f"a worker on {machine} measured other trials than those of {group[0][0].id}: restart the workers, which"
                 " have other sources or libraries than this process"
             )
-        self.store.add_batch(self.run_.number, measured)
+        if machine not in self.runs:
+            self.runs[machine] = self.store.begin_run(self.run_.suite.name, shlex.join(sys.argv), worker)
+        number = self.runs[machine]
+        if number != self.run_.number:
+            for (one, _, scorer), each in zip(group, trials, strict=True):
+                self._plan(one, scorer, machine, each, number)
+        self.store.add_batch(number, measured)

@@ -126,7 +126,7 @@ def execute(client: Mapping[str, str], content: bytes) -> bytes:
         run = PlannedRun(recorder, 0, group.suite, known, Progress(quiet=True), group.near_duplicates)
         run.plan([_series(*one) for one in group.series])
         Pool(1, memory=memory).run(run.sweeps())
-    return encode(Message(0, "machine", {"machine": environment.machine()}, {})) + b"".join(recorder.rows)
+    return encode(Message(0, "environment", environment.describe(), {})) + b"".join(recorder.rows)
 
 
 def _series(integrator: tuple[str, str], spec: CaseSpec, label: str) -> Series:
@@ -134,11 +134,16 @@ def _series(integrator: tuple[str, str], spec: CaseSpec, label: str) -> Series:
     return Series(case, formulation, dereference(*integrator), None, label)
 
 
-def rows(content: bytes) -> tuple[str, list[Row]]:
-    """The machine and the measurements in what `execute` returned. Raises ValueError for anything else."""
+def rows(content: bytes) -> tuple[dict[str, str], list[Row]]:
+    """The environment of the worker and the measurements in what `execute` returned.
+
+    Raises ValueError for anything else.
+    """
     try:
         first, *others = Inbox().take(content)
-        machine = str(first.content["machine"])
-        return machine, [(m.content["row"], m.content["options"], m.arrays.get("states")) for m in others]
+        found = {str(name): str(value) for name, value in first.content.items()}
+        if "machine" not in found:
+            raise Garbled("no machine")
+        return found, [(m.content["row"], m.content["options"], m.arrays.get("states")) for m in others]
     except (Garbled, KeyError, ValueError) as error:
         raise ValueError(f"a worker returned what cannot be read ({error!r}); restart the workers") from None

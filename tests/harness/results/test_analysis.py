@@ -26,7 +26,7 @@ def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) 
     fixed |= {"setting_kind": "step", "settings_changed": "{}", "order_declared": 2, "floor": 1e-17}
     fixed |= {"conditioning": 1e-15, "rhs_calls": 1, "steps": 1, "turns": 0, "error_end": 0.0, "error_rms": 0.0}
     fixed |= dict.fromkeys(("error_phase", "error_shape", "events_missing", "events_extra", "events_time_error"))
-    fixed |= {"seconds_low": 1.0, "seconds_high": 1.0, "prepare_seconds": 0.0}
+    fixed |= {"seconds_low": 1.0, "seconds_high": 1.0, "prepare_seconds": 0.0, "machine": "m"}
     fixed |= dict.fromkeys(
         ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start")
     )
