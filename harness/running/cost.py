@@ -21,11 +21,15 @@ def predicted_seconds(series: Series, suite: Suite, near_duplicates: bool = True
     """Seconds that all launches of a series take, from costs that are the same on every machine."""
     if series.left_out is not None:
         return LEFT_OUT
-    kind = "long" if suite.of(series.case).limit(series.case) >= LONG_LIMIT else "short"
-    if series.case.variant is not None:
-        kind = "hard"
-    first, again = (COSTS[name].get(series.integrator.library, COSTS[name]["other"]) for name in (kind, "again"))
-    return first + again * (launches(series, suite, near_duplicates) - 1)
+    limit, often = suite.of(series.case).limit(series.case), launches(series, suite, near_duplicates)
+    return launched_seconds(series.integrator.library, series.case.variant is not None, limit, often)
+
+
+def launched_seconds(library: str, hard: bool, limit_seconds: float, often: int) -> float:
+    """Seconds of a series of a library on a default or a hard variant, launched `often` times."""
+    kind = "hard" if hard else "long" if limit_seconds >= LONG_LIMIT else "short"
+    first, again = (COSTS[name].get(library, COSTS[name]["other"]) for name in (kind, "again"))
+    return first + again * (often - 1)
 
 
 def divided(items: Sequence[Item], seconds: Sequence[float], parts: int) -> list[list[Item]]:
