@@ -31,7 +31,7 @@ from gnomon.harness.system.limitations import need_fork
 
 TASK_SECONDS = 4.0
 """Predicted cost of a task. Dask needs 1 ms for each; what is under way when a worker is lost has to run again."""
-Work = tuple[Series, Sequence[Trial], Scorer]
+Work = tuple[Series, tuple[Trial, ...], Scorer]
 """A series, its trials on this machine, its scorer."""
 
 
@@ -108,7 +108,7 @@ class _Distributed:
         parts = divided(pending, costs, max(1, round(sum(costs) / TASK_SECONDS)))
         return [part for part in parts if part]
 
-    def _finished(self, one: Series, trials: Sequence[Trial], scorer: Scorer) -> bool:
+    def _finished(self, one: Series, trials: tuple[Trial, ...], scorer: Scorer) -> bool:
         """Whether the file has a series complete from one machine; plans it for those that have measured it."""
         if self._complete(one, trials, scorer):
             return True
@@ -121,7 +121,7 @@ class _Distributed:
                     return True
         return False
 
-    def _trials(self, work: Work, machine: str) -> Sequence[Trial]:
+    def _trials(self, work: Work, machine: str) -> tuple[Trial, ...]:
         """The trials of a series on a machine."""
         one, trials, scorer = work
         return trials if machine == environment.machine() else one.trials(scorer.problem(one.form), machine)
@@ -133,8 +133,9 @@ class _Distributed:
             return False
         suite = run_.suite.of(one.case)
         for launch in range(1, plan.launches(one, run_.suite, run_.near_duplicates) + 1):
-            record = lambda *row: needed.append(row)  # noqa: E731
-            sweep = Sweep(one, trials, scorer, suite, launch, run_.history, record, lambda: None)
+            sweep = Sweep(
+                one, trials, scorer, suite, launch, run_.history, lambda *row: needed.append(row), lambda: None
+            )
             if sweep.next() is not None or needed:
                 return False
         return True

@@ -99,7 +99,7 @@ def _measured(
     near_duplicates: bool,
 ) -> Path:
     """Run the trials, unless one of the first crashes; returns the file of the results."""
-    from gnomon.harness.cluster.run import Lost
+    from gnomon.harness.cluster.connection import Lost
     from gnomon.harness.cluster.run import run as run_on_cluster
     from gnomon.harness.running import first_trials
     from gnomon.harness.running.progress import Progress

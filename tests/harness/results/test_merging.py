@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import gnomon
 from gnomon.harness.results import analysis, schema, store
 from gnomon.harness.results.merging import merge
 from gnomon.harness.results.store import Store
@@ -135,3 +136,13 @@ def test_a_forged_key_does_not_give_a_trial_the_measurements_of_another(tmp_path
             schema.seal_all(schema.with_checksums(db), table)
     with pytest.raises(ValueError, match="has the key of another trial"):
         merge([a, b], tmp_path / "both.sqlite")
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A refusal is one line and exit code 2; a folder is made where the results go."""
+    a, b = write(tmp_path / "a.sqlite"), write(tmp_path / "b.sqlite", "b")
+    assert gnomon("merge", str(a), str(a), "--out", str(tmp_path / "twice")) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+    assert gnomon("merge", str(a), str(b), "--out", str(tmp_path / "both")) == 0
+    assert "6 measurements of 2 files" in capsys.readouterr().out
+    assert len(store.load(tmp_path / "both")) == 6
