@@ -27,7 +27,10 @@ Shard = Annotated[
 ]
 TimingOption = Annotated[Timing, typer.Option(help="none: errors alone, each trial in one call and one launch.")]
 Dask = Annotated[
-    str | None, typer.Option(help="Run on a Dask cluster: the address of its scheduler, tcp://host:8786, or `local`.")
+    str | None,
+    typer.Option(
+        help="Run on a Dask cluster: the address of its scheduler, tcp://host:8786, or local: --workers processes."
+    ),
 ]
 
 
