@@ -55,7 +55,7 @@ def test_recording(benchmark: Any, tmp_path: Path) -> None:
         run = store.begin_run("quick", "gnomon run", {})
         store.plan(run, trials)
         waiting = iter(measured)
-        benchmark.pedantic(lambda batch: store.add_batch(run, batch), lambda: ((next(waiting),), {}), rounds=15)
+        benchmark.pedantic(lambda batch: store.add_batch(run, batch), setup=lambda: ((next(waiting),), {}), rounds=15)
 
 
 @pytest.mark.parametrize("rows", [1000, 4000, 16000])
@@ -88,10 +88,10 @@ def test_two_dask_workers_against_two_processes(
     """The same series by two processes and by two Dask workers in turn, all started before: `efficiency` is the ratio
     of the shortest times."""
     pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
-    from gnomon.harness.cluster import connection
-    from gnomon.harness.cluster import run as cluster_run
+    from gnomon.harness.cluster.connection import connected
+    from gnomon.harness.cluster.run import run as run_on_cluster
 
-    suite = replace(plan.suite("quick").within(5.0), launches=6)
+    suite = replace(plan.suite("quick").within(5.0), launches=2)
     chosen = [(case, f" {k}") for k in range(12) for case, _ in plan.choose(["planted:Short"], False)]
     places = count()
 
@@ -99,12 +99,12 @@ def test_two_dask_workers_against_two_processes(
         run_here(tmp_path / f"{next(places)}", suite, chosen, [planted.Sound()], workers=2)
 
     def shared() -> None:
-        cluster_run.run(tmp_path / f"{next(places)}", suite, chosen, [planted.Sound()], "local")
+        run_on_cluster(tmp_path / f"{next(places)}", suite, chosen, [planted.Sound()], "local")
 
-    with connection.connected("local", 2) as cluster:
-        monkeypatch.setattr(cluster_run, "connected", lambda *_: nullcontext(cluster))
+    with connected("local", 2) as cluster:
+        monkeypatch.setattr("gnomon.harness.cluster.run.connected", lambda *_: nullcontext(cluster))
         times: dict[Any, list[float]] = {alone: [], shared: []}
-        for _ in range(4):
+        for _ in range(3):
             for each in (alone, shared):
                 began = time.perf_counter()
                 each()

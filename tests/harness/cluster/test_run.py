@@ -23,8 +23,8 @@ from gnomon.harness.running.run import run as run_here
 pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
 
 from dask_processes import Processes, connected
-from gnomon.harness.cluster import run as cluster_run
 from gnomon.harness.cluster.connection import Lost
+from gnomon.harness.cluster.run import run as run_on_cluster
 
 # A limit that no trial reaches on a busy machine: which trials run must not depend on the clock.
 SUITE = replace(plan.suite("quick").within(20.0).untimed(), name="cluster")
@@ -50,7 +50,7 @@ def integrators() -> list[Integrator]:
 
 
 def run(path: Path, address: str, progress: Progress | None = None, suite: Any = SUITE) -> Any:
-    cluster_run.run(path, suite, plan.choose(CASES, False), integrators(), address, progress)
+    run_on_cluster(path, suite, plan.choose(CASES, False), integrators(), address, progress)
     return store.load(path)
 
 
@@ -101,7 +101,7 @@ def test_workers_and_scheduler_are_killed_and_nothing_is_lost_or_repeated(
 ) -> None:
     """A worker dies first: its tasks run elsewhere. Then the scheduler: what came back stays, the run resumes on another
     cluster, and runs only the rest. The trials and their errors are those of a run without a cluster, faults included."""
-    monkeypatch.setattr(cluster_run, "TASK_SECONDS", 0.1)  # one series a task
+    monkeypatch.setattr("gnomon.harness.cluster.run.TASK_SECONDS", 0.1)  # one series a task
     path = tmp_path / "results.sqlite"
     address, scheduler = processes.scheduler()
     workers = [processes.worker(address) for _ in range(2)]
