@@ -71,13 +71,13 @@ def nothing(content: bytes) -> bytes:
 
 
 def test_a_task(benchmark: Any) -> None:
-    """1000 calls that do nothing, with the data of a task: what Dask and the connection cost."""
+    """200 calls that do nothing, with the data of a task: what Dask and the connection cost."""
     pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
     from gnomon.harness.cluster.connection import connected
 
     content, names = bytes(50_000), count()
     with connected("local", 2) as cluster:
-        calls = [((content,), k) for k in range(1000)]
+        calls = [((content,), k) for k in range(200)]
         benchmark.pedantic(lambda: list(cluster.map(nothing, calls, f"nothing-{next(names)}")), rounds=3)
 
 
