@@ -15,6 +15,7 @@ from gnomon.harness.commands.doctor import doctor
 from gnomon.harness.commands.exact import exact
 from gnomon.harness.commands.export import export
 from gnomon.harness.commands.list import list_
+from gnomon.harness.commands.merge import merge
 from gnomon.harness.commands.options import out, problems
 from gnomon.harness.commands.report import report
 from gnomon.harness.commands.run import run
@@ -48,7 +49,7 @@ def gnomon(
 
 
 app.command("list")(list_)
-for command in (show, exact, run, report, compare, verify, certify, export, doctor):
+for command in (show, exact, run, merge, report, compare, verify, certify, export, doctor):
     app.command()(command)
 app.add_typer(baseline, name="baseline")
 
