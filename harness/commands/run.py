@@ -73,8 +73,7 @@ def run(
 
     options.validate_workers(workers)
     chosen_suite = part(_suite(suite, case, limit), shard, timing)
-    named = _integrators(integrator or [], command or [], chosen_suite)
-    integrators = selection.integrators_of(named, library, kind)
+    integrators = selection.integrators_of(_integrators(integrator or [], command or [], chosen_suite), library, kind)
     chosen = options.chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
     chosen = selection.cases_of(chosen, family, kind)
     if not case:

@@ -66,7 +66,7 @@ def opened(
     integrators: Sequence[Integrator],
     progress: Progress,
     near_duplicates: bool,
-) -> Iterator[PlannedRun]:
+) -> Iterator["PlannedRun"]:
     """A run whose plan is in the results file: the caller runs its `work`. Raises ValueError as `run` does."""
     for integrator in integrators:
         declaration.validate(integrator)
