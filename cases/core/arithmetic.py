@@ -1,10 +1,12 @@
-"""Evaluation of a case's equations in another arithmetic, by replacing the globals of their functions."""
+"""A case's equations in another arithmetic, by replacing the globals of their functions, or with other arguments."""
 
 from __future__ import annotations
 
+import linecache
 import math
 import types
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 FUNCTIONS = (
@@ -49,6 +51,22 @@ def _value(name: str, value: Any, arithmetic: dict[str, Any], done: dict[Any, An
             raise ValueError(f"{name} has no counterpart in this arithmetic, which has {', '.join(sorted(arithmetic))}")
         return arithmetic[name]
     return _rebound(value, arithmetic, done) if isinstance(value, types.FunctionType) else value
+
+
+@cache
+def calling(function: Callable[..., Any], arguments: str, what: str) -> Callable[..., Any]:
+    """The function of (t, state, parameters) that returns function(`arguments`), an expression in the three.
+
+    It has source text of its own, because equations are compiled from that. Its name ends in `what`.
+    """
+    name = function.__name__ if function.__name__.isidentifier() else "function"
+    text = f"def {name}_{what}(t, state, parameters):\n    return {name}({arguments})\n"
+    file = f"<{function.__module__}.{function.__qualname__} ({arguments})>"
+    linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
+    names: dict[str, Any] = {name: function, "__name__": function.__module__}
+    exec(compile(text, file, "exec"), names)
+    made: Callable[..., Any] = names[f"{name}_{what}"]
+    return made
 
 
 class Unbranching:

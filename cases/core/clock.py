@@ -7,7 +7,7 @@ import types
 from collections.abc import Callable
 from typing import Any
 
-from gnomon.cases.core.calling import calling
+from gnomon.cases.core.arithmetic import calling
 from gnomon.cases.core.scene import Scene, SceneForm
 
 

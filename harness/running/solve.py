@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from gnomon.cases.core.calling import calling
+from gnomon.cases.core.arithmetic import calling
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, solver_of
