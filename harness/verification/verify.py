@@ -42,8 +42,8 @@ CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name 
 """All claims about one integrator by id, from the most telling."""
 CASES = (
     "pendulum_simple", "forced_oscillator", "kepler_orbit", "bouncing_ball", "block_incline_friction", "euler_top",
-    "charge_in_E_and_B", "holonomic_constraint_dae", "damped_oscillator", "duffing_unforced", "cycloidal_pendulum",
-    "foucault_pendulum_linear", "projectile_parabola", "coulomb_friction_oscillator", "two_body",
+    "charge_in_E_and_B", "holonomic_constraint_dae", "rotating_pendulum_swept", "damped_oscillator", "duffing_unforced",
+    "cycloidal_pendulum", "foucault_pendulum_linear", "projectile_parabola", "coulomb_friction_oscillator", "two_body",
 )  # fmt: skip
 """Cases in the sequence in which a depth takes those that an integrator accepts: each has another form or difficulty."""
 UNCLAIMED = ("long", "engines", "speed", "turns", "orbits", "precessions", "revolutions")

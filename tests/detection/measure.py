@@ -54,7 +54,7 @@ CONDITIONS: dict[str, dict[str, str]] = {
     "NUMBA_CPU_NAME=generic": {"NUMBA_CPU_NAME": "generic"},
     "libm without AVX2 and FMA": {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F"},
 }
-"""The environment of each; for a loaded machine two processes for each processor are busy beside it."""
+"""The environment of each; for a loaded machine a process for each processor is busy beside it."""
 BEYOND = 10.0
 """A state is changed if it differs by more than so many times the error that rounding may cause."""
 SECONDS = 1800.0
@@ -185,7 +185,7 @@ def in_process(task: Task, sources: str) -> Measured:
     """The row of a task, measured in a process of its own under its condition."""
     chosen = [sys.executable, str(HERE / "measure.py"), "--task", json.dumps(asdict(task)), "--sources", sources]
     environment = os.environ | CONDITIONS[task.condition]
-    with busy(2 * (os.cpu_count() or 1) if task.condition.startswith("loaded") else 0):
+    with busy((os.cpu_count() or 1) if task.condition.startswith("loaded") else 0):
         try:
             done = subprocess.run(chosen, env=environment, capture_output=True, text=True, timeout=SECONDS, check=False)
             why = done.stderr[-2000:]
