@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import figures, style, tables
+from gnomon.harness.reporting.figures_profiles import profile_charts
 from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
 from gnomon.harness.reporting.images import write_images
 from gnomon.harness.reporting.report_pack import columnar, columns
@@ -56,7 +57,7 @@ def work_problems(run: Run) -> dict[str, Problems]:
 def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
     """Every chart but the work-precision diagrams, by name; charts without data are left out."""
     broken = figures.broken_problems(run.matrix)
-    charts: dict[str, alt.TopLevelMixin] = {}
+    charts: dict[str, alt.TopLevelMixin] = {**profile_charts(run.equal, run.reduced)}
     if len(broken):
         charts["breaks"] = figures.break_map(broken, run.look, run.names)
     default = run.trusted[(run.trusted["variant"] == "") & run.trusted["best"].notna()]
@@ -93,8 +94,8 @@ def page_charts(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLe
         }
         for name, problems in work.items()
     }
-    shown = ("tolerance", "hierarchy", "policies")
-    others = {name: columnar(charts[name].to_dict(validate=False)) for name in shown if name in charts}
+    shown = [name for name in charts if name not in ("breaks", "trust")]  # those are tables on the page
+    others = {name: columnar(charts[name].to_dict(validate=False)) for name in shown}
     return {"work": {"specs": specs, "cases": cases}, "others": others, "map": _map(run)}
 
 

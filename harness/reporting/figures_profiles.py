@@ -1,0 +1,75 @@
+"""Performance profiles of the libraries: time at an error on all default cases, digits on hard variants."""
+
+from collections.abc import Sequence
+
+import altair as alt
+import numpy as np
+import pandas as pd
+from gnomon.harness.reporting.style import HUES, INK, OTHER_HUES, dressed, records
+from gnomon.harness.results import profiles
+from gnomon.harness.results.profiles import THIRD_PARTY, Profile
+
+TARGETS = {"1e-3": 1e-3, "1e-6": 1e-6, "1e-9": 1e-9}
+FACTORS = 10 ** np.linspace(0, 3, 61)
+DIGITS = np.arange(0.5, 15.01, 0.25)
+FEWEST = 5
+"""A profile of fewer problems says nothing: each is a step of a fifth or more."""
+
+
+def profile_charts(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, alt.LayerChart]:
+    """By name: `profile_1e-3`, `profile_1e-6`, `profile_1e-9` and `profile_digits`; without those of few problems.
+
+    `equal`: `analysis.equal_error`; `reduced`: `analysis.settings`.
+    """
+    names = reduced.drop_duplicates("integrator_id").set_index("integrator_id")["library"]
+    charts = {}
+    for word, target in TARGETS.items():
+        relative = profiles.ratios(profiles.by_library(profiles.times(equal, target), names.__getitem__))
+        if len(relative) >= FEWEST:
+            found = profiles.profiles(relative, FACTORS.tolist())
+            title = f"time over the fastest’s, to an error of {word}"
+            charts[f"profile_{word}"] = _chart(
+                found, np.log10(FACTORS), title, "format(pow(10, datum.value), '~g') + ' ×'"
+            )
+    reached = profiles.digits(reduced)
+    if len(reached) >= FEWEST:
+        best = profiles.by_library(reached, names.__getitem__, "max")
+        found = profiles.profiles(best, DIGITS.tolist(), above=True)
+        charts["profile_digits"] = _chart(found, DIGITS, "decimal digits reached on a hard variant", "datum.value")
+    return charts
+
+
+def _chart(found: Sequence[Profile], places: np.ndarray, title: str, labels: str) -> alt.LayerChart:
+    """A line a library with its band, the best of all third parties dashed."""
+    names = [one.name for one in found]
+    hues = iter(OTHER_HUES * 9)
+    colours = [INK if name == THIRD_PARTY else HUES.get(name) or next(hues) for name in names]
+    rows = pd.concat(
+        pd.DataFrame({"library": one.name, "at": places, "share": one.share, "low": one.low, "high": one.high})
+        for one in found
+    ).round(4)
+    base = alt.Chart(alt.NamedData("profiles"))
+    ends = alt.Scale(domain=[float(places[0]), float(places[-1])], nice=False)
+    x = alt.X(
+        "at:Q", title=title, scale=ends, axis=alt.Axis(labelExpr=labels, labelFlush=False, tickCount=6, tickMinStep=1)
+    )
+    scale = alt.Scale(domain=names, range=colours)
+    colour = alt.Color(
+        "library:N", scale=scale, legend=alt.Legend(title=None, orient="top", columns=3, symbolOpacity=1)
+    )
+    share = {"axis": alt.Axis(format=".0%", tickCount=5), "scale": alt.Scale(domain=[0, 1])}
+    tooltip = [
+        alt.Tooltip("library:N"),
+        alt.Tooltip("share:Q", title="share of the problems", format=".0%"),
+        alt.Tooltip("low:Q", title="from (95 %)", format=".0%"),
+        alt.Tooltip("high:Q", title="to", format=".0%"),
+    ]
+    band = base.mark_area(opacity=0.13, interpolate="step-after").encode(
+        x=x, y=alt.Y("low:Q", title="share of the problems", **share), y2="high:Q", color=colour
+    )
+    dash = alt.condition(f"datum.library === '{THIRD_PARTY}'", alt.value([6, 4]), alt.value([1, 0]))
+    lines = base.mark_line(strokeWidth=2.5, interpolate="step-after").encode(
+        x=x, y=alt.Y("share:Q", **share), color=colour, strokeDash=dash, tooltip=tooltip
+    )
+    data = {"profiles": records(rows)}
+    return dressed(alt.layer(band, lines).properties(width=640, height=300, datasets=data))
