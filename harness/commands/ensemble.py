@@ -27,7 +27,10 @@ def ensemble(
     integrator: Annotated[str, typer.Option(help="An integrator's id, name or package.module:Class.")],
     samples: Annotated[str, typer.Option(help="The number of starts, as 2**20 or 1e6.")],
     setting: Annotated[
-        float | None, typer.Option(help="The tolerance or step size; by default 1e-9, or a 64th of the time scale.")
+        float | None,
+        typer.Option(
+            help="The tolerance or step size (then shortened to divide the time); by default 1e-9, or a 64th of the time scale."
+        ),
     ] = None,
     vary: Annotated[
         list[str] | None,
@@ -97,7 +100,7 @@ def _ensemble(
     case: str, integrator: str, setting: float | None, vary: list[str], seed: int, times: int, set_: list[str] | None
 ) -> Ensemble:
     from gnomon.harness.ensembles import draws
-    from gnomon.harness.ensembles.samples import Ensemble, usual_setting
+    from gnomon.harness.ensembles.samples import Ensemble, setting_for
     from gnomon.harness.registry import lookup
 
     pairs = options.chosen([case], False, set_)
@@ -105,10 +108,7 @@ def _ensemble(
         raise ValueError(f"--case {case}: names {len(pairs)} cases; name one")
     ((found, _),) = pairs
     method = lookup.find_one(integrator)
-    if setting is None:
-        setting = usual_setting(found, method, times)
-    if not 0 < setting < float("inf"):
-        raise ValueError(f"--setting {setting}: give a positive number")
+    setting = setting_for(found, method, times, setting)
     varied = draws.varied(found, vary)
     for name in {one.name for one in varied} & set(options.given_parameters(set_)):
         raise ValueError(f"--set {name}: it varies; give --set or --vary")
@@ -218,9 +218,9 @@ def _write(job: Job, found: Distribution, path: Path) -> None:
     diskcache.replace(path, (json.dumps(content, indent=1) + "\n").encode())
     out.print(f"distribution: {escape(str(path))}", highlight=False)
     if job.sides[0] != job.sides[1]:
-        sides = (chosen.vary[job.sides[0]], chosen.vary[job.sides[1]])
+        one, other = (chosen.vary[k] for k in job.sides)
+        units = chosen.prepared.unit(one.name), chosen.prepared.unit(other.name)
+        title = f"{chosen.case}, {chosen.integrator} at {chosen.setting:g}"
         drawing = path.with_suffix(".png")
-        picture.write(
-            picture.error_map(found, sides, f"{chosen.case}, {chosen.integrator} at {chosen.setting:g}"), drawing
-        )
+        picture.write(picture.error_map(found, (one, other), units, title), drawing)
         out.print(f"map: {escape(str(drawing))}", highlight=False)

@@ -27,6 +27,9 @@ a joint rule of the domain are not known."""
 OUTSIDE, NO_EXACT_STATE = "outside", "no_exact_state"
 """Statuses of samples that no integrator is given: outside the domain, or with an exact motion out of reach."""
 
+SMALL, LARGE = 1e-100, 1e100
+"""Between these the products in a formula, and their low parts, neither underflow nor overflow."""
+
 FORMULAS: dict[str, Formula] = {
     "pendulum_simple": pendulum_ensemble.states,
     "kepler_orbit": kepler_ensemble.states,
@@ -62,6 +65,8 @@ def exact_states(case: Case, parameters: Floats, starts: Floats, times: Floats) 
     own = formula(case)
     if own is not None:
         found, known = own(parameters[left], starts[left], times)
+        sizes = np.abs(np.hstack([parameters[left], starts[left]]))
+        known &= np.all((sizes == 0) | ((sizes > SMALL) & (sizes < LARGE)), axis=1)
         states[left[known]] = found[known]
         left = left[~known]
     for i in left.tolist():

@@ -18,7 +18,7 @@ SIZE = 480
 """Pixels of a side."""
 
 
-def error_map(found: Distribution, sides: tuple[Varied, Varied], title: str) -> alt.LayerChart:
+def error_map(found: Distribution, sides: tuple[Varied, Varied], units: tuple[str, str], title: str) -> alt.LayerChart:
     """The geometric mean of the error in each cell; cells in which samples failed are framed, empty ones are left out."""
     count, total, failed = found.cells
     rows = []
@@ -30,8 +30,16 @@ def error_map(found: Distribution, sides: tuple[Varied, Varied], title: str) -> 
         mean = (float(total[i, j]) / float(count[i, j]) - 0.5) / PER_DECADE + LOWEST if count[i, j] else math.nan
         rows.append(place | {"decade": None if math.isnan(mean) else round(mean, 2), "failed": int(failed[i, j])})
     x, y = (
-        alt.X("x:Q", title=sides[0].name, scale=alt.Scale(domain=[sides[0].low, sides[0].high], nice=False)),
-        alt.Y("y:Q", title=sides[1].name, scale=alt.Scale(domain=[sides[1].low, sides[1].high], nice=False)),
+        alt.X(
+            "x:Q",
+            title=f"{sides[0].name} ({units[0]})",
+            scale=alt.Scale(domain=[sides[0].low, sides[0].high], nice=False),
+        ),
+        alt.Y(
+            "y:Q",
+            title=f"{sides[1].name} ({units[1]})",
+            scale=alt.Scale(domain=[sides[1].low, sides[1].high], nice=False),
+        ),
     )
     base = alt.Chart(alt.Data(values=rows)).encode(x=x, y=y, x2="x2:Q", y2="y2:Q")
     colour = alt.Color("decade:Q", title="log10 of the error", scale=alt.Scale(scheme="viridis"))

@@ -56,8 +56,9 @@ class Ensemble:
     times: int = 1
     parameters: tuple[tuple[str, str], ...] = ()
 
-    @cached_property
+    @property
     def prepared(self) -> Prepared:
+        """Made once in a process. Raises ValueError for a wrong name or a pair of case and integrator that cannot run."""
         return _prepared(self)
 
     def error(self, numbers: Mapping[str, float]) -> float:
@@ -96,6 +97,11 @@ class Prepared:
         """The column of each varied number among parameters and start."""
         names = [*self.case.parameters, *(c.name for c in self.case.state)]
         return [names.index(one.name) for one in self.ensemble.vary]
+
+    def unit(self, name: str) -> str:
+        """The unit of a number of the case."""
+        units = {p.name: p.unit for p in self.case.parameter_list} | {c.name: c.unit for c in self.case.state}
+        return units[name]
 
     @property
     def parameters_vary(self) -> bool:
@@ -187,7 +193,6 @@ class Prepared:
 
 @lru_cache(maxsize=4)
 def _prepared(ensemble: Ensemble) -> Prepared:
-    """Once in a process. Raises ValueError for a wrong name or a pair of case and integrator that cannot run."""
     ((case, _),) = plan.choose([ensemble.case], False, **dict(ensemble.parameters))
     integrator = lookup.find_one(ensemble.integrator)
     absent = lookup.missing(integrator)
@@ -213,10 +218,18 @@ def short_interval(length: float) -> float:
     return math.ldexp(round(math.ldexp(mantissa, 20)), exponent - 20)
 
 
-def usual_setting(case: Case, integrator: Integrator, times: int) -> float:
-    """A tolerance of 1e-9, or a step of at most a 64th of the time scale that divides the interval between times."""
+def setting_for(case: Case, integrator: Integrator, times: int, given: float | None = None) -> float:
+    """The tolerance, or the step size shortened so that it divides the interval between times.
+
+    By default a tolerance of 1e-9, or a step of at most a 64th of the time scale, of a power of two in the interval.
+    Raises ValueError for a setting that is not positive.
+    """
+    if given is not None and not 0 < given < math.inf:
+        raise ValueError(f"--setting {given}: give a positive number")
     sweep = integrator.sweep
     if isinstance(sweep, Tolerance):
-        return min(max(USUAL_TOLERANCE, sweep.tightest), sweep.loosest)
+        return min(max(USUAL_TOLERANCE, sweep.tightest), sweep.loosest) if given is None else given
     interval = short_interval(float(case.times[-1]) / times)
-    return math.ldexp(interval, -max(0, math.ceil(math.log2(interval * STEPS_EACH / case.time_scale))))
+    if given is None:
+        return math.ldexp(interval, -max(0, math.ceil(math.log2(interval * STEPS_EACH / case.time_scale))))
+    return interval / max(1.0, math.ceil(interval / given))

@@ -34,19 +34,18 @@ def write(folder: Path, ensemble: Ensemble, samples: int, part: Samples) -> None
 
 
 def _schema(pa: Any, ensemble: Ensemble, samples: int) -> Any:
-    case = ensemble.prepared.case
-    units = {p.name: p.unit for p in case.parameter_list} | {c.name: c.unit for c in case.state}
+    unit = ensemble.prepared.unit
     about = {"version": VERSION, "samples": samples, **asdict(ensemble)}
 
-    def field(name: str, kind: Any, unit: str) -> Any:
-        return pa.field(name, kind, metadata={"unit": unit})
+    def field(name: str, kind: Any, unit_: str) -> Any:
+        return pa.field(name, kind, metadata={"unit": unit_})
 
     return pa.schema(
         [
             field("index", pa.int64(), "1"),
             field("status", pa.dictionary(pa.int32(), pa.string()), "1"),
             field("error", pa.float64(), "1"),
-            *(field(f"number {one.name}", pa.float64(), units[one.name]) for one in ensemble.vary),
+            *(field(f"number {one.name}", pa.float64(), unit(one.name)) for one in ensemble.vary),
         ],
         metadata={KEY: json.dumps(about).encode()},
     )

@@ -122,6 +122,15 @@ def _combined(a: Floats, p: Floats, b: Floats, q: Floats, c: Floats, out: Floats
 
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]
+def _turns(start: Floats) -> bool:
+    """Whether the angular momentum is not zero, exactly."""
+    a, a_low = two_product(start[0], start[3])
+    b, b_low = two_product(start[1], start[2])
+    h, h_low = add(a, a_low, -b, -b_low)
+    return bool(h != 0.0 or h_low != 0.0)
+
+
+@njit(error_model="numpy")  # type: ignore[untyped-decorator]
 def _elements(mu: float, start: Floats, out: Floats) -> None:
     """r0, sigma = r v / sqrt(mu), alpha = 2/r0 - v^2/mu, sqrt(mu), each in a row of two parts."""
     sums = np.zeros((3, 2))
@@ -167,7 +176,7 @@ def _evaluate(parameters: Floats, starts: Floats, times: Floats, found: Floats, 
         _elements(parameters[i, 0], starts[i], elements)
         r0, sigma, alpha, s = elements[0], elements[1], elements[2], elements[3]
         speed = math.hypot(starts[i, 2], starts[i, 3])
-        known[i] = True
+        known[i] = _turns(starts[i])  # a radial motion ends where it reaches the centre
         for j in range(len(times)):
             off = _reduced(elements, times[j], T)
             chi, chi_low = _anomaly(r0[0], sigma[0], alpha[0], T[0]), 0.0
