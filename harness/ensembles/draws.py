@@ -70,7 +70,8 @@ def unit(seed: int, dimension: int, first: int, count: int) -> Floats:
     sequence = qmc.Sobol(dimension, bits=SOBOL_BITS, seed=np.random.default_rng(seed))
     if first:  # SciPy refuses 0
         sequence.fast_forward(first)
-    high = (sequence.random(count) * 2.0**SOBOL_BITS).astype(np.uint64)
+    drawn = sequence.random(1 << (count - 1).bit_length())[:count]  # SciPy warns of other numbers than powers of two
+    high = (drawn * 2.0**SOBOL_BITS).astype(np.uint64)
     counters = -(-dimension // 4)  # one gives four words
     generator = np.random.Philox(key=seed).advance(first * counters)
     words = generator.random_raw(4 * counters * count).reshape(count, -1)[:, :dimension]
