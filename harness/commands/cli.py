@@ -18,6 +18,7 @@ from gnomon.harness.commands.ensemble import ensemble
 from gnomon.harness.commands.exact import exact
 from gnomon.harness.commands.export import export
 from gnomon.harness.commands.list import list_
+from gnomon.harness.commands.merge import merge
 from gnomon.harness.commands.options import out, problems
 from gnomon.harness.commands.report import report
 from gnomon.harness.commands.run import run
@@ -51,7 +52,7 @@ def gnomon(
 
 
 app.command("list")(list_)
-for command in (show, exact, run, ensemble, report, compare, verify, certify, export, doctor):
+for command in (show, exact, run, merge, ensemble, report, compare, verify, certify, export, doctor):
     app.command()(command)
 app.add_typer(baseline, name="baseline")
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from gnomon.harness.commands import options
+from gnomon.harness.commands.distribution import Dask, Shard, Timing, TimingOption, part
 from gnomon.harness.commands.options import Output, out, problems
 from gnomon.harness.contract.status import SCORED, Status
 from rich.markup import escape
@@ -59,6 +60,9 @@ def run(
         ),
     ] = 2,
     parameters: options.Parameters = None,
+    shard: Shard = None,
+    timing: TimingOption = Timing.full,
+    dask: Dask = None,
 ) -> None:
     """Run integrators on cases. The same command resumes an interrupted run.
 
@@ -68,7 +72,7 @@ def run(
     from gnomon.harness.running import selection
 
     options.validate_workers(workers)
-    chosen_suite = _suite(suite, case, limit)
+    chosen_suite = part(_suite(suite, case, limit), shard, timing)
     integrators = _integrators(integrator or [], command or [], chosen_suite)
     integrators = selection.integrators_of(integrators, library, kind)
     chosen = options.chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
@@ -76,8 +80,9 @@ def run(
     if not case:
         chosen = [one for one in chosen if chosen_suite.takes(one[0])]
     options.ensure_results(out_path)
-    path = _measured(out_path, chosen_suite, chosen, integrators, workers, bool(case or integrator or command))
-    _summarize(path, {one.name for one, _ in chosen}, integrators)
+    named = bool(case or integrator or command)
+    path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, named)
+    _summarize(path, {one.name for one, _ in chosen}, integrators, shard)
 
 
 def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:
@@ -100,9 +105,12 @@ def _measured(
     chosen: Sequence[tuple[Case, str]],
     integrators: Sequence[Integrator],
     workers: int,
+    dask: str | None,
     near_duplicates: bool,
 ) -> Path:
     """Run the trials, unless one of the first crashes; returns the file of the results."""
+    from gnomon.harness.cluster.connection import Lost
+    from gnomon.harness.cluster.run import run as run_on_cluster
     from gnomon.harness.running import first_trials
     from gnomon.harness.running.progress import Progress
     from gnomon.harness.running.run import run as run_
@@ -114,7 +122,12 @@ def _measured(
                 problems.print(escape(text), highlight=False)
             problems.print("nothing was run: the first trials of these integrators crashed")
             raise typer.Exit(1)
+        if dask is not None:
+            return run_on_cluster(out_path, suite, chosen, integrators, dask, Progress(), workers, near_duplicates)
         return run_(out_path, suite, chosen, integrators, Progress(), workers, near_duplicates=near_duplicates)
+    except Lost as error:
+        problems.print(escape(f"{error}; the same command resumes the run"), highlight=False)
+        raise typer.Exit(1) from None
     except KeyboardInterrupt:
         problems.print("interrupted; the same command resumes the run")
         raise typer.Exit(130) from None
@@ -157,7 +170,7 @@ def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Sui
     return found.within(limit)
 
 
-def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator]) -> None:
+def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator], shard: str | None) -> None:
     from gnomon.harness.commands.run_table import run_table, shortcomings
     from gnomon.harness.registry.lookup import users_own
     from gnomon.harness.results.store import load
@@ -176,7 +189,9 @@ def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator]) -
     out.print(f"results: {path}", highlight=False)
     if frame["status"].isin(SCORED).any():
         out.print(f"its report: gnomon report {shlex.quote(str(path))}", highlight=False)
-    failed = shortcomings(frame, [one for one in integrators if users_own(one)])
+    if shard is not None:  # another shard may have the series of an integrator, or all series
+        integrators = [one for one in integrators if one.id in set(frame["integrator_id"])]
+    failed = [] if shard is not None and frame.empty else shortcomings(frame, [o for o in integrators if users_own(o)])
     for text in failed:
         problems.print(escape(text), highlight=False)
     if failed:

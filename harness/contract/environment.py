@@ -1,6 +1,7 @@
 """The environment of a run: machine, libraries, revision of the sources."""
 
 import hashlib
+import importlib
 import os
 import platform
 import subprocess
@@ -13,6 +14,9 @@ import cpuinfo
 
 LIBRARIES = ("numpy", "scipy", "numba", "rebound", "pybullet", "heyoka", "mpmath", "python-flint", "llvmlite")
 
+VERSIONS = ("python", "gnomon", "sources", *LIBRARIES)
+"""The names of `versions`."""
+
 
 @cache
 def describe() -> dict[str, str]:
@@ -22,12 +26,15 @@ def describe() -> dict[str, str]:
         "cpu": _cpu(),
         "cores": str(os.cpu_count()),
         "system": f"{platform.system()} {platform.release()}",
-        "python": platform.python_version(),
-        "gnomon": version("gnomon"),
     }
     revision = _revision()
-    if revision:
-        found["revision"] = revision
+    return found | versions() | ({"revision": revision} if revision else {})
+
+
+@cache
+def versions() -> dict[str, str]:
+    """What results depend on, whatever the machine: Python, gnomon and its sources, the libraries that are installed."""
+    found = {"python": platform.python_version(), "gnomon": version("gnomon"), "sources": sources()}
     return found | {name: installed for name in LIBRARIES if (installed := library_version(name))}
 
 
@@ -38,6 +45,18 @@ def library_version(name: str) -> str | None:
         return version(name)
     except PackageNotFoundError:
         return None
+
+
+@cache
+def sources() -> str:
+    """A hash of gnomon's own files, names and contents."""
+    hasher = hashlib.sha256()
+    for folder in ("reference", "cases", "harness"):
+        (place,) = map(Path, importlib.import_module(f"gnomon.{folder}").__path__)
+        for path in sorted(path for ending in ("py", "toml", "json") for path in place.rglob(f"*.{ending}")):
+            hasher.update(f"{folder} {path.relative_to(place).as_posix()} ".encode())
+            hasher.update(hashlib.sha256(path.read_bytes()).digest())
+    return hasher.hexdigest()[:16]
 
 
 @cache

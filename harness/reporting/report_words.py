@@ -33,6 +33,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "runs": runs,
         "history": runs[-1],
         "environment": together([each["environment"] for each in runs]),
+        "machines": machines_text(run.frame),
         "launches": launches_text(run.frame),
         "scatter": scatter_text(run.frame),
         "findings": findings.findings(run.equal, run.policies, kinds, run.matrix, run.trusted),
@@ -89,6 +90,14 @@ def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
         }
         for name in run.names
     ]
+
+
+def machines_text(frame: pd.DataFrame) -> str:
+    """On how many machines the trials that ran were measured."""
+    count = frame.loc[~frame["status"].isin(analysis.NEVER_RAN), "machine"].nunique()
+    if count == 1:
+        return "one machine"
+    return f"{count} machines: a time is compared only with times of the same machine"
 
 
 def launches_text(frame: pd.DataFrame) -> str:

@@ -12,10 +12,11 @@ import pandas as pd
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.convergence_order import line, slopes, why_no_line
-from gnomon.harness.results.schema import MEASUREMENT_COLUMNS
+from gnomon.harness.results.schema import MEASUREMENT_COLUMNS, TIMES
 
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
-SERIES = ["case", "variant", "formulation", "library", "integrator_id"]
+PROBLEM = ["case", "variant", "formulation"]
+SERIES = [*PROBLEM, "library", "integrator_id"]
 ON_A_LINE = 0.1
 """A slope counts as an order if the slope between any two neighbouring points differs from it by at most this, the
 tolerance between measured and declared order. An error that passes through zero between two steps bends the line by
@@ -44,7 +45,8 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
     """The store's rows with empty strings for missing names, and columns of numbers as floats.
 
     `seconds_net` is `seconds_median` without the null call (`null_seconds`), at least a tenth of it; it is the time
-    that all comparisons use. If the null call was not measured, the two are equal. If one launch of a trial was solved
+    that all comparisons use. If the null call was not measured, the two are equal. Of a problem that ran on several
+    machines the times of one count (see `one_machine`). If one launch of a trial was solved
     from turned starts, the errors of its other launches become nan: those are of one orientation only.
     """
     frame = rows.copy()
@@ -59,12 +61,28 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
         *("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start"),
     ):
         frame[column] = pd.to_numeric(frame[column], errors="coerce").astype(float)
+    frame = one_machine(frame)
     frame["seconds_net"] = net(frame["seconds_median"], frame["null_seconds"])
     turned = frame.groupby("trial_key")["turned_starts"].transform("max") > 0
     aside = turned & frame["turned_starts"].isna()
     if aside.any():
         frame.loc[aside, [column for column in ERRORS if column in frame]] = math.nan
     return frame
+
+
+def one_machine(frame: pd.DataFrame) -> pd.DataFrame:
+    """The rows without the times from other machines than the one that timed most rows of the same problem.
+
+    A time is compared only with times of the same machine; errors do not depend on it, and stay.
+    """
+    if frame["machine"].nunique() < 2:
+        return frame
+    timed = frame[frame["seconds_median"].notna()]
+    counts = timed.groupby([*PROBLEM, "machine"]).size().rename("count").reset_index()
+    most = counts.sort_values(["count", "machine"], ascending=[False, True]).drop_duplicates(PROBLEM)
+    chosen = frame[PROBLEM].merge(most, on=PROBLEM, how="left")["machine"].to_numpy()
+    times = [name for name in TIMES if name in frame]
+    return frame.assign(**{name: frame[name].where(frame["machine"] == chosen) for name in times})
 
 
 def net(seconds: pd.Series, null: pd.Series) -> pd.Series:
@@ -157,7 +175,7 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     `seconds` is the median over launches of the time without the null call, `low` and `high` the range, `overhead` the
     median of the null calls, nan if none was measured. `at_loosest`: the loosest setting reaches the target already, so
     the time is an upper bound. `tied`: within a factor of 1.2 of the fastest. `preparation` is the time of `prepare`,
-    which the other times exclude (see `preparations`).
+    which the other times exclude (see `preparations`), `machine` where the times were measured.
 
     The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
@@ -188,6 +206,8 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     named = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest", "overhead"]
     table = pd.DataFrame(rows, columns=named)
     fastest = table.groupby(["case", "variant", "formulation", "target"])["seconds"].transform("min")
+    machines = usable[usable["seconds_net"].notna()].groupby(SERIES)["machine"].first()
+    table = table.join(machines, on=list(SERIES))
     table = table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
     return table.join(preparations(frame), on=list(SERIES))
 

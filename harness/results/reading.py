@@ -25,11 +25,12 @@ SELECT {trials}, {measurements}, runs.suite,
 FROM measurements JOIN trials USING (trial_key) JOIN runs USING (run)
 WHERE {condition} ORDER BY trials.rowid, measurements.launch, measurements.measurement
 """
-_NOT_SUPERSEDED = """
+NOT_SUPERSEDED = """
 measurements.trial_key IN (SELECT trial_key FROM planned
                            WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series))
 AND measurements.measurement IN (SELECT max(measurement) FROM measurements GROUP BY trial_key, launch)
 """
+"""The condition for the measurements that count: of the trials last planned for a series, the last of each launch."""
 
 
 def load(path: str | Path, superseded: bool = False) -> Any:
@@ -42,7 +43,7 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     """
     import pandas  # slow to load: the command line starts without it
 
-    condition = "1" if superseded else _NOT_SUPERSEDED
+    condition = "1" if superseded else NOT_SUPERSEDED
     with opening.reading(path, LOADED) as db:
         columns = {table: schema.selected(table, schema.version(db)) for table in ("trials", "measurements")}
         cursor = db.execute(_CURRENT.format(condition=condition, **columns))

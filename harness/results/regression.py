@@ -17,7 +17,7 @@ from gnomon.harness.results.values import TRIES
 SERIES = ["case", "variant", "formulation", "integrator_id"]
 COLUMNS = [
     "setting", "setting_kind", "numbers", "span", "status", "reason", "limit_seconds", "repeats", "turned_starts",
-    "error_max", "floor", "conditioning", "rhs_calls", "steps", "seconds_median",
+    "error_max", "floor", "conditioning", "rhs_calls", "steps", "seconds_median", "machine",
 ]  # fmt: skip
 LIMITS = ["error_limit", "rhs_limit", "steps_limit"]
 """Columns that a base may have besides: the largest values that noise explains, in place of the factors below."""
@@ -161,7 +161,8 @@ def _numbers(name: str, both: Any, verdict: Verdict) -> None:
     orders = [_order(sound["setting"], sound[column], attainable) for column in ("error_max", "error_max_after")]
     if (sound["setting_kind"] == "step").any() and orders[1] < orders[0] - ORDER_LOSS:
         verdict.regressions.append(f"{name}: order {orders[0]:.2f} became {orders[1]:.2f}")
-    seconds = (sound["seconds_median_after"] / sound["seconds_median"]).dropna()
+    timed = sound[sound["machine"] == sound["machine_after"]]
+    seconds = (timed["seconds_median_after"] / timed["seconds_median"]).dropna()
     if len(seconds) and np.median(seconds) > 1.5:
         verdict.notes.append(f"{name}: {np.median(seconds):.2g} times the time of the base (advisory)")
 

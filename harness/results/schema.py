@@ -16,6 +16,8 @@ _FOUND = declared("results", "schema.toml")
 TABLES: dict[str, dict[str, str]] = _FOUND["tables"]
 """The columns of every table, without the `checksum` that each has too; schema.toml explains them."""
 TRIAL_COLUMNS, MEASUREMENT_COLUMNS = TABLES["trials"], TABLES["measurements"]
+TIMES = tuple(name for name in MEASUREMENT_COLUMNS if "seconds" in name and name != "limit_seconds")
+"""The columns of measured times, which are compared on one machine only."""
 SINCE_2: dict[str, list[str]] = _FOUND["since_2"]
 """The columns that schema 1 lacks, apart from the checksums."""
 _PRIMARY_KEYS: dict[str, str] = _FOUND["primary_keys"]

@@ -31,11 +31,13 @@ class Known(NamedTuple):
     limit_seconds: float | None
     turned: bool = False
     """Whether its errors come from turned starts."""
+    timed: bool = True
+    """Whether its time was recorded."""
 
-    def settles(self, limit_seconds: float, turned: bool = False) -> bool:
+    def settles(self, limit_seconds: float, turned: bool = False, timed: bool = False) -> bool:
         """Whether the trial need not run again. It must if it was interrupted, if a lower limit ended it, or if the run
-        wants `turned` starts and the error is that of one start."""
-        if turned and not self.turned and self.status in SCORED:
+        wants `turned` starts and the error is that of one start, or times and there is none."""
+        if self.status in SCORED and ((turned and not self.turned) or (timed and not self.timed)):
             return False
         if self.status == Status.INTERRUPTED:
             return False
@@ -99,15 +101,20 @@ class Store:
                 row = {"run": run, "series": trial["series"], "trial_key": trial["trial_key"]}
                 _insert(db, "planned", row, "OR IGNORE")
 
+    def machines(self) -> list[str]:
+        """The machines that trials in the file were measured on."""
+        query = "SELECT DISTINCT machine FROM trials WHERE trial_key IN (SELECT trial_key FROM measurements)"
+        return [machine for (machine,) in self._connection.execute(query)]
+
     def history(self) -> dict[tuple[str, int], Known]:
         """The last measurement of every trial and launch, by (trial_key, launch)."""
         rows = self._connection.execute(
-            "SELECT trial_key, launch, status, coalesce(rhs_calls, steps), limit_seconds, turned_starts IS NOT NULL"
-            " FROM measurements ORDER BY measurement"
+            "SELECT trial_key, launch, status, coalesce(rhs_calls, steps), limit_seconds, turned_starts IS NOT NULL,"
+            " seconds_median IS NOT NULL FROM measurements ORDER BY measurement"
         )
         return {
-            (key, launch): Known(Status(status), work, limit, bool(turned))
-            for key, launch, status, work, limit, turned in rows
+            (key, launch): Known(Status(status), work, limit, bool(turned), bool(timed))
+            for key, launch, status, work, limit, turned, timed in rows
         }
 
     def interruptions(self) -> dict[tuple[str, int], int]:
@@ -126,15 +133,22 @@ class Store:
         states: Floats | None = None,
     ) -> None:
         """Append one measurement, the engine options that differ from defaults, and the sampled states (64, dim)."""
+        self.add_batch(run, [(measurement, options, states)])
+
+    def add_batch(
+        self, run: int, rows: Iterable[tuple[Mapping[str, Any], Mapping[str, Any] | None, Floats | None]]
+    ) -> None:
+        """Append several measurements with what `add` takes of each, in one transaction."""
         with self._connection as db:
-            row = {"run": run, "recorded": _now(), **measurement}
-            number = _insert(db, "measurements", row)
-            for name, value in (options or {}).items():
-                _insert(db, "settings_changed", {"measurement": number, "name": name, "value": str(value)})
-            if states is not None:
-                blob = zlib.compress(np.ascontiguousarray(states, dtype="<f8").tobytes(), 1)
-                row = {"measurement": number, "dimension": states.shape[1], "states": blob}
-                _insert(db, "sampled_states", row)
+            for measurement, options, states in rows:
+                row = {"run": run, "recorded": _now(), **measurement}
+                number = _insert(db, "measurements", row)
+                for name, value in (options or {}).items():
+                    _insert(db, "settings_changed", {"measurement": number, "name": name, "value": str(value)})
+                if states is not None:
+                    blob = zlib.compress(np.ascontiguousarray(states, dtype="<f8").tobytes(), 1)
+                    row = {"measurement": number, "dimension": states.shape[1], "states": blob}
+                    _insert(db, "sampled_states", row)
 
     def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None:
         """Append several measurements without options or states, in one transaction."""

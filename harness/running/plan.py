@@ -71,6 +71,10 @@ class Suite:
     """The integrators that run if none is named; empty for all."""
     rest: Suite | None = None
     """How it runs the cases outside `FOUNDATION`; None if like the others."""
+    timed: bool = True
+    """Whether times are recorded; else a run has errors alone."""
+    shard: tuple[int, int] = (1, 1)
+    """The part of the series that it runs, from 1, and the number of parts (see `cost.shard`)."""
 
     def of(self, case: Case) -> Suite:
         """How this suite runs a case."""
@@ -89,6 +93,10 @@ class Suite:
             long_limit_seconds=limit_seconds,
             rest=self.rest and self.rest.within(limit_seconds),
         )
+
+    def untimed(self) -> Suite:
+        """The same suite for errors alone: each series is launched once, and each trial is one call of `solve`."""
+        return replace(self, timed=False, launches=1, repeats=1, rest=self.rest and self.rest.untimed())
 
     def limit(self, case: Case) -> float:
         """Seconds that one trial of a case may take; more if the span of a variant is longer than 1000 time scales."""
@@ -152,9 +160,12 @@ class Series:
     def form(self) -> Any:
         return accepted_form(self.case, self.integrator.accepts, self.formulation)
 
-    def trials(self, problem: Problem) -> tuple[Trial, ...]:
-        """The trials of the sweep on `problem`; one trial without a setting if the pair is left out."""
-        base = self._key_parts(problem)
+    def trials(self, problem: Problem, machine: str | None = None) -> tuple[Trial, ...]:
+        """The trials of the sweep on `problem`; one trial without a setting if the pair is left out.
+
+        Their keys are those of a `machine` (see `environment.machine`), by default of this one.
+        """
+        base = [*self._key_parts(problem), machine or environment.machine()]
         if self.left_out is not None:
             return (Trial(sources.digest([*base, *self.left_out]), None),)
         found = settings(self.integrator, self.case, problem)
@@ -178,7 +189,6 @@ class Series:
             self.integrator.id,
             closure(type(self.integrator).__module__) or _THIS_PROCESS,
             json.dumps(library_versions(self.integrator)),
-            environment.machine(),
         ]
 
     def describe(self, trial: Trial, **numbers: Any) -> dict[str, Any]:
@@ -290,6 +300,12 @@ def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None)
     if lacking is not None and not isinstance(lacking, str):
         return Status.CRASHED, f"its unsupported() returns {short(lacking)}: it is a text, or None"
     return None if lacking is None else (Status.UNSUPPORTED, lacking)
+
+
+def launches(series: Series, suite: Suite, near_duplicates: bool = True) -> int:
+    """How often a suite launches a series: once for hard variants, and for near-duplicate methods unless these are named."""
+    often = series.case.variant is None and (near_duplicates or series.integrator.primary)
+    return suite.of(series.case).launches if often else 1
 
 
 def choose(

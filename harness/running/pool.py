@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import signal
 import tempfile
@@ -87,10 +88,20 @@ class _Slot:
 
 
 class Pool:
-    """`workers` child processes at a time. `method` is how they are started, see `gnomon.harness.system.child_process`."""
+    """`workers` child processes at a time. `method` is how they are started, see `gnomon.harness.system.child_process`.
 
-    def __init__(self, workers: int = 2, method: str = "forkserver", prepare_seconds: float = PREPARE_SECONDS) -> None:
+    Each may allocate `memory` bytes, at most its share of the machine's memory.
+    """
+
+    def __init__(
+        self,
+        workers: int = 2,
+        method: str = "forkserver",
+        prepare_seconds: float = PREPARE_SECONDS,
+        memory: float = math.inf,
+    ) -> None:
         self.workers = workers
+        self.memory = memory
         self.prepare_seconds = prepare_seconds
         self._context = context(method)
         self._folder = tempfile.TemporaryDirectory(dir=temporary_folder())
@@ -133,7 +144,7 @@ class Pool:
         self._started += 1
         path = Path(self._folder.name) / str(self._started)
         path.touch()
-        job.task = replace(job.task, output=str(path), memory_bytes=worker_bytes(self.workers))
+        job.task = replace(job.task, output=str(path), memory_bytes=int(min(worker_bytes(self.workers), self.memory)))
         ours, theirs = self._context.Pipe()
         process = self._context.Process(target=serve, args=(theirs, job.task), daemon=True)
         with main_hidden(not job.task.spec.in_main):

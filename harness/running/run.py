@@ -5,10 +5,11 @@ from __future__ import annotations
 import shlex
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from gnomon.cases import Case
 from gnomon.harness.contract import environment
@@ -19,6 +20,7 @@ from gnomon.harness.results import store
 from gnomon.harness.results.store import Known, Store
 from gnomon.harness.running import plan
 from gnomon.harness.running.call_cost import described as python_calls
+from gnomon.harness.running.cost import shard
 from gnomon.harness.running.plan import Series, Suite, Trial
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.progress import Progress
@@ -51,25 +53,38 @@ def run(
     cases are done if the exact motion of a case cannot be computed.
     """
     need_fork()
-    progress = progress or Progress(quiet=True)
+    path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
+    with opened(path, suite, chosen, integrators, progress or Progress(quiet=True), near_duplicates) as run_:
+        method = "fork" if any(lookup.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
+        Pool(workers, method, prepare_seconds).run(run_.sweeps())
+    return path
+
+
+@contextmanager
+def opened(
+    path: Path,
+    suite: Suite,
+    chosen: Sequence[tuple[Case, str]],
+    integrators: Sequence[Integrator],
+    progress: Progress,
+    near_duplicates: bool,
+) -> Iterator[PlannedRun]:
+    """A run whose plan is in the results file: the caller runs its `work`. Raises ValueError as `run` does."""
     for integrator in integrators:
         declaration.validate(integrator)
     _verify_caches()
-    path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
-    series = plan.pairs(chosen, integrators, near_duplicates=near_duplicates)
+    series = shard(plan.pairs(chosen, integrators, near_duplicates=near_duplicates), suite, near_duplicates)
     with progress, Store(path) as results:
         known, broken = _reference_solutions(series, progress)
         calls = python_calls() if any(one.library == "scipy" for one in integrators) else {}
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls)
-        run_ = _Run(results, number, suite, known, progress, near_duplicates)
+        run_ = PlannedRun(results, number, suite, known, progress, near_duplicates)
         run_.plan(series)
-        method = "fork" if any(lookup.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
-        Pool(workers, method, prepare_seconds).run(run_.sweeps())
+        yield run_
         results.end_run(number)
     _verify_caches()  # the disk may have become full in the meantime
     if broken:
         raise ValueError("; ".join(f"{spec.path} {spec.variant or ''}: {error}" for spec, error in broken.items()))
-    return path
 
 
 def compare(
@@ -113,11 +128,25 @@ def _reference_solutions(
     return known, {spec: exact for spec, exact in found.items() if isinstance(exact, str)}
 
 
-@dataclass
-class _Run:
-    """The work of one run: its sweeps, their sequence, and the store that takes their measurements."""
+class Results(Protocol):
+    """What a run needs of a `Store`, which other objects have too."""
 
-    results: Store
+    def history(self) -> dict[tuple[str, int], Known]: ...
+
+    def interruptions(self) -> dict[tuple[str, int], int]: ...
+
+    def plan(self, run: int, trials: Iterable[Mapping[str, Any]]) -> None: ...
+
+    def add(self, run: int, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None: ...
+
+    def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None: ...
+
+
+@dataclass
+class PlannedRun:
+    """The work of one run: its sweeps, their sequence, and what takes their measurements."""
+
+    results: Results
     number: int
     suite: Suite
     reference_solutions: Mapping[CaseSpec, ReferenceSolution]
@@ -142,7 +171,7 @@ class _Run:
             trials = one.trials(scorer.problem(one.form))
             rows += [one.describe(trial, **scorer.summary()) for trial in trials]
             if self.history:
-                self._reopen(one, trials, len(scorer.reference.turned) > 0)
+                self.reopen(one, trials, len(scorer.reference.turned) > 0)
             if one.left_out is None:
                 self.work.append((one, trials, scorer))
             elif (trials[0].key, 1) not in self.history:
@@ -157,7 +186,7 @@ class _Run:
             (launch, one, trials, scorer)
             for launch in range(1, self.suite.launches + 1)
             for one, trials, scorer in self.work
-            if launch <= self._launches(one)
+            if launch <= plan.launches(one, self.suite, self.near_duplicates)
         ]
         pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
         self.progress.begin("series", len(pending))
@@ -175,12 +204,7 @@ class _Run:
                 self.interruptions,
             )
 
-    def _launches(self, series: Series) -> int:
-        """How often a series is launched: once for hard variants and for near-duplicate methods."""
-        often = series.case.variant is None and (self.near_duplicates or series.integrator.primary)
-        return self.suite.of(series.case).launches if often else 1
-
-    def _reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:
+    def reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:
         """Remove from the history what this run must measure again of these trials."""
         suite = self.suite.of(series.case)
         limit_seconds = suite.limit(series.case)
@@ -188,7 +212,7 @@ class _Run:
             for launch in range(1, self.suite.launches + 1):
                 known = self.history.get((trial.key, launch))
                 turned = symmetric and suite.turned and launch == 1
-                if known is not None and not known.settles(limit_seconds, turned):
+                if known is not None and not known.settles(limit_seconds, turned, suite.timed):
                     del self.history[trial.key, launch]
 
     def _scorer(self, spec: CaseSpec, series: Series) -> Scorer:

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.contract.status import CANNOT_RUN, SCORED, Status
 from gnomon.harness.registry.lookup import reference
+from gnomon.harness.results.schema import TIMES
 from gnomon.harness.results.store import Known
 from gnomon.harness.running.plan import Series, Suite, Trial
 from gnomon.harness.running.worker import FEWEST_CALLS, Request, Task
@@ -184,9 +185,13 @@ class Sweep:
         suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
         if self.series.case.variant is None:
             turned = suite.turned and self.launch == 1 and len(self.task.turned) > 0
-            return Request(setting, count, suite.block_seconds, suite.repeats, suite.slow_seconds, turned, null=True)
-        return Request(setting, count, 0.0, FEWEST_CALLS, min(suite.slow_seconds, REPEATED_SECONDS))
+            slow, null = suite.slow_seconds, suite.timed
+            return Request(setting, count, suite.block_seconds, suite.repeats, slow, turned, null)
+        fewest = min(FEWEST_CALLS, suite.repeats)
+        return Request(setting, count, 0.0, fewest, min(suite.slow_seconds, REPEATED_SECONDS))
 
     def _add(self, trial: Trial, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None:
         row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}
+        if not self.suite.timed:
+            row = {name: value for name, value in row.items() if name not in TIMES}
         self.record(row, options, states)

@@ -11,7 +11,7 @@ import pytest
 from gnomon.harness.registry.lookup import own
 from gnomon.harness.reporting import report_benchmarks
 from gnomon.harness.reporting.findings import findings
-from gnomon.harness.reporting.report_words import hierarchy_rows, launches_text, scatter_text, together
+from gnomon.harness.reporting.report_words import hierarchy_rows, launches_text, machines_text, scatter_text, together
 
 
 def _launched(**launches: int) -> pd.DataFrame:
@@ -249,3 +249,10 @@ def test_notes_of_pairs(tmp_path: Path, first: float | None, ratio: float | None
 def test_from_ten_on_a_ratio_has_no_decimals(ratio: float, text: str) -> None:
     """Five launches do not determine more than its integer part."""
     assert report_benchmarks._times(ratio) == text
+
+
+def test_the_report_says_on_how_many_machines_it_stands() -> None:
+    """A pair that could not run was measured nowhere."""
+    frame = pd.DataFrame({"status": ["ok", "ok", "unsupported"], "machine": ["a", "a", "b"]})
+    assert machines_text(frame) == "one machine"
+    assert machines_text(frame.assign(status="ok")).startswith("2 machines: a time is compared only")

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from gnomon.harness.results import analysis
 from gnomon.harness.results.store import load
+from gnomon.harness.studies import model_hierarchy
 
 
 def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) -> pd.DataFrame:
@@ -26,7 +27,7 @@ def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) 
     fixed |= {"setting_kind": "step", "settings_changed": "{}", "order_declared": 2, "floor": 1e-17}
     fixed |= {"conditioning": 1e-15, "rhs_calls": 1, "steps": 1, "turns": 0, "error_end": 0.0, "error_rms": 0.0}
     fixed |= dict.fromkeys(("error_phase", "error_shape", "events_missing", "events_extra", "events_time_error"))
-    fixed |= {"seconds_low": 1.0, "seconds_high": 1.0, "prepare_seconds": 0.0}
+    fixed |= {"seconds_low": 1.0, "seconds_high": 1.0, "prepare_seconds": 0.0, "machine": "m"}
     fixed |= dict.fromkeys(
         ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start")
     )
@@ -292,3 +293,26 @@ def test_if_a_launch_has_the_median_over_turned_starts_errors_of_launches_from_o
     best = analysis.trust(reduced).iloc[0]
     assert (best["best"], best["error_low"], best["error_high"], best["turned_starts"]) == (1e-5, 1e-6, 1e-2, 9)
     assert list(analysis.settings(analysis.tidy(later))["error_max"]) == [1e-1, 1e-7], "no launch has turned starts"
+
+
+def test_times_of_several_machines_are_not_compared() -> None:
+    """The machine that timed most of a problem's series counts; errors of the others stay."""
+    errors, seconds = [1e-2, 1e-4, 1e-6], [1.0, 4.0, 16.0]
+    mine = [_rows(name, errors, seconds) for name in ("A", "B")]
+    fast = _rows("C", errors, [1e-3 * each for each in seconds], machine="faster")
+    frame = analysis.one_machine(pd.concat([*mine, fast]))
+    equal = analysis.equal_error(analysis.tidy(pd.concat([*mine, fast])), [1e-3])
+    assert equal[["integrator_id", "machine", "tied"]].to_numpy().tolist() == [["l:A", "m", True], ["l:B", "m", True]]
+    assert frame["error_max"].notna().all()
+    elsewhere = fast.assign(case="d")  # another problem: its times are all of that machine
+    assert len(analysis.equal_error(analysis.tidy(pd.concat([*mine, elsewhere])), [1e-3])) == 3
+
+
+def test_a_model_hierarchy_compares_times_of_one_machine() -> None:
+    """The time of a model over that of the full case, for an integrator that ran both on the same machine."""
+    reduced = pd.DataFrame({"case": ["c", "d"], "variant": "", "span": 1.0, "time_scale": 1.0})
+    equal = pd.DataFrame({"case": ["c", "d"], "variant": "", "formulation": "", "target": 1e-6, "integrator_id": "l:A"})
+    equal = equal.assign(seconds=[1.0, 2.0], machine="m")
+    assert model_hierarchy.cost("c", "d", equal, reduced)["ratio"] == 2.0
+    apart = model_hierarchy.cost("c", "d", equal.assign(machine=["m", "another"]), reduced)
+    assert math.isnan(apart["ratio"])

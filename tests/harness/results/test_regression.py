@@ -63,6 +63,14 @@ def test_slower_is_a_note(base: Any) -> None:
     assert any("3 times the time" in note for note in verdict.notes)
 
 
+def test_times_of_another_machine_are_not_compared(base: Any) -> None:
+    """Errors are: they do not depend on it."""
+    slower = spoiled(base, "seconds_median", lambda rows: rows["seconds_median"] * 3).assign(machine="another")
+    verdict = compare(base, slower)
+    assert verdict.notes == []
+    assert verdict.settings == compare(base, base).settings
+
+
 def test_round_off_is_no_regression(base: Any) -> None:
     def noise(rows: Any) -> Any:
         return rows["error_max"].where(rows["error_max"] > 1e-14, 9 * rows["error_max"])

@@ -1,0 +1,123 @@
+"""How a run would scale on a cluster: simulates its tasks from the times that a run on one machine took.
+
+`python -m gnomon.harness.cluster.simulation RESULTS` prints the table of docs/cluster.md, from the results file of a run
+with two processes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import heapq
+from collections import deque
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from gnomon.harness.cluster.connection import AHEAD, FEWEST_AHEAD
+from gnomon.harness.cluster.run import TASK_SECONDS
+from gnomon.harness.contract.status import CANNOT_RUN
+from gnomon.harness.results import opening
+from gnomon.harness.running.cost import divided, launched_seconds
+
+WORKERS = (1, 10, 100, 1000)
+START_SECONDS = 3.0
+"""From the start of a worker to its first trial: imports, and those of the server that its processes are forked from."""
+SCHEDULER_SECONDS = 1e-3
+"""The scheduler's part in a task: what Dask's documentation gives."""
+RECORD_SECONDS = 0.28e-3
+"""The client's part in a measurement, with its states: measured by tests/benchmarks/test_cluster.py."""
+
+
+class Measured(NamedTuple):
+    """A series of a run: seconds of all its launches, what these were predicted to be, and its measurements."""
+
+    seconds: float
+    predicted: float
+    rows: int
+
+
+class Scaling(NamedTuple):
+    """Seconds of a simulated run, and those in which its scheduler and its client are busy."""
+
+    seconds: float
+    scheduler: float
+    client: float
+
+
+def measured(path: Path, processes: int = 2) -> list[Measured]:
+    """The series of a results file in the order of their names.
+
+    A launch took from the end of the one before it in the same process to its last measurement. Which process that was
+    is not recorded: each launch is given to the process that had ended first when it began.
+    """
+    marks = ", ".join("?" * (len(CANNOT_RUN) + 1))
+    with opening.reading(path, ("runs", "trials", "measurements")) as db:
+        launches = db.execute(
+            'SELECT run, series, launch, min(recorded), max(recorded), count(*), library, variant != "default",'
+            " max(limit_seconds) FROM measurements JOIN trials USING (trial_key) GROUP BY run, series, launch"
+            f" HAVING sum(status NOT IN ({marks})) > 0 ORDER BY run, min(recorded)",
+            (*CANNOT_RUN, "skipped"),
+        ).fetchall()
+    found: dict[str, list[tuple[float, int, str, bool, float]]] = {}
+    ends, current = list[float](), 0
+    for run, series, _, first, last, rows, library, hard, limit in launches:
+        began, ended = (datetime.fromisoformat(text).timestamp() for text in (first, last))
+        if run != current:
+            current, ends = run, [began] * processes
+        seconds = max(0.0, ended - heapq.heapreplace(ends, max(ended, ends[0])))
+        found.setdefault(series, []).append((seconds, rows, library, bool(hard), limit or 0.0))
+    return [
+        Measured(
+            sum(each[0] for each in of),
+            launched_seconds(of[0][2], of[0][3], of[0][4], len(of)),
+            sum(each[1] for each in of),
+        )
+        for _, of in sorted(found.items())
+    ]
+
+
+def simulated(tasks: Sequence[tuple[float, int]], workers: int) -> Scaling:
+    """A run of tasks (seconds, measurements) in this order: the client keeps a number of them under way.
+
+    Scheduler and client each do one thing at a time. Workers take the tasks in their order.
+    """
+    waiting, ahead = deque(tasks), max(FEWEST_AHEAD, AHEAD * workers)
+    free = [START_SECONDS] * workers
+    under_way: list[tuple[float, int]] = []
+    now = scheduler = scheduler_busy = client_busy = 0.0
+    while waiting or under_way:
+        if waiting and len(under_way) < ahead:
+            seconds, rows = waiting.popleft()
+            scheduler = max(now, scheduler) + SCHEDULER_SECONDS
+            scheduler_busy += SCHEDULER_SECONDS
+            ended = max(scheduler, free[0]) + seconds
+            heapq.heapreplace(free, ended)
+            heapq.heappush(under_way, (ended, rows))
+        else:
+            ended, rows = heapq.heappop(under_way)
+            now = max(now, ended) + rows * RECORD_SECONDS
+            client_busy += rows * RECORD_SECONDS
+    return Scaling(now, scheduler_busy, client_busy)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("results", type=Path)
+    series = measured(parser.parse_args().results)
+    predicted = [one.predicted for one in series]
+    parts = divided(series, predicted, round(sum(predicted) / TASK_SECONDS))
+    tasks = [(sum(one.seconds for one in part), sum(one.rows for one in part)) for part in parts if part]
+    longest, total = max(seconds for seconds, _ in tasks), sum(seconds for seconds, _ in tasks)
+    print(f"{len(series)} series, {total:.0f} s in {len(tasks)} tasks, the longest {longest:.1f} s\n")
+    print("| workers | run | of the work, on each worker | scheduler busy | client busy |\n|---|---|---|---|---|")
+    for workers in WORKERS:
+        found = simulated(tasks, workers)
+        print(
+            f"| {workers} | {found.seconds:.0f} s | {100 * total / workers / found.seconds:.0f} %"
+            f" | {100 * found.scheduler / found.seconds:.0f} % | {100 * found.client / found.seconds:.0f} % |"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+"""A task of a cluster: a group of series, which a Dask worker runs in the same killable processes as one machine does."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import pickle
+import threading
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from multiprocessing import process
+from typing import Any, NamedTuple
+
+import numpy as np
+from gnomon.harness.cluster.identity import difference
+from gnomon.harness.contract import environment
+from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.registry.lookup import dereference
+from gnomon.harness.results.store import Known
+from gnomon.harness.running.messages import Garbled, Inbox, Message, encode
+from gnomon.harness.running.plan import Series, Suite
+from gnomon.harness.running.pool import Pool
+from gnomon.harness.running.progress import Progress
+from gnomon.harness.running.run import PlannedRun
+from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
+
+History = dict[tuple[str, int], Known]
+Row = tuple[dict[str, Any], dict[str, Any] | None, Floats | None]
+"""A measurement, the engine options, the sampled states."""
+
+_ONE_AT_A_TIME = threading.Lock()
+"""Held by the thread that runs a task: the children of one process cannot be awaited by several threads."""
+
+
+class Differs(ValueError):  # noqa: N818 (it names what was found)
+    """A worker has other versions or sources than the client; the message names the worker and both."""
+
+
+class Packed(NamedTuple):
+    """A reference solution as bytes, and their hash."""
+
+    content: bytes
+    digest: str
+
+
+@dataclass(frozen=True)
+class Group:
+    """The series of a task as plain data: a worker builds them from its own sources, which are those of the client.
+
+    A series is the `reference` of its integrator, its case and formulation, and its label. `history` and `interruptions`
+    are what the client's file has of their trials.
+    """
+
+    suite: Suite
+    near_duplicates: bool
+    series: tuple[tuple[tuple[str, str], CaseSpec, str], ...]
+    exact: dict[CaseSpec, Packed]
+    history: History
+    interruptions: dict[tuple[str, int], int]
+
+
+def packed(solution: ReferenceSolution) -> Packed:
+    """A reference solution as data that `unpacked` verifies."""
+    arrays = {name: np.asarray(getattr(solution, name)) for name in ReferenceSolution.__dataclass_fields__}
+    content = encode(Message(0, "exact", {}, arrays))
+    return Packed(content, hashlib.sha256(content).hexdigest())
+
+
+def unpacked(given: Packed) -> ReferenceSolution:
+    """Raises ValueError for content that does not have its hash."""
+    if hashlib.sha256(given.content).hexdigest() != given.digest:
+        raise ValueError("an exact motion arrived damaged: its hash is another one")
+    (message,) = Inbox().take(given.content)
+    arrays: dict[str, Any] = dict(message.arrays)
+    crowded, scale = arrays.pop("crowded").astype(np.bool_), float(arrays.pop("time_scale"))
+    return ReferenceSolution(**arrays, crowded=crowded, time_scale=scale)
+
+
+@dataclass
+class _Recorder:
+    """Takes the measurements of a run in place of a file."""
+
+    known: History
+    interrupted: dict[tuple[str, int], int]
+    rows: list[bytes] = field(default_factory=list)
+
+    def history(self) -> History:
+        return self.known
+
+    def interruptions(self) -> dict[tuple[str, int], int]:
+        return self.interrupted
+
+    def plan(self, run: int, trials: Iterable[Mapping[str, Any]]) -> None:
+        """The client records the plan."""
+
+    def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None:
+        """The client records pairs that cannot run."""
+
+    def add(self, run: int, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None:
+        row = {name: v.item() if isinstance(v, np.generic) else v for name, v in measurement.items()}
+        content = {"row": row, "options": options}
+        self.rows.append(encode(Message(run, "row", content, {} if states is None else {"states": states})))
+
+
+def execute(client: Mapping[str, str], content: bytes) -> bytes:
+    """Run a pickled Group; returns its measurements, to be read by `rows`. A Dask worker calls this.
+
+    A trial may allocate the memory that Dask gives to the worker. Raises Differs if versions or sources are not those of
+    the `client`.
+    """
+    from distributed import get_worker  # optional, and there in a worker
+
+    worker, different = get_worker(), difference(client)
+    if different is not None:
+        raise Differs(
+            f"the worker {worker.address} {different}; start the workers with the client's versions and sources"
+        )
+    memory = worker.memory_manager.memory_limit or math.inf
+    with _ONE_AT_A_TIME:
+        # Dask starts its workers as daemons, which multiprocessing forbids to have children, as these would outlive
+        # them: the children of a run end with their parent.
+        process.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
+        group: Group = pickle.loads(content)
+        recorder = _Recorder(dict(group.history), dict(group.interruptions))
+        known = {spec: unpacked(one) for spec, one in group.exact.items()}
+        run = PlannedRun(recorder, 0, group.suite, known, Progress(quiet=True), group.near_duplicates)
+        run.plan([_series(*one) for one in group.series])
+        Pool(1, memory=memory).run(run.sweeps())
+    return encode(Message(0, "environment", environment.describe(), {})) + b"".join(recorder.rows)
+
+
+def _series(integrator: tuple[str, str], spec: CaseSpec, label: str) -> Series:
+    case, formulation = spec.build()
+    return Series(case, formulation, dereference(*integrator), None, label)
+
+
+def rows(content: bytes) -> tuple[dict[str, str], list[Row]]:
+    """The environment of the worker and the measurements in what `execute` returned.
+
+    Raises ValueError for anything else.
+    """
+    try:
+        first, *others = Inbox().take(content)
+        found = {str(name): str(value) for name, value in first.content.items()}
+        if "machine" not in found:
+            raise Garbled("no machine")
+        return found, [(m.content["row"], m.content["options"], m.arrays.get("states")) for m in others]
+    except (Garbled, KeyError, ValueError) as error:
+        raise ValueError(f"a worker returned what cannot be read ({error!r}); restart the workers") from None

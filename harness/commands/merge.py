@@ -1,0 +1,27 @@
+"""`gnomon merge`: results files of one plan, as those of shards, in one file."""
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from gnomon.harness.commands import options
+from gnomon.harness.commands.options import out
+
+
+def merge(
+    runs: Annotated[list[Path], typer.Argument(help="Results files or their folders.", parser=options.as_path)],
+    to: Annotated[Path, typer.Option("--out", help="The new file.sqlite or folder.", parser=options.as_path)],
+    count: Annotated[
+        bool, typer.Option("--count", help="Count a trial that two files measured as a further launch of it.")
+    ] = False,
+) -> None:
+    """Merge results files into a new one. A trial that two of them measured is refused, unless --count is given."""
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.results.merging import merge as merge_
+
+    target = to if to.suffix == ".sqlite" else to / "results.sqlite"
+    options.ensure_writable(target, "--out")
+    measurements = merge_(runs, target, count, shlex.join(sys.argv))
+    out.print(f"{measurements} measurements of {len(runs)} files: {target}", highlight=False)

@@ -1,0 +1,65 @@
+"""Parts of a plan have every series once, about the same cost, and do not depend on the order of options."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import gnomon
+from gnomon.harness.registry import lookup
+from gnomon.harness.running import cost, plan
+from hypothesis import given
+from hypothesis import strategies as st
+
+SUITE = plan.suite("quick")
+
+
+@pytest.fixture(scope="module")
+def series() -> list[plan.Series]:
+    return plan.pairs(plan.choose(SUITE.cases, False), lookup.find_all(()))
+
+
+@given(st.lists(st.floats(1e-3, 30.0), min_size=1, max_size=60), st.integers(1, 12))
+def test_parts_are_consecutive_and_differ_from_the_mean_by_at_most_the_largest_item(
+    seconds: list[float], parts: int
+) -> None:
+    """No division into whole items is better by more than that, and series of one case stay together."""
+    found = cost.divided(range(len(seconds)), seconds, parts)
+    assert [item for part in found for item in part] == list(range(len(seconds)))
+    assert len(found) == parts
+    mean = sum(seconds) / parts
+    for part in found:
+        assert abs(sum(seconds[item] for item in part) - mean) <= max(seconds) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("count", [2, 7, 40])
+def test_every_series_is_in_exactly_one_shard(series: list[plan.Series], count: int) -> None:
+    shards = [cost.shard(series, replace(SUITE, shard=(k, count))) for k in range(1, count + 1)]
+    assert Counter(one.id for part in shards for one in part) == Counter(one.id for one in series)
+    seconds = [sum(cost.predicted_seconds(one, SUITE) for one in part) for part in shards]
+    largest = max(cost.predicted_seconds(one, SUITE) for one in series)
+    assert max(seconds) - min(seconds) <= 2 * largest * cost.PIECES  # each part is within the largest of the mean
+    assert min(seconds) > 0
+
+
+def test_shards_do_not_depend_on_the_order_of_options(series: list[plan.Series]) -> None:
+    """Two jobs may name the same integrators in another order; each series must still run once."""
+    shuffled: list[Any] = np.random.default_rng(1).permutation(np.array(series, dtype=object)).tolist()
+    for k in (1, 2, 3):
+        suite = replace(SUITE, shard=(k, 3))
+        assert [one.id for one in cost.shard(series, suite)] == [one.id for one in cost.shard(shuffled, suite)]
+
+
+def test_more_launches_cost_more(series: list[plan.Series]) -> None:
+    (one,) = (each for each in series if each.id == "pendulum_simple/default | standard | gnomon:RK4")
+    once, often = (cost.predicted_seconds(one, replace(SUITE, launches=n)) for n in (1, 5))
+    assert often - once == pytest.approx(4 * cost.COSTS["again"]["gnomon"])
+
+
+@pytest.mark.parametrize("shard", ["0/3", "4/3", "3", "1/0", "-1/2", "1/2/3", "one/two", "1/99999999"])
+def test_a_shard_that_is_none_is_refused(shard: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert gnomon("run", "--case", "pendulum_simple", "--shard", shard) == 2
+    assert f"--shard {shard}: write k/n" in " ".join(capsys.readouterr().err.split())

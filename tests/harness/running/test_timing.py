@@ -1,0 +1,34 @@
+"""A run without times has the same errors; a run with times into the same file measures what has none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import planted
+from gnomon.harness.results import store
+from gnomon.harness.results.schema import TIMES
+from gnomon.harness.running import plan
+from gnomon.harness.running.run import run
+
+TIMED = replace(plan.suite("quick").within(20.0), launches=1)
+
+
+def measured(path: Path, suite: plan.Suite) -> Any:
+    run(path, suite, plan.choose(["planted:Short"], False), [planted.Sound()])
+    return store.load(path, superseded=True)
+
+
+def test_errors_alone_first_and_times_later(tmp_path: Path) -> None:
+    assert TIMED.launches == 1
+    alone = measured(tmp_path, TIMED.untimed())
+    assert alone[list(TIMES)].isna().all(axis=None)
+    assert (alone["repeats"] == 1).all(), "one call, which is scored"
+    assert set(alone["status"]) == {"ok"}
+    both = measured(tmp_path, TIMED)
+    later = both.iloc[1::2]
+    assert len(both) == 2 * len(alone), "each trial a second time, and no third"
+    assert (later["seconds_median"] > 0).all()
+    assert later["error_max"].tolist() == alone["error_max"].tolist()
+    assert len(measured(tmp_path, TIMED.untimed())) == len(both), "what has a time has an error too"
