@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness.commands import options
+from gnomon.harness.commands.distribution import Dask
 from gnomon.harness.commands.options import out, problems
 from rich.markup import escape
 from rich.table import Table
@@ -49,21 +51,30 @@ def ensemble(
         Path | None, typer.Option(help="An empty folder for all samples.", parser=options.as_path)
     ] = None,
     workers: Annotated[int, typer.Option(help="Processes at a time.")] = 2,
+    dask: Dask = None,
     parameters: options.Parameters = None,
 ) -> None:
-    """Measure an integrator from many starts of a case. Exit code 1 if all samples failed."""
+    """Measure an integrator from many starts of a case. Exit code 1 if all samples failed, or a cluster was lost."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.cluster.connection import Lost
     from gnomon.harness.ensembles import run
-    from gnomon.harness.running.progress import Progress
 
     options.validate_workers(workers)
     _validate(seed, times, worst)
     chosen = _ensemble(case, integrator, setting, vary or [], seed, times, parameters)
-    job = run.Job(chosen, _samples(samples), worst, _sides(chosen, sides), None if parquet is None else str(parquet))
+    job = run.Job(
+        chosen, _samples(samples), worst, _sides(chosen, sides), None if parquet is None else str(parquet.resolve())
+    )
     _ensure_places(out_path, parquet, sides is not None)
     _announce(job, run.probe_apart(chosen), workers)
-    with Progress() as progress:
-        found = run.run(job, run.in_processes(workers), progress)
+    try:
+        found = _measured(job, workers, dask)
+    except Lost as error:
+        problems.print(escape(str(error)), highlight=False)
+        raise typer.Exit(1) from None
+    except KeyboardInterrupt:
+        problems.print("interrupted; nothing is kept of an ensemble that is not complete")
+        raise typer.Exit(130) from None
     _print(job, found)
     if out_path is not None:
         _write(job, found, out_path)
@@ -72,6 +83,18 @@ def ensemble(
     if not found.scored:
         problems.print("all samples failed")
         raise typer.Exit(1)
+
+
+def _measured(job: Job, workers: int, dask: str | None) -> Distribution:
+    from gnomon.harness.ensembles import run
+    from gnomon.harness.ensembles.on_dask import on_cluster
+    from gnomon.harness.running.progress import Progress
+
+    with ExitStack() as stack:
+        mapper = run.in_processes(workers)
+        if dask is not None:
+            mapper = stack.enter_context(on_cluster(dask, workers, job.ensemble))
+        return run.run(job, mapper, stack.enter_context(Progress()))
 
 
 def _validate(seed: int, times: int, worst: int) -> None:

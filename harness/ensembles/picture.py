@@ -23,7 +23,7 @@ def error_map(found: Distribution, sides: tuple[Varied, Varied], units: tuple[st
     count, total, failed = found.cells
     rows = []
     for i, j in np.argwhere(count + failed).tolist():
-        place = {}
+        place: dict[str, float] = {}
         for axis, k, side in (("x", i, sides[0]), ("y", j, sides[1])):
             step = (side.high - side.low) / CELLS
             place |= {axis: side.low + k * step, f"{axis}2": side.low + (k + 1) * step}

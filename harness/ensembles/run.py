@@ -7,7 +7,7 @@ import math
 import pickle
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,7 +44,7 @@ class Job:
     def part(self) -> int:
         """Samples in a part: a power of two, and whole blocks."""
         share = max(self.samples // PARTS, 1)
-        return max(BLOCK, min(MOST_PART, 2 ** (share.bit_length() - 1)))
+        return max(BLOCK, min(MOST_PART, 1 << (share.bit_length() - 1)))
 
     @property
     def firsts(self) -> range:
@@ -75,7 +75,8 @@ class Cost:
 
 
 def probe(ensemble: Ensemble) -> Cost:
-    """The cost of samples, from PROBE of them, after a first time that compiles. Raises ValueError where none can run."""
+    """The cost of samples, from PROBE or BLOCK of them, after a first time that compiles. Raises ValueError where the
+    integrator declines the problem."""
     ready = ensemble.prepared
     if not ready.parameters_vary:
         try:
@@ -146,7 +147,8 @@ def in_processes(workers: int) -> Mapper:
 
 def _in_one_pool(call: Callable[[int], bytes], firsts: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
     with process_pool(workers) as pool:
-        waiting, rest = {}, iter(firsts)
+        waiting: dict[Future[bytes], int] = {}
+        rest = iter(firsts)
         while True:
             with interrupts_ignored():
                 while len(waiting) < AHEAD * workers and (first := next(rest, None)) is not None:

@@ -193,7 +193,7 @@ class Prepared:
 
 @lru_cache(maxsize=4)
 def _prepared(ensemble: Ensemble) -> Prepared:
-    ((case, _),) = plan.choose([ensemble.case], False, **dict(ensemble.parameters))
+    ((case, _),) = plan.choose([ensemble.case], False, True, **dict(ensemble.parameters))
     integrator = lookup.find_one(ensemble.integrator)
     absent = lookup.missing(integrator)
     if absent is not None:
@@ -203,7 +203,7 @@ def _prepared(ensemble: Ensemble) -> Prepared:
     if lacks is not None:
         raise ValueError(f"{integrator.id} does not support {case.id}: {lacks}")
     interval = short_interval(float(case.times[-1]) / ensemble.times)
-    times = np.arange(1, ensemble.times + 1) * interval
+    times: Floats = np.arange(1, ensemble.times + 1, dtype=np.float64) * np.float64(interval)
     found = Prepared(ensemble, case, integrator, replace(problem, times=times), times, case.metric)
     if found.parameters_vary and case.hybrid is not None:
         raise ValueError(

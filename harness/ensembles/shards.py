@@ -19,7 +19,7 @@ STATUSES = (*Status, OUTSIDE, NO_EXACT_STATE)
 
 def write(folder: Path, ensemble: Ensemble, samples: int, part: Samples) -> None:
     """Write a part: columns index, status, error and the varied numbers, with units in the fields' metadata."""
-    import pyarrow as pa
+    import pyarrow as pa  # slow to load, and only where samples are kept
     import pyarrow.parquet as pq
 
     schema = _schema(pa, ensemble, samples)
@@ -65,7 +65,8 @@ def load_ensemble(path: str | Path, dask: bool = False) -> Any:
     files = sorted(Path(path).glob("part-*.parquet"))
     if not files:
         raise ValueError(f"{path}: holds no part-*.parquet; give the folder of gnomon ensemble --parquet")
-    first, rows = None, 0
+    first: Any = None
+    rows = 0
     for file in files:
         try:
             opened = pq.ParquetFile(file)

@@ -86,7 +86,7 @@ def _universal(alpha: float, alpha_low: float, chi: float, chi_low: float, out: 
 
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]
-def _anomaly(r0: float, sigma: float, alpha: float, T: float) -> float:
+def _anomaly(r0: float, sigma: float, alpha: float, T: float) -> Any:
     """chi with r0 U1 + sigma U2 + U3 = T in doubles; nan where it is not found."""
     chi = T / r0
     if alpha > 0:
@@ -105,9 +105,7 @@ def _anomaly(r0: float, sigma: float, alpha: float, T: float) -> float:
         if not math.isfinite(step):
             return np.nan
         chi -= step
-        if abs(step) <= 1e-15 * abs(chi) or value == 0.0:
-            return chi
-        if abs(step) <= 1e-12 * abs(chi):  # a few more make no difference: the rest is corrected in double-double
+        if abs(step) <= 1e-12 * abs(chi) or value == 0.0:  # the rest is corrected in double-double
             return chi
     return np.nan
 
