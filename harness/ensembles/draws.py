@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from gnomon.cases import Case
@@ -20,7 +21,7 @@ from scipy.stats import qmc
 Floats = NDArray[np.float64]
 SOBOL_BITS, OTHER_BITS = 32, 21
 MOST_SAMPLES = 2**30
-"""SciPy steps through the sequence to the first sample of a part: 20 ms for a million."""
+"""SciPy steps through the sequence to the first sample of the first part of a process: 20 s to the last of these."""
 MOST_SEED = 2**63 - 1
 
 
@@ -65,11 +66,19 @@ def _limits(text: str, limits: str) -> tuple[float, float]:
     return found
 
 
+@lru_cache(maxsize=4)
+def _sequence(seed: int, dimension: int) -> qmc.Sobol:
+    """The sequence, which the next part continues: SciPy steps through all points before it."""
+    return qmc.Sobol(dimension, bits=SOBOL_BITS, seed=np.random.default_rng(seed))
+
+
 def unit(seed: int, dimension: int, first: int, count: int) -> Floats:
     """Samples `first` to `first + count - 1` in the unit cube, shape (count, dimension); each number is below 1."""
-    sequence = qmc.Sobol(dimension, bits=SOBOL_BITS, seed=np.random.default_rng(seed))
-    if first:  # SciPy refuses 0
-        sequence.fast_forward(first)
+    sequence = _sequence(seed, dimension)
+    if sequence.num_generated > first:
+        sequence.reset()
+    if sequence.num_generated < first:
+        sequence.fast_forward(first - sequence.num_generated)
     drawn = sequence.random(1 << (count - 1).bit_length())[:count]  # SciPy warns of other numbers than powers of two
     high = (drawn * 2.0**SOBOL_BITS).astype(np.uint64)
     counters = -(-dimension // 4)  # one gives four words

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import altair as alt
 import numpy as np
@@ -23,7 +24,7 @@ def error_map(found: Distribution, sides: tuple[Varied, Varied], units: tuple[st
     count, total, failed = found.cells
     rows = []
     for i, j in np.argwhere(count + failed).tolist():
-        place: dict[str, float] = {}
+        place: dict[str, Any] = {}
         for axis, k, side in (("x", i, sides[0]), ("y", j, sides[1])):
             step = (side.high - side.low) / CELLS
             place |= {axis: side.low + k * step, f"{axis}2": side.low + (k + 1) * step}

@@ -68,7 +68,7 @@ def test_the_page_says_what_failed(capfd: pytest.CaptureFixture[str]) -> None:
         (("--workers", "0"), "--workers 0"),
         (("--vary", "thet"), "did you mean theta"),
         (("--vary", "L", "--set", "L=2"), "--set L: it varies"),
-        (("--map", "theta", "L"), "--map: the map is a picture beside --out"),
+        (("--map", "theta", "omega"), "--map: the map is a picture beside --out"),
         (("--map", "theta", "L", "--out", "a.json"), "--map L: it does not vary"),
         (("--out", "a.png"), "end it in .json"),
         (("--setting", "0"), "--setting 0.0: give a positive number"),

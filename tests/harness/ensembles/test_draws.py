@@ -11,9 +11,9 @@ from gnomon.harness.ensembles.draws import Varied
 
 @pytest.mark.parametrize("dimension", [1, 2, 5])
 def test_parts_have_the_bits_of_the_whole(dimension: int) -> None:
-    """Five numbers need two counters of Philox a sample."""
+    """In any sequence of parts. Five numbers need two counters of Philox a sample."""
     whole = draws.unit(7, dimension, 0, 1024)
-    for first, count in ((0, 256), (256, 512), (3, 5), (1023, 1)):
+    for first, count in ((0, 256), (256, 512), (3, 5), (600, 100), (1023, 1), (0, 1024)):
         assert np.array_equal(draws.unit(7, dimension, first, count), whole[first : first + count])
 
 
