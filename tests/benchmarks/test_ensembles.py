@@ -1,6 +1,6 @@
 """The rate of samples of ensembles, and of their exact states, in one process.
 
-On one core of a Zen 3 that others use too, in processor time: a pendulum takes 19 us at a tolerance of 1e-9 (25 at 1e-12),
+On one core of an EPYC that others use too, in processor time: a pendulum takes 19 us at a tolerance of 1e-9 (25 at 1e-12),
 a Kepler orbit 131 (182), of which the exact state is 1.8, the draw 0.2 and the counts 0.6. So the integrator bounds both:
 1e7 pendulums are 100 s on two cores, 1e6 Kepler orbits 66 s.
 """
