@@ -3,15 +3,16 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from gnomon.harness.ensembles.shards import load_ensemble
     from gnomon.harness.results.store import load
     from gnomon.harness.running.run import compare
     from gnomon.harness.running.solve import solve
 
-__all__ = ["compare", "load", "solve"]
+__all__ = ["compare", "load", "load_ensemble", "solve"]
 
 
 def __getattr__(name: str) -> Any:
-    """`compare`, `load` and `solve`, imported on first use: everything else here starts faster without them."""
+    """`compare`, `load`, `load_ensemble` and `solve`, imported on first use: everything else here starts faster without them."""
     if name == "compare":
         # slow to load: whoever imports a module of the harness goes without
         from gnomon.harness.running.run import compare
@@ -21,6 +22,10 @@ def __getattr__(name: str) -> Any:
         from gnomon.harness.results.store import load
 
         return load
+    if name == "load_ensemble":
+        from gnomon.harness.ensembles.shards import load_ensemble
+
+        return load_ensemble
     if name == "solve":
         from gnomon.harness.running.solve import solve
 

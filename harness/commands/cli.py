@@ -12,6 +12,7 @@ from gnomon.harness.commands.baseline import baseline
 from gnomon.harness.commands.certify import certify
 from gnomon.harness.commands.compare import compare
 from gnomon.harness.commands.doctor import doctor
+from gnomon.harness.commands.ensemble import ensemble
 from gnomon.harness.commands.exact import exact
 from gnomon.harness.commands.export import export
 from gnomon.harness.commands.list import list_
@@ -49,7 +50,7 @@ def gnomon(
 
 
 app.command("list")(list_)
-for command in (show, exact, run, merge, report, compare, verify, certify, export, doctor):
+for command in (show, exact, run, merge, ensemble, report, compare, verify, certify, export, doctor):
     app.command()(command)
 app.add_typer(baseline, name="baseline")
 

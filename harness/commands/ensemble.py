@@ -1,0 +1,249 @@
+"""`gnomon ensemble`: the distribution of an integrator's error over many starts of a case."""
+
+from __future__ import annotations
+
+import json
+from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from gnomon.harness.commands import options
+from gnomon.harness.commands.distribution import Dask
+from gnomon.harness.commands.options import out, problems
+from rich.markup import escape
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from gnomon.harness.ensembles.distribution import Distribution, Start
+    from gnomon.harness.ensembles.run import Cost, Job
+    from gnomon.harness.ensembles.samples import Ensemble
+
+MOST_TIMES, MOST_KEPT = 10_000, 1000
+IMPORT = "from gnomon.harness.ensembles.samples import Ensemble, Varied"
+
+
+def ensemble(
+    case: Annotated[str, typer.Option(help="A case, case/variant or package.module:Case.")],
+    integrator: Annotated[str, typer.Option(help="An integrator's id, name or package.module:Class.")],
+    samples: Annotated[str, typer.Option(help="The number of starts, as 2**20 or 1e6.")],
+    setting: Annotated[
+        float | None,
+        typer.Option(
+            help="The tolerance or step size (then shortened to divide the time); by default 1e-9, or a 64th of the time scale."
+        ),
+    ] = None,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME or NAME=LOW:HIGH, a number that varies; repeatable. By default all of the start."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same samples.")] = 1,
+    times: Annotated[int, typer.Option(help="The error is the largest at this many times; 1: at the end.")] = 1,
+    worst: Annotated[int, typer.Option(help="How many of the worst starts to print.")] = 10,
+    sides: Annotated[
+        tuple[str, str] | None, typer.Option("--map", help="The two numbers of the map; by default the first two.")
+    ] = None,
+    out_path: Annotated[
+        Path | None, typer.Option("--out", help="A JSON file; the map goes beside it.", parser=options.as_path)
+    ] = None,
+    parquet: Annotated[
+        Path | None, typer.Option(help="An empty folder for all samples.", parser=options.as_path)
+    ] = None,
+    workers: Annotated[int, typer.Option(help="Processes at a time.")] = 2,
+    dask: Dask = None,
+    parameters: options.Parameters = None,
+) -> None:
+    """Measure an integrator from many starts of a case. Exit code 1 if all samples failed, or a cluster was lost."""
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.cluster.connection import Lost
+    from gnomon.harness.ensembles import run
+
+    options.validate_workers(workers)
+    _validate(seed, times, worst)
+    chosen = _ensemble(case, integrator, setting, vary or [], seed, times, parameters)
+    job = run.Job(
+        chosen, _samples(samples), worst, _sides(chosen, sides), None if parquet is None else str(parquet.resolve())
+    )
+    _ensure_places(out_path, parquet, sides is not None)
+    _announce(job, run.probe_apart(chosen), workers)
+    try:
+        found = _measured(job, workers, dask)
+    except Lost as error:
+        problems.print(escape(str(error)), highlight=False)
+        raise typer.Exit(1) from None
+    except KeyboardInterrupt:
+        problems.print("interrupted; nothing is kept of an ensemble that is not complete")
+        raise typer.Exit(130) from None
+    _print(job, found)
+    if out_path is not None:
+        _write(job, found, out_path)
+    if parquet is not None:
+        out.print(f"samples: {parquet}, read by gnomon.harness.load_ensemble", highlight=False)
+    if not found.scored:
+        problems.print("all samples failed")
+        raise typer.Exit(1)
+
+
+def _measured(job: Job, workers: int, dask: str | None) -> Distribution:
+    from gnomon.harness.ensembles import run
+    from gnomon.harness.ensembles.on_dask import on_cluster
+    from gnomon.harness.running.progress import Progress
+
+    with ExitStack() as stack:
+        mapper = run.in_processes(workers)
+        if dask is not None:
+            mapper = stack.enter_context(on_cluster(dask, workers, job.ensemble))
+        return run.run(job, mapper, stack.enter_context(Progress()))
+
+
+def _validate(seed: int, times: int, worst: int) -> None:
+    from gnomon.harness.ensembles.draws import MOST_SEED
+
+    for option, value, least, most in (
+        ("--seed", seed, 0, MOST_SEED), ("--times", times, 1, MOST_TIMES), ("--worst", worst, 0, MOST_KEPT),
+    ):  # fmt: skip
+        if not least <= value <= most:
+            raise ValueError(f"{option} {options.cut(str(value))}: give a number from {least} to {most}")
+
+
+def _samples(text: str) -> int:
+    from gnomon.harness.ensembles.draws import MOST_SAMPLES
+    from gnomon.harness.ensembles.run import samples_of
+
+    found = samples_of(text)
+    if not 1 <= found <= MOST_SAMPLES:
+        raise ValueError(f"--samples {options.cut(text)}: give a whole number from 1 to 2**30, as 2**20 or 1e6")
+    if found & (found - 1):
+        problems.print(f"{found} samples: Sobol points are spread most evenly where their number is a power of two")
+    return found
+
+
+def _ensemble(
+    case: str, integrator: str, setting: float | None, vary: list[str], seed: int, times: int, set_: list[str] | None
+) -> Ensemble:
+    from gnomon.harness.ensembles import draws
+    from gnomon.harness.ensembles.samples import Ensemble, setting_for
+    from gnomon.harness.registry import lookup
+
+    pairs = options.chosen([case], False, set_)
+    if len(pairs) > 1:
+        raise ValueError(f"--case {case}: names {len(pairs)} cases; name one")
+    ((found, _),) = pairs
+    method = lookup.find_one(integrator)
+    setting = setting_for(found, method, times, setting)
+    varied = draws.varied(found, vary)
+    for name in {one.name for one in varied} & set(options.given_parameters(set_)):
+        raise ValueError(f"--set {name}: it varies; give --set or --vary")
+    own = tuple(options.given_parameters(set_).items())
+    # A name of a user's own may be short; an id names one of gnomon in every process.
+    return Ensemble(case, integrator if ":" in integrator else method.id, setting, varied, seed, times, own)
+
+
+def _sides(chosen: Ensemble, given: tuple[str, str] | None) -> tuple[int, int]:
+    """The columns of the two numbers of the map."""
+    from gnomon.cases.core.numbers import nearest
+
+    names = [one.name for one in chosen.vary]
+    if given is None:
+        return 0, min(1, len(names) - 1)
+    for name in given:
+        if name not in names:
+            raise ValueError(f"--map {name}: it does not vary; {nearest(name, names)}")
+    if given[0] == given[1]:
+        raise ValueError(f"--map {given[0]} {given[1]}: name two numbers")
+    return names.index(given[0]), names.index(given[1])
+
+
+def _ensure_places(out_path: Path | None, parquet: Path | None, mapped: bool) -> None:
+    if mapped and out_path is None:
+        raise ValueError("--map: the map is a picture beside --out; name that file")
+    if out_path is not None:
+        if out_path.suffix == ".png":
+            raise ValueError(f"--out {out_path}: the map goes to a file of this name; end it in .json")
+        options.ensure_writable(out_path, "--out")
+        options.ensure_writable(out_path.with_suffix(".png"), "--out")
+    if parquet is not None:
+        options.ensure_folder(parquet, "--parquet")
+        if any(parquet.iterdir()):
+            raise ValueError(f"--parquet {parquet}: holds files already; name a new folder")
+
+
+def _announce(job: Job, cost: Cost, workers: int) -> None:
+    """What will be measured, and how long it takes."""
+    chosen = job.ensemble
+    ranges = ", ".join(f"{one.name} from {one.low:g} to {one.high:g}" for one in chosen.vary)
+    out.print(f"{chosen.case}, {chosen.integrator} at {chosen.setting:g}: {ranges}", highlight=False, markup=False)
+    by = "a formula for many motions" if cost.by_formula else "the exact motion of each case"
+    each = ", prepared for each sample, because parameters vary" if cost.prepares_each else ""
+    out.print(
+        f"a sample takes {cost.integration * 1e6:.3g} us for the integration{each}, and {cost.exact * 1e6:.3g} us for the "
+        f"exact state by {by}; {job.samples} samples about {_duration(cost.seconds(job.samples, workers))}",
+        highlight=False,
+    )
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 100:
+        return f"{seconds:.2g} s"
+    return f"{seconds / 60:.0f} minutes" if seconds < 6000 else f"{seconds / 3600:.1f} hours"
+
+
+def _print(job: Job, found: Distribution) -> None:
+    statuses = ", ".join(
+        f"{count} {name} ({count / job.samples:.3g})" for name, count in sorted(found.statuses.items())
+    )
+    out.print(f"{job.samples} samples: {statuses}", highlight=False)
+    table = Table("share of samples", "error at most", "95 % confidence", title="Quantiles of the error")
+    for row in found.quantiles():
+        low, middle, high = (_number(row[name]) for name in ("low", "error", "high"))
+        table.add_row(f"{row['level']:g}", middle, f"{low} to {high}")
+    out.print(table)
+    table = Table("error at least", "samples", "share", title="Tail")
+    for limit, count in found.tail():
+        table.add_row(f"{limit:.0e}", str(count), f"{count / found.inside:.3g}")
+    out.print(table)
+    for title, starts in (("worst starts", found.worst), *((f"first {n}", s) for n, s in sorted(found.failed.items()))):
+        if starts:
+            out.print(f"{title}, as Python:", highlight=False)
+            for line in (IMPORT, f"ensemble = {job.ensemble!r}", *(_line(job.ensemble, one) for one in starts)):
+                out.print(f"    {line}", highlight=False, markup=False)
+
+
+def _number(value: float | None) -> str:
+    return "failed" if value is None else f"{value:.3g}"
+
+
+def _line(chosen: Ensemble, start: Start) -> str:
+    """The call that computes the error of one start alone, with its error in its block."""
+    numbers = dict(zip((one.name for one in chosen.vary), start.numbers, strict=True))
+    return f"ensemble.error({numbers!r})  # sample {start.index}: {start.error:.6g}"
+
+
+def _write(job: Job, found: Distribution, path: Path) -> None:
+    from gnomon.harness.contract import environment
+    from gnomon.harness.ensembles import picture
+    from gnomon.harness.ensembles.distribution import as_data
+    from gnomon.reference.storage import diskcache
+
+    chosen = job.ensemble
+    content: dict[str, Any] = {
+        "ensemble": asdict(chosen),
+        "samples": job.samples,
+        "python": [IMPORT, f"ensemble = {chosen!r}"],
+    }
+    content |= as_data(found) | {"map": [chosen.vary[k].name for k in job.sides]}
+    content["worst"] = [{"sample": s.index, "error": s.error, "python": _line(chosen, s)} for s in found.worst]
+    content["failed"] = {
+        name: [{"sample": s.index, "python": _line(chosen, s)} for s in starts] for name, starts in found.failed.items()
+    }
+    content["environment"] = environment.describe()
+    diskcache.replace(path, (json.dumps(content, indent=1) + "\n").encode())
+    out.print(f"distribution: {escape(str(path))}", highlight=False)
+    if job.sides[0] != job.sides[1]:
+        one, other = (chosen.vary[k] for k in job.sides)
+        units = chosen.prepared.unit(one.name), chosen.prepared.unit(other.name)
+        title = f"{chosen.case}, {chosen.integrator} at {chosen.setting:g}"
+        drawing = path.with_suffix(".png")
+        picture.write(picture.error_map(found, (one, other), units, title), drawing)
+        out.print(f"map: {escape(str(drawing))}", highlight=False)

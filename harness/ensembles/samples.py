@@ -1,0 +1,235 @@
+"""One ensemble: which numbers vary, the integrator, and the errors of any of its samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+from gnomon.cases import Case
+from gnomon.cases.core.metric import Metric
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Tolerance, Unsupported, solver_of
+from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.contract.status import Status
+from gnomon.harness.contract.validation import checked
+from gnomon.harness.ensembles import draws
+from gnomon.harness.ensembles.draws import Varied
+from gnomon.harness.ensembles.exact_formulas import exact_states, with_numbers
+from gnomon.harness.registry import lookup
+from gnomon.harness.running import plan
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+BLOCK = 256
+"""Starts that are solved in one call. Vectors of eight starts may share their steps, so that the bits of an answer depend
+on its neighbours: blocks begin at multiples of BLOCK, always with the same neighbours."""
+USUAL_TOLERANCE, STEPS_EACH = 1e-9, 64
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Consecutive samples: the index of the first, their place in the unit cube and their varied numbers (n, d), their
+    errors (n,), nan where the status is not ok, and their statuses."""
+
+    first: int
+    units: Floats
+    numbers: Floats
+    errors: Floats
+    statuses: list[str]
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Starts, and parameters where they vary, of a case; an integrator at one setting; errors at `times` equal intervals.
+
+    `case`: a name, case/variant or package.module:Case, with `parameters` as pairs (name, text). Numbers are binary64.
+    The metric is that of the case with its own start, the same for every sample.
+    """
+
+    case: str
+    integrator: str
+    setting: float
+    vary: tuple[Varied, ...]
+    seed: int = 1
+    times: int = 1
+    parameters: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def prepared(self) -> Prepared:
+        """Made once in a process. Raises ValueError for a wrong name or a pair of case and integrator that cannot run."""
+        return _prepared(self)
+
+    def error(self, numbers: Mapping[str, float]) -> float:
+        """The error from one start alone, by the exact motion of the case; `numbers`: the varied ones.
+
+        In its block the start may have neighbours that share its steps, so that its error there differs a little. Raises
+        ValueError outside the domain, and Refused where the integrator gives no finite answer.
+        """
+        ready = self.prepared
+        row = np.array([[numbers[one.name] for one in self.vary]])
+        parameters, starts = ready.split(row)
+        exact = with_numbers(ready.case, parameters[0], starts[0]).sample(ready.times)
+        states, statuses = ready.solved(parameters, starts)
+        if statuses[0] != Status.OK:
+            raise Refused(f"{self.integrator}: {statuses[0]}")
+        return float(ready.errors(states, exact[np.newaxis])[0])
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What the samples of an ensemble share."""
+
+    ensemble: Ensemble
+    case: Case
+    integrator: Integrator
+    problem: Problem
+    times: Floats
+    metric: Metric
+
+    @cached_property
+    def solver(self) -> Solver:
+        return solver_of(self.integrator, self.problem, self.ensemble.setting)
+
+    @cached_property
+    def places(self) -> list[int]:
+        """The column of each varied number among parameters and start."""
+        names = [*self.case.parameters, *(c.name for c in self.case.state)]
+        return [names.index(one.name) for one in self.ensemble.vary]
+
+    def unit(self, name: str) -> str:
+        """The unit of a number of the case."""
+        units = {p.name: p.unit for p in self.case.parameter_list} | {c.name: c.unit for c in self.case.state}
+        return units[name]
+
+    @property
+    def parameters_vary(self) -> bool:
+        return any(place < len(self.case.parameters) for place in self.places)
+
+    def split(self, numbers: Floats) -> tuple[Floats, Floats]:
+        """Parameters (n, p) and starts (n, dim) of samples with these varied numbers (n, d)."""
+        own = [float(x) for x in (*self.case.parameter_values(), *self.case.initial_state)]
+        rows = np.tile(own, (len(numbers), 1))
+        rows[:, self.places] = numbers
+        count = len(self.case.parameters)
+        return np.ascontiguousarray(rows[:, :count]), np.ascontiguousarray(rows[:, count:])
+
+    def solved(self, parameters: Floats, starts: Floats) -> tuple[Floats, list[str]]:
+        """States (n, k, dim) and statuses of starts (n, dim): in one call where the parameters are those of the case.
+
+        Where a call raises an exception each start is solved alone, so that the status of one is not that of its neighbours.
+        """
+        if not self.parameters_vary:
+            try:
+                return self._called(self.solver, starts)
+            except Exception as error:  # whatever an integrator raises is its status
+                if len(starts) == 1:
+                    return self._lost(error)
+        alone = [self._alone(*one) for one in zip(parameters, starts, strict=True)]
+        states = np.array([states[0] for states, _ in alone]).reshape(-1, len(self.times), starts.shape[1])
+        return states, [status for _, (status,) in alone]
+
+    def _alone(self, parameters: Floats, start: Floats) -> tuple[Floats, list[str]]:
+        try:
+            if not self.parameters_vary:
+                return self._called(self.solver, start[np.newaxis])
+            solver = solver_of(self.integrator, self._problem(parameters, start), self.ensemble.setting)
+            try:
+                return self._called(solver, start[np.newaxis])
+            finally:
+                solver.close()
+        except Exception as error:  # whatever an integrator raises is its status
+            return self._lost(error)
+
+    def _problem(self, parameters: Floats, start: Floats) -> Problem:
+        """The problem of a sample with parameters of its own, on which the forms of some cases depend."""
+        case = with_numbers(self.case, parameters, start)
+        return replace(problem_of(case, self.integrator.accepts), times=self.times, time_scale=self.problem.time_scale)
+
+    def _called(self, solver: Solver, starts: Floats) -> tuple[Floats, list[str]]:
+        if solver.reset is not None:
+            solver.reset()
+        with np.errstate(all="ignore"):
+            states = checked(solver(starts.copy()), (len(starts), len(self.times), starts.shape[1])).states
+        finite = np.all(np.isfinite(states), axis=(1, 2))
+        return states, [str(Status.OK if one else Status.DIVERGED) for one in finite.tolist()]
+
+    def _lost(self, error: Exception) -> tuple[Floats, list[str]]:
+        kind = Status.CRASHED
+        if isinstance(error, Refused):
+            kind = Status.UNSUPPORTED if isinstance(error, Unsupported) else Status.REFUSED
+        return np.full((1, len(self.times), len(self.case.state)), np.nan), [str(kind)]
+
+    def errors(self, states: Floats, exact: Floats) -> Floats:
+        """The largest error of each sample over the times, infinite where a state is too large to measure."""
+        n, k, dimension = states.shape
+        with np.errstate(all="ignore"):
+            found = self.metric.distance(states.reshape(-1, dimension), exact.reshape(-1, dimension))
+        return np.asarray(np.where(np.isfinite(found), found, math.inf).reshape(n, k).max(axis=1))
+
+    def drawn(self, first: int, count: int) -> tuple[Floats, Floats]:
+        """Samples in the unit cube, and their varied numbers, (count, d) each."""
+        units = draws.unit(self.ensemble.seed, len(self.ensemble.vary), first, count)
+        return units, draws.numbers(units, self.ensemble.vary)
+
+    def measured(self, first: int, count: int) -> Samples:
+        """Samples from `first`, a multiple of BLOCK."""
+        units, numbers = self.drawn(first, count)
+        parameters, starts = self.split(numbers)
+        exact, statuses = exact_states(self.case, parameters, starts, self.times)
+        errors = np.full(count, np.nan)
+        for begin in range(0, count, BLOCK):
+            given = begin + np.flatnonzero(np.array(statuses[begin : begin + BLOCK]) == "")
+            if not len(given):
+                continue
+            states, found = self.solved(parameters[given], starts[given])
+            errors[given] = self.errors(states, exact[given])
+            for row, status in zip(given.tolist(), found, strict=True):
+                statuses[row] = Status.DIVERGED if status == Status.OK and errors[row] == math.inf else status
+        errors[np.array(statuses) != Status.OK] = np.nan
+        return Samples(first, units, numbers, errors, statuses)
+
+
+@lru_cache(maxsize=4)
+def _prepared(ensemble: Ensemble) -> Prepared:
+    ((case, _),) = plan.choose([ensemble.case], False, True, **dict(ensemble.parameters))
+    integrator = lookup.find_one(ensemble.integrator)
+    absent = lookup.missing(integrator)
+    if absent is not None:
+        raise ValueError(f"{integrator.id}: {absent}")
+    problem = problem_of(case, integrator.accepts)
+    lacks = integrator.unsupported(problem.form)
+    if lacks is not None:
+        raise ValueError(f"{integrator.id} does not support {case.id}: {lacks}")
+    interval = short_interval(float(case.times[-1]) / ensemble.times)
+    times: Floats = np.arange(1, ensemble.times + 1, dtype=np.float64) * np.float64(interval)
+    found = Prepared(ensemble, case, integrator, replace(problem, times=times), times, case.metric)
+    if found.parameters_vary and case.hybrid is not None:
+        raise ValueError(
+            f"{case.name} has events, whose guards depend on its parameters: vary numbers of its start only"
+        )
+    return found
+
+
+def short_interval(length: float) -> float:
+    """The length rounded to 20 significant bits, so that its multiples and halves are exact."""
+    mantissa, exponent = math.frexp(length)
+    return math.ldexp(round(math.ldexp(mantissa, 20)), exponent - 20)
+
+
+def setting_for(case: Case, integrator: Integrator, times: int, given: float | None = None) -> float:
+    """The tolerance, or the step size shortened so that it divides the interval between times.
+
+    By default a tolerance of 1e-9, or a step of at most a 64th of the time scale, of a power of two in the interval.
+    Raises ValueError for a setting that is not positive.
+    """
+    if given is not None and not 0 < given < math.inf:
+        raise ValueError(f"--setting {given}: give a positive number")
+    sweep = integrator.sweep
+    if isinstance(sweep, Tolerance):
+        return min(max(USUAL_TOLERANCE, sweep.tightest), sweep.loosest) if given is None else given
+    interval = short_interval(float(case.times[-1]) / times)
+    if given is None:
+        return math.ldexp(interval, -max(0, math.ceil(math.log2(interval * STEPS_EACH / case.time_scale))))
+    return interval / max(1.0, math.ceil(interval / given))

@@ -1,0 +1,46 @@
+"""Exact states of many projectiles at once, in double-double; the formulas are those of `projectile_parabola`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from gnomon.reference.numerics.doubledouble import add, multiply, two_product
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def states(parameters: Floats, starts: Floats, times: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """States (n, k, 4) of projectiles with g (n, 1) from x, y, vx, vy (n, 4) at the times (k,) after the start.
+
+    Also which of them are known (n,).
+    """
+    found = np.empty((len(starts), len(times), 4))
+    known = np.empty(len(starts), dtype=np.bool_)
+    _evaluate(parameters, starts, times, found, known)
+    return found, known
+
+
+@njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def _evaluate(parameters: Floats, starts: Floats, times: Floats, found: Floats, known: Any) -> None:
+    for i in range(len(starts)):
+        g = parameters[i, 0]
+        x, y, vx, vy = starts[i, 0], starts[i, 1], starts[i, 2], starts[i, 3]
+        known[i] = True
+        for j in range(len(times)):
+            t = times[j]
+            a, a_low = two_product(vx, t)
+            a, a_low = add(a, a_low, x, 0.0)
+            found[i, j, 0] = a + a_low
+            fall, fall_low = two_product(g, t)
+            a, a_low = add(vy, 0.0, -fall, -fall_low)
+            found[i, j, 2], found[i, j, 3] = vx, a + a_low
+            # y + t (vy - g t / 2)
+            a, a_low = add(vy, 0.0, -fall / 2, -fall_low / 2)
+            a, a_low = multiply(a, a_low, t, 0.0)
+            a, a_low = add(a, a_low, y, 0.0)
+            found[i, j, 1] = a + a_low
+            known[i] &= math.isfinite(found[i, j, 0] + found[i, j, 1])
