@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.ensembles import shards
 from gnomon.harness.ensembles.distribution import Distribution, counted
@@ -89,11 +90,14 @@ def probe(ensemble: Ensemble) -> Cost:
     count = PROBE if first > PROBE_SECONDS else BLOCK
     parameters, starts = ready.split(ready.drawn(0, count)[1])
     began = time.perf_counter()
-    exact_states(ready.case, parameters, starts, ready.times)
+    _, statuses = exact_states(ready.case, parameters, starts, ready.times)
     exact = time.perf_counter() - began
-    ready.measured(0, count)
-    both = time.perf_counter() - began - exact
-    return Cost(max(both - exact, 0.0) / count, exact / count, formula(ready.case) is not None, ready.parameters_vary)
+    inside = np.flatnonzero(np.array(statuses) == "")
+    began = time.perf_counter()
+    if len(inside):
+        ready.solved(parameters[inside], starts[inside])
+    solved = time.perf_counter() - began
+    return Cost(solved / count, exact / count, formula(ready.case) is not None, ready.parameters_vary)
 
 
 def probe_apart(ensemble: Ensemble) -> Cost:
