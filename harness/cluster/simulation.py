@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from gnomon.harness.cluster.connection import AHEAD, FEWEST_AHEAD
 from gnomon.harness.cluster.run import TASK_SECONDS
-from gnomon.harness.contract.status import CANNOT_RUN
+from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.results import opening
 from gnomon.harness.running.cost import divided, launched_seconds
 
@@ -57,7 +57,7 @@ def measured(path: Path, processes: int = 2) -> list[Measured]:
             'SELECT run, series, launch, min(recorded), max(recorded), count(*), library, variant != "default",'
             " max(limit_seconds) FROM measurements JOIN trials USING (trial_key) GROUP BY run, series, launch"
             f" HAVING sum(status NOT IN ({marks})) > 0 ORDER BY run, min(recorded)",
-            (*CANNOT_RUN, "skipped"),
+            (*CANNOT_RUN, Status.SKIPPED),
         ).fetchall()
     found: dict[str, list[tuple[float, int, str, bool, float]]] = {}
     ends, current = list[float](), 0

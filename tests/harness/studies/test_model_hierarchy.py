@@ -49,7 +49,7 @@ def test_a_throw_is_the_orbit_in_its_own_axes() -> None:
 
 
 def test_cost_is_per_characteristic_time_and_a_ratio_to_the_full_model() -> None:
-    fixed = {"variant": "", "formulation": "", "target": 1e-6}
+    fixed = {"variant": "", "formulation": "", "target": 1e-6, "machine": "one"}
     times = [("full", "a", 8.0), ("full", "b", 4.0), ("full", "c", 1.0), ("model", "a", 1.0), ("model", "b", 2.0)]
     equal = pd.DataFrame([{"case": case, "integrator_id": name, "seconds": t, **fixed} for case, name, t in times])
     spans = [{"case": "full", "span": 40.0, "time_scale": 10.0}, {"case": "model", "span": 6.0, "time_scale": 3.0}]
@@ -62,7 +62,14 @@ def test_cost_is_per_characteristic_time_and_a_ratio_to_the_full_model() -> None
 def test_the_rows_of_a_hierarchy_end_with_the_full_model() -> None:
     """A level that is the case itself with other parameters has an error, but no time: it was not run."""
     full = cases.get("torpedo_firing_pin")
-    fixed = {"variant": "", "formulation": "", "target": 1e-6, "case": full.name, "integrator_id": "a"}
+    fixed = {
+        "machine": "one",
+        "variant": "",
+        "formulation": "",
+        "target": 1e-6,
+        "case": full.name,
+        "integrator_id": "a",
+    }
     spans = pd.DataFrame([{"case": full.name, "span": 4.0, "time_scale": 2.0, "variant": ""}])
     level, last = hierarchies([full], pd.DataFrame([fixed | {"seconds": 3.0}]), spans).to_dict("records")
     assert level["model"] == level["hierarchy"] == last["model"] == full.name
