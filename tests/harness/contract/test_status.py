@@ -18,7 +18,6 @@ from gnomon.harness.results import store
 
 HARNESS = Path(status.__file__).parents[1]
 OTHERS = {
-    ("contract/environment.py", "timeout"): "the argument of subprocess.run",
     ("reporting/report_words.py", "not_installed"): "what the templates call the libraries that are not installed",
     ("results/opening.py", "ok"): "what SQLite's integrity check says of a sound file",
     ("studies/drift.py", "diverged"): "how a size grows over time, beside the laws",
