@@ -12,8 +12,8 @@ from gnomon.harness.results.profiles import THIRD_PARTY, Profile
 TARGETS = {"1e-3": 1e-3, "1e-6": 1e-6, "1e-9": 1e-9}
 FACTORS = 10 ** np.linspace(0, 3, 61)
 DIGITS = np.arange(0.5, 15.01, 0.25)
-FEWEST = 5
-"""A profile of fewer problems says nothing: each is a step of a fifth or more."""
+FEWEST = 12
+"""A profile of fewer problems says little: a share of all of them, or of none, is uncertain by 3 over their number."""
 
 
 def profile_charts(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, alt.LayerChart]:

@@ -23,7 +23,7 @@ def frames(cases: int) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def test_a_chart_has_a_line_a_library_and_one_of_the_best_third_party() -> None:
-    charts = figures_profiles.profile_charts(*frames(8))
+    charts = figures_profiles.profile_charts(*frames(2 * figures_profiles.FEWEST))
     assert set(charts) == {"profile_1e-6", "profile_digits"}
     drawn = charts["profile_1e-6"].to_dict(validate=False)
     rows = pd.DataFrame(drawn["datasets"]["profiles"])
