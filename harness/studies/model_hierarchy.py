@@ -1,5 +1,6 @@
 """The error and the computing time of each level of a model hierarchy."""
 
+import json
 import math
 from collections.abc import Iterable
 from typing import Any
@@ -7,6 +8,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
+from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.reference.storage import diskcache
+from gnomon.reference.storage.import_closure import closure
 
 COST_AT = 1e-6
 """The error at which the times of models are compared."""
@@ -19,11 +23,23 @@ def model_errors(full: Case) -> list[dict[str, Any]]:
     """One row for each level, crudest first: the error of its exact motion, projected to the full case's coordinates.
 
     `error` is over the whole span, `early` over the first 2 pi characteristic times, about one period. `lacks` is the
-    effect that the next level adds, which this level neglects.
+    effect that the next level adds, which this level neglects. Kept on disk while the sources of all levels stay the same.
     """
     levels = full.hierarchy
     if not levels:
         return []
+    modules = sorted({type(case).__module__ for case in (full, *(level.case for level in levels))})
+    code, own = closure(*modules), closure(__name__, within=())
+    if code is None or own is None:
+        return _model_errors(full)
+    spec = CaseSpec.of(full)
+    numbers = json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])
+    key = f"model hierarchy 1\n{code}{own}\n{numbers}"
+    return list(diskcache.cached(key, lambda: diskcache.Entry(notes=_model_errors(full))).notes)
+
+
+def _model_errors(full: Case) -> list[dict[str, Any]]:
+    levels = full.hierarchy
     period = min(2 * math.pi * full.time_scale, float(full.times[-1]))
     early = np.asarray(np.arange(1, 65) * period / 64, dtype=np.float64)
     effects = [level.effect for level in levels[1:]] + ["the full model"]

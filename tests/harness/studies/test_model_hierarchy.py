@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pandas as pd
 import pytest
+from gnomon.harness.studies import model_hierarchy
 from gnomon.harness.studies.model_hierarchy import cost, hierarchies, model_errors
+from gnomon.reference.storage import diskcache
 
 from gnomon import cases
 
@@ -101,3 +104,15 @@ def test_every_level_is_projected_to_the_coordinates_of_its_case(name: str) -> N
     for level in full.hierarchy:
         projected = level.project(level.case.sample(times))
         assert projected.shape == (len(times), len(full.state))
+
+
+def test_errors_of_models_are_computed_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Else every report takes half a minute for them. Other numbers are another entry."""
+    monkeypatch.setattr(diskcache, "folder", lambda: tmp_path / "kept")
+    full = cases.get("torpedo_firing_pin")
+    first = model_errors(full)
+    monkeypatch.setattr(model_hierarchy, "_model_errors", lambda _: pytest.fail("computed again"))
+    assert model_errors(full) == first
+    other = full.with_numbers(full.initial_state, dict(full.parameters) | {"k": 2100})
+    with pytest.raises(pytest.fail.Exception, match="computed again"):
+        model_errors(other)
