@@ -6,9 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
-from gnomon.harness.verification.claims import TEXTS, Finding, claim, failed, not_applicable, passed
+from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed
+from gnomon.harness.verification.doors import Stepped
 from gnomon.harness.verification.trials import HALF_ULP, Answer, Floats, Trials
 
+TINY = 20
+"""Halvings of the span to one of which a step is a 64th: its length is some 1e-8 time scales."""
 TIGHT = 1e-4
 """Tolerances up to this: at looser ones the estimate of a local error need not be close to it."""
 SHORT = 6
@@ -58,7 +61,8 @@ def in_range(points: Sequence[Point]) -> list[Point]:
 
 
 def slope_of(points: Sequence[Point], order: int, what: str) -> Finding:
-    """Whether the finest settings in the range have at least this slope: four of them, or the last two.
+    """Whether the finest settings in the range have at least this slope: four of them, or the last two, also closer to
+    round-off.
 
     Where the leading terms of an error cancel at some step size, the slope of a right method is too low beside it, but
     tends to its order for shorter steps. What a fault adds has the lower order and shows the more, the shorter they are.
@@ -66,8 +70,10 @@ def slope_of(points: Sequence[Point], order: int, what: str) -> Finding:
     usable = in_range(points)
     if len(usable) < FEWEST:
         return not_applicable(f"{len(usable)} settings between an error of {LARGEST_ERROR:g} and round-off")
+    above = [point for point in points if point[2] < point[1] < LARGEST_ERROR]
     (h1, e1, _), (h0, e0, _) = usable[-1], usable[-FEWEST]
-    slope = max(math.log(e / e1) / math.log(h / h1) for h, e, _ in (usable[-FEWEST], usable[-2]))
+    pairs = [(usable[-FEWEST], usable[-1]), (usable[-2], usable[-1]), (above[-2], above[-1])]
+    slope = max(math.log(coarse[1] / fine[1]) / math.log(coarse[0] / fine[0]) for coarse, fine in pairs)
     if slope >= order - MARGIN:
         return passed(f"{slope:.2f}")
     return failed(
@@ -83,10 +89,22 @@ def _order(trials: Trials) -> Finding:
 
 @claim("step_order", _fixed_order)
 def _step_order(trials: Trials) -> Finding:
-    """64 steps over spans that are halved: their error is that of a step, 64 times."""
+    """64 steps over spans that are halved: their error is that of a step, 64 times. Then over a span of tiny steps, by the
+    line of the others: a wrong formula for small arguments, or a limit below which nothing moves, shows there.
+    """
     assert trials.integrator.order is not None
+    power = trials.integrator.order + isinstance(trials.integrator, Stepped)
     points = [(h, answer.error, answer.roundoff) for h, answer in trials.single_steps()]
-    return slope_of(points, trials.integrator.order + 1, "errors of a step")
+    found = slope_of(points, power, "errors of a step")
+    if found.outcome != Outcome.PASSED:
+        return found
+    h = float(trials.problem(TINY).interval)
+    tiny = trials.short(TINY, h)
+    line = max(max(error, roundoff) / step**power for step, error, roundoff in in_range(points))
+    allowed = line * (2 * h) ** power + ABOVE_FLOOR_ON_A_LINE * tiny.roundoff
+    if tiny.declined or tiny.error <= allowed:
+        return found
+    return failed(f"h = {h:.3g}", f"errors of a step below {allowed:.2g}", f"{tiny.error:.2g}")
 
 
 def _points(answers: Sequence[Answer]) -> list[Point]:

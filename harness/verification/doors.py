@@ -43,7 +43,7 @@ def from_step(
     """
     accepts = (SecondOrder,) if accelerations else (FirstOrder,)
     declared = {"name": name, "library": library, "order": order, "accepts": accepts, "conserves": conserves}
-    return _made(_Stepped, declared | {"sweep": sweep or Steps(), "function": staticmethod(step)})
+    return _made(Stepped, declared | {"sweep": sweep or Steps(), "function": staticmethod(step)})
 
 
 def from_solve(
@@ -100,7 +100,9 @@ class _Door(Integrator):
         """Write the states at the samples into `out` (n, dim); returns the number of steps, None where unknown."""
 
 
-class _Stepped(_Door):
+class Stepped(_Door):
+    """A method of one step: its global order is that of the error of a step, less one."""
+
     def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
         time, steps, step = problem.t0, 0, type(self).function
         for k, end in enumerate(problem.times.tolist()):

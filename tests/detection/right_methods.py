@@ -78,9 +78,9 @@ def gauss4(f, t, y, h):
 
 def adams(f, t0, y0, times, step):
     """Adams and Bashforth's method of order 4 with the start of Runge and Kutta's; equal steps."""
-    count = round(times[-1] / step)
+    count = round((times[-1] - t0) / step)
     every = count // len(times)
-    h = times[-1] / count
+    h = (times[-1] - t0) / count
     y, found, slopes = y0, [], []
     for k in range(count):
         t = t0 + k * h
