@@ -58,6 +58,7 @@ def test_recording(benchmark: Any, tmp_path: Path) -> None:
         benchmark.pedantic(lambda batch: store.add_batch(run, batch), setup=lambda: ((next(waiting),), {}), rounds=15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rows", [1000, 4000, 16000])
 def test_merging(benchmark: Any, tmp_path: Path, rows: int) -> None:
     """Two files of half the rows: the time a row is the same for each number of rows."""
@@ -70,6 +71,7 @@ def nothing(content: bytes) -> bytes:
     return content
 
 
+@pytest.mark.slow
 def test_a_task(benchmark: Any) -> None:
     """200 calls that do nothing, with the data of a task: what Dask and the connection cost."""
     pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")

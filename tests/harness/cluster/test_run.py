@@ -96,6 +96,7 @@ def ended(process: subprocess.Popen[bytes]) -> None:
     process.wait()
 
 
+@pytest.mark.slow
 def test_workers_and_scheduler_are_killed_and_nothing_is_lost_or_repeated(
     tmp_path: Path, processes: Processes, alone: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,6 +15,7 @@ GAUSS = Ensemble(
 )
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_bits() -> None:
     job = Job(GAUSS, 1000, sides=(0, 1))
     with on_cluster("local", 2, GAUSS) as mapper:
