@@ -1,5 +1,6 @@
 """Runs cases through integrators, times, judges, stores and reports."""
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -9,25 +10,16 @@ if TYPE_CHECKING:
     from gnomon.harness.running.solve import solve
 
 __all__ = ["compare", "load", "load_ensemble", "solve"]
+_MODULES = {
+    "compare": "running.run",
+    "load": "results.store",
+    "load_ensemble": "ensembles.shards",
+    "solve": "running.solve",
+}
 
 
 def __getattr__(name: str) -> Any:
-    """`compare`, `load`, `load_ensemble` and `solve`, imported on first use: everything else here starts faster without them."""
-    if name == "compare":
-        # slow to load: whoever imports a module of the harness goes without
-        from gnomon.harness.running.run import compare
-
-        return compare
-    if name == "load":
-        from gnomon.harness.results.store import load
-
-        return load
-    if name == "load_ensemble":
-        from gnomon.harness.ensembles.shards import load_ensemble
-
-        return load_ensemble
-    if name == "solve":
-        from gnomon.harness.running.solve import solve
-
-        return solve
+    """What `__all__` names, imported on first use: whoever imports a module of the harness starts faster without them."""
+    if name in _MODULES:
+        return getattr(import_module(f"gnomon.harness.{_MODULES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

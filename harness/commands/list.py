@@ -46,15 +46,18 @@ def list_(
 
     if pattern != "*" and what is None:
         raise ValueError(f"{pattern!r}: say what to list, cases, checks or integrators, before the pattern")
-    of_cases, of_integrators = bool(family) or bool(kind), bool(library) or bool(kind)
-    if what == Listed.cases or (what is None and (of_cases or not of_integrators)):
+    narrowed = {Listed.cases: family or kind, Listed.checks: None, Listed.integrators: library or kind}
+    shown = [what] if what else [each for each in narrowed if narrowed[each]] or list(narrowed)
+    if what and (library or family or kind) and not narrowed[what]:
+        raise ValueError(f"{what}: --family narrows cases, --library integrators, --kind both; leave out the others")
+    if Listed.cases in shown:
         named = [(cases.get(name), "") for name in matching(pattern, cases.names())]
         found = [type(case) for case, _ in selection.cases_of(named, family, kind)]
         out.print(_variants_table("Cases", "case", found))
-    if what == Listed.checks or (what is None and not (of_cases or of_integrators)):
+    if Listed.checks in shown:
         checks = [cases.check_class(name) for name in matching(pattern, cases.check_names())]
         out.print(_variants_table("Checks, without motion", "check", checks))
-    if what == Listed.integrators or (what is None and (of_integrators or not of_cases)):
+    if Listed.integrators in shown:
         known = lookup.everything()
         chosen = selection.integrators_of([known[name] for name in matching(pattern, known)], library, kind)
         Output(width=max(out.width, INTEGRATORS_WIDTH), emoji=False).print(integrators_table(chosen))

@@ -77,6 +77,7 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         titles={case["name"]: case["title"] for case in words["cases"]},
         sections={case["name"]: case["section"] for case in words["cases"]},
         chart_names=list(charts["others"]),
+        profiles=[name for name in charts["others"] if name.startswith("profile_")],
         css=_source("report.css"),
         script=_source("report.js"),
         data=packed_json(charts | carried),

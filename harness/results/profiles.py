@@ -79,15 +79,3 @@ def profiles(values: pd.DataFrame, points: Sequence[float], above: bool = False)
     low, high = np.quantile(drawn, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], axis=0)
     share, at = held.mean(axis=1), np.asarray(points, dtype=float)
     return [Profile(str(name), at, share[:, k], low[:, k], high[:, k]) for k, name in enumerate(values.columns)]
-
-
-def standing(relative: pd.DataFrame, limit: float = 100.0) -> pd.Series:
-    """The area under each profile from a factor of 1 to `limit`, in decades over their number: 1 for what is always the
-    fastest, 0 for what never comes within the limit."""
-    return (1 - np.log10(relative.clip(upper=limit)) / np.log10(limit)).mean().sort_values(ascending=False)
-
-
-def kendall(first: pd.Series, second: pd.Series) -> float:
-    """Kendall's tau-b of two standings, over the names in both; nan where one of them has no order."""
-    names = first.index.intersection(second.index)
-    return float(first[names].corr(second[names], method="kendall")) if len(names) > 1 else float("nan")

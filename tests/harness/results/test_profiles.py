@@ -1,4 +1,4 @@
-"""Performance profiles: shares that are counted, censoring, bands, and standings."""
+"""Performance profiles: shares that are counted, failures, bands."""
 
 import numpy as np
 import pandas as pd
@@ -69,12 +69,3 @@ def test_digits_are_those_of_the_best_setting_that_is_ok() -> None:
     table = profiles.digits(reduced)
     assert table.loc[("p", "hard")].to_dict() == {"gnomon:A": 9.0, "scipy:B": 0.0}
     assert table.loc[("p", "worse")].to_dict() == {"gnomon:A": 0.0, "scipy:B": 0.0}
-
-
-def test_standings_agree_with_themselves_and_turn_around() -> None:
-    relative = pd.DataFrame({"a": [1.0, 1.0], "b": [2.0, 3.0], "c": [50.0, np.inf]})
-    order = profiles.standing(relative)
-    assert list(order.index) == ["a", "b", "c"]
-    assert order["a"] == 1.0
-    assert profiles.kendall(order, order) == pytest.approx(1.0)
-    assert profiles.kendall(order, -order) == pytest.approx(-1.0)
