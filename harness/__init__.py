@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gnomon.harness.ensembles.shards import load_ensemble
+    from gnomon.harness.ensembles.parquet import load_ensemble
     from gnomon.harness.results.store import load
     from gnomon.harness.running.run import compare
     from gnomon.harness.running.solve import solve
@@ -23,7 +23,7 @@ def __getattr__(name: str) -> Any:
 
         return load
     if name == "load_ensemble":
-        from gnomon.harness.ensembles.shards import load_ensemble
+        from gnomon.harness.ensembles.parquet import load_ensemble
 
         return load_ensemble
     if name == "solve":
