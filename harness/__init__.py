@@ -4,7 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gnomon.harness.ensembles.shards import load_ensemble
+    from gnomon.harness.ensembles.parquet import load_ensemble
     from gnomon.harness.results.store import load
     from gnomon.harness.running.run import compare
     from gnomon.harness.running.solve import solve
@@ -13,7 +13,7 @@ __all__ = ["compare", "load", "load_ensemble", "solve"]
 _MODULES = {
     "compare": "running.run",
     "load": "results.store",
-    "load_ensemble": "ensembles.shards",
+    "load_ensemble": "ensembles.parquet",
     "solve": "running.solve",
 }
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.distribution import Dask
+from gnomon.harness.commands.cluster_options import Dask
 from gnomon.harness.commands.options import out, problems
 from rich.markup import escape
 from rich.table import Table

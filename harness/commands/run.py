@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.distribution import Dask, Shard, Timing, TimingOption, part
+from gnomon.harness.commands.cluster_options import Dask, Shard, Timing, TimingOption, part
 from gnomon.harness.commands.options import Output, out, problems
 from gnomon.harness.contract.status import SCORED, Status
 from rich.markup import escape

@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 from gnomon.harness.contract.integrator import Refused
-from gnomon.harness.ensembles import shards
+from gnomon.harness.ensembles import parquet
 from gnomon.harness.ensembles.distribution import Distribution, counted
 from gnomon.harness.ensembles.exact_formulas import exact_states, formula
 from gnomon.harness.ensembles.samples import BLOCK, Ensemble
@@ -33,7 +33,7 @@ AHEAD = 4
 
 @dataclass(frozen=True)
 class Job:
-    """What a process needs for any part: the ensemble, how many starts to keep, the sides of the map, the shards' folder."""
+    """What a process needs for any part: the ensemble, how many starts to keep, the map's sides, the Parquet files' folder."""
 
     ensemble: Ensemble
     samples: int
@@ -54,11 +54,14 @@ class Job:
 
 
 def execute(job: Job, first: int) -> bytes:
-    """The pickled distribution of the part that begins with sample `first`; its shard is written. Any process calls this."""
+    """The pickled distribution of the part that begins with sample `first`. Any process calls this.
+
+    The samples are written as a Parquet file if the job names a folder.
+    """
     count = min(job.part, job.samples - first)
     samples = job.ensemble.prepared.measured(first, count)
     if job.folder is not None:
-        shards.write(Path(job.folder), job.ensemble, job.samples, samples)
+        parquet.write(Path(job.folder), job.ensemble, job.samples, samples)
     return pickle.dumps(counted(samples, job.sides, job.keep))
 
 
