@@ -19,7 +19,6 @@ from time import perf_counter
 from typing import Any
 
 from gnomon.harness.contract.integrator import Integrator, Refused, Solver, solver_of
-from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.analysis import CLAIM, LEAST_SHARE
@@ -80,8 +79,8 @@ def _asked(side: Conversation, other: Other, **request: Any) -> dict[str, Any]:
         found: dict[str, Any] = json.loads(side.ask(json.dumps(request), ANSWER_SECONDS))
     except (Unusable, TimeoutError) as error:
         raise ValueError(f"--against {other.label}: a process that is timed gave no answer: {error}") from None
-    if Status.REFUSED in found:
-        raise ValueError(f"--against {other.label}: {found[Status.REFUSED]}; both versions must have the integrator")
+    if "unknown" in found:
+        raise ValueError(f"--against {other.label}: {found['unknown']}; both versions must have the integrator")
     return found
 
 
@@ -146,7 +145,7 @@ def serve(named: str) -> None:
     os.dup2(null, 2)
     series: dict[str, _Series] = {}
     for line in sys.stdin:
-        request, stage = json.loads(line), str(Status.REFUSED)
+        request, stage = json.loads(line), "unknown"
         try:
             integrator = lookup.find_one(named)
             stage = "declined"

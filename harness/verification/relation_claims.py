@@ -10,8 +10,9 @@ from gnomon.cases.core.clock import from_start
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, permuted
+from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
-from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import MARGIN, SHORT, TIGHT, allowed_error, same_solution
 from gnomon.harness.verification.trials import Answer, Trials
 
@@ -124,13 +125,16 @@ def _has_units(trials: Trials) -> str | None:
 
 @claim("units", _has_units)
 def _units(trials: Trials) -> Finding:
-    found = passed()
-    for length, time in ((LENGTH, TIME), (1.0, TENTH)):
-        if found.outcome != Outcome.PASSED:
-            break
-        relation = in_units(trials.case, length, time)
-        found = _related(trials, relation, f"the motion in units of 1/{length:g} m and {1 / time:g} s", 0.5)
-    return found
+    relation = in_units(trials.case, LENGTH, TIME)
+    return _related(trials, relation, f"the motion in units of 1/{LENGTH:g} m and {1 / TIME:g} s", 0.5)
+
+
+@claim("rounded_times", _has_units)
+def _rounded_times(trials: Trials) -> Finding:
+    try:
+        return _related(trials, in_units(trials.case, 1.0, TENTH), f"the motion in units of {1 / TENTH:g} s", 0.5)
+    except Refused as refusal:
+        return not_applicable(f"it declines samples at times that round: {refusal}")
 
 
 @claim("mirror", lambda trials: _no_engine(trials) if trials.case.mirror else "the case has no mirror symmetry")

@@ -20,7 +20,7 @@ from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_pair, good_rk4, good_verlet
 from scipy.integrate import solve_ivp
 
-RELATIONS = ("units", "mirror", "permuted")
+RELATIONS = ("units", "rounded_times", "mirror", "permuted")
 
 
 @cache
@@ -104,6 +104,22 @@ def test_a_fault_fails_the_relation_that_it_breaks(claim: str, step: Any, case: 
 def test_an_adaptive_method_that_sees_no_signs_fails_the_mirror() -> None:
     method = from_solve(clipped_solve, name="clipped", sweep=Tolerance(1e-4, 1e-12))
     assert outcome("mirror", method, "pendulum_simple") == Outcome.FAILED
+
+
+def omits_steps(f: Any, t0: float, y0: Any, times: Any, step: float) -> Any:
+    """A solver that ends where the sum of its steps says so, which rounding may put after the sample."""
+    t, y, found = t0, y0, []
+    for end in times:
+        while t + step <= end:
+            t, y = t + step, y + increment(f, t, y, step)
+        found.append(y)
+    return np.array(found)
+
+
+def test_a_step_omitted_by_rounding_fails_where_times_round_only() -> None:
+    """Steps of a power of two over the sampling interval never round: the other claims do not see it."""
+    method = from_solve(omits_steps, name="omits steps", order=4, sweep=Steps(0.25, 6))
+    assert [outcome(name, method, "pendulum_simple") for name in ("units", "rounded_times")] == ["passed", "failed"]
 
 
 def implicit(stage: Callable[[Any], float], name: str) -> Integrator:
