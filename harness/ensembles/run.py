@@ -11,9 +11,8 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
-import numpy as np
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.ensembles import parquet
 from gnomon.harness.ensembles.distribution import Distribution, counted
@@ -25,7 +24,7 @@ from gnomon.harness.system.child_process import interrupts_ignored, process_pool
 MOST_PART, PARTS = 2**14, 64
 """A part has at most 2**14 samples, fewer where this gives less than 64 parts; their number is that of `samples` alone."""
 PROBE, PROBE_SECONDS = 32, 2.0
-"""Samples that are measured before the start; a block of them, if with compilation they take no longer than this."""
+"""Samples that are measured before the start; a block of them, if that takes no longer than this."""
 ATTEMPTS = 3
 AHEAD = 4
 """Parts under way for each process."""
@@ -87,20 +86,20 @@ def probe(ensemble: Ensemble) -> Cost:
             _ = ready.solver
         except Refused as error:
             raise ValueError(f"{ready.integrator.id} declines {ready.case.id}: {error}") from None
-    began = time.perf_counter()
     ready.measured(0, PROBE)
-    first = time.perf_counter() - began
-    count = PROBE if first > PROBE_SECONDS else BLOCK
-    parameters, starts = ready.split(ready.drawn(0, count)[1])
+    count, whole = PROBE, _seconds(ready.measured, 0, PROBE)
+    if (
+        whole * BLOCK / PROBE <= PROBE_SECONDS
+    ):  # a whole block, as in the run: some methods share work between its samples
+        count, whole = BLOCK, _seconds(ready.measured, 0, BLOCK)
+    exact = _seconds(exact_states, ready.case, *ready.split(ready.drawn(0, count)[1]), ready.times)
+    return Cost(max(whole - exact, 0.0) / count, exact / count, formula(ready.case) is not None, ready.parameters_vary)
+
+
+def _seconds(call: Callable[..., Any], *arguments: Any) -> float:
     began = time.perf_counter()
-    _, statuses = exact_states(ready.case, parameters, starts, ready.times)
-    exact = time.perf_counter() - began
-    inside = np.flatnonzero(np.array(statuses) == "")
-    began = time.perf_counter()
-    if len(inside):
-        ready.solved(parameters[inside], starts[inside])
-    solved = time.perf_counter() - began
-    return Cost(solved / count, exact / count, formula(ready.case) is not None, ready.parameters_vary)
+    call(*arguments)
+    return time.perf_counter() - began
 
 
 def probe_apart(ensemble: Ensemble) -> Cost:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,9 @@ from gnomon.reference.pendulums.pendulum_ensemble import states
 
 MARK = "ended"
 """The file in the working directory by which `EndsOnce` records that it has ended a process."""
+
+FIRST, ANSWERED = "first", "answered"
+"""The files by which a test tells `EndsLate` in which block to end its process, and that another part was answered."""
 
 
 class Off(Integrator):
@@ -79,6 +83,21 @@ class EndsOnce(Off):
         return super().wrong(starts)
 
 
+class EndsLate(Off):
+    """Kills its process once: in the block whose first angle is in the file FIRST, when the file ANSWERED is there."""
+
+    name = "ends late"
+
+    def wrong(self, starts: Floats) -> Floats:
+        mark, limit = Path(MARK), time.monotonic() + 60
+        if float(starts[0, 0]).hex() == Path(FIRST).read_text() and len(starts) == 256 and not mark.exists():
+            while not Path(ANSWERED).exists() and time.monotonic() < limit:
+                time.sleep(0.01)
+            mark.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().wrong(starts)
+
+
 class EndsAlways(Off):
     name = "ends always"
 
@@ -87,4 +106,4 @@ class EndsAlways(Off):
         return starts
 
 
-INTEGRATORS = (Off, WrongBackwards, SharesSteps, Fails, EndsOnce, EndsAlways)
+INTEGRATORS = (Off, WrongBackwards, SharesSteps, Fails, EndsOnce, EndsLate, EndsAlways)

@@ -17,11 +17,12 @@ ENDED = 60
 BEGUN = 300
 """Seconds to the beginning of that work."""
 
-MODULE = """
+MODULE = '''
 import os
+import numpy as np
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.contract.integrator import Integrator, Steps
+from gnomon.harness.contract.integrator import Integrator, Solution, Steps
 
 
 def compute():
@@ -50,7 +51,23 @@ class Compiled(Integrator):
 
     def prepare(self, problem, setting):
         compute()
-"""
+
+
+class Later(Compiled):
+    """Answers the first process that asks, which measures what a sample costs, and computes in all others."""
+
+    name = "later"
+
+    def prepare(self, problem, setting):
+        def solve(starts):
+            if not os.path.exists("first"):
+                open("first", "w").write(str(os.getpid()))
+            if open("first").read() != str(os.getpid()):
+                compute()
+            return Solution(np.zeros((len(starts), len(problem.times), problem.dimension)))
+
+        return solve
+'''
 SWALLOWED = """
 from gnomon.harness.commands.interruption import acknowledged
 import signal, sys
@@ -118,11 +135,12 @@ def ended(process: subprocess.Popen[str]) -> str:
             ["run", "--case", "pendulum_simple/default", "--suite", "quick", "--integrator", "long_motion:Compiled"],
             marks=pytest.mark.slow,
         ),
+        ["ensemble", "--case", "pendulum_simple", "--integrator", "long_motion:Later", "--samples", "1000"],
         pytest.param(
             ["certify", "long_motion:Long", "long_motion:Longer", "--to", "certificates.json"], marks=pytest.mark.slow
         ),
     ],
-    ids=["exact motion", "certify", "compilation", "certify in processes"],
+    ids=["exact motion", "certify", "compilation", "ensemble", "certify in processes"],
 )
 def test_an_interruption_ends_long_work(arguments: list[str], tmp_path: Path) -> None:
     (tmp_path / "long_motion.py").write_text(MODULE)

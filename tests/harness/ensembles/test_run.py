@@ -126,6 +126,22 @@ def test_what_a_killed_process_had_under_way_runs_again(tmp_path: Path, monkeypa
     assert found == everything(Job(ensemble(), 4096, sides=(0, 1)))
 
 
+def test_parts_answered_out_of_sequence_are_kept_when_a_process_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The process of the first part ends after another part was answered: exactly the others run again."""
+    monkeypatch.chdir(tmp_path)
+    job = Job(ensemble("EndsLate"), 8 * BLOCK)
+    Path(planted_ensembles.FIRST).write_text(float(job.ensemble.prepared.drawn(0, 1)[1][0, 0]).hex())
+    answered = []
+    for first, _ in run.in_processes(2)(job, job.firsts):
+        answered.append(first)
+        Path(planted_ensembles.ANSWERED).touch()
+    assert Path(planted_ensembles.MARK).exists()
+    assert answered[0] != 0
+    assert sorted(answered) == list(job.firsts)
+
+
 def test_a_method_that_ends_every_process_ends_the_run_with_its_samples_named() -> None:
     with pytest.raises(ChildProcessError, match="ended 3 times, with one of the first samples 0 to"):
         run.run(Job(ensemble("EndsAlways"), 1024), run.in_processes(1))
