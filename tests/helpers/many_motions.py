@@ -16,13 +16,13 @@ def worst_ulps(
     states: Callable[..., Any], motion: Callable[..., Any], parameters: Floats, starts: Floats, times: Floats
 ) -> tuple[float, Floats]:
     """The largest error in units in the last place, and which motions are known. An error below 2**-58 of the size of the
-    motion counts as none: a value next to zero is not known to its last place."""
+    state counts as none: a value next to zero is not known to its last place."""
     found, known = states(parameters, starts, times)
     worst = 0.0
     for i in np.flatnonzero(known):
         one = motion(*map(Fraction, parameters[i].tolist()), *map(Fraction, starts[i].tolist()))
-        size = max(1.0, float(np.max(np.abs(found[i]))))
         for t, row in zip(times.tolist(), found[i].tolist(), strict=True):
+            size = max(1.0, *map(abs, row))
             for value, right in zip(row, one.state(t, 40), strict=True):
                 error = float(abs(exact(right) - Fraction(value)))
                 if error > 2.0**-58 * size:

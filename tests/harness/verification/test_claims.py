@@ -11,11 +11,12 @@ import numpy as np
 import planted_methods
 import pytest
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.integrator import Integrator, Solution, Unsupported
+from gnomon.harness.contract.integrator import Integrator, Solution, Steps, Unsupported
 from gnomon.harness.registry import lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import in_range, slope_of
+from gnomon.harness.verification.doors import from_solve, from_step
 from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_rk4, pair, rk4, verlet
@@ -207,3 +208,47 @@ def test_an_order_is_that_of_the_finest_steps(lowest: int, expected: Outcome) ->
     """The first term of the error changes its sign near h = 1/60, so that the errors above fall by less than their order."""
     points = [(h, abs(h**5 * (1 - 60 * h)) + 0.1 * (lowest < 5) * h**lowest, 1e-17) for h in 2.0 ** -np.arange(5, 10)]
     assert slope_of(points, 5, "errors").outcome == expected
+
+
+@pytest.mark.parametrize(("share", "expected"), [(0.0, Outcome.PASSED), (1.0, Outcome.FAILED)])
+def test_the_last_two_errors_above_round_off_may_show_an_order_but_not_hide_a_fault(
+    share: float, expected: Outcome
+) -> None:
+    """The leading terms of a right method cancel where four errors are well above round-off, and what is left shows its
+    order between there and round-off; a fault of order 3 is the larger part there."""
+    points = [(h, abs(h**5 * (1 - 100 * h)) + share * 1e-2 * h**3, 1e-13) for h in 2.0 ** -np.arange(3, 9)]
+    found = slope_of(points, 5, "errors")
+    assert found.outcome == expected
+
+
+def _still(f: Any, t: float, y: Any, h: float) -> Any:
+    """RK4 that takes a change below 1e-8 for none: the line of longer steps shows it at tiny ones only."""
+    change = good_rk4.function(f, t, y, h) - y
+    return y + np.where(np.abs(change) < 1e-8, 0.0, change)
+
+
+def test_tiny_steps_show_what_no_other_step_does() -> None:
+    method = from_step(_still, name="still", order=4)
+    finding = CLAIMS["step_order"].check(trials(method))
+    assert finding.outcome == Outcome.FAILED
+    assert float(finding.setting.removeprefix("h = ")) < 1e-6
+
+
+def test_a_solver_of_fixed_steps_is_held_to_its_order_and_one_step_to_one_more() -> None:
+    """A method of several steps may start with one of lower order: over 64 steps its error is then of its order only."""
+
+    def rough_start(f: Any, t0: float, y0: Any, times: Any, h: float) -> Any:
+        """Two steps of Adams and Bashforth, begun by Euler: of order 2, with one step whose error is h^2."""
+        t, y, before, found = t0, y0, None, []
+        count = round((times[0] - t0) / h)
+        for _ in times:
+            for _ in range(count):
+                slope = f(t, y)
+                y = y + h * (slope if before is None else 1.5 * slope - 0.5 * before)
+                t, before = t + h, slope
+            found.append(y)
+        return np.array(found)
+
+    method = from_solve(rough_start, name="rough start", order=2, sweep=Steps(0.25, 6))
+    assert outcome("step_order", method) == Outcome.PASSED
+    assert outcome("step_order", from_step(good_rk4.function, name="RK4 called of order 5", order=5)) == Outcome.FAILED
