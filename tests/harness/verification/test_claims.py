@@ -214,11 +214,14 @@ def test_an_order_is_that_of_the_finest_steps(lowest: int, expected: Outcome) ->
 def test_the_last_two_errors_above_round_off_may_show_an_order_but_not_hide_a_fault(
     share: float, expected: Outcome
 ) -> None:
-    """The leading terms of a right method cancel where four errors are well above round-off, and what is left shows its
-    order between there and round-off; a fault of order 3 is the larger part there."""
-    points = [(h, abs(h**5 * (1 - 100 * h)) + share * 1e-2 * h**3, 1e-13) for h in 2.0 ** -np.arange(3, 9)]
-    found = slope_of(points, 5, "errors")
-    assert found.outcome == expected
+    """The terms of a right method's error cancel about h = 1/32: the four last errors well above round-off, from there to
+    1/256, fall too slowly. The next one is closer to round-off and shows the order; with a fault of order 3 it does not."""
+    points = []
+    for k in range(3, 10):
+        h, left = 2.0**-k, 1 - 0.99 * np.exp(-((k - 5) ** 2) / 8)
+        points.append((h, left * h**5 + share * 1e-2 * h**3, 5e-15))
+    assert [h for h, _, _ in in_range(points)][-1] == 2.0 ** -(8 if expected == Outcome.PASSED else 9)
+    assert slope_of(points, 5, "errors").outcome == expected
 
 
 def _still(f: Any, t: float, y: Any, h: float) -> Any:
