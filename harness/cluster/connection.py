@@ -98,6 +98,7 @@ def connected(address: str, workers: int) -> Iterator[Cluster]:
         # Imported here and not above: Dask is optional, and slow to load.
         import dask
         from distributed import Client, LocalCluster, as_completed
+        from distributed.comm.addressing import get_address_host_port
     except ImportError as error:
         raise ValueError(f"--dask: {error}; install Dask with pip install 'gnomon[cluster]'") from None
     logging.getLogger("distributed").setLevel(logging.ERROR)  # else each lost worker prints a page
@@ -117,6 +118,8 @@ def connected(address: str, workers: int) -> Iterator[Cluster]:
                     )
                 )
         try:
+            if address != LOCAL:
+                get_address_host_port(address)  # a client without an address would wait for a minute before it ends
             client = Client(place, timeout=CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError) as error:
             raise ValueError(f"--dask {address}: no scheduler answers there ({error}); give tcp://host:port") from None

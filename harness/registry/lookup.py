@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib.metadata import entry_points
+from pathlib import PurePath
 
 from gnomon.cases.core.numbers import is_pattern, matching, nearest
 from gnomon.harness.contract.declared import declared
@@ -105,9 +106,10 @@ def from_path(path: str) -> Integrator:
         found = getattr(importlib.import_module(module), attribute)
         made = found() if isinstance(found, type) and issubclass(found, Integrator) else found
     except (Exception, SystemExit, KeyboardInterrupt) as error:  # of a user's module while it is imported
-        raise ValueError(
-            f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of Integrator"
-        ) from None
+        wanted = "package.module:Class of a subclass of Integrator"
+        if module.endswith(".py"):
+            wanted = f"the module and not its file: {PurePath(module).stem}:{attribute or 'Class'}"
+        raise ValueError(f"{path}: {type(error).__name__}: {error}; give {wanted}") from None
     if not isinstance(made, Integrator):
         raise ValueError(
             f"{path}: {made!r} is no gnomon.harness.contract.integrator.Integrator; give package.module:Class"

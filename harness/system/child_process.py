@@ -125,6 +125,7 @@ def guarded(work: Callable[[], None]) -> NoReturn:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, stop)
         work()
         os._exit(0)
+    signal.set_wakeup_fd(-1)  # that of the server, which is closed here too
     os.closerange(3, 2**16)  # above all the pipe to the parent, which must close when the child ends
 
     def end(*_: object) -> None:

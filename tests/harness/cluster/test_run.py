@@ -172,3 +172,13 @@ def test_an_address_without_a_scheduler_is_one_line(tmp_path: Path, monkeypatch:
     monkeypatch.setattr(connection, "CONNECT_SECONDS", 0.2)
     with pytest.raises(ValueError, match=r"--dask tcp://127\.0\.0\.1:9: no scheduler answers there"):
         run(tmp_path, "tcp://127.0.0.1:9")
+
+
+@pytest.mark.parametrize("address", ["nonsense", "tcp://host", "tcp://host:x", "carrier://host:1"])
+def test_what_is_no_address_is_refused_before_a_client_is_made(
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A client that was not made whole waits at the end of the process."""
+    monkeypatch.setattr("distributed.Client", None)
+    with pytest.raises(ValueError, match=f"--dask {address}: no scheduler answers there"):
+        run(tmp_path, address)

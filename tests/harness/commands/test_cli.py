@@ -36,6 +36,7 @@ def text_file(tmp_path: Path) -> str:
         (["show", "pendulum_simple", "--plot", "motion.docx"], "motion.docx: the name must end in one of .svg, .png"),
         (["run", "--case", "pendulum_simple", "--integrator", "RK44"], "did you mean RK4 or RK45"),
         (["run", "--integrator", "no_such_module:Thing"], "give package.module:Class"),
+        (["run", "--integrator", "folder/my_method.py:step"], "give the module and not its file: my_method:step"),
         (["run", "--integrator", "planted:SUITE"], "give package.module:Class"),
         (["run", "--integrator", ":X:"], ":X:: ValueError: Empty module name"),
         (["run", "--case", "moment_equipollent"], "is a check, without motion: `gnomon certify moment_equipollent`"),
