@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from command_line import gnomon
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
@@ -35,7 +36,7 @@ def _run(page: Path, leave_out: re.Pattern[str] | None = None) -> None:
         text, file = leave_out.sub("", block) if leave_out else block, f"<{page.name}, block {number}>"
         # As a notebook does with its cells: equations are compiled from their source text.
         linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
-        exec(compile(text, file, "exec"), names)
+        exec(compile(text, file, "exec", dont_inherit=True), names)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
@@ -55,12 +56,26 @@ def test_the_lines_that_measure_run(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         _run(page)
 
 
+def test_the_case_of_a_page_is_certified_and_a_wrong_sign_in_it_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The page tells its reader to see both."""
+    monkeypatch.syspath_prepend(tmp_path)
+    source = _blocks(ROOT / "docs" / "own_case.md", "python")[0]
+    wrong = source.replace("c * sine + s * cosine", "c * sine - s * cosine")
+    assert wrong != source
+    for name, text, code in (("morse", source, 0), ("wrong_morse", wrong, 1)):
+        (tmp_path / f"{name}.py").write_text(text)
+        assert gnomon("certify", f"{name}:Morse", "--to", str(tmp_path / "certificates.json")) == code
+
+
 @pytest.mark.slow
 def test_the_commands_of_the_pages_run(tmp_path: Path) -> None:
     """Unchanged, in the order of the contents; a page's integrator is saved under the name that the page gives it."""
     (source,) = (block for block in _blocks(ROOT / "docs" / "integrator.md", "python") if "class " in block)
     (tmp_path / "euler.py").write_text(source)
     (tmp_path / "mine.py").write_text(_blocks(ROOT / "docs" / "verify.md", "python")[0])
+    (tmp_path / "morse.py").write_text(_blocks(ROOT / "docs" / "own_case.md", "python")[0])
     commands = [words for page in PAGES for words in _commands(page)]
     assert commands
     for words in commands:
