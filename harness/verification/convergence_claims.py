@@ -8,14 +8,16 @@ import numpy as np
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed
 from gnomon.harness.verification.doors import Stepped
-from gnomon.harness.verification.trials import HALF_ULP, Answer, Floats, Trials
+from gnomon.harness.verification.trials import HALF_ULP, SHORTEST, Answer, Floats, Trials
 
 TINY = 20
 """Halvings of the span to one of which a step is a 64th: its length is some 1e-8 time scales."""
 TIGHT = 1e-4
 """Tolerances up to this: at looser ones the estimate of a local error need not be close to it."""
 SHORT = 6
-"""Halvings of the span for `tolerance_short`: one sampling interval of the whole span."""
+"""Halvings of the span for `tolerance_short` and `order_short`: one sampling interval of the whole span."""
+HALVED = 7
+"""Step sizes of `order_short`, each half of the one before."""
 MARGIN = 0.5
 """An order is a whole number: a slope that is less by more than half belongs to a lower one."""
 
@@ -105,6 +107,20 @@ def _step_order(trials: Trials) -> Finding:
     if tiny.declined or tiny.error <= allowed:
         return found
     return failed(f"h = {h:.3g}", f"errors of a step below {allowed:.2g}", f"{tiny.error:.2g}")
+
+
+@claim("order_short", _fixed_order)
+def _order_short(trials: Trials) -> Finding:
+    """A method that converges to another motion may have large errors over the whole span, where no order is measured.
+    The span is a 64th, or shorter, so that the error of 64 steps is small.
+    """
+    assert trials.integrator.order is not None
+    for halvings in range(SHORT, SHORTEST):
+        interval = float(trials.problem(halvings).interval)
+        if trials.short(halvings, interval).error < LARGEST_ERROR:
+            answers = [trials.short(halvings, interval / 2**k) for k in range(HALVED)]
+            return slope_of(_points(answers), trials.integrator.order, f"errors over 1/{2**halvings} of the span")
+    return not_applicable(f"64 steps over a short span have no error below {LARGEST_ERROR:g}")
 
 
 def _points(answers: Sequence[Answer]) -> list[Point]:

@@ -73,6 +73,7 @@ def published(rows: Rows, depth: str, right_depth: str) -> dict[str, Any]:
     alive = [row["name"] for row in [*changed, *defects] if row["claim"] is None]
     found = {
         "revision": revision(),
+        "rows_by_sources": dict(Counter(row["sources"] for row in measured)),
         "depth": depth,
         "depth_of_right_integrators": right_depth,
         "seconds": round(sum(row["seconds"] for row in measured)),

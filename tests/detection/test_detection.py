@@ -26,6 +26,7 @@ FOUND = (
     ("rk4_events", "the reset is left out", "event_order", "bouncing_ball"),
     ("rotation", "the rotation from the other side", "step_order", "symmetric_top_torque_free"),
     ("LeapfrogEngine", "a forgotten substep", "step_order", "projectile_parabola"),
+    ("LeapfrogEngine", "forces a step late", "order_short", "two_body"),
 )
 
 
@@ -91,6 +92,7 @@ def test_a_survivor_without_a_reason_and_a_false_alarm_are_published() -> None:
         "checked": 3,
         "seconds": 1.0,
         "error": None,
+        "sources": "hash",
     }
     rows = [row | {"kind": "mutant", "name": "rk4: sign, line 1 column 2: a + b"},
             row | {"kind": "defect", "name": "link", "claim": "order", "case": "two_body"},
