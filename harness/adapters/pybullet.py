@@ -24,7 +24,8 @@ class PyBullet(Installed):
     impacts, so those scenes are in maximal coordinates.
     """
 
-    name, library, order = "stepSimulation", "pybullet", 1
+    name, library = "stepSimulation", "pybullet"
+    order: ClassVar[int | None] = 1
     policy = "configured"
     accepts, sampling, counts_rhs = (SceneForm,), "grid", False
     sweep = Steps(coarsest=0.5, halvings=9)
