@@ -6,14 +6,28 @@ The browser decompresses them with DecompressionStream (in all browsers since 20
 import base64
 import gzip
 import json
+from importlib.metadata import version
 from typing import Any
 
 import pandas as pd
+from gnomon.reference.storage import diskcache
 
 
 def packed(text: str) -> str:
     """Text as base64 of its gzip, the same bytes for the same text."""
     return base64.b64encode(gzip.compress(text.encode("utf-8"), 9, mtime=0)).decode("ascii")
+
+
+def packed_vega() -> str:
+    """The `packed` script that draws charts, kept on disk: making it takes 5 s."""
+    library = f"vl-convert-python {version('vl-convert-python')}"
+    return str(diskcache.cached(f"packed script of {library}", lambda: diskcache.Entry(notes=_vega())).notes)
+
+
+def _vega() -> str:
+    import vl_convert  # slow to load
+
+    return packed(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;"))
 
 
 def packed_json(value: Any) -> str:

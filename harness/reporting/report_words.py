@@ -11,6 +11,7 @@ import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import findings, report_benchmarks, report_card, report_checks, style, tables
 from gnomon.harness.reporting.report_charts import Problems
+from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import analysis, store
 from gnomon.harness.running.call_cost import PYTHON_CALL
@@ -31,6 +32,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
     return {
         "results": "/".join(run.path.resolve().parts[-2:]),
         "runs": runs,
+        "missing": missing(run.path, runs),
         "history": runs[-1],
         "environment": together([each["environment"] for each in runs]),
         "machines": machines_text(run.frame),

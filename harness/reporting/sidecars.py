@@ -3,6 +3,7 @@
 Keys that the schema does not name are accepted. All texts are made `visible`: control characters are escaped.
 """
 
+import hashlib
 import json
 from importlib.resources import files
 from pathlib import Path
@@ -10,6 +11,8 @@ from typing import Any
 
 from gnomon.harness.results.visible import visible
 from gnomon.reference.numerics.precision import shortened
+from gnomon.reference.storage import diskcache
+from gnomon.reference.storage.import_closure import closure
 from jsonschema import Draft202012Validator
 
 MOST_BYTES = 1 << 26
@@ -25,9 +28,18 @@ def read(path: Path) -> Any:
     """The contents of a file. Raises ValueError, which names the file and the place, if it has another shape."""
     if path.stat().st_size > MOST_BYTES:
         raise ValueError(f"{path}: {path.stat().st_size} bytes; a file of gnomon's has at most {MOST_BYTES}")
+    content = path.read_bytes()
+    # Kept on disk, because validation takes seconds. Files that are refused are read again each time.
+    key = "\n".join(
+        ("sidecar", path.name, closure(__name__) or "", json.dumps(_SCHEMA), hashlib.sha256(content).hexdigest())
+    )
+    return diskcache.cached(key, lambda: diskcache.Entry(notes=_validated(path, content))).notes
+
+
+def _validated(path: Path, content: bytes) -> Any:
     try:
         # NaN and Infinity, which are no JSON, become texts, which no number may be.
-        found = _visible(json.loads(path.read_text(encoding="utf-8"), parse_constant=str))
+        found = _visible(json.loads(content.decode(), parse_constant=str))
     except (ValueError, RecursionError) as error:
         told = "nested too deep" if isinstance(error, RecursionError) else str(error)
         raise ValueError(f"{path}: no JSON of gnomon's ({told}); make it again, or remove it") from None

@@ -22,6 +22,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun[:-1]}ies" if noun.endswith("y") else f"{number} {noun}s"
 
 
+def grouped(number: int) -> str:
+    """A number with its digits in groups of three."""
+    return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")
+
+
 def time_text(seconds: float) -> str:
     """A time to three figures with its unit."""
     if not math.isfinite(seconds):

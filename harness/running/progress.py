@@ -1,7 +1,7 @@
 """Progress with remaining time: a bar on a terminal, plain lines elsewhere."""
 
 import time
-from typing import Self
+from typing import Protocol, Self
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -19,6 +19,16 @@ def enough(count: float, total: float | None) -> bool:
     return total is not None and count >= ENOUGH * total
 
 
+class Interlude(Protocol):
+    """Work of the process that runs trials, which must not overlap one: writing the page of the run."""
+
+    def due(self) -> bool:
+        """Whether it is time for the work."""
+
+    def take(self) -> None:
+        """Do the work. The pool calls this if it is `due` and no worker has a request."""
+
+
 class Remaining(TimeRemainingColumn):
     """The remaining time, shown after a share ENOUGH of the pieces."""
 
@@ -27,10 +37,11 @@ class Remaining(TimeRemainingColumn):
 
 
 class Progress:
-    """Counts the pieces of one phase after another. `quiet` shows nothing."""
+    """Counts the pieces of one phase after another. `quiet` shows nothing; `interlude` is taken between trials."""
 
-    def __init__(self, quiet: bool = False, console: Console | None = None) -> None:
+    def __init__(self, quiet: bool = False, console: Console | None = None, interlude: Interlude | None = None) -> None:
         self.console = console or Console(stderr=True)
+        self.interlude = interlude
         self.quiet = quiet
         self._bars: Bars | None = None
         self._task: object = None

@@ -54,7 +54,7 @@ def run(
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     with opened(path, suite, chosen, integrators, progress or Progress(quiet=True), near_duplicates) as run_:
         method = "fork" if any(lookup.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
-        Pool(workers, method, prepare_seconds).run(run_.sweeps())
+        Pool(workers, method, prepare_seconds).run(run_.sweeps(), run_.progress.interlude)
     return path
 
 
