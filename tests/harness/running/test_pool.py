@@ -395,6 +395,10 @@ def test_a_worker_has_a_share_of_the_memory() -> None:
     assert f"needed more than {worker_bytes(3) / 2**30:.3g} GiB" in reason
 
 
+SOON = 0.2
+"""Seconds: the deadline of a preparation; what a worker waits for the processor is not counted."""
+
+
 class Rests:
     """An interlude that is due after every second message; it records its intervals."""
 
@@ -443,17 +447,19 @@ def test_no_trial_overlaps_an_interlude(monkeypatch: pytest.MonkeyPatch, tmp_pat
         assert all(end <= began or ended <= start for start, end in intervals)
 
 
-def test_a_worker_that_waits_for_an_interlude_has_no_deadline(clock: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_that_waits_for_an_interlude_has_no_deadline(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One worker has answered and waits while the other is busy for longer than a preparation may take."""
+    long = 4 * SOON
+
     def script(worker: Worker) -> None:
         while True:
+            worker.say("prepared")
+            busy(long if worker.number == 1 else 0.001)
             worker.done()
             worker.receive()
 
-    def later() -> None:
-        clock.now += 100 * PREPARE
-
-    monkeypatch.setattr(pool, "serve", lambda pipe, _task: guarded(lambda: script(Worker(pipe, clock.says))))
-    job, rests = Job(4), Rests(later)
-    Pool(1, "fork", PREPARE).run([job], rests)
+    monkeypatch.setattr(pool, "serve", lambda pipe, _task: guarded(lambda: script(Worker(pipe, 2))))
+    jobs, rests = [Job(1), Job(3)], Rests(lambda: None)
+    Pool(2, "fork", SOON).run(jobs, rests)
     assert rests.intervals
-    assert job.rows == ["done"] * 4
+    assert [job.rows for job in jobs] == [["done"], ["done"] * 3]
