@@ -396,7 +396,7 @@ def test_a_worker_has_a_share_of_the_memory() -> None:
 
 
 SOON = 0.2
-"""Seconds: the deadline of a preparation; what a worker waits for the processor is not counted."""
+"""Seconds: the limit of a trial; what a worker waits for the processor is not counted."""
 
 
 class Rests:
@@ -448,7 +448,7 @@ def test_no_trial_overlaps_an_interlude(monkeypatch: pytest.MonkeyPatch, tmp_pat
 
 
 def test_a_worker_that_waits_for_an_interlude_has_no_deadline(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One worker has answered and waits while the other is busy for longer than a preparation may take."""
+    """One worker has answered and waits while the other is busy for longer than the limit of the former."""
     long = 4 * SOON
 
     def script(worker: Worker) -> None:
@@ -459,7 +459,7 @@ def test_a_worker_that_waits_for_an_interlude_has_no_deadline(monkeypatch: pytes
             worker.receive()
 
     monkeypatch.setattr(pool, "serve", lambda pipe, _task: guarded(lambda: script(Worker(pipe, 2))))
-    jobs, rests = [Job(1), Job(3)], Rests(lambda: None)
-    Pool(2, "fork", SOON).run(jobs, rests)
+    jobs, rests = [Job(1), Job(3, limit=SOON)], Rests(lambda: None)
+    Pool(2, "fork", PREPARE).run(jobs, rests)
     assert rests.intervals
     assert [job.rows for job in jobs] == [["done"], ["done"] * 3]
