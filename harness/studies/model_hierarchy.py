@@ -57,15 +57,14 @@ def _model_errors(full: Case) -> list[dict[str, Any]]:
     return rows
 
 
-def cost(full: str, model: str, equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, Any]:
+def cost(full: str, model: str, at: pd.DataFrame, spans: pd.DataFrame) -> dict[str, Any]:
     """The computing time of a level's model and its ratio to the full model, at an error of 1e-6.
 
     `seconds` is the least time of the model, of the integrator `fastest`. `ratio` is the median of model over full for
     the `integrators` that reached the error on both, on one machine; nan if none did. All times are from the run, for one characteristic
     time of each case, so that different spans can be compared.
     """
-    reference = reduced[reduced["variant"] == ""].groupby("case")[["span", "time_scale"]].first()
-    at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & np.isclose(equal["target"], COST_AT)]
+    reference = spans.set_index("case")
     found = dict(NO_COST)
     if model not in reference.index or full not in reference.index:
         return found
@@ -84,14 +83,16 @@ def cost(full: str, model: str, equal: pd.DataFrame, reduced: pd.DataFrame) -> d
 def hierarchies(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -> pd.DataFrame:
     """Error and cost of every level of the model hierarchies of these cases; the full model is the last row of each."""
     rows = []
+    spans = reduced[reduced["variant"] == ""].groupby("case", as_index=False)[["span", "time_scale"]].first()
+    at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & np.isclose(equal["target"], COST_AT)]
     for case in cases:
         found = model_errors(case)
         for row in found:
             # A level that is the case itself with other parameters was not run with these.
-            measured = {} if row["model"] == case.name else cost(case.name, row["model"], equal, reduced)
+            measured = {} if row["model"] == case.name else cost(case.name, row["model"], at, spans)
             rows.append(row | NO_COST | measured)
         if found:
             last: dict[str, Any] = dict.fromkeys(("hierarchy", "model", "label"), case.name)
             last |= {"effect": "the full model", "lacks": "", "error": 0.0, "early": 0.0}
-            rows.append(last | cost(case.name, case.name, equal, reduced))
+            rows.append(last | cost(case.name, case.name, at, spans))
     return pd.DataFrame(rows)
