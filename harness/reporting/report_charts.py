@@ -16,6 +16,7 @@ from gnomon.harness.reporting import figures, style, tables
 from gnomon.harness.reporting.figures_profiles import profile_charts
 from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
 from gnomon.harness.reporting.images import write_images
+from gnomon.harness.reporting.kept_parts import kept
 from gnomon.harness.reporting.report_pack import columnar, columns
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import analysis
@@ -88,7 +89,7 @@ def page_charts(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLe
 
     The two work-precision specifications have all integrators; the page reduces them to those of a problem.
     """
-    specs = {axis: columnar(work_precision(run.look, axis)) for axis in ("time", "calls")}
+    specs = {axis: columnar(_work_precision(run.look, axis)) for axis in ("time", "calls")}
     cases = {
         name: {
             label: {
@@ -103,6 +104,14 @@ def page_charts(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLe
     }
     others = {name: columnar(chart.to_dict(validate=False)) for name, chart in charts.items()}
     return {"work": {"specs": specs, "cases": cases}, "others": others, "map": _map(run)}
+
+
+def _work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
+    """`work_precision`, kept on disk: Altair takes half a second for it."""
+    given = json.dumps([axis, alt.__version__, style.STYLE, style.STATUSES, look.to_dict("list")])
+    modules = (work_precision.__module__, style.__name__)
+    found: dict[str, Any] = kept(modules, given, lambda: work_precision(look, axis))
+    return found
 
 
 def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:

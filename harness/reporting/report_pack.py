@@ -10,7 +10,7 @@ from importlib.metadata import version
 from typing import Any
 
 import pandas as pd
-from gnomon.reference.storage import diskcache
+from gnomon.harness.reporting.kept_parts import kept
 
 
 def packed(text: str) -> str:
@@ -20,8 +20,7 @@ def packed(text: str) -> str:
 
 def packed_vega() -> str:
     """The `packed` script that draws charts, kept on disk: making it takes 5 s."""
-    library = f"vl-convert-python {version('vl-convert-python')}"
-    return str(diskcache.cached(f"packed script of {library}", lambda: diskcache.Entry(notes=_vega())).notes)
+    return str(kept((__name__,), version("vl-convert-python"), _vega))
 
 
 def _vega() -> str:

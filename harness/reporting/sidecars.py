@@ -3,16 +3,14 @@
 Keys that the schema does not name are accepted. All texts are made `visible`: control characters are escaped.
 """
 
-import hashlib
 import json
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from gnomon.harness.reporting.kept_parts import kept
 from gnomon.harness.results.visible import visible
 from gnomon.reference.numerics.precision import shortened
-from gnomon.reference.storage import diskcache
-from gnomon.reference.storage.import_closure import closure
 from jsonschema import Draft202012Validator
 
 MOST_BYTES = 1 << 26
@@ -29,11 +27,8 @@ def read(path: Path) -> Any:
     if path.stat().st_size > MOST_BYTES:
         raise ValueError(f"{path}: {path.stat().st_size} bytes; a file of gnomon's has at most {MOST_BYTES}")
     content = path.read_bytes()
-    # Kept on disk, because validation takes seconds. Files that are refused are read again each time.
-    key = "\n".join(
-        ("sidecar", path.name, closure(__name__, "gnomon.harness.results.visible", within=()) or "", json.dumps(_SCHEMA), hashlib.sha256(content).hexdigest())
-    )
-    return diskcache.cached(key, lambda: diskcache.Entry(notes=_validated(path, content))).notes
+    given = f"{path.name}\n{json.dumps(_SCHEMA)}\n".encode() + content
+    return kept((__name__, visible.__module__), given, lambda: _validated(path, content))  # validation takes seconds
 
 
 def _validated(path: Path, content: bytes) -> Any:
