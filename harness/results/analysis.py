@@ -204,11 +204,15 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
                 rows.append((*key, target, middle, times.min(), times.max(), len(times), bound, overhead))
     named = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest", "overhead"]
     table = pd.DataFrame(rows, columns=named)
-    fastest = table.groupby(["case", "variant", "formulation", "target"])["seconds"].transform("min")
     machines = usable[usable["seconds_net"].notna()].groupby(SERIES)["machine"].first()
     table = table.join(machines, on=list(SERIES))
-    table = table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
-    return table.join(preparations(frame), on=list(SERIES))
+    return compared(table).join(preparations(frame), on=list(SERIES))
+
+
+def compared(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows with `ratio` to the fastest of the same problem and target, and `tied` with it."""
+    fastest = table.groupby([*PROBLEM, "target"])["seconds"].transform("min")
+    return table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
 
 
 def trust(reduced: pd.DataFrame) -> pd.DataFrame:
