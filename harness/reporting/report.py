@@ -68,17 +68,27 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     environment.filters |= {"breakable": _breakable, "counted": tables.counted, "grouped": tables.grouped}
     panel = environment.from_string(_source("report_case.html.j2")).module
     panels = {
-        case["name"]: {"times": str(panel.times(case, words["targets"])), "stability": str(panel.stability(case))}  # type: ignore[attr-defined]
+        case["name"]: {
+            "times": str(panel.times(case["times"], words["targets"])),  # type: ignore[attr-defined]
+            "others": str(panel.times(case["others"], words["targets"])),  # type: ignore[attr-defined]
+            "stability": str(panel.stability(case, words["own"])),  # type: ignore[attr-defined]
+        }
         for case in words["cases"]
     }
     about = {case["name"]: {key: case[key] for key in ("title", "section", "stresses")} for case in words["cases"]}
-    carried = {"tables": panels, "about": about, "chapters": words["chapters"], "first": words["first"]}
+    carried = {
+        "tables": panels,
+        "about": about,
+        "chapters": words["chapters"],
+        "first": words["first"],
+        "own": words["own"],
+    }
     return environment.from_string(_source("report.html.j2")).render(
         words,
         titles={case["name"]: case["title"] for case in words["cases"]},
         sections={case["name"]: case["section"] for case in words["cases"]},
         chart_names=list(charts["others"]),
-        profiles=[name for name in charts["others"] if name.startswith("profile_")],
+        profiles=[name for name in charts["others"] if name.startswith("profile_") and not name.endswith("_others")],
         css=_source("report.css"),
         script=_source("report.js"),
         data=packed_json(charts | carried),

@@ -14,8 +14,8 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import style, tables
-from gnomon.harness.results import analysis, store
+from gnomon.harness.reporting import report_card, style, tables
+from gnomon.harness.results import analysis, rankings, store
 from gnomon.harness.running.plan import NEAR_DUPLICATE
 from gnomon.harness.studies import model_hierarchy
 from gnomon.harness.studies.drift import rebuilt
@@ -56,6 +56,16 @@ class Run:
     @cached_property
     def equal(self) -> pd.DataFrame:
         return analysis.equal_error(self.frame)
+
+    @cached_property
+    def kinds(self) -> dict[str, list[str]]:
+        """The cases of each kind of system."""
+        return report_card.kinds(self.forms, self.names)
+
+    @cached_property
+    def changed(self) -> rankings.Alternatives:
+        """The comparisons of `equal` with something changed."""
+        return rankings.alternatives(self.frame, self.equal, self.kinds)
 
     @cached_property
     def matrix(self) -> pd.DataFrame:

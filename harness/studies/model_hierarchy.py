@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
+from gnomon.harness.results.profiles import OURS
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
@@ -15,7 +16,14 @@ from gnomon.reference.storage.import_closure import closure
 COST_AT = 1e-6
 """The error at which the times of models are compared."""
 
-NO_COST = {"ratio": math.nan, "integrators": 0, "fastest": "", "seconds": math.nan}
+NO_COST = {
+    "ratio": math.nan,
+    "integrators": 0,
+    "fastest": "",
+    "seconds": math.nan,
+    "third": "",
+    "third_seconds": math.nan,
+}
 """The columns of `cost` for a model that was not run."""
 
 
@@ -60,7 +68,8 @@ def _model_errors(full: Case) -> list[dict[str, Any]]:
 def cost(full: str, model: str, at: pd.DataFrame, spans: pd.DataFrame) -> dict[str, Any]:
     """The computing time of a level's model and its ratio to the full model, at an error of 1e-6.
 
-    `seconds` is the least time of the model, of the integrator `fastest`. `ratio` is the median of model over full for
+    `seconds` is the least time of the model, of the integrator `fastest`; `third_seconds` and `third` the same of
+    third-party integrators, if the fastest is in-house. `ratio` is the median of model over full for
     the `integrators` that reached the error on both, on one machine; nan if none did. All times are from the run, for one characteristic
     time of each case, so that different spans can be compared.
     """
@@ -75,6 +84,9 @@ def cost(full: str, model: str, at: pd.DataFrame, spans: pd.DataFrame) -> dict[s
     ratios = (times[model] / times[full]).dropna()
     if len(times[model]):
         found |= {"fastest": str(times[model].idxmin()[0]), "seconds": float(times[model].min())}
+        third = times[model][~times[model].index.get_level_values(0).str.startswith(f"{OURS}:")]
+        if len(third) and len(third) < len(times[model]) and found["fastest"].startswith(f"{OURS}:"):
+            found |= {"third": str(third.idxmin()[0]), "third_seconds": float(third.min())}
     if len(ratios):
         found |= {"ratio": float(ratios.median()), "integrators": len(ratios)}
     return found
