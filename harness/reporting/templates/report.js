@@ -14,7 +14,7 @@
     return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   }
 
-  // The switch "Hide in-house methods": remembered where the browser allows it.
+  // The switch "Hide in-house": remembered where the browser allows it.
   const root = document.documentElement;
   const without = () => "without" in root.dataset;
   const isOwn = (name) => String(name).startsWith(data.own);
