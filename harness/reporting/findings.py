@@ -10,7 +10,7 @@ from gnomon.harness.reporting.report_card import solved
 from gnomon.harness.reporting.tables import Cell, other_side, ratio_text, short_text
 from gnomon.harness.results.analysis import CLAIM, TARGETS
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import at, standings, winner
+from gnomon.harness.results.rankings import Comparison, comparison, library_ratios, standings, winner
 
 
 def findings(
@@ -19,7 +19,7 @@ def findings(
     kinds: Sequence[Mapping[str, Any]],
     matrix: pd.DataFrame,
     trusted: pd.DataFrame,
-    changed: Mapping[Any, pd.DataFrame] | None = None,
+    changed: Mapping[Any, Comparison] | None = None,
 ) -> list[str]:
     """The run in a few sentences, each counted from its rows.
 
@@ -37,10 +37,11 @@ def findings(
     ]
 
 
-def _fastest(equal: pd.DataFrame, changed: Sequence[pd.DataFrame]) -> list[str]:
+def _fastest(equal: pd.DataFrame, changed: Sequence[Comparison]) -> list[str]:
     said = []
+    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     for target in (TARGETS[1], TARGETS[-1]):
-        rows = at(equal, target)
+        rows = own[own["target"] == target]
         counts = standings(rows)
         if counts.empty or _others(changed, target) - {str(counts.index[0])}:
             continue
@@ -64,13 +65,13 @@ def _side(counts: pd.DataFrame, row: pd.Series) -> str:
     return f"the best {'in-house' if row['library'] == OURS else 'third-party'} one "
 
 
-def _others(changed: Sequence[pd.DataFrame], target: float, cases: Sequence[str] | None = None) -> AbstractSet[str]:
+def _others(changed: Sequence[Comparison], target: float, cases: Sequence[str] | None = None) -> AbstractSet[str]:
     """The integrators that are most often the fastest in the changed comparisons."""
-    found = {winner(table, target, cases) for table in changed}
+    found = {winner(one.get(target, ()), cases) for one in changed}
     return {name for name in found if name is not None}
 
 
-def _by_kind(kinds: Sequence[Mapping[str, Any]], changed: Sequence[pd.DataFrame]) -> list[str]:
+def _by_kind(kinds: Sequence[Mapping[str, Any]], changed: Sequence[Comparison]) -> list[str]:
     """What is most often fastest, kinds with the same answer together."""
     answers: dict[str, list[str]] = {}
     for row in kinds:
@@ -126,24 +127,22 @@ def _tolerances(trusted: pd.DataFrame) -> list[str]:
     ]
 
 
-def _libraries(equal: pd.DataFrame, changed: Sequence[pd.DataFrame]) -> list[str]:
-    best = _library_ratios(equal)
-    again = [set(other.index[other["median"] >= CLAIM]) for other in map(_library_ratios, changed)]
-    kept = np.array([all(name in names for names in again) for name in best.index], dtype=bool)
-    slower = best[(best["median"] >= CLAIM) & kept].sort_values("median")
-    if slower.empty:
+def _libraries(equal: pd.DataFrame, changed: Sequence[Comparison]) -> list[str]:
+    target = TARGETS[1]
+    found = library_ratios(comparison(equal).get(target, ()))
+    again = [library_ratios(one.get(target, ())) for one in changed]
+    slower = {
+        library: ratio
+        for library, ratio in sorted(found.items(), key=lambda item: item[1][0])
+        if all(each[library][0] >= CLAIM for each in (found, *again) if library in each)
+    }
+    if not slower:
         return []
-    words = [f"{library} {ratio_text(row['median'])} times on {row['size']:.0f}" for library, row in slower.iterrows()]
+    words = [f"{library} {ratio_text(median)} times on {count}" for library, (median, count) in slower.items()]
     return [
         "At 1e-6, the time of the best integrator of each other library over that of the fastest, as a median over the"
         f" cases that it reaches: {', '.join(words)}."
     ]
-
-
-def _library_ratios(equal: pd.DataFrame) -> pd.DataFrame:
-    """By library, of the ratios of its best integrator at 1e-6 the median, and on how many cases."""
-    rows = at(equal, TARGETS[1])
-    return rows.groupby(["library", "case"])["ratio"].min().groupby("library").agg(["median", "size"])
 
 
 def _engines(policies: pd.DataFrame) -> list[str]:

@@ -40,7 +40,7 @@ def _view(
     matrix, trusted, slopes = run.matrix, run.trusted, run.orders
     if third:
         matrix, trusted, slopes = (table[table["library"] != OURS] for table in (matrix, trusted, slopes))
-        equal, changed = rankings.third_party(equal), {key: rankings.third_party(one) for key, one in changed.items()}
+        equal, changed = rankings.third_party(equal), {key: rankings.without_ours(one) for key, one in changed.items()}
     kinds = report_card.kind_rows(equal, matrix, run.kinds)
     return {
         "findings": findings.findings(equal, run.policies, kinds, matrix, trusted, changed),
@@ -55,7 +55,7 @@ def _view(
 
 def _changes(equal: pd.DataFrame, changed: rankings.Alternatives) -> list[dict[str, Any]]:
     """For each kind of change of the comparison: Kendall's tau at each error, and who is then fastest on most cases."""
-    found = rankings.taus(equal, changed, TARGETS[:3])
+    found = rankings.taus(rankings.comparison(equal), changed, TARGETS[:3])
     rows = []
     for change, part in found.groupby("change", sort=False):
         cells = [
@@ -64,6 +64,6 @@ def _changes(equal: pd.DataFrame, changed: rankings.Alternatives) -> list[dict[s
             else tables.Cell("–", kind="none")
             for row in part.to_dict("records")
         ]
-        firsts = {rankings.winner(table, TARGETS[1]) for (kind, _), table in changed.items() if kind == change}
+        firsts = {rankings.winner(one.get(TARGETS[1], ())) for (kind, _), one in changed.items() if kind == change}
         rows.append({"head": change, "cells": cells, "first": ", ".join(sorted(filter(None, firsts))) or "–"})
     return rows

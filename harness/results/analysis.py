@@ -178,6 +178,14 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
 
     The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
+    table = times_to(frame, targets)
+    timed = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0) & frame["seconds_net"].notna()]
+    table = table.join(timed.groupby(SERIES)["machine"].first(), on=list(SERIES))
+    return compared(table).join(preparations(frame), on=list(SERIES))
+
+
+def times_to(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
+    """The columns of `equal_error` from `seconds` to `overhead`, for each series and target that it reaches."""
     rows = []
     usable = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0)]
     usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
@@ -203,10 +211,7 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
                 middle = float(np.median(times))
                 rows.append((*key, target, middle, times.min(), times.max(), len(times), bound, overhead))
     named = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest", "overhead"]
-    table = pd.DataFrame(rows, columns=named)
-    machines = usable[usable["seconds_net"].notna()].groupby(SERIES)["machine"].first()
-    table = table.join(machines, on=list(SERIES))
-    return compared(table).join(preparations(frame), on=list(SERIES))
+    return pd.DataFrame(rows, columns=named)
 
 
 def compared(table: pd.DataFrame) -> pd.DataFrame:

@@ -13,6 +13,7 @@ from gnomon.harness.reporting import report_benchmarks
 from gnomon.harness.reporting.findings import findings
 from gnomon.harness.reporting.report_words import hierarchy_rows, launches_text, machines_text, scatter_text, together
 from gnomon.harness.reporting.tables import Cell
+from gnomon.harness.results.rankings import comparison
 
 
 def _launched(**launches: int) -> pd.DataFrame:
@@ -262,13 +263,13 @@ def test_the_report_says_on_how_many_machines_it_stands() -> None:
 def test_a_sentence_that_a_change_of_the_comparison_refutes_is_left_out() -> None:
     """x:two wins most cases; without case b it shares the win with x:one, which has the smaller mean ratio."""
     claim = "At an error of 1e-6, x:two is the fastest"
-    same = {("one launch left out", "launch 1"): _equal()}
+    same = {("one launch left out", "launch 1"): comparison(_equal())}
     assert findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted(), same)[0].startswith(claim)
-    other = same | {("one kind of system left out", "b"): _equal()[_equal()["case"] == "a"]}
+    other = same | {("one kind of system left out", "b"): comparison(_equal()[_equal()["case"] == "a"])}
     said = findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted(), other)
     assert not any(claim in sentence for sentence in said)
     assert any("At 1e-6, the time of the best integrator of each other library" in sentence for sentence in said)
-    near = _equal().assign(ratio=1.0, tied=True)
+    near = comparison(_equal().assign(ratio=1.0))
     said = findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted(), {("another error measure", "end"): near})
     assert not any("each other library" in sentence for sentence in said), "y is as fast as x there"
 

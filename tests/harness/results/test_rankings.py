@@ -26,21 +26,20 @@ KINDS = {"contact": ["bouncing_ball"], "smooth": ["pendulum_simple", "kepler_orb
 @pytest.mark.parametrize("seed", range(5))
 def test_tau_is_that_of_scipy_with_ties(seed: int) -> None:
     drawn = np.random.default_rng(seed).integers(0, 4, (2, 15))
-    first, second = (pd.Series(values / 3, index=range(15)) for values in drawn)
+    first, second = ({f"method {k}": value / 3 for k, value in enumerate(values)} for values in drawn.tolist())
     assert rankings.kendall(first, second) == pytest.approx(kendalltau(*drawn).statistic, abs=1e-14)
 
 
 def test_tau_of_the_same_and_of_the_reversed_ranking() -> None:
-    scores = pd.Series({"a": 0.0, "b": 1.0, "c": 2.0})
+    scores = {"a": 0.0, "b": 1.0, "c": 2.0}
     assert rankings.kendall(scores, scores) == 1.0
-    assert rankings.kendall(scores, -scores) == -1.0
-    assert math.isnan(rankings.kendall(scores.iloc[:1], scores.iloc[:1]))
+    assert rankings.kendall(scores, {name: -value for name, value in scores.items()}) == -1.0
+    assert math.isnan(rankings.kendall({"a": 0.0}, {"a": 0.0}))
 
 
 def test_who_is_missing_has_the_worst_score() -> None:
     """A method that a change leaves without a solution falls to the end of the ranking."""
-    all_, rest = pd.Series({"a": 0.0, "b": 1.0}), pd.Series({"b": 1.0})
-    assert rankings.kendall(all_, rest) == -1.0
+    assert rankings.kendall({"a": 0.0, "b": 1.0}, {"b": 1.0}) == -1.0
 
 
 Row = dict[str, str]
@@ -148,16 +147,19 @@ def test_rankings_are_those_that_other_code_finds_in_the_exported_rows(
     found: dict[str, list[float]] = {kind: [] for kind, _ in changed}
     for target in TARGETS:
         base = independent_times(rows, "error_max", target)
-        mine = rankings.at(equal, target)
-        theirs = {(row.case, row.integrator_id): row.seconds for row in mine.itertuples()}
-        assert theirs == pytest.approx(base, rel=1e-12)
-        for change, table in changed.items():
-            tau = rankings.kendall(rankings.scores(equal, target), rankings.scores(table, target))
+        pairs = rankings.comparison(equal)[target]
+        fastest = {case: min(time for (other, _), time in base.items() if other == case) for case, _ in base}
+        assert {(pair.case, pair.name): pair.ratio * fastest[pair.case] for pair in pairs} == pytest.approx(
+            base, rel=1e-12
+        )
+        for change, one in changed.items():
+            tau = rankings.kendall(rankings.scores(pairs), rankings.scores(one.get(target, ())))
             expected = independent_tau(base, independent_times(*changed_rows(rows, change), target))
             assert tau == pytest.approx(expected, abs=1e-12, nan_ok=True), (change, target)
             found[change[0]].append(tau)
     assert min(found[KIND]) < 1
-    assert len(changed[LIMIT, LIMIT]) < len(equal), "a limit that changes nothing shows nothing"
+    sizes = [sum(map(len, one.values())) for one in (changed[LIMIT, LIMIT], rankings.comparison(equal))]
+    assert sizes[0] < sizes[1], "a limit that changes nothing shows nothing"
 
 
 def _rows(**seconds: list[float]) -> pd.DataFrame:
@@ -178,10 +180,18 @@ def test_without_in_house_integrators_ratios_are_to_the_fastest_third_party() ->
         ("scipy", "case 0"): 1.0, ("scipy", "case 1"): 2.0, ("scipy", "case 2"): 1.0,
         ("heyoka", "case 0"): 2.0, ("heyoka", "case 1"): 1.0, ("heyoka", "case 2"): 3.0,
     }  # fmt: skip
+    assert rankings.without_ours(rankings.comparison(equal)) == rankings.comparison(third)
+
+
+def test_the_winner_is_the_first_of_the_standings() -> None:
+    equal = _rows(a=[1.0, 5.0, 5.0], b=[5.0, 1.0, 5.0], c=[2.0, 2.0, 1.1], d=[9.0, 9.0, 1.0])
+    for cases in ({"case 0"}, {"case 1", "case 2"}, {"case 0", "case 1"}, {"case 0", "case 1", "case 2"}):
+        first = rankings.standings(equal[equal["case"].isin(cases)]).index[0]
+        assert rankings.winner(rankings.comparison(equal)[1e-6], cases) == first
 
 
 def test_the_smallest_tau_of_a_kind_of_change_is_shown() -> None:
-    equal = _rows(a=[1.0, 1.0, 1.0], b=[2.0, 2.0, 2.0], c=[4.0, 4.0, 4.0])
-    reversed_ = _rows(a=[4.0, 4.0, 4.0], b=[2.0, 2.0, 2.0], c=[1.0, 1.0, 1.0])
-    (row,) = rankings.taus(equal, {(KIND, "same"): equal, (KIND, "reversed"): reversed_}, (1e-6,)).to_dict("records")
+    base = rankings.comparison(_rows(a=[1.0, 1.0, 1.0], b=[2.0, 2.0, 2.0], c=[4.0, 4.0, 4.0]))
+    reversed_ = rankings.comparison(_rows(a=[4.0, 4.0, 4.0], b=[2.0, 2.0, 2.0], c=[1.0, 1.0, 1.0]))
+    (row,) = rankings.taus(base, {(KIND, "same"): base, (KIND, "reversed"): reversed_}, (1e-6,)).to_dict("records")
     assert (row["tau"], row["worst"], row["count"]) == (-1.0, "reversed", 2)
