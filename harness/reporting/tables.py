@@ -156,8 +156,8 @@ def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Ro
             others = ", ".join(tied[1:4]) + (" …" if len(tied) > 4 else "")
             bound = "≤ " if at[0]["at_loosest"] else ""
             time = bound + time_text(at[0]["seconds"]) + overhead_text(at[0]["overhead"])
-            notes = (time, preparation_text(at[0]["preparation"]), f"on a par: {others}" if others else "")
-            notes += (_beside(at),) if sides else ()
+            notes = [time, preparation_text(at[0]["preparation"]), f"on a par: {others}" if others else ""]
+            notes += [_beside(at)] if sides else []
             cells.append(Cell(str(at[0]["integrator_id"]), " · ".join(filter(None, notes))))
         rows.append(Row(case, cells, note=formulation))
     return rows

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
-from gnomon.harness.results.profiles import OURS
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
@@ -16,14 +15,7 @@ from gnomon.reference.storage.import_closure import closure
 COST_AT = 1e-6
 """The error at which the times of models are compared."""
 
-NO_COST = {
-    "ratio": math.nan,
-    "integrators": 0,
-    "fastest": "",
-    "seconds": math.nan,
-    "third": "",
-    "third_seconds": math.nan,
-}
+NO_COST = {"ratio": math.nan, "integrators": 0, "fastest": "", "seconds": math.nan}
 """The columns of `cost` for a model that was not run."""
 
 
@@ -65,15 +57,15 @@ def _model_errors(full: Case) -> list[dict[str, Any]]:
     return rows
 
 
-def cost(full: str, model: str, at: pd.DataFrame, spans: pd.DataFrame) -> dict[str, Any]:
+def cost(full: str, model: str, equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, Any]:
     """The computing time of a level's model and its ratio to the full model, at an error of 1e-6.
 
-    `seconds` is the least time of the model, of the integrator `fastest`; `third_seconds` and `third` the same of
-    third-party integrators, if the fastest is in-house. `ratio` is the median of model over full for
+    `seconds` is the least time of the model, of the integrator `fastest`. `ratio` is the median of model over full for
     the `integrators` that reached the error on both, on one machine; nan if none did. All times are from the run, for one characteristic
     time of each case, so that different spans can be compared.
     """
-    reference = spans.set_index("case")
+    reference = reduced[reduced["variant"] == ""].groupby("case")[["span", "time_scale"]].first()
+    at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & np.isclose(equal["target"], COST_AT)]
     found = dict(NO_COST)
     if model not in reference.index or full not in reference.index:
         return found
@@ -84,9 +76,6 @@ def cost(full: str, model: str, at: pd.DataFrame, spans: pd.DataFrame) -> dict[s
     ratios = (times[model] / times[full]).dropna()
     if len(times[model]):
         found |= {"fastest": str(times[model].idxmin()[0]), "seconds": float(times[model].min())}
-        third = times[model][~times[model].index.get_level_values(0).str.startswith(f"{OURS}:")]
-        if len(third) and len(third) < len(times[model]) and found["fastest"].startswith(f"{OURS}:"):
-            found |= {"third": str(third.idxmin()[0]), "third_seconds": float(third.min())}
     if len(ratios):
         found |= {"ratio": float(ratios.median()), "integrators": len(ratios)}
     return found
@@ -95,16 +84,14 @@ def cost(full: str, model: str, at: pd.DataFrame, spans: pd.DataFrame) -> dict[s
 def hierarchies(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -> pd.DataFrame:
     """Error and cost of every level of the model hierarchies of these cases; the full model is the last row of each."""
     rows = []
-    spans = reduced[reduced["variant"] == ""].groupby("case", as_index=False)[["span", "time_scale"]].first()
-    at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & np.isclose(equal["target"], COST_AT)]
     for case in cases:
         found = model_errors(case)
         for row in found:
             # A level that is the case itself with other parameters was not run with these.
-            measured = {} if row["model"] == case.name else cost(case.name, row["model"], at, spans)
+            measured = {} if row["model"] == case.name else cost(case.name, row["model"], equal, reduced)
             rows.append(row | NO_COST | measured)
         if found:
             last: dict[str, Any] = dict.fromkeys(("hierarchy", "model", "label"), case.name)
             last |= {"effect": "the full model", "lacks": "", "error": 0.0, "early": 0.0}
-            rows.append(last | cost(case.name, case.name, at, spans))
+            rows.append(last | cost(case.name, case.name, equal, reduced))
     return pd.DataFrame(rows)
