@@ -66,14 +66,7 @@ def run(
     shard: Shard = None,
     timing: TimingOption = Timing.full,
     dask: Dask = None,
-    report: Annotated[
-        Path | None,
-        typer.Option(
-            help="A folder for the report of the results: written every 2 minutes between trials (with --dask at the end"
-            " only), and at the end or when the run is interrupted.",
-            parser=options.as_path,
-        ),
-    ] = None,
+    report: options.Report = None,
 ) -> None:
     """Run integrators on cases. The same command resumes an interrupted run.
 
@@ -92,11 +85,8 @@ def run(
     options.ensure_results(out_path)
     named = bool(case or integrator or command)
     page = _page(report, out_path, chosen)
-    try:
-        path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, named, page)
-    finally:  # the page of what is there, after Ctrl-C and after an error too
-        written = page.write() if page else None
-    _summarize(path, {one.name for one, _ in chosen}, integrators, shard, written)
+    path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, named, page)
+    _summarize(path, {one.name for one, _ in chosen}, integrators, shard, page)
 
 
 def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:
@@ -123,7 +113,8 @@ def _measured(
     near_duplicates: bool,
     page: LivePage | None,
 ) -> Path:
-    """Run the trials, unless one of the first crashes; returns the file of the results."""
+    """Run the trials, unless one of the first crashes, and write the page, after Ctrl-C or an error too; returns the file of
+    the results."""
     from gnomon.harness.cluster.connection import Lost
     from gnomon.harness.cluster.run import run as run_on_cluster
     from gnomon.harness.running import first_trials
@@ -150,6 +141,9 @@ def _measured(
             problems.print("writing the report of what was measured; Ctrl-C again ends at once")
             interruption.allow(LAST_PAGE_SECONDS)
         raise typer.Exit(130) from None
+    finally:
+        if page is not None:
+            page.write()
 
 
 def _page(folder: Path | None, out_path: Path, chosen: Sequence[tuple[Case, str]]) -> LivePage | None:
@@ -201,7 +195,7 @@ def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Sui
 
 
 def _summarize(
-    path: Path, names: set[str], integrators: Sequence[Integrator], shard: str | None, page: Path | None
+    path: Path, names: set[str], integrators: Sequence[Integrator], shard: str | None, page: LivePage | None
 ) -> None:
     from gnomon.harness.commands.run_table import run_table, shortcomings
     from gnomon.harness.registry.lookup import users_own
@@ -219,8 +213,8 @@ def _summarize(
         text = f"{len(interrupted)} trials were interrupted ({reasons}); the same command runs them again"
         problems.print(escape(text), highlight=False)
     out.print(f"results: {path}", highlight=False)
-    if page is not None:
-        out.print(f"its report: {page}", highlight=False)
+    if page is not None and page.written is not None:
+        out.print(f"its report: {page.written}", highlight=False)
     elif frame["status"].isin(SCORED).any():
         out.print(f"its report: gnomon report {shlex.quote(str(path))}", highlight=False)
     if shard is not None:  # another shard may have the series of an integrator, or all series

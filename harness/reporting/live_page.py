@@ -26,21 +26,25 @@ class LivePage:
         self.database, self.folder = database, folder
         self._tell, self._cases = tell, cases
         self._next = monotonic() + EVERY_SECONDS
+        self.written: Path | None = None
+        """The page, once it was written."""
 
     def due(self) -> bool:
         return monotonic() > self._next
 
     def take(self) -> None:
-        self.write()
+        """Write the page. Whatever goes wrong is told: a page must not end the run that it is of."""
+        try:
+            self.write()
+        except Exception as error:
+            self._tell(f"no page was written: {error!r}")
 
-    def write(self) -> Path | None:
-        """The page that was written, or None."""
+    def write(self) -> None:
         began = monotonic()
         try:
-            return refreshed(self.database, self.folder, self._cases)
-        except ValueError as error:
+            self.written = refreshed(self.database, self.folder, self._cases)
+        except (ValueError, OSError) as error:
             self._tell(f"no page was written: {error}")
-            return None
         finally:
             ended = monotonic()
             self._next = ended + max(EVERY_SECONDS, (ended - began) * (1 / MOST_SHARE - 1))

@@ -46,13 +46,26 @@ def test_pages_come_every_two_minutes_and_take_a_fifth_of_the_time_at_most(
         assert seconds + waited + 1 < LONGEST
 
 
+def test_a_fault_of_the_page_does_not_end_the_run(
+    monkeypatch: pytest.MonkeyPatch, now: list[float], tmp_path: Path
+) -> None:
+    def fail(*_: object) -> Path:
+        raise KeyError("planted")
+
+    monkeypatch.setattr(live_page, "refreshed", fail)
+    told: list[str] = []
+    LivePage(tmp_path, tmp_path, told.append, {}).take()
+    assert told == ["no page was written: KeyError('planted')"]
+
+
 def test_a_run_goes_on_without_a_page(now: list[float], tmp_path: Path) -> None:
     """Nothing has run yet: the reason is told, and the next page is due later."""
     told: list[str] = []
     page = LivePage(tmp_path / "results.sqlite", tmp_path / "page", told.append, {})
     now[0] = EVERY_SECONDS + 1
     page.take()
-    assert page.write() is None
+    page.write()
+    assert page.written is None
     assert not page.due()
     assert [text.startswith("no page was written: ") for text in told] == [True, True]
     assert "no results here" in told[0]

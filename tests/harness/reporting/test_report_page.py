@@ -283,7 +283,7 @@ OWN_NAMES = """(() => {
 RATIOS = """(() => [...document.querySelectorAll("#panel .times td small")].map((note) => note.textContent))()"""
 
 
-def test_in_house_methods_can_be_hidden_everywhere_and_stay_hidden(browser: Browser, page: Path) -> None:
+def test_in_house_methods_can_be_hidden_on_the_whole_page_and_stay_hidden(browser: Browser, page: Path) -> None:
     """The times of third parties are then compared with each other: some third party is the fastest of each column."""
     browser.open(page, 1400, 900)
     browser.value(READY)
