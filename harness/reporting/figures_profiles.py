@@ -23,8 +23,10 @@ def profile_charts(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, alt.
     libraries alone, where there are in-house integrators too.
     """
     charts = _charts(equal, reduced)
-    if equal["library"].eq(OURS).nunique() > 1:
-        alone = _charts(equal[equal["library"] != OURS], reduced[reduced["library"] != OURS], best=False)
+    ours = reduced["library"] == OURS
+    if ours.nunique() > 1:
+        others = equal[~equal["integrator_id"].isin(reduced.loc[ours, "integrator_id"])]
+        alone = _charts(others, reduced[~ours], best=False)
         charts |= {f"{name}_others": chart for name, chart in alone.items()}
     return charts
 
