@@ -14,13 +14,12 @@ INSTALLED := $(VENV)/installed-$(EXTRAS)
 
 .PHONY: report certificates solutions publish test test-all mutants verification lint types unit bench docs clean
 
-# A first page after minutes, from the suite `quick`; the whole run then continues in the same file.
+# A first page after minutes, from the suite `quick`; the whole run then continues in the same file, and writes its page
+# again every two minutes, at its end and after Ctrl-C.
 report: $(INSTALLED)
-	$(BIN)/gnomon run --suite quick --out runs/$(SUITE).sqlite
-	$(BIN)/gnomon report runs/$(SUITE).sqlite --to $(LOCAL)
+	$(BIN)/gnomon run --suite quick --out runs/$(SUITE).sqlite --report $(LOCAL)
 	$(BIN)/gnomon certify --to runs/certificates.json --independent $(LOCAL)/checks.json
-	$(BIN)/gnomon run --suite $(SUITE) --out runs/$(SUITE).sqlite
-	$(BIN)/gnomon report runs/$(SUITE).sqlite --to $(LOCAL)
+	$(BIN)/gnomon run --suite $(SUITE) --out runs/$(SUITE).sqlite --report $(LOCAL)
 
 # All variants: less than 15 minutes on 2 cores. The next `make report` shows the certificates.
 certificates: $(INSTALLED)

@@ -18,7 +18,7 @@ from gnomon.harness.cluster.connection import AHEAD, FEWEST_AHEAD
 from gnomon.harness.cluster.run import TASK_SECONDS
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.results import opening
-from gnomon.harness.running.cost import divided, launched_seconds
+from gnomon.harness.running.cost import divided, kind_of, seconds_of
 
 WORKERS = (1, 10, 100, 1000)
 START_SECONDS = 3.0
@@ -55,22 +55,23 @@ def measured(path: Path, processes: int = 2) -> list[Measured]:
     with opening.reading(path, ("runs", "trials", "measurements")) as db:
         launches = db.execute(
             'SELECT run, series, launch, min(recorded), max(recorded), count(*), library, variant != "default",'
-            " max(limit_seconds) FROM measurements JOIN trials USING (trial_key) GROUP BY run, series, launch"
+            " max(limit_seconds), count(turned_starts) FROM measurements JOIN trials USING (trial_key) GROUP BY run, series, launch"
             f" HAVING sum(status NOT IN ({marks})) > 0 ORDER BY run, min(recorded)",
             (*CANNOT_RUN, Status.SKIPPED),
         ).fetchall()
-    found: dict[str, list[tuple[float, int, str, bool, float]]] = {}
+    found: dict[str, list[tuple[float, int, str, str]]] = {}
     ends, current = list[float](), 0
-    for run, series, _, first, last, rows, library, hard, limit in launches:
+    for run, series, _, first, last, rows, library, hard, limit, turned in launches:
         began, ended = (datetime.fromisoformat(text).timestamp() for text in (first, last))
         if run != current:
             current, ends = run, [began] * processes
         seconds = max(0.0, ended - heapq.heapreplace(ends, max(ended, ends[0])))
-        found.setdefault(series, []).append((seconds, rows, library, bool(hard), limit or 0.0))
+        kind = kind_of(bool(hard), limit or 0.0, turned > 0)
+        found.setdefault(series, []).append((seconds, rows, library, kind))
     return [
         Measured(
             sum(each[0] for each in of),
-            launched_seconds(of[0][2], of[0][3], of[0][4], len(of)),
+            seconds_of(of[0][2], of[0][3]) + seconds_of(of[0][2], "again") * (len(of) - 1),
             sum(each[1] for each in of),
         )
         for _, of in sorted(found.items())

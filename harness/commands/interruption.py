@@ -15,6 +15,16 @@ INTERRUPTED = 130
 """The exit code: 128 plus the number of the signal, as in shells."""
 
 
+_allowed = 0.0
+"""The time of `time.monotonic` up to which work may go on after Ctrl-C, if that is later than `ENDING_SECONDS`."""
+
+
+def allow(seconds: float) -> None:
+    """Give work that ends an interrupted command `seconds` from now. A second Ctrl-C ends the process all the same."""
+    global _allowed
+    _allowed = time.monotonic() + seconds
+
+
 @contextmanager
 def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
     """In this context the first Ctrl-C prints "stopping ..." and raises KeyboardInterrupt in the main thread; `seconds`
@@ -60,7 +70,9 @@ def _watch(reading: socket.socket, acknowledge: Callable[[], None], seconds: flo
         reading.close()
         return
     acknowledge()
-    _interrupted(reading, time.monotonic() + seconds)
+    ends = time.monotonic() + seconds
+    while not _interrupted(reading, ends) and ends < _allowed:
+        ends = _allowed
     os._exit(INTERRUPTED)
 
 

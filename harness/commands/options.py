@@ -67,6 +67,16 @@ def as_path(given: str | Path) -> Path:
     return Path(text)
 
 
+Report = Annotated[
+    Path | None,
+    typer.Option(
+        help="A folder for the report of the results: written every 2 minutes between trials (with --dask at the end"
+        " only), and at the end or when the run is interrupted.",
+        parser=as_path,
+    ),
+]
+
+
 def cut(text: str) -> str:
     """A long text shortened in its middle: the end of a path identifies it."""
     return text if len(text) <= 160 else f"{text[:60]}...{text[-60:]}"

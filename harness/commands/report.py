@@ -22,7 +22,7 @@ def report(
     """Write the report of a run: one offline page and a summary."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.cases.core.registry import case_class
-    from gnomon.harness.reporting.report import write_report
+    from gnomon.harness.reporting.up_to_date import refreshed
     from gnomon.harness.results import opening
     from gnomon.harness.results.store import results_file
 
@@ -30,5 +30,10 @@ def report(
     with opening.reading(database, ()):
         pass  # raises before a folder is made if these are no results of gnomon
     options.ensure_folder(to, "--to")
-    page = write_report(database, to, given, figures=figures)
+    if figures:
+        from gnomon.harness.reporting.report import write_report
+
+        page = write_report(database, to, given, figures=True)
+    else:
+        page = refreshed(database, to, given)
     out.print(f"The report is {page}")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from gnomon.harness.commands import options
+from gnomon.harness.commands import interruption, options
 from gnomon.harness.commands.cluster_options import Dask, Shard, Timing, TimingOption, part
 from gnomon.harness.commands.options import Output, out, problems
 from gnomon.harness.contract.status import SCORED, Status
@@ -18,9 +18,12 @@ from rich.markup import escape
 if TYPE_CHECKING:
     from gnomon.cases import Case
     from gnomon.harness.contract.integrator import Integrator
+    from gnomon.harness.reporting.live_page import LivePage
     from gnomon.harness.running.plan import Suite
 
 TABLE_WIDTH = 150
+LAST_PAGE_SECONDS = 120.0
+"""The time that the page of an interrupted run may take: of a whole standard run it is some 10 s of processor time."""
 SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
 """Seconds: about the resolution of a clock, and eleven days."""
 
@@ -63,6 +66,7 @@ def run(
     shard: Shard = None,
     timing: TimingOption = Timing.full,
     dask: Dask = None,
+    report: options.Report = None,
 ) -> None:
     """Run integrators on cases. The same command resumes an interrupted run.
 
@@ -80,8 +84,9 @@ def run(
         chosen = [one for one in chosen if chosen_suite.takes(one[0])]
     options.ensure_results(out_path)
     named = bool(case or integrator or command)
-    path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, named)
-    _summarize(path, {one.name for one, _ in chosen}, integrators, shard)
+    page = _page(report, out_path, chosen)
+    path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, named, page)
+    _summarize(path, {one.name for one, _ in chosen}, integrators, shard, page)
 
 
 def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:
@@ -106,8 +111,10 @@ def _measured(
     workers: int,
     dask: str | None,
     near_duplicates: bool,
+    page: LivePage | None,
 ) -> Path:
-    """Run the trials, unless one of the first crashes; returns the file of the results."""
+    """Run the trials, unless one of the first crashes, and write the page, after Ctrl-C or an error too; returns the file of
+    the results."""
     from gnomon.harness.cluster.connection import Lost
     from gnomon.harness.cluster.run import run as run_on_cluster
     from gnomon.harness.running import first_trials
@@ -123,13 +130,31 @@ def _measured(
             raise typer.Exit(1)
         if dask is not None:
             return run_on_cluster(out_path, suite, chosen, integrators, dask, Progress(), workers, near_duplicates)
-        return run_(out_path, suite, chosen, integrators, Progress(), workers, near_duplicates=near_duplicates)
+        progress = Progress(interlude=page)
+        return run_(out_path, suite, chosen, integrators, progress, workers, near_duplicates=near_duplicates)
     except Lost as error:
         problems.print(escape(f"{error}; the same command resumes the run"), highlight=False)
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
         problems.print("interrupted; the same command resumes the run")
+        if page is not None:
+            problems.print("writing the report of what was measured; Ctrl-C again ends at once")
+            interruption.allow(LAST_PAGE_SECONDS)
         raise typer.Exit(130) from None
+    finally:
+        if page is not None:
+            page.write()
+
+
+def _page(folder: Path | None, out_path: Path, chosen: Sequence[tuple[Case, str]]) -> LivePage | None:
+    """The page that the run writes into `folder`."""
+    if folder is None:
+        return None
+    from gnomon.harness.reporting.live_page import LivePage
+
+    options.ensure_folder(folder, "--report")
+    cases = {one.name: type(one) for one, _ in chosen if not type(one).__module__.startswith("gnomon.cases.")}
+    return LivePage(out_path, folder, lambda text: problems.print(escape(text), highlight=False), cases)
 
 
 def _programs(commands: Sequence[str]) -> list[Integrator]:
@@ -169,7 +194,9 @@ def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Sui
     return found.within(limit)
 
 
-def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator], shard: str | None) -> None:
+def _summarize(
+    path: Path, names: set[str], integrators: Sequence[Integrator], shard: str | None, page: LivePage | None
+) -> None:
     from gnomon.harness.commands.run_table import run_table, shortcomings
     from gnomon.harness.registry.lookup import users_own
     from gnomon.harness.results.store import load
@@ -186,7 +213,9 @@ def _summarize(path: Path, names: set[str], integrators: Sequence[Integrator], s
         text = f"{len(interrupted)} trials were interrupted ({reasons}); the same command runs them again"
         problems.print(escape(text), highlight=False)
     out.print(f"results: {path}", highlight=False)
-    if frame["status"].isin(SCORED).any():
+    if page is not None and page.written is not None:
+        out.print(f"its report: {page.written}", highlight=False)
+    elif frame["status"].isin(SCORED).any():
         out.print(f"its report: gnomon report {shlex.quote(str(path))}", highlight=False)
     if shard is not None:  # another shard may have the series of an integrator, or all series
         integrators = [one for one in integrators if one.id in set(frame["integrator_id"])]

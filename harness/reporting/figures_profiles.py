@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.reporting.style import HUES, INK, OTHER_HUES, dressed, records
 from gnomon.harness.results import profiles
-from gnomon.harness.results.profiles import THIRD_PARTY, Profile
+from gnomon.harness.results.profiles import OURS, THIRD_PARTY, Profile
 
 TARGETS = {"1e-3": 1e-3, "1e-6": 1e-6, "1e-9": 1e-9}
 FACTORS = 10 ** np.linspace(0, 3, 61)
@@ -19,22 +19,34 @@ FEWEST = 12
 def profile_charts(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, alt.LayerChart]:
     """By name: `profile_1e-3`, `profile_1e-6`, `profile_1e-9` and `profile_digits`; without those of few problems.
 
-    `equal`: `analysis.equal_error`; `reduced`: `analysis.settings`.
+    `equal`: `analysis.equal_error`; `reduced`: `analysis.settings`. Names that end in `_others` are of third-party
+    libraries alone, where there are in-house integrators too.
     """
+    charts = _charts(equal, reduced)
+    ours = reduced["library"] == OURS
+    if ours.nunique() > 1:
+        others = equal[~equal["integrator_id"].isin(reduced.loc[ours, "integrator_id"])]
+        alone = _charts(others, reduced[~ours], best=False)
+        charts |= {f"{name}_others": chart for name, chart in alone.items()}
+    return charts
+
+
+def _charts(equal: pd.DataFrame, reduced: pd.DataFrame, best: bool = True) -> dict[str, alt.LayerChart]:
+    """The charts of these rows; `best`: with the best of all third parties."""
     names = reduced.drop_duplicates("integrator_id").set_index("integrator_id")["library"]
     charts = {}
     for word, target in TARGETS.items():
         relative = profiles.ratios(profiles.by_library(profiles.times(equal, target), names.__getitem__))
         if len(relative) >= FEWEST:
-            found = profiles.profiles(relative, FACTORS.tolist())
+            found = profiles.profiles(relative if best else relative.drop(columns=THIRD_PARTY), FACTORS.tolist())
             title = f"time over the fastest’s, to an error of {word}"
             charts[f"profile_{word}"] = _chart(
                 found, np.log10(FACTORS), title, "format(pow(10, datum.value), '~g') + ' ×'"
             )
     reached = profiles.digits(reduced)
     if len(reached) >= FEWEST:
-        best = profiles.by_library(reached, names.__getitem__, "max")
-        found = profiles.profiles(best, DIGITS.tolist(), above=True)
+        most = profiles.by_library(reached, names.__getitem__, "max")
+        found = profiles.profiles(most if best else most.drop(columns=THIRD_PARTY), DIGITS.tolist(), above=True)
         charts["profile_digits"] = _chart(found, DIGITS, "decimal digits reached on a hard variant", "datum.value")
     return charts
 

@@ -1,13 +1,16 @@
 """A run in a few sentences, each counted from the same rows as the tables of the page."""
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from gnomon.harness.reporting.report_card import solved
-from gnomon.harness.reporting.tables import Cell, ratio_text, short_text
+from gnomon.harness.reporting.tables import Cell, other_side, ratio_text, short_text
 from gnomon.harness.results.analysis import CLAIM, TARGETS
+from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.rankings import Comparison, comparison, library_ratios, standings, winner
 
 
 def findings(
@@ -16,41 +19,64 @@ def findings(
     kinds: Sequence[Mapping[str, Any]],
     matrix: pd.DataFrame,
     trusted: pd.DataFrame,
+    changed: Mapping[Any, Comparison] | None = None,
 ) -> list[str]:
-    """The run in a few sentences, each counted from its rows."""
+    """The run in a few sentences, each counted from its rows.
+
+    A sentence on which integrator or library is faster is left out if it does not hold in one of the tables `changed` (see
+    `rankings.alternatives`), and so is one on reliability that does not hold without one of the kinds of systems.
+    """
+    tables = list((changed or {}).values())
     return [
-        *_fastest(equal),
-        *_by_kind(kinds),
-        *_libraries(equal),
-        *_most_reliable(matrix),
+        *_fastest(equal, tables),
+        *_by_kind(kinds, tables),
+        *_libraries(equal, tables),
+        *_most_reliable(matrix, [row["cases"] for row in kinds] if len(kinds) > 1 else ()),
         *_tolerances(trusted),
         *_engines(policies),
     ]
 
 
-def _fastest(equal: pd.DataFrame) -> list[str]:
-    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
+def _fastest(equal: pd.DataFrame, changed: Sequence[Comparison]) -> list[str]:
     said = []
+    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     for target in (TARGETS[1], TARGETS[-1]):
-        at = own[own["target"] == target]
-        if at.empty:
+        rows = own[own["target"] == target]
+        counts = standings(rows)
+        if counts.empty or _others(changed, target) - {str(counts.index[0])}:
             continue
-        wins = at[at["tied"]].groupby("integrator_id")["case"].nunique().sort_values(ascending=False)
+        first, second = counts.iloc[0], counts.iloc[1:2]
+        _, beside = other_side(counts, first["library"])
+        second = beside.iloc[:1] if OURS in set(counts["library"]) else second
         said.append(
             f"At an error of {target:.0e}".replace("e-0", "e-")
-            + f", {wins.index[0]} is the fastest or on a par with it on {wins.iloc[0]} of the {at['case'].nunique()}"
-            f" cases where any integrator reaches it"
-            + (f", {wins.index[1]} on {wins.iloc[1]}." if len(wins) > 1 else ".")
+            + f", {first.name} is the fastest or on a par with it on {first['wins']} of the {rows['case'].nunique()}"
+            " cases where any integrator reaches it"
+            + "".join(f", {_side(counts, one)}{one.name} on {one['wins']}" for _, one in second.iterrows())
+            + "."
         )
     return said
 
 
-def _by_kind(kinds: Sequence[Mapping[str, Any]]) -> list[str]:
+def _side(counts: pd.DataFrame, row: pd.Series) -> str:
+    """Which side the best of the other side is, if there are two."""
+    if not counts["library"].eq(OURS).nunique() > 1:
+        return ""
+    return f"the best {'in-house' if row['library'] == OURS else 'third-party'} one "
+
+
+def _others(changed: Sequence[Comparison], target: float, cases: Sequence[str] | None = None) -> AbstractSet[str]:
+    """The integrators that are most often the fastest in the changed comparisons."""
+    found = {winner(one.get(target, ()), cases) for one in changed}
+    return {name for name in found if name is not None}
+
+
+def _by_kind(kinds: Sequence[Mapping[str, Any]], changed: Sequence[Comparison]) -> list[str]:
     """What is most often fastest, kinds with the same answer together."""
     answers: dict[str, list[str]] = {}
     for row in kinds:
         cell: Cell = row["cells"][1]
-        if cell.kind != "none":
+        if cell.kind != "none" and not _others(changed, TARGETS[1], row["cases"]) - {cell.text}:
             head = str(row["head"]).partition(":")[0]
             answers.setdefault(cell.text, []).append(head[:1].lower() + head[1:])
     if len(answers) < 2:
@@ -63,17 +89,28 @@ def _listed(words: Sequence[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
-def _most_reliable(matrix: pd.DataFrame) -> list[str]:
+def _most_reliable(matrix: pd.DataFrame, kinds: Sequence[Sequence[str]]) -> list[str]:
     """Of the integrators that ran on at least half of the hard variants, those that solved the largest share."""
     each, problems = solved(matrix)
     most = each[each["ran"] >= problems / 2]
     if most.empty:
         return []
-    share = (most["solved"] / most["ran"]).sort_values(ascending=False, kind="stable")
+    share = _shares(matrix)
+    for cases in kinds:
+        rest = _shares(matrix[~matrix["case"].isin(cases)])
+        if len(rest) and rest.get(share.index[0], 0.0) < rest.iloc[0]:
+            return []
     words = [f"{name} on {most.loc[name, 'solved']} of {most.loc[name, 'ran']}" for name in share.index[:3]]
     return [
         f"Of those that accept at least half of the {problems} hard variants, most reliable (some setting is ok within the time limit): {', '.join(words)}."
     ]
+
+
+def _shares(matrix: pd.DataFrame) -> pd.Series:
+    """The share that each solved, of the integrators that ran on at least half of the hard variants; the largest first."""
+    each, problems = solved(matrix)
+    most = each[each["ran"] >= problems / 2]
+    return (most["solved"] / most["ran"]).sort_values(ascending=False, kind="stable")
 
 
 def _tolerances(trusted: pd.DataFrame) -> list[str]:
@@ -90,14 +127,18 @@ def _tolerances(trusted: pd.DataFrame) -> list[str]:
     ]
 
 
-def _libraries(equal: pd.DataFrame) -> list[str]:
-    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
-    middle = own[own["target"] == TARGETS[1]]
-    best = middle.groupby(["library", "case"])["ratio"].min().groupby("library").agg(["median", "size"])
-    slower = best[best["median"] >= CLAIM].sort_values("median")
-    if slower.empty:
+def _libraries(equal: pd.DataFrame, changed: Sequence[Comparison]) -> list[str]:
+    target = TARGETS[1]
+    found = library_ratios(comparison(equal).get(target, ()))
+    again = [library_ratios(one.get(target, ())) for one in changed]
+    slower = {
+        library: ratio
+        for library, ratio in sorted(found.items(), key=lambda item: item[1][0])
+        if all(each[library][0] >= CLAIM for each in (found, *again) if library in each)
+    }
+    if not slower:
         return []
-    words = [f"{library} {ratio_text(row['median'])} times on {row['size']:.0f}" for library, row in slower.iterrows()]
+    words = [f"{library} {ratio_text(median)} times on {count}" for library, (median, count) in slower.items()]
     return [
         "At 1e-6, the time of the best integrator of each other library over that of the fastest, as a median over the"
         f" cases that it reaches: {', '.join(words)}."

@@ -5,7 +5,6 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import vl_convert
 from gnomon.cases.core.case import Case
 from gnomon.harness.reporting import tables
 from gnomon.harness.reporting.report_charts import (
@@ -15,10 +14,10 @@ from gnomon.harness.reporting.report_charts import (
     work_problems,
     write_figures,
 )
-from gnomon.harness.reporting.report_pack import packed, packed_json
+from gnomon.harness.reporting.report_pack import packed_json, packed_vega
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
-from gnomon.harness.results import store
+from gnomon.harness.results import opening, store
 from gnomon.harness.results.visible import code, markdown
 from gnomon.reference.storage import diskcache
 from jinja2 import Environment, StrictUndefined
@@ -42,11 +41,13 @@ def write_report(
     the name under which they ran; nothing that the file names is imported. Raises ValueError for a file that is no
     results file, or an empty one.
     """
-    run = Run.read(store.results_file(database), cases)
-    folder.mkdir(parents=True, exist_ok=True)
-    work = work_problems(run)
-    charts = other_charts(run)
-    words = page_words(run, beside or (run.path.parent, folder, folder.parent), work)
+    database = store.results_file(database)
+    with opening.one_state(database):
+        run = Run.read(database, cases)
+        folder.mkdir(parents=True, exist_ok=True)
+        work = work_problems(run)
+        charts = other_charts(run)
+        words = page_words(run, beside or (run.path.parent, folder, folder.parent), work)
     page = folder / "index.html"
     with diskcache.whole(page) as part:
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")
@@ -64,24 +65,34 @@ def write_report(
 def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     """The page. Tables of single cases are compressed, and inserted when their case is chosen."""
     environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"breakable": _breakable, "counted": tables.counted}
+    environment.filters |= {"breakable": _breakable, "counted": tables.counted, "grouped": tables.grouped}
     panel = environment.from_string(_source("report_case.html.j2")).module
     panels = {
-        case["name"]: {"times": str(panel.times(case, words["targets"])), "stability": str(panel.stability(case))}  # type: ignore[attr-defined]
+        case["name"]: {
+            "times": str(panel.times(case["times"], words["targets"])),  # type: ignore[attr-defined]
+            "others": str(panel.times(case["others"], words["targets"])),  # type: ignore[attr-defined]
+            "stability": str(panel.stability(case, words["own"])),  # type: ignore[attr-defined]
+        }
         for case in words["cases"]
     }
     about = {case["name"]: {key: case[key] for key in ("title", "section", "stresses")} for case in words["cases"]}
-    carried = {"tables": panels, "about": about, "chapters": words["chapters"], "first": words["first"]}
+    carried = {
+        "tables": panels,
+        "about": about,
+        "chapters": words["chapters"],
+        "first": words["first"],
+        "own": words["own"],
+    }
     return environment.from_string(_source("report.html.j2")).render(
         words,
         titles={case["name"]: case["title"] for case in words["cases"]},
         sections={case["name"]: case["section"] for case in words["cases"]},
         chart_names=list(charts["others"]),
-        profiles=[name for name in charts["others"] if name.startswith("profile_")],
+        profiles=[name for name in charts["others"] if name.startswith("profile_") and not name.endswith("_others")],
         css=_source("report.css"),
         script=_source("report.js"),
         data=packed_json(charts | carried),
-        vega=packed(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;")),
+        vega=packed_vega(),
     )
 
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.declared import declared
-from gnomon.harness.reporting.tables import Cell, Row, ratio_text, short_text, time_text
+from gnomon.harness.reporting.tables import Cell, Row, other_side, ratio_text, short_text, time_text
 from gnomon.harness.results.analysis import NEVER_RAN, TARGETS
+from gnomon.harness.results.rankings import standings
 
 _PAGE = declared("reporting", "templates/page.toml")
 KINDS: dict[str, list[str]] = _PAGE["kinds"]
@@ -32,7 +33,7 @@ def kind_rows(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, S
     """Per kind of system, what is most often fastest at each error, and what solves most of its hard variants.
 
     The note of a cell: on how many of the cases where any integrator reaches the error it is fastest or on a par; then
-    the integrator of another library that reaches it most often, its median ratio of time, and on how many cases.
+    the best of the other side (`other_side`), its median ratio of time, and on how many cases.
     """
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     rows = []
@@ -43,34 +44,22 @@ def kind_rows(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, S
     return rows
 
 
-def _choice(at: pd.DataFrame) -> Cell:
-    """The integrator that is most often fastest or on a par; of several, the one that is less slow on the other cases."""
-    if at.empty:
-        return Cell("not reached", kind="none")
-    counts = _counts(at)
-    best = counts.iloc[0]
-    problems = at["case"].nunique()
-    note = f"fastest on {best['wins']} of {problems}"
-    others = _counts(at[at["library"] != best["library"]])
-    if len(others):
-        # Of the other libraries the one that reaches the error most often: ratios on a few easy cases do not compare.
-        rival = others.sort_values(["reached", "ratio"], ascending=[False, True], kind="stable").iloc[0]
-        note += f"; {rival.name} {ratio_text(rival['ratio'])}\N{NO-BREAK SPACE}× on\N{NO-BREAK SPACE}{rival['reached']}"
-    return Cell(str(best.name), note)
+def _choice(rows: pd.DataFrame) -> Cell:
+    """The integrator that is most often fastest or on a par; of several, the one that is less slow on the other cases.
 
-
-def _counts(at: pd.DataFrame) -> pd.DataFrame:
-    """By integrator: `wins` (cases on which it is fastest or on a par), cases `reached`, the median ratio of its time to
-    the fastest's; the most wins first.
-
-    Those with equal wins and cases are sorted by `mean`, of the logarithms of the ratios, because a median ignores the
-    few cases on which a method is slow.
+    Then the best of the other side: third-party beside in-house and in-house beside third-party; if there is only one
+    side, of another library. That is the one that reaches the error most often: ratios on a few easy cases do not compare.
     """
-    found = at.assign(decades=np.log10(at["ratio"])).groupby("integrator_id").agg(
-        library=("library", "first"), wins=("tied", "sum"), reached=("case", "nunique"), ratio=("ratio", "median"),
-        mean=("decades", "mean"),
-    )  # fmt: skip
-    return found.sort_values(["wins", "reached", "mean"], ascending=[False, False, True], kind="stable")
+    if rows.empty:
+        return Cell("not reached", kind="none")
+    counts = standings(rows)
+    best = counts.iloc[0]
+    note = f"fastest on {best['wins']} of {rows['case'].nunique()}"
+    word, others = other_side(counts, best["library"])
+    if len(others):
+        rival = others.sort_values(["reached", "ratio"], ascending=[False, True], kind="stable").iloc[0]
+        note += f"; {word}{rival.name} {ratio_text(rival['ratio'])}\N{NO-BREAK SPACE}× on\N{NO-BREAK SPACE}{rival['reached']}"
+    return Cell(str(best.name), note)
 
 
 def _most_reliable(matrix: pd.DataFrame, cases: Sequence[str]) -> Cell:
@@ -82,7 +71,13 @@ def _most_reliable(matrix: pd.DataFrame, cases: Sequence[str]) -> Cell:
     note = f"{each['solved'].max()} of {problems}"
     if len(best) > 1:
         note += f"; so {'does' if len(best) == 2 else 'do'} {', '.join(best[1:3])}"
-    return Cell(str(best[0]), note + (f" and {len(best) - 3} more" if len(best) > 3 else ""))
+    note += f" and {len(best) - 3} more" if len(best) > 3 else ""
+    each = each.assign(library=[str(name).partition(":")[0] for name in each.index])
+    word, others = other_side(each, each.loc[best[0], "library"])
+    if word and len(others):
+        rival = others.sort_values("solved", ascending=False, kind="stable").iloc[0]
+        note += f"; {word}{rival.name} {rival['solved']}"
+    return Cell(str(best[0]), note)
 
 
 def solved(matrix: pd.DataFrame) -> tuple[pd.DataFrame, int]:
@@ -107,7 +102,7 @@ def card(
     """
     own = trusted[(trusted["variant"] == "") & (trusted["formulation"] == "")]
     at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & (equal["target"] == TARGETS[1])]
-    counts, (hard, _) = _counts(at), solved(matrix)
+    counts, (hard, _) = standings(at), solved(matrix)
     preparing = at.groupby("integrator_id")["preparation"].median()
     laws: dict[str, list[str]] = {}
     for row in (growth or {"rows": []})["rows"]:

@@ -16,8 +16,10 @@ from gnomon.harness.reporting import figures, style, tables
 from gnomon.harness.reporting.figures_profiles import profile_charts
 from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
 from gnomon.harness.reporting.images import write_images
+from gnomon.harness.reporting.kept_parts import kept
 from gnomon.harness.reporting.report_pack import columnar, columns
 from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.results import analysis
 
 FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an ulp of the input"
 
@@ -54,15 +56,21 @@ def work_problems(run: Run) -> dict[str, Problems]:
     }
 
 
-def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
-    """Every chart but the work-precision diagrams, by name; charts without data are left out."""
+def map_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
+    """The maps of failures and of digits as charts, for files: the page has tables in their place."""
+    charts: dict[str, alt.TopLevelMixin] = {}
     broken = figures.broken_problems(run.matrix)
-    charts: dict[str, alt.TopLevelMixin] = {**profile_charts(run.equal, run.reduced)}
     if len(broken):
         charts["breaks"] = figures.break_map(broken, run.look, run.names)
     default = run.trusted[(run.trusted["variant"] == "") & run.trusted["best"].notna()]
     if len(default):
         charts["trust"] = figures.trust_map(default, run.look, list(run.problems["problem"]))
+    return charts
+
+
+def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
+    """Every chart of the page but the work-precision diagrams, by name; charts without data are left out."""
+    charts: dict[str, alt.TopLevelMixin] = {**profile_charts(run.equal, run.reduced)}
     asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & (run.reduced["status"] == Status.OK)]
     asked = asked[asked["setting"] > asked["conditioning"].fillna(0)]
     if len(asked):
@@ -81,7 +89,7 @@ def page_charts(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLe
 
     The two work-precision specifications have all integrators; the page reduces them to those of a problem.
     """
-    specs = {axis: columnar(work_precision(run.look, axis)) for axis in ("time", "calls")}
+    specs = {axis: columnar(_work_precision(run.look, axis)) for axis in ("time", "calls")}
     cases = {
         name: {
             label: {
@@ -94,9 +102,16 @@ def page_charts(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLe
         }
         for name, problems in work.items()
     }
-    shown = [name for name in charts if name not in ("breaks", "trust")]  # those are tables on the page
-    others = {name: columnar(charts[name].to_dict(validate=False)) for name in shown}
+    others = {name: columnar(chart.to_dict(validate=False)) for name, chart in charts.items()}
     return {"work": {"specs": specs, "cases": cases}, "others": others, "map": _map(run)}
+
+
+def _work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
+    """`work_precision`, kept on disk: Altair takes half a second for it."""
+    given = json.dumps([axis, alt.__version__, style.STYLE, style.STATUSES, look.to_dict("list")])
+    modules = (work_precision.__module__, style.__name__)
+    found: dict[str, Any] = kept(modules, given, lambda: work_precision(look, axis))
+    return found
 
 
 def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
@@ -125,7 +140,7 @@ def _map(run: Run) -> dict[str, Any]:
     )
     for problem in problems.to_dict("records"):
         cells, why = ["   "] * len(columns_), {}
-        for one in parts[problem["problem"]].to_dict("records"):
+        for one in analysis.records(parts[problem["problem"]]):
             place = columns_[one["integrator_id"]]
             digits = lost = "-"
             if np.isfinite(one["best"]):
@@ -149,6 +164,7 @@ def write_figures(run: Run, work: dict[str, Problems], charts: dict[str, alt.Top
     Figures of an earlier report that this one does not have are removed: the files that its manifest lists, no others.
     """
     specification = work_precision(run.look, "time")
+    charts = charts | map_charts(run)
     wanted: dict[str, dict[str, Any]] = {name: chart.to_dict(validate=False) for name, chart in charts.items()}
     for name, problems in work.items():
         for label, problem in problems.items():

@@ -6,14 +6,27 @@ The browser decompresses them with DecompressionStream (in all browsers since 20
 import base64
 import gzip
 import json
+from importlib.metadata import version
 from typing import Any
 
 import pandas as pd
+from gnomon.harness.reporting.kept_parts import kept
 
 
 def packed(text: str) -> str:
     """Text as base64 of its gzip, the same bytes for the same text."""
     return base64.b64encode(gzip.compress(text.encode("utf-8"), 9, mtime=0)).decode("ascii")
+
+
+def packed_vega() -> str:
+    """The `packed` script that draws charts, kept on disk: making it takes 5 s."""
+    return str(kept((__name__,), version("vl-convert-python"), _vega))
+
+
+def _vega() -> str:
+    import vl_convert  # slow to load
+
+    return packed(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;"))
 
 
 def packed_json(value: Any) -> str:

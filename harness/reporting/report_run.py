@@ -14,8 +14,9 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import style, tables
-from gnomon.harness.results import analysis, store
+from gnomon.harness.reporting import report_card, style, tables
+from gnomon.harness.results import analysis, rankings, store
+from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.plan import NEAR_DUPLICATE
 from gnomon.harness.studies import model_hierarchy
 from gnomon.harness.studies.drift import rebuilt
@@ -56,6 +57,16 @@ class Run:
     @cached_property
     def equal(self) -> pd.DataFrame:
         return analysis.equal_error(self.frame)
+
+    @cached_property
+    def kinds(self) -> dict[str, list[str]]:
+        """The cases of each kind of system."""
+        return report_card.kinds(self.forms, self.names)
+
+    @cached_property
+    def changed(self) -> rankings.Alternatives:
+        """The comparisons of `equal` with something changed."""
+        return rankings.alternatives(self.frame, self.equal, self.kinds)
 
     @cached_property
     def matrix(self) -> pd.DataFrame:
@@ -135,7 +146,18 @@ class Run:
 
     @cached_property
     def hierarchies(self) -> pd.DataFrame:
-        return model_hierarchy.hierarchies(self.cases, self.equal, self.reduced)
+        """Model hierarchies; beside an in-house `fastest`, the fastest third party and its time: third, third_seconds."""
+        # Each level looks up its times: only the rows that can be found, for a twentieth of the time.
+        equal = self.equal[self.equal["target"] == model_hierarchy.COST_AT]
+        default = self.reduced[self.reduced["variant"] == ""]
+        spans = default.groupby("case", as_index=False)[["span", "time_scale"]].first().assign(variant="")
+        all_, third = (
+            model_hierarchy.hierarchies(self.cases, rows, spans) for rows in (equal, equal[equal["library"] != OURS])
+        )
+        if all_.empty:
+            return all_
+        ours = all_["fastest"].str.startswith(f"{OURS}:")
+        return all_.assign(third=third["fastest"].where(ours, ""), third_seconds=third["seconds"].where(ours))
 
     @cached_property
     def policies(self) -> pd.DataFrame:

@@ -9,10 +9,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import findings, report_benchmarks, report_card, report_checks, style, tables
+from gnomon.harness.reporting import report_benchmarks, report_card, report_checks, style, tables
 from gnomon.harness.reporting.report_charts import Problems
+from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.reporting.report_views import views
 from gnomon.harness.results import analysis, store
+from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.rankings import third_party
 from gnomon.harness.running.call_cost import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 
@@ -26,19 +30,18 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         (name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]
     ]
     growth, orders = (read(*folders) for read in (report_benchmarks.growth, report_benchmarks.orders))
-    kinds = report_card.kind_rows(run.equal, run.matrix, report_card.kinds(run.forms, run.names))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
     return {
         "results": "/".join(run.path.resolve().parts[-2:]),
         "runs": runs,
+        "missing": missing(run.path, runs),
         "history": runs[-1],
         "environment": together([each["environment"] for each in runs]),
         "machines": machines_text(run.frame),
         "launches": launches_text(run.frame),
         "scatter": scatter_text(run.frame),
-        "findings": findings.findings(run.equal, run.policies, kinds, run.matrix, run.trusted),
-        "kinds": kinds,
-        "card": report_card.card(run.equal, run.trusted, run.orders, run.matrix, growth, orders),
+        "views": views(run, problems, growth, orders),
+        "own": f"{OURS}:",
         "card_heads": report_card.CARD,
         "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
         "cases": _cases(run, work),
@@ -53,11 +56,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
             "measurements": int((~run.frame["status"].isin([*analysis.NEVER_RAN, Status.SKIPPED])).sum()),
         },
         "shares": tables.status_shares(run.reduced),
-        "overall": tables.overall(run.equal),
-        "fastest": tables.fastest(run.equal, problems),
         "chapters": run.chapters,
         "first": str(run.frame["case"].iloc[0]),
-        "libraries": tables.libraries(run.equal),
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
         "hierarchies": hierarchy_rows(run.hierarchies),
         "engine_settings": engine_settings(run.frame),
@@ -76,6 +76,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
 def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
     """Each case with its variants and the rows of its tables."""
     times = tables.equal_error_rows(run.equal, run.reduced)
+    others = tables.equal_error_rows(third_party(run.equal), run.reduced[run.reduced["library"] != OURS])
     grown = laws(run.path, run.frame, run.frame["variant"] == "", run.classes)
     parts = analysis.anatomy(run.frame[run.frame["variant"] == ""])
     stability = tables.stability_rows(run.matrix, run.trusted, run.orders, grown, parts)
@@ -86,6 +87,7 @@ def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
             "section": run.sections[name],
             "stresses": {label: problem["stresses"] for label, problem in work[name].items()},
             "times": times.get(name, []),
+            "others": others.get(name, []),
             "stability": stability.get(name, []),
         }
         for name in run.names
@@ -142,17 +144,18 @@ def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
         level
         | {name: tables.short_text(level[name]) if level[name] else "0" for name in ("error", "early")}
         | {"cost": f"{level['ratio']:.2f}" if np.isfinite(level["ratio"]) else "–"}
-        | {"seconds": tables.time_text(level["seconds"])}
+        | {name: tables.time_text(level[name]) for name in ("seconds", "third_seconds")}
         for level in levels.to_dict("records")
     ]
 
 
 def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
     """Engine settings changed, gathered by engine and setting: values and the policies that set them."""
+    changed = frame.loc[~frame["settings_changed"].isin(("", "{}")), [*analysis.SERIES, "settings_changed"]]
     rows = [
         (one.library, one.integrator_id, name, str(value), one.case)
-        for one in frame.drop_duplicates([*analysis.SERIES, "settings_changed"]).itertuples()
-        for name, value in json.loads(one.settings_changed or "{}").items()
+        for one in changed.drop_duplicates().itertuples()
+        for name, value in json.loads(one.settings_changed).items()
     ]
     table = pd.DataFrame(rows, columns=["library", "integrator_id", "option", "value", "case"])
     found = []

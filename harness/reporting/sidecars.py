@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from gnomon.harness.reporting.kept_parts import kept
 from gnomon.harness.results.visible import visible
 from gnomon.reference.numerics.precision import shortened
 from jsonschema import Draft202012Validator
@@ -25,9 +26,15 @@ def read(path: Path) -> Any:
     """The contents of a file. Raises ValueError, which names the file and the place, if it has another shape."""
     if path.stat().st_size > MOST_BYTES:
         raise ValueError(f"{path}: {path.stat().st_size} bytes; a file of gnomon's has at most {MOST_BYTES}")
+    content = path.read_bytes()
+    given = f"{path.name}\n{json.dumps(_SCHEMA)}\n".encode() + content
+    return kept((__name__, visible.__module__), given, lambda: _validated(path, content))  # validation takes seconds
+
+
+def _validated(path: Path, content: bytes) -> Any:
     try:
         # NaN and Infinity, which are no JSON, become texts, which no number may be.
-        found = _visible(json.loads(path.read_text(encoding="utf-8"), parse_constant=str))
+        found = _visible(json.loads(content.decode(), parse_constant=str))
     except (ValueError, RecursionError) as error:
         told = "nested too deep" if isinstance(error, RecursionError) else str(error)
         raise ValueError(f"{path}: no JSON of gnomon's ({told}); make it again, or remove it") from None

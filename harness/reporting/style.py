@@ -10,11 +10,11 @@ from typing import Any
 import pandas as pd
 from gnomon.harness.contract.declared import declared
 
-_STYLE = declared("reporting", "templates/figures.toml")
-INK, QUIET, PALE, GRID = (_STYLE["inks"][name] for name in ("ink", "quiet", "pale", "grid"))
-HUES: dict[str, str] = _STYLE["hues"]
+STYLE = declared("reporting", "templates/figures.toml")
+INK, QUIET, PALE, GRID = (STYLE["inks"][name] for name in ("ink", "quiet", "pale", "grid"))
+HUES: dict[str, str] = STYLE["hues"]
 OTHER_HUES = ("#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
-FAMILIES: dict[str, dict[str, Any]] = _STYLE["families"]
+FAMILIES: dict[str, dict[str, Any]] = STYLE["families"]
 STATUSES: dict[str, dict[str, str]] = declared("reporting", "templates/statuses.toml")
 STATUS_COLOURS = {name: each["colour"] for name, each in STATUSES.items()}
 LETTERS = {name: each["letter"] for name, each in STATUSES.items() if "letter" in each}
@@ -76,4 +76,4 @@ def records(table: pd.DataFrame) -> list[dict[str, Any]]:
 
 def dressed(chart: Any) -> Any:
     """The chart in the common style: grey axes, no frame, one font."""
-    return chart.configure(**_STYLE["config"]).configure_view(stroke=None)
+    return chart.configure(**STYLE["config"]).configure_view(stroke=None)

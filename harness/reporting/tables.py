@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, preparations
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, preparations, records
+from gnomon.harness.results.profiles import OURS
 
 PROBLEM_AND_NAME = ("case", "formulation", "integrator_id")
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
@@ -20,6 +21,11 @@ def counted(number: int, noun: str) -> str:
     if number == 1:
         return f"1 {noun}"
     return f"{number} {noun[:-1]}ies" if noun.endswith("y") else f"{number} {noun}s"
+
+
+def grouped(number: int) -> str:
+    """A number with its digits in groups of three."""
+    return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")
 
 
 def time_text(seconds: float) -> str:
@@ -119,11 +125,23 @@ class Row:
     note: str = ""
 
 
+def other_side(table: pd.DataFrame, library: str) -> tuple[str, pd.DataFrame]:
+    """What is compared with the best row of a table, which is of `library`: a word, and the rows of the other side, third
+    parties beside an in-house integrator and in-house ones beside a third party's. If there are none, no word and the rows
+    of other libraries."""
+    others = table[(table["library"] == OURS) != (library == OURS)]
+    if others.empty:
+        return "", table[table["library"] != library]
+    return ("best third-party: " if library == OURS else "best in-house: "), others
+
+
 def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Row]:
-    """Per case and formulation, the fastest integrator at each target, with those that are on a par with it.
+    """Per case and formulation, the fastest integrator at each target, with those that are on a par with it, and the
+    fastest of the other side: third parties beside an in-house one, and the reverse.
 
     Times do not include the null call and the preparation, which are printed beside them.
     """
+    sides = equal["library"].eq(OURS).nunique() > 1
     own = equal[equal["variant"] == ""].sort_values("seconds")
     found = {key: part.to_dict("records") for key, part in own.groupby(["case", "formulation", "target"], sort=False)}
     rows = []
@@ -138,26 +156,40 @@ def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Ro
             others = ", ".join(tied[1:4]) + (" …" if len(tied) > 4 else "")
             bound = "≤ " if at[0]["at_loosest"] else ""
             time = bound + time_text(at[0]["seconds"]) + overhead_text(at[0]["overhead"])
-            notes = time, preparation_text(at[0]["preparation"]), f"on a par: {others}" if others else ""
+            notes = [time, preparation_text(at[0]["preparation"]), f"on a par: {others}" if others else ""]
+            notes += [_beside(at)] if sides else []
             cells.append(Cell(str(at[0]["integrator_id"]), " · ".join(filter(None, notes))))
         rows.append(Row(case, cells, note=formulation))
     return rows
 
 
+def _beside(at: Sequence[Mapping[str, Any]]) -> str:
+    """The fastest of the side of which the first of these rows is not."""
+    ours = at[0]["library"] == OURS
+    found = next((row for row in at if (row["library"] == OURS) != ours), None)
+    side = "third-party" if ours else "in-house"
+    return f"best {side}: " + (f"{found['integrator_id']} {ratio_text(found['ratio'])} ×" if found else "none")
+
+
 def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
     """Over all default variants, the integrators that are most often fastest or on a par at some error, and how often.
 
-    The `shown` first at each error; the note says on how many cases each reaches it, and the median ratio of its time to
+    The `shown` first at each error, of in-house and of third-party integrators each, and the best of each even if it is
+    never fastest; the note says on how many cases each reaches it, and the median ratio of its time to
     the fastest's there. The row's note is the median time of a preparation, over the cases where it reaches any error.
     """
     own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     cases = own.groupby("target")["case"].nunique()
     grouped = own.groupby(["integrator_id", "target"])
-    counts = grouped.agg(wins=("tied", "sum"), reached=("case", "nunique"), ratio=("ratio", "median"))
+    counts = grouped.agg(
+        wins=("tied", "sum"), reached=("case", "nunique"), ratio=("ratio", "median"), library=("library", "first")
+    )
     chosen: set[str] = set()
     for target in TARGETS:
         at = counts[counts.index.get_level_values("target") == target]
-        chosen |= {name for name, _ in at[at["wins"] > 0].nlargest(shown, ["wins", "reached"]).index}
+        for _, side in at.groupby(at["library"] == OURS):
+            ranked = side.nlargest(shown, ["wins", "reached"])
+            chosen |= {name for name, _ in [*ranked[ranked["wins"] > 0].index, *ranked.index[:1]]}
     found = {(str(name), target): row for (name, target), row in counts.to_dict("index").items()}
     preparing = own.drop_duplicates(["integrator_id", "case"]).groupby("integrator_id")["preparation"].median()
     rows = []
@@ -253,8 +285,8 @@ def stability_rows(
 def _by_key(table: pd.DataFrame, *columns: str) -> dict[tuple[Any, ...], dict[str, Any]]:
     """The rows by the values of these columns; of several rows with the same values the first."""
     found: dict[tuple[Any, ...], dict[str, Any]] = {}
-    for row in table.to_dict("records"):
-        found.setdefault(tuple(row[column] for column in columns), {str(name): value for name, value in row.items()})
+    for row in records(table):
+        found.setdefault(tuple(row[column] for column in columns), row)
     return found
 
 

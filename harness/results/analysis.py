@@ -1,6 +1,5 @@
 """Analysis of stored measurements: time at equal error, reliability, failures of each integrator. Runs nothing."""
 
-import itertools
 import math
 import operator
 from collections import Counter
@@ -179,6 +178,14 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
 
     The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
+    table = times_to(frame, targets)
+    timed = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0) & frame["seconds_net"].notna()]
+    table = table.join(timed.groupby(SERIES)["machine"].first(), on=list(SERIES))
+    return compared(table).join(preparations(frame), on=list(SERIES))
+
+
+def times_to(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
+    """The columns of `equal_error` from `seconds` to `overhead`, for each series and target that it reaches."""
     rows = []
     usable = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0)]
     usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
@@ -204,12 +211,13 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
                 middle = float(np.median(times))
                 rows.append((*key, target, middle, times.min(), times.max(), len(times), bound, overhead))
     named = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest", "overhead"]
-    table = pd.DataFrame(rows, columns=named)
-    fastest = table.groupby(["case", "variant", "formulation", "target"])["seconds"].transform("min")
-    machines = usable[usable["seconds_net"].notna()].groupby(SERIES)["machine"].first()
-    table = table.join(machines, on=list(SERIES))
-    table = table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
-    return table.join(preparations(frame), on=list(SERIES))
+    return pd.DataFrame(rows, columns=named)
+
+
+def compared(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows with `ratio` to the fastest of the same problem and target, and `tied` with it."""
+    fastest = table.groupby([*PROBLEM, "target"])["seconds"].transform("min")
+    return table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
 
 
 def trust(reduced: pd.DataFrame) -> pd.DataFrame:
@@ -289,10 +297,18 @@ def not_run(matrix: pd.DataFrame, variants: Mapping[str, Iterable[str]]) -> pd.D
 
 def _series(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[tuple[str, ...], list[dict[str, Any]]]]:
     """Key and rows of each series, sorted by key. The rows are dicts: a DataFrame for each series takes far longer."""
-    rows = frame[[*SERIES, *columns]].to_dict("records")
-    key = operator.itemgetter(*SERIES)
-    for names, members in itertools.groupby(sorted(rows, key=key), key):
-        yield names, list(members)
+    found: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    keys = zip(*(frame[name].tolist() for name in SERIES), strict=True)
+    for key, row in zip(keys, records(frame, columns), strict=True):
+        found.setdefault(key, []).append(row)
+    yield from sorted(found.items(), key=operator.itemgetter(0))
+
+
+def records(frame: pd.DataFrame, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
+    """The rows as dicts, of these columns or of all: as `to_dict("records")`, in a third of its time."""
+    names = [str(name) for name in columns or frame.columns]
+    values = [frame[name].tolist() for name in columns or frame.columns]
+    return (dict(zip(names, row, strict=True)) for row in zip(*values, strict=True))
 
 
 def failures(reduced: pd.DataFrame) -> pd.DataFrame:

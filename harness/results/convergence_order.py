@@ -112,5 +112,6 @@ def _fitted_points(
 
 
 def _slope(points: Sequence[tuple[float, float]]) -> float:
-    x, y = np.array(points).T
-    return float(np.polyfit(x, y, 1)[0])
+    """The slope of the regression line through a few points: numpy's polynomials take 60 microseconds for two."""
+    x, y = (sum(values) / len(points) for values in zip(*points, strict=True))
+    return float(sum((a - x) * (b - y) for a, b in points) / sum((a - x) ** 2 for a, _ in points))

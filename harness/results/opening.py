@@ -11,6 +11,7 @@ import sqlite3
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 from gnomon.harness.results import schema, values
@@ -23,6 +24,9 @@ CANNOT_OPEN, READ_ONLY = 14, 8
 """SQLite's error codes for a file in WAL mode in a folder that cannot be written."""
 _NAMES_ANOTHER = bytes.fromhex("d9d505f920a163d7")
 """The last bytes of a rollback journal that names another file, which SQLite would delete after the rollback."""
+
+_held: ContextVar[tuple[Path, sqlite3.Connection] | None] = ContextVar("_held", default=None)
+"""The file of `one_state` and its connection."""
 
 
 def results_file(path: str | Path) -> Path:
@@ -43,7 +47,10 @@ def reading(path: str | Path, tables: Iterable[str]) -> Iterator[sqlite3.Connect
     Raises ValueError, which names the file and, for damage, the table and the row. Works in a folder that cannot be
     written too.
     """
-    found = results_file(path)
+    found, held = results_file(path), _held.get()
+    if held is not None and held[0] == found.resolve():
+        yield held[1]  # all tables are verified
+        return
     try:
         with ExitStack() as stack:
             db = _connect(found, stack)
@@ -59,6 +66,17 @@ def reading(path: str | Path, tables: Iterable[str]) -> Iterator[sqlite3.Connect
         if str(error).startswith("file is not a database"):
             raise ValueError(f"{found}: not a readable results file of gnomon ({text})") from None
         raise ValueError(f"{found}: damaged ({text}); run it again into another file") from None
+
+
+@contextmanager
+def one_state(path: str | Path) -> Iterator[None]:
+    """In this context all readings of a results file are of one state, which is verified once."""
+    with reading(path, schema.TABLES) as db:
+        token = _held.set((results_file(path).resolve(), db))
+        try:
+            yield
+        finally:
+            _held.reset(token)
 
 
 def verify(db: sqlite3.Connection, tables: Iterable[str]) -> None:

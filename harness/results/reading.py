@@ -1,6 +1,5 @@
 """Reads a results file: measurements, sampled states, runs. `opening` verifies the file first."""
 
-import sqlite3
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -90,16 +89,30 @@ def runs(path: str | Path) -> list[dict[str, Any]]:
     Raises ValueError as `load` does.
     """
     with opening.reading(path, ["runs", "environment"]) as db:
-        db.row_factory = sqlite3.Row
         columns = schema.selected("runs", schema.version(db))
         found = [
-            {name: _shown(row[name]) for name in schema.TABLES["runs"]}
-            for row in db.execute(f"SELECT {columns} FROM runs ORDER BY run")
+            {name: _shown(value) for name, value in zip(schema.TABLES["runs"], row, strict=True)}
+            for row in db.execute(f"SELECT {columns} FROM runs ORDER BY run").fetchall()
         ]
         for run in found:
             rows = db.execute("SELECT name, value FROM environment WHERE run = ?", (run["run"],))
             run["environment"] = {visible(name): _shown(value) for name, value in rows}
     return found
+
+
+def planned(path: str | Path) -> list[tuple[str, str, int, int]]:
+    """Case, library, and how many of their trials are planned and how many of these have a measurement, in the order of
+    the plan. Of a series the last plan counts. Raises ValueError as `load` does.
+    """
+    with opening.reading(path, ["runs", "trials", "planned", "measurements"]) as db:
+        rows = db.execute(
+            """SELECT trials."case", library, count(*),
+                count((SELECT 1 FROM measurements WHERE measurements.trial_key = planned.trial_key LIMIT 1))
+            FROM planned JOIN trials USING (trial_key)
+            WHERE (planned.series, run) IN (SELECT series, max(run) FROM planned GROUP BY series)
+            GROUP BY trials."case", library ORDER BY min(trials.rowid)"""
+        )
+        return [(visible(case), visible(library), total, done) for case, library, total, done in rows]
 
 
 def _shown(value: Any) -> Any:

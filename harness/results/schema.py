@@ -4,6 +4,7 @@ import sqlite3
 import struct
 import zlib
 from collections.abc import Iterator
+from functools import lru_cache
 
 from gnomon.harness.contract.declared import declared
 
@@ -21,6 +22,9 @@ TIMES = tuple(name for name in MEASUREMENT_COLUMNS if "seconds" in name and name
 SINCE_2: dict[str, list[str]] = _FOUND["since_2"]
 """The columns that schema 1 lacks, apart from the checksums."""
 _PRIMARY_KEYS: dict[str, str] = _FOUND["primary_keys"]
+_HEAD, _NUMBER = struct.Struct("<cq"), struct.Struct("<cqd")
+_NOTHING = _HEAD.pack(b"n", 0)
+"""What a checksum takes of a value: its type, the length of its content, the content; of null."""
 
 
 class Damaged(Exception):  # noqa: N818 (it names what a file is)
@@ -111,17 +115,22 @@ def _checksum_of(table: str) -> str:
 
 def _row_checksum(*values: object) -> int:
     """CRC-32 of the values with their types. It detects damage, and does not protect against a forged file."""
-    found = 0
-    for value in values:
-        if value is None:
-            kind, content = b"n", b""
-        elif isinstance(value, int):
-            kind, content = b"i", str(value).encode()
-        elif isinstance(value, float):
-            kind, content = b"f", struct.pack("<d", value)
-        elif isinstance(value, bytes):
-            kind, content = b"b", value
-        else:
-            kind, content = b"t", str(value).encode("utf-8", "surrogatepass")
-        found = zlib.crc32(content, zlib.crc32(kind + struct.pack("<q", len(content)), found))
-    return found
+    return zlib.crc32(
+        b"".join(
+            _NOTHING if value is None else _NUMBER.pack(b"f", 8, value) if isinstance(value, float) else
+            _piece(b"b", value) if isinstance(value, bytes) else _repeated(value)
+            for value in values
+        )
+    )  # fmt: skip
+
+
+@lru_cache(2048)
+def _repeated(value: object) -> bytes:
+    """The piece of a text or an integer, of which rows repeat many."""
+    if isinstance(value, int):
+        return _piece(b"i", b"%d" % value)
+    return _piece(b"t", str(value).encode("utf-8", "surrogatepass"))
+
+
+def _piece(kind: bytes, content: bytes) -> bytes:
+    return _HEAD.pack(kind, len(content)) + content

@@ -24,15 +24,27 @@ def predicted_seconds(series: Series, suite: Suite, near_duplicates: bool = True
     """Seconds that all launches of a series take, from costs that are the same on every machine."""
     if series.left_out is not None:
         return LEFT_OUT
-    limit, often = suite.of(series.case).limit(series.case), launches(series, suite, near_duplicates)
-    return launched_seconds(series.integrator.library, series.case.variant is not None, limit, often)
+    first, again = launch_seconds(series, suite, 1), launch_seconds(series, suite, 2)
+    return first + again * (launches(series, suite, near_duplicates) - 1)
 
 
-def launched_seconds(library: str, hard: bool, limit_seconds: float, often: int) -> float:
-    """Seconds of a series of a library on a default or a hard variant, launched `often` times."""
-    kind = "hard" if hard else "long" if limit_seconds >= LONG_LIMIT else "short"
-    first, again = (COSTS[name].get(library, COSTS[name]["other"]) for name in (kind, "again"))
-    return first + again * (often - 1)
+def launch_seconds(series: Series, suite: Suite, launch: int) -> float:
+    """Seconds that one launch of a series takes."""
+    case, own = series.case, suite.of(series.case)
+    kind = kind_of(case.variant is not None, own.limit(case), own.turned and case.turning is not None)
+    return seconds_of(series.integrator.library, kind if launch == 1 else "again")
+
+
+def kind_of(hard: bool, limit_seconds: float, turned: bool) -> str:
+    """The kind of cost of a default or hard variant: a name in `COSTS`."""
+    if hard or limit_seconds < LONG_LIMIT:
+        return "hard" if hard else "short"
+    return "turned" if turned else "long"
+
+
+def seconds_of(library: str, kind: str) -> float:
+    """Seconds of one launch of a series of a library."""
+    return COSTS[kind].get(library, COSTS[kind]["other"])
 
 
 def divided(items: Sequence[Item], seconds: Sequence[float], parts: int) -> list[list[Item]]:

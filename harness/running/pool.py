@@ -15,6 +15,7 @@ from typing import Any, Protocol
 from gnomon.harness.contract.status import Status
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running.messages import Garbled, Inbox, Message
+from gnomon.harness.running.progress import Interlude
 from gnomon.harness.running.worker import Request, Task, outcome_of, serve, take_output
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.system.child_process import context, main_hidden, queued_seconds
@@ -82,6 +83,8 @@ class _Slot:
     """Whether the request is repeated because the fork server was lost."""
     tries: int = 1
     """The number of attempts at this request, the current one included."""
+    held: bool = False
+    """Whether the request is sent only after an interlude: the worker waits for it."""
     inbox: Inbox = field(default_factory=Inbox)
 
 
@@ -107,14 +110,22 @@ class Pool:
         self._started = 0
         self._requested = 0
         self._dying: list[Any] = []
+        self._pausing = False
 
-    def run(self, jobs: Iterable[Job]) -> None:
-        """Run all jobs. After an exception (Ctrl-C too) the workers are killed and it is raised to the caller."""
+    def run(self, jobs: Iterable[Job], interlude: Interlude | None = None) -> None:
+        """Run all jobs. After an exception (Ctrl-C too) the workers are killed and it is raised to the caller.
+
+        If the `interlude` is due, no further request is sent until all workers have answered and its work is done.
+        """
         waiting = iter(jobs)
         exhausted = False
         try:
             while True:
-                while not exhausted and len(self._slots) < self.workers:
+                self._pausing = self._pausing or (interlude is not None and interlude.due())
+                if interlude is not None and self._pausing and all(slot.held for slot in self._slots):
+                    interlude.take()
+                    self._resume()
+                while not (exhausted or self._pausing) and len(self._slots) < self.workers:
                     job = next(waiting, None)
                     exhausted = job is None
                     if job is not None:
@@ -155,9 +166,19 @@ class Pool:
     def _send(self, slot: _Slot, request: Request) -> None:
         self._requested += 1
         slot.request = replace(request, number=self._requested)
+        slot.held = self._pausing
+        if slot.held:
+            slot.deadline = math.inf
+            return
         self._stage(slot, "prepare", self.prepare_seconds)
         with contextlib.suppress(OSError):  # the worker died between two requests: _listen sees the end of its pipe
             slot.connection.send(slot.request)
+
+    def _resume(self) -> None:
+        """Send the requests that were held."""
+        self._pausing = False
+        for slot in self._slots:
+            self._send(slot, slot.request)
 
     def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
         slot.stage, slot.seconds, slot.deadline = stage, seconds, monotonic() + seconds

@@ -1,40 +1,57 @@
 """Progress with remaining time: a bar on a terminal, plain lines elsewhere."""
 
 import time
-from typing import Self
+from typing import Protocol, Self
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, ProgressColumn, Task, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 from rich.text import Text
 
 LINE_SECONDS = 10.0
 """Minimum time between two lines of plain output."""
-ENOUGH = 0.1
-"""The share of the pieces after which the remaining time is shown: the first pieces predict the others badly."""
+ENOUGH, ENOUGH_SECONDS = 0.1, 60.0
+"""The share of the work or the time, whichever is first, after which the remaining time is shown: the first pieces
+predict the others badly."""
 
 
-def enough(count: float, total: float | None) -> bool:
-    """Whether `count` pieces of `total` suffice to estimate the remaining time."""
-    return total is not None and count >= ENOUGH * total
+def remaining_seconds(elapsed: float, done: float, total: float) -> float | None:
+    """The time that the rest of the work takes at the rate so far; None as long as too little is done."""
+    if done <= 0 or (done < ENOUGH * total and elapsed < ENOUGH_SECONDS):
+        return None
+    return elapsed / done * max(total - done, 0.0)
 
 
-class Remaining(TimeRemainingColumn):
-    """The remaining time, shown after a share ENOUGH of the pieces."""
+class Interlude(Protocol):
+    """Work of the process that runs trials, which must not overlap one: writing the page of the run."""
+
+    def due(self) -> bool:
+        """Whether it is time for the work."""
+
+    def take(self) -> None:
+        """Do the work. The pool calls this if it is `due` and no worker has a request."""
+
+
+class Remaining(ProgressColumn):
+    """The remaining time, from the work done."""
 
     def render(self, task: Task) -> Text:
-        return super().render(task) if enough(task.completed, task.total) else Text("-:--:--")
+        found = remaining_seconds(task.elapsed or 0.0, task.fields["done"], task.fields["work"])
+        minutes, seconds = divmod(round(found or 0.0), 60)
+        return Text("-:--:--" if found is None else f"{minutes // 60}:{minutes % 60:02}:{seconds:02}")
 
 
 class Progress:
-    """Counts the pieces of one phase after another. `quiet` shows nothing."""
+    """Counts the pieces of one phase after another. `quiet` shows nothing; `interlude` is taken between trials."""
 
-    def __init__(self, quiet: bool = False, console: Console | None = None) -> None:
+    def __init__(self, quiet: bool = False, console: Console | None = None, interlude: Interlude | None = None) -> None:
         self.console = console or Console(stderr=True)
+        self.interlude = interlude
         self.quiet = quiet
         self._bars: Bars | None = None
         self._task: object = None
         self._name, self._total, self._count = "", 0, 0
+        self._work, self._done = 0.0, 0.0
         self._began = self._printed = 0.0
 
     def __enter__(self) -> Self:
@@ -49,18 +66,20 @@ class Progress:
             self._bars.stop()
             self._bars = None
 
-    def begin(self, name: str, total: int) -> None:
-        """A new phase of `total` pieces."""
+    def begin(self, name: str, total: int, work: float | None = None) -> None:
+        """A new phase of `total` pieces, which together are so much work; by default each is 1."""
         self._name, self._total, self._count = name, total, 0
+        self._work, self._done = float(total) if work is None else work, 0.0
         self._began = self._printed = time.monotonic()
         if self._bars is not None:
-            self._task = self._bars.add_task(name, total=total)
+            self._task = self._bars.add_task(name, total=total, done=0.0, work=self._work)
 
-    def advance(self) -> None:
-        """One piece is done."""
+    def advance(self, work: float = 1.0) -> None:
+        """One piece, which was so much work, is done."""
         self._count += 1
+        self._done += work
         if self._bars is not None:
-            self._bars.advance(self._task)  # type: ignore[arg-type]
+            self._bars.update(self._task, advance=1, done=self._done)  # type: ignore[arg-type]
             return
         now = time.monotonic()
         last = self._count == self._total
@@ -68,8 +87,6 @@ class Progress:
             return
         self._printed = now
         elapsed = now - self._began
-        tail = ""
-        if not last and enough(self._count, self._total):
-            remaining = elapsed / self._count * (self._total - self._count)
-            tail = f", about {remaining:.0f} s remaining"
+        remaining = None if last else remaining_seconds(elapsed, self._done, self._work)
+        tail = "" if remaining is None else f", about {remaining:.0f} s remaining"
         self.console.print(f"{self._name}: {self._count} of {self._total} in {elapsed:.0f} s{tail}", highlight=False)

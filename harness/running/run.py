@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -18,7 +19,7 @@ from gnomon.harness.results import store
 from gnomon.harness.results.store import Known, Store
 from gnomon.harness.running import plan
 from gnomon.harness.running.call_cost import described as python_calls
-from gnomon.harness.running.cost import shard
+from gnomon.harness.running.cost import launch_seconds, shard
 from gnomon.harness.running.plan import Series, Suite, Trial
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.progress import Progress
@@ -54,7 +55,7 @@ def run(
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     with opened(path, suite, chosen, integrators, progress or Progress(quiet=True), near_duplicates) as run_:
         method = "fork" if any(lookup.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
-        Pool(workers, method, prepare_seconds).run(run_.sweeps())
+        Pool(workers, method, prepare_seconds).run(run_.sweeps(), run_.progress.interlude)
     return path
 
 
@@ -187,9 +188,10 @@ class PlannedRun:
             if launch <= plan.launches(one, self.suite, self.near_duplicates)
         ]
         pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
-        self.progress.begin("series", len(pending))
-        for launch, one, trials, scorer in pending:
-            suite, advance = self.suite.of(one.case), self.progress.advance
+        costs = [launch_seconds(one, self.suite, launch) for launch, one, *_ in pending]
+        self.progress.begin("series", len(pending), sum(costs))
+        for (launch, one, trials, scorer), cost in zip(pending, costs, strict=True):
+            suite, advance = self.suite.of(one.case), partial(self.progress.advance, cost)
             yield Sweep(one, trials, scorer, suite, launch, self.history, self._record, advance, self.interruptions)
 
     def reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:

@@ -84,8 +84,9 @@ def _exponential(times: Floats, sizes: Floats) -> bool:
 
 def _slope(x: Floats, y: Floats) -> tuple[float, float]:
     """Slope of the regression line and its residual sum of squares."""
-    slope, intercept = np.polyfit(x, y, 1)
-    return float(slope), float(np.sum((y - intercept - slope * x) ** 2))
+    across, up = x - np.mean(x), y - np.mean(y)
+    slope = float(across @ up / (across @ across))
+    return slope, float(np.sum((up - slope * across) ** 2))
 
 
 def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: float) -> Case:

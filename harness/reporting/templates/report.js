@@ -14,6 +14,33 @@
     return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   }
 
+  // The switch "Hide in-house": remembered where the browser allows it.
+  const root = document.documentElement;
+  const without = () => "without" in root.dataset;
+  const isOwn = (name) => String(name).startsWith(data.own);
+
+  function remembered(value) {
+    try {
+      if (value !== undefined) localStorage.setItem("gnomon-without", value);
+      return localStorage.getItem("gnomon-without") === "1";
+    } catch {
+      return value === "1"; // no storage for this page: the switch works until it is closed
+    }
+  }
+
+  function setWithout(hidden) {
+    root.toggleAttribute("data-without", hidden);
+    document.getElementById("own").setAttribute("aria-pressed", String(hidden));
+  }
+
+  function toggleOwn() {
+    setWithout(!without());
+    remembered(without() ? "1" : "0");
+    showCase(part("case").value);
+    all(".chart").forEach((figure) => figure.dataset.state && figure.dataset.chart !== "work" && build(figure));
+    drawMaps();
+  }
+
   // Data are stored as columns, with each repeated word once.
   function rows(columns) {
     const names = Object.keys(columns);
@@ -28,7 +55,7 @@
   function pointsOf(problem) {
     const points = rows(problem.points);
     for (const point of points) for (const name of ["time", "calls", "error"]) if (point[name] !== null) point[name] /= 100;
-    return points;
+    return without() ? points.filter((point) => !isOwn(point.series)) : points;
   }
 
   function charted(packed) {
@@ -96,7 +123,12 @@
   }
 
   function otherSpec(figure) {
-    const spec = charted(data.others[figure.dataset.chart]);
+    const name = figure.dataset.chart;
+    const spec = charted(data.others[without() && `${name}_others` in data.others ? `${name}_others` : name]);
+    if (without() && spec.datasets.spread) {
+      spec.datasets.spread = spec.datasets.spread.filter((row) => !isOwn(row.integrator_id));
+      spec.height = 24 * spec.datasets.spread.length;
+    }
     if (typeof spec.width === "number") spec.width = "container";
     return spec;
   }
@@ -159,11 +191,21 @@
     return found;
   }
 
+  const visible = (map) => map.series.map((_, i) => i).filter((i) => !(without() && isOwn(map.series[i])));
+
+  function drawMaps() {
+    const maps = { trust: trustMap, breaks: breakMap };
+    all("[data-map]").forEach((place) => {
+      place.replaceChildren();
+      maps[place.dataset.map](place);
+    });
+  }
+
   function trustMap(place) {
     const map = data.map;
     const own = map.rows.filter((row) => row[1].startsWith("default"));
     const ran = (row, column) => row[2][3 * column] !== " " && !/^(un|not)/.test(map.verdicts[parseInt(row[2][3 * column], 16)]);
-    const shown = map.series.map((_, i) => i).filter((i) => own.some((row) => ran(row, i)));
+    const shown = visible(map).filter((i) => own.some((row) => ran(row, i)));
     const table = made("table");
     table.append(heading(map, shown));
     const byCase = byCaseOf(own);
@@ -226,7 +268,7 @@
 
   function breakMap(place) {
     const map = data.map;
-    const shown = map.series.map((_, i) => i);
+    const shown = visible(map);
     const table = made("table");
     table.append(heading(map, shown));
     const many = (problems) => `${problems.length} problem${problems.length > 1 ? "s" : ""}`;
@@ -283,7 +325,7 @@
     part("section").textContent = `${name} · Beatty, Dynamics, section ${about.section}`;
     problems.replaceChildren(...Object.keys(about.stresses).map((label) => new Option(label, label)));
     all("[data-table]").forEach((place) => {
-      const text = data.tables[name][place.dataset.table];
+      const text = data.tables[name][(without() && place.dataset.others) || place.dataset.table];
       place.hidden = !text.trim();
       place.querySelector(".scroll").innerHTML = text;
     });
@@ -334,9 +376,14 @@
     const script = document.createElement("script");
     script.textContent = await unpacked("vega");
     document.head.append(script);
+    const own = document.getElementById("own");
+    if (own) {
+      own.hidden = false;
+      own.addEventListener("click", toggleOwn);
+      setWithout(remembered());
+    }
     showCase(data.first);
-    const maps = { trust: trustMap, breaks: breakMap };
-    all("[data-map]").forEach((place) => maps[place.dataset.map](place));
+    drawMaps();
     listen();
     const seen = new IntersectionObserver(
       (entries) => {

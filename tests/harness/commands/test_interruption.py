@@ -11,6 +11,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from gnomon.harness.results import reading, store
 
 ENDED = 60
 """Seconds to an end, against hours of work: what a loaded machine takes for the five that are promised."""
@@ -68,6 +69,24 @@ class Later(Compiled):
 
         return solve
 '''
+STUCK = (
+    MODULE
+    + """
+
+from gnomon.harness.integrators.runge_kutta.explicit import RK4
+
+
+class Stuck(RK4):
+    name, library, first = "stuck", "planted", None
+
+    def prepare(self, problem, setting):
+        type(self).first = self.first or setting
+        if setting != self.first and problem.interval > 1e-3:  # a null call has a shorter one
+            compute()
+        return super().prepare(problem, setting)
+"""
+)
+"""An integrator that never ends at its second setting."""
 SWALLOWED = """
 from gnomon.harness.commands.interruption import acknowledged
 import signal, sys
@@ -150,6 +169,25 @@ def test_an_interruption_ends_long_work(arguments: list[str], tmp_path: Path) ->
     assert process.returncode == 130
     assert "stopping ..." in told
     assert "Traceback" not in told
+
+
+def test_an_interrupted_run_leaves_the_page_of_what_was_measured(tmp_path: Path) -> None:
+    (tmp_path / "long_motion.py").write_text(STUCK)
+    run = ["run", "--case", "pendulum_simple/default", "--suite", "quick", "--integrator", "long_motion:Stuck"]
+    arguments = [*run, "--out", "results.sqlite", "--report", "page"]
+    process = started(["-c", "from gnomon.harness.commands.cli import main; main()", *arguments], tmp_path)
+    os.killpg(process.pid, signal.SIGINT)
+    told = ended(process)
+    assert process.returncode == 130
+    assert "Traceback" not in told
+    assert (tmp_path / "page" / "index.html").is_file(), told
+    page = (tmp_path / "page" / "index.html").read_text()
+    assert page.rstrip().endswith("</html>")
+    assert "This run is not complete" in page
+    measured = len(store.load(tmp_path / "results.sqlite"))
+    planned = sum(count for _, _, count, _ in reading.planned(tmp_path / "results.sqlite"))
+    assert 0 < measured < planned
+    assert f"<b>{planned - measured} of {planned} planned trials</b>" in page
 
 
 def test_work_that_holds_an_interruption_back_is_ended_after_its_time(tmp_path: Path) -> None:

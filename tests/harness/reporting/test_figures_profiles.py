@@ -24,7 +24,8 @@ def frames(cases: int) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 def test_a_chart_has_a_line_a_library_and_one_of_the_best_third_party() -> None:
     charts = figures_profiles.profile_charts(*frames(2 * figures_profiles.FEWEST))
-    assert set(charts) == {"profile_1e-6", "profile_digits"}
+    names = {"profile_1e-6", "profile_digits"}
+    assert set(charts) == names | {f"{name}_others" for name in names}
     drawn = charts["profile_1e-6"].to_dict(validate=False)
     rows = pd.DataFrame(drawn["datasets"]["profiles"])
     assert set(rows["library"]) == {"gnomon", "scipy", profiles.THIRD_PARTY}
@@ -32,6 +33,9 @@ def test_a_chart_has_a_line_a_library_and_one_of_the_best_third_party() -> None:
     assert np.all(third[third.index < np.log10(2.99)] == 0)
     assert np.all(third[third.index > np.log10(3.01)] == 1)
     assert rows.loc[rows["library"] == "gnomon", "share"].eq(1).all()
+    others = pd.DataFrame(charts["profile_1e-6_others"].to_dict(validate=False)["datasets"]["profiles"])
+    assert set(others["library"]) == {"scipy"}
+    assert others["share"].eq(1).all(), "without in-house methods it is the fastest itself"
     assert "<svg" in vl_convert.vegalite_to_svg(drawn)
 
 

@@ -275,6 +275,45 @@ def test_a_heading_sorts_its_column_both_ways(browser: Browser, page: Path) -> N
     assert down == up[::-1]
 
 
+OWN_NAMES = """(() => {
+  const shown = (element) => element.checkVisibility();
+  const cells = [...document.querySelectorAll("main tbody :is(th, td), main li, main svg text, main .map th")].filter(shown);
+  return cells.map((cell) => cell.textContent).filter((text) => text.includes("gnomon:"));
+})()"""
+RATIOS = """(() => [...document.querySelectorAll("#panel .times td small")].map((note) => note.textContent))()"""
+
+
+def test_in_house_methods_can_be_hidden_on_the_whole_page_and_stay_hidden(browser: Browser, page: Path) -> None:
+    """The times of third parties are then compared with each other: some third party is the fastest of each column."""
+    browser.open(page, 1400, 900)
+    browser.value(READY)
+    browser.value(SCROLLED)
+    assert browser.value(OWN_NAMES)
+    browser.value("document.getElementById('own').click()")
+    browser.value(SCROLLED)
+    assert browser.value(OWN_NAMES) == []
+    assert any(note.startswith("fastest") for note in browser.value(RATIOS))
+    browser.events.clear()
+    browser.open(page, 1400, 900)
+    browser.value(READY)
+    assert browser.value("document.getElementById('own').getAttribute('aria-pressed')") == "true"
+    assert browser.value(OWN_NAMES) == []
+    browser.value("document.getElementById('own').click()")
+    browser.value(SCROLLED)
+    assert browser.value(OWN_NAMES)
+    assert browser.complaints() == []
+
+
+def test_the_switch_works_where_the_browser_stores_nothing(browser: Browser, page: Path) -> None:
+    forbidden = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('no storage') } })"
+    browser.call("Page.addScriptToEvaluateOnNewDocument", source=forbidden)
+    browser.open(page, 1400, 900)
+    browser.value(READY)
+    browser.value("document.getElementById('own').click()")
+    assert browser.value(OWN_NAMES) == []
+    assert browser.complaints() == []
+
+
 def test_who_prefers_the_dark_gets_it(browser: Browser, page: Path) -> None:
     found = []
     for scheme in ("light", "dark"):

@@ -12,6 +12,8 @@ from gnomon.harness.registry.lookup import own
 from gnomon.harness.reporting import report_benchmarks
 from gnomon.harness.reporting.findings import findings
 from gnomon.harness.reporting.report_words import hierarchy_rows, launches_text, machines_text, scatter_text, together
+from gnomon.harness.reporting.tables import Cell
+from gnomon.harness.results.rankings import comparison
 
 
 def _launched(**launches: int) -> pd.DataFrame:
@@ -45,7 +47,7 @@ def test_environments_of_several_runs_are_joined() -> None:
 
 
 def test_levels_of_a_hierarchy_in_words() -> None:
-    level = {"error": 0.2, "early": 9e-4, "ratio": math.nan, "seconds": 2e-5}
+    level = {"error": 0.2, "early": 9e-4, "ratio": math.nan, "seconds": 2e-5, "third_seconds": math.nan}
     (row,) = hierarchy_rows(pd.DataFrame([level]))
     assert (row["error"], row["early"], row["cost"], row["seconds"]) == ("0.2", "9.0e-4", "–", "20.0 µs")
     (full,) = hierarchy_rows(pd.DataFrame([level | {"error": 0.0, "early": 0.0, "ratio": 1.254}]))
@@ -256,3 +258,39 @@ def test_the_report_says_on_how_many_machines_it_stands() -> None:
     frame = pd.DataFrame({"status": ["ok", "ok", "unsupported"], "machine": ["a", "a", "b"]})
     assert machines_text(frame) == "one machine"
     assert machines_text(frame.assign(status="ok")).startswith("2 machines: a time is compared only")
+
+
+def test_a_sentence_that_a_change_of_the_comparison_refutes_is_left_out() -> None:
+    """x:two wins most cases; without case b it shares the win with x:one, which has the smaller mean ratio."""
+    claim = "At an error of 1e-6, x:two is the fastest"
+    same = {("one launch left out", "launch 1"): comparison(_equal())}
+    assert findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted(), same)[0].startswith(claim)
+    other = same | {("one kind of system left out", "b"): comparison(_equal()[_equal()["case"] == "a"])}
+    said = findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted(), other)
+    assert not any(claim in sentence for sentence in said)
+    assert any("At 1e-6, the time of the best integrator of each other library" in sentence for sentence in said)
+    near = comparison(_equal().assign(ratio=1.0))
+    said = findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted(), {("another error measure", "end"): near})
+    assert not any("each other library" in sentence for sentence in said), "y is as fast as x there"
+
+
+def test_the_best_third_party_is_named_beside_an_in_house_winner() -> None:
+    ours = {"x:one": "gnomon:one", "x:two": "gnomon:two"}
+    equal = _equal().assign(integrator_id=lambda rows: rows["integrator_id"].replace(ours))
+    equal = equal.assign(library=equal["integrator_id"].str.split(":").str[0])
+    first = findings(equal, pd.DataFrame(), (), _matrix(), _trusted())[0]
+    assert "gnomon:two is the fastest or on a par with it on 2 of the 2 cases" in first
+    assert first.endswith(", the best third-party one y:three on 0.")
+
+
+def test_the_reliability_that_one_kind_of_system_makes_is_left_out() -> None:
+    """x:one solves two of three hard variants, x:two one; without the kind of case a, x:one solves none."""
+    rows = [("a", "p", "x:one", 1e-9), ("a", "q", "x:one", 1e-9), ("b", "r", "x:one", math.nan)]
+    rows += [("a", "p", "x:two", math.nan), ("a", "q", "x:two", math.nan), ("b", "r", "x:two", 1e-9)]
+    matrix = pd.DataFrame(rows, columns=["case", "variant", "integrator_id", "best"])
+    matrix = matrix.assign(formulation="", verdict="ok")
+    cells = [Cell("–", kind="none")] * 5
+    kinds = [{"head": head, "cases": [head], "cells": cells} for head in "ab"]
+    alone = findings(_equal(), pd.DataFrame(), kinds[:1], matrix, _trusted())
+    assert any("most reliable" in sentence and "x:one on 2 of 3" in sentence for sentence in alone)
+    assert not any("most reliable" in s for s in findings(_equal(), pd.DataFrame(), kinds, matrix, _trusted()))

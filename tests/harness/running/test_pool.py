@@ -9,6 +9,7 @@ from __future__ import annotations
 import faulthandler
 import os
 import signal
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from multiprocessing import connection
@@ -392,3 +393,73 @@ def test_a_worker_has_a_share_of_the_memory() -> None:
     ((status, reason, _),) = job.rows
     assert status is Status.OUT_OF_MEMORY
     assert f"needed more than {worker_bytes(3) / 2**30:.3g} GiB" in reason
+
+
+SOON = 0.2
+"""Seconds: the limit of a trial; what a worker waits for the processor is not counted."""
+
+
+class Rests:
+    """An interlude that is due after every second message; it records its intervals."""
+
+    def __init__(self, take: Callable[[], None]) -> None:
+        self.intervals: list[tuple[float, float]] = []
+        self._asked, self._take = 0, take
+
+    def due(self) -> bool:
+        self._asked += 1
+        return self._asked % 2 == 0
+
+    def take(self) -> None:
+        began = time.monotonic()
+        self._take()
+        self.intervals.append((began, time.monotonic()))
+
+
+def busy(seconds: float) -> None:
+    ends = time.monotonic() + seconds
+    while time.monotonic() < ends:
+        pass
+
+
+def test_no_trial_overlaps_an_interlude(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A page that is drawn during a trial takes the processor and the caches from it: its time would be too long."""
+    trials = tmp_path / "trials"
+
+    def script(worker: Worker) -> None:
+        while True:
+            began = time.monotonic()
+            worker.say("prepared")
+            busy(0.001 * (1 + worker.number % 3))
+            with trials.open("a") as file:
+                file.write(f"{began!r} {time.monotonic()!r}\n")
+            worker.done()
+            worker.receive()
+
+    monkeypatch.setattr(pool, "serve", lambda pipe, _task: guarded(lambda: script(Worker(pipe, 2))))
+    jobs, rests = [Job(12), Job(12), Job(12)], Rests(lambda: busy(0.02))
+    Pool(2, "fork", PREPARE).run(jobs, rests)
+    assert [job.rows for job in jobs] == [["done"] * 12] * 3
+    intervals = [tuple(map(float, line.split())) for line in trials.read_text().splitlines()]
+    assert len(intervals) == 36
+    assert len(rests.intervals) >= 5
+    for began, ended in rests.intervals:
+        assert all(end <= began or ended <= start for start, end in intervals)
+
+
+def test_a_worker_that_waits_for_an_interlude_has_no_deadline(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One worker has answered and waits while the other is busy for longer than the limit of the former."""
+    long = 4 * SOON
+
+    def script(worker: Worker) -> None:
+        while True:
+            worker.say("prepared")
+            busy(long if worker.number == 1 else 0.001)
+            worker.done()
+            worker.receive()
+
+    monkeypatch.setattr(pool, "serve", lambda pipe, _task: guarded(lambda: script(Worker(pipe, 2))))
+    jobs, rests = [Job(1), Job(3, limit=SOON)], Rests(lambda: None)
+    Pool(2, "fork", PREPARE).run(jobs, rests)
+    assert rests.intervals
+    assert [job.rows for job in jobs] == [["done"], ["done"] * 3]

@@ -16,6 +16,7 @@ import planted
 import pytest
 from gnomon.harness.results import regression, store
 from gnomon.harness.running import plan
+from gnomon.harness.running.progress import Progress
 from gnomon.harness.running.run import compare, run
 from waiting import LIMIT_SECONDS, wait_until
 
@@ -293,3 +294,20 @@ def _family(marker: dict[str, str]) -> list[int]:
         except OSError:
             continue  # it ended meanwhile, or is another user's
     return found
+
+
+def test_a_run_takes_the_interlude_of_its_progress(tmp_path: Path) -> None:
+    class Always:
+        taken = 0
+
+        def due(self) -> bool:
+            return True
+
+        def take(self) -> None:
+            self.taken += 1
+
+    interlude = Always()
+    chosen = plan.choose([CASE], True)
+    frame = store.load(run(tmp_path, SUITE, chosen, [planted.Sound()], Progress(quiet=True, interlude=interlude)))
+    assert set(frame["status"]) == {"ok"}
+    assert interlude.taken >= len(frame)

@@ -1,0 +1,50 @@
+"""The page of a run that is under way, written anew as results come and never during a trial."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from time import monotonic
+
+from gnomon.cases.core.case import Case
+from gnomon.harness.reporting.up_to_date import refreshed
+
+EVERY_SECONDS = 90.0
+"""The time from one page to the beginning of the next: with the end of the trials under way and the writing, less than
+two minutes."""
+MOST_SHARE = 1 / 5
+"""The most of a run's time that writing may take; on a slow machine pages are rarer."""
+
+
+class LivePage:
+    """An `Interlude` of `gnomon.harness.running.pool` that writes the report of `database` into `folder`.
+
+    `tell` prints why a page could not be written, for example because nothing has run yet: the run goes on.
+    """
+
+    def __init__(
+        self, database: Path, folder: Path, tell: Callable[[str], None], cases: Mapping[str, type[Case]]
+    ) -> None:
+        self.database, self.folder = database, folder
+        self._tell, self._cases = tell, cases
+        self._next = monotonic() + EVERY_SECONDS
+        self.written: Path | None = None
+        """The page, once it was written."""
+
+    def due(self) -> bool:
+        return monotonic() > self._next
+
+    def take(self) -> None:
+        """Write the page. Whatever goes wrong is told: a page must not end the run that it is of."""
+        try:
+            self.write()
+        except Exception as error:
+            self._tell(f"no page was written: {error!r}")
+
+    def write(self) -> None:
+        began = monotonic()
+        try:
+            self.written = refreshed(self.database, self.folder, self._cases)
+        except (ValueError, OSError) as error:
+            self._tell(f"no page was written: {error}")
+        finally:
+            ended = monotonic()
+            self._next = ended + max(EVERY_SECONDS, (ended - began) * (1 / MOST_SHARE - 1))

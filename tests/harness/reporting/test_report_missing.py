@@ -1,0 +1,57 @@
+"""What a report says of a run that is not complete."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+import pytest
+import synthetic
+from gnomon.harness.reporting.report_missing import missing
+from gnomon.harness.results import schema, store
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    return synthetic.write(tmp_path / "results.sqlite")
+
+
+def _without(results: Path, condition: str) -> int:
+    """Remove the measurements of the trials that meet a condition; returns how many trials these are."""
+    with sqlite3.connect(results) as db:
+        trials = f"SELECT trial_key FROM trials WHERE {condition}"
+        ((count,),) = db.execute(f"SELECT count(*) FROM ({trials})")
+        for table in ("sampled_states", "settings_changed"):
+            db.execute(
+                f"DELETE FROM {table} WHERE measurement IN"
+                f" (SELECT measurement FROM measurements WHERE trial_key IN ({trials}))"
+            )
+        db.execute(f"DELETE FROM measurements WHERE trial_key IN ({trials})")
+    return int(count)
+
+
+def test_a_complete_run_has_nothing_missing(results: Path) -> None:
+    assert missing(results, store.runs(results)) is None
+
+
+def test_cases_and_libraries_are_named(results: Path) -> None:
+    lost = _without(results, "\"case\" = 'bouncing_ball'")
+    scipy = _without(results, "\"case\" = 'kepler_orbit' AND library = 'scipy'")
+    found = missing(results, store.runs(results))
+    assert found is not None
+    assert found["trials"] == lost + scipy
+    assert found["cases"]["names"] == ["bouncing_ball"]
+    assert found["partly"]["names"] == ["kepler_orbit"]
+    of_ball = 11  # settings of each integrator on a variant
+    assert f"scipy ({scipy + of_ball})" in found["libraries"]["names"]
+    with sqlite3.connect(results) as db:
+        assert found["planned"] == db.execute("SELECT count(*) FROM planned").fetchone()[0]
+
+
+def test_a_run_that_did_not_end_lacks_later_launches(results: Path) -> None:
+    with sqlite3.connect(results) as db:
+        db.execute("UPDATE runs SET ended = NULL")
+        schema.seal_all(schema.with_checksums(db), "runs")
+    found = missing(results, store.runs(results))
+    assert found is not None
+    assert found["trials"] == 0

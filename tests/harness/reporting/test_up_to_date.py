@@ -1,0 +1,89 @@
+"""A report is written again if something that it depends on has changed, and only then."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import pytest
+import synthetic
+from gnomon.harness.reporting import report, up_to_date
+from gnomon.harness.reporting.up_to_date import refreshed
+from gnomon.harness.results import schema
+
+
+@pytest.fixture
+def written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How often a report was written, as the length of a list; each has another text."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    times: list[int] = []
+
+    def write_report(_database: Path, folder: Path, *_: Any) -> Path:
+        times.append(len(times))
+        folder.mkdir(exist_ok=True)
+        for name in ("index.html", "summary.md"):
+            (folder / name).write_text(f"{name} {len(times)}")
+        return folder / "index.html"
+
+    monkeypatch.setattr(report, "write_report", write_report)
+    return times
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    return synthetic.write(tmp_path / "results.sqlite")
+
+
+def test_what_has_not_changed_is_not_written_again(written: list[int], results: Path, tmp_path: Path) -> None:
+    for _ in range(3):
+        assert refreshed(results, tmp_path / "page", {}) == tmp_path / "page" / "index.html"
+    assert len(written) == 1
+
+
+def _measurement(results: Path, _page: Path) -> None:
+    with sqlite3.connect(results) as db:
+        db.execute("UPDATE measurements SET steps = 7 WHERE measurement = 1")
+        schema.seal_all(schema.with_checksums(db), "measurements")
+
+
+def _certificates(results: Path, _page: Path) -> None:
+    (results.parent / "certificates.json").write_text(json.dumps([]))
+
+
+def _other_page(_results: Path, page: Path) -> None:
+    (page / "index.html").write_text("another page")
+
+
+def _no_summary(_results: Path, page: Path) -> None:
+    (page / "summary.md").unlink()
+
+
+def _figures(_results: Path, page: Path) -> None:
+    """Figures of an earlier report, which this one would contradict."""
+    (page / "figures").mkdir()
+    (page / "figures" / "figures.json").write_text("[]")
+
+
+@pytest.mark.parametrize("change", [_measurement, _certificates, _other_page, _no_summary, _figures])
+def test_what_has_changed_is_written_again(written: list[int], results: Path, tmp_path: Path, change: Any) -> None:
+    page = tmp_path / "page"
+    refreshed(results, page, {})
+    change(results, page)
+    refreshed(results, page, {})
+    assert len(written) == 2
+
+
+def test_other_sources_write_it_again(
+    written: list[int], results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refreshed(results, tmp_path / "page", {})
+    edited = tmp_path / "edited.py"
+    edited.write_text("new code")
+    sources = [*up_to_date._sources(), edited]
+    monkeypatch.setattr(up_to_date, "_sources", lambda: iter(sources))
+    refreshed(results, tmp_path / "page", {})
+    assert len(written) == 2
+    assert any(path.name == "report.html.j2" for path in sources)
+    assert any(path.name == "kepler_orbit.py" for path in sources)
