@@ -20,7 +20,7 @@ from bad_forms import (
     flight,
     height_until_1,
 )  # fmt: skip
-from gnomon.cases.core.forms import FirstOrder, Hybrid
+from gnomon.cases.core.forms import FirstOrder, Hybrid, SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution
 from gnomon.harness.integrators.events.hybrid import EventRungeKutta
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
@@ -40,10 +40,16 @@ def solved(method: Integrator, form: Any, kind: type, start: tuple[float, ...] =
     return method.prepare(problem, setting)(np.array([start], dtype=np.float64))
 
 
-def pairs(forms: dict[type, Any]) -> list[Any]:
-    """Every method with each kind of form that it accepts."""
+def pairs(forms: dict[type, Any], gauss_fast: type = FirstOrder) -> list[Any]:
+    """Every method with each kind of form that it accepts; GaussFast, which is compiled for seconds for each form, with one
+    kind in `make test`."""
     return [
-        pytest.param(method, kind, id=f"{method.id}-{kind.__name__}")
+        pytest.param(
+            method,
+            kind,
+            id=f"{method.id}-{kind.__name__}",
+            marks=pytest.mark.slow if isinstance(method, GaussFast) and kind is not gauss_fast else (),
+        )
         for method in ALL
         for kind in method.accepts
         if kind in forms
@@ -89,7 +95,7 @@ def test_equations_that_end_on_the_way_end_the_trajectory_there(method: Integrat
     assert np.all(finite[:15])
 
 
-@pytest.mark.parametrize(("method", "kind"), pairs(BLOWING_UP))
+@pytest.mark.parametrize(("method", "kind"), pairs(BLOWING_UP, gauss_fast=SecondOrder))
 def test_a_state_that_becomes_infinite_ends_the_trajectory(method: Integrator, kind: type) -> None:
     """Explicit methods of fixed steps step past t = 1 and take a few steps more to overflow."""
     form, start = BLOWING_UP[kind]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.core.forms import FirstOrder
+from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.harness.adapters import heyoka
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solver
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
@@ -62,7 +62,7 @@ def pairs() -> list[Any]:
         for integrator in own().values()
         for kind in integrator.accepts
         if integrator.unsupported(FORMS[kind][0]) is None
-        and (kind is FirstOrder or not isinstance(integrator, GaussFast))  # compiles for seconds for each form
+        and (kind is SecondOrder or not isinstance(integrator, GaussFast))  # compiles for seconds for each form
     ]
     assert {id(i) for i in own().values()} == {id(param.values[0]) for param in found}
     return found
