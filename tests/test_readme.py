@@ -43,7 +43,7 @@ def test_the_integrator_of_the_readme_runs(project: Path, named: str) -> None:
         "--suite",
         "quick",
         "--limit",
-        "2",
+        "0.5",
         "--case",
         "pendulum_simple",
         "--integrator",
