@@ -6,6 +6,8 @@ independent computation, and that every quantity has both is tested for all case
 
 from __future__ import annotations
 
+from functools import cache
+
 import independent_quantities_events
 import independent_quantities_fields
 import independent_quantities_forces
@@ -40,6 +42,7 @@ COUNT = 457
 """The number of quantities of all cases on their defaults."""
 
 
+@cache
 def resets(name: str, variant: str | None) -> set[tuple[str, str]]:
     hybrid = get(name, variant).hybrid
     return {(each.name, each.reset.__name__) for each in hybrid.transitions} if hybrid else set()

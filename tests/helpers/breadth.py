@@ -41,7 +41,8 @@ def cheap_and_tenth(values: Iterable[Any]) -> list[Any]:
 
 
 def tenth(values: Iterable[Any]) -> list[Any]:
-    """The values for `parametrize`. A seeded tenth of them, rounded up, runs in `make test`; it is the same in every run."""
+    """The values, or tuples of values, for `parametrize`. A seeded tenth of them, rounded up, runs in `make test`; it is the
+    same in every run."""
     every = list(values)
     chosen = set(random.Random(SEED).sample(range(len(every)), -(-len(every) // 10)))
     marks = [() if index in chosen else pytest.mark.slow for index in range(len(every))]

@@ -114,8 +114,8 @@ def test_sine_and_cosine_from_those_of_a_nearby_angle(turn: float, name: str) ->
         return turned(x, turned_first(x - turn)[2])[2][0]
 
     kinds = ("small", "moderate", "tiny")
-    values = np.concatenate([ARGUMENTS[kind] for kind in kinds])
-    exact = [e for kind in kinds for e in exact_values(name, kind)]
+    values = np.concatenate([ARGUMENTS[kind][:2400] for kind in kinds])
+    exact = [e for kind in kinds for e in exact_values(name, kind)[:2400]]
     errors = [abs(f - e) for f, e in zip(applied(found, values).tolist(), exact, strict=True)]
     assert max(errors) < (0.5 + 0.35 + 0.05) * 2.0**-53
     # The next angle starts from the same values, or from these where it was too far: roundings do not accumulate.
