@@ -70,14 +70,14 @@ def swing_above_0(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def blow_up(t: Any, place: Values, parameters: Values) -> Values:
-    """x'' = 6 x^2 from 1 with the velocity 2: 1/(1 - t)^2."""
+    """x'' = 6 x^2 from 4 with the velocity 16: 1/(0.5 - t)^2, less a part in 6e4; from 1 at rest it is finite up to t = 1."""
     (x,) = place
-    return (6 * x * x,)
+    return (6 * x * x + sqrt(1 - t) / 1024,)
 
 
 def rise_for_ever(t: Any, state: Values, parameters: Values) -> Values:
-    y, v = state
-    return v, 6 * y * y
+    x, v = state
+    return v, 6 * x * x + sqrt(1 - t) / 1024
 
 
 def relax(t: Any, state: Values, parameters: Values) -> Values:
@@ -163,11 +163,6 @@ def torque_until_1(t: Any, state: Values, parameters: Values) -> Values:
 
 def torque_of_two(t: Any, state: Values, parameters: Values) -> Values:
     return 0 * t, 0 * t
-
-
-def swing_until_1(t: Any, state: Values, parameters: Values) -> Values:
-    x, v = state
-    return v, sqrt(1 - t) / 1024 - x
 
 
 def fall(t: Any, state: Values, parameters: Values) -> Values:
@@ -304,8 +299,8 @@ WRONG_LENGTH: dict[type, tuple[tuple[Any, str], ...]] = {
 """By type: a form, and its error message."""
 
 UNTIL_1: dict[type, Any] = {
-    FirstOrder: FirstOrder(swing_until_1),
-    SecondOrder: SecondOrder(decay_until_1),
+    FirstOrder: FirstOrder(rise_for_ever),
+    SecondOrder: SecondOrder(blow_up),
     SemiLinear: SemiLinear(decay, linear=one, rest=decay_until_1),
     Charged: Charged(gyrate, fields=fields_until_1, light=one),
     Constrained: hanging(force=weight_until_1),
@@ -327,10 +322,10 @@ BRANCHING = (swing_but_at_0, swing_above_0)
 """Equations that work on numbers only, not on symbols."""
 
 BLOWING_UP: dict[type, tuple[Any, tuple[float, ...]]] = {
-    FirstOrder: (FirstOrder(rise_for_ever), (1, 2)),
-    SecondOrder: (SecondOrder(blow_up), (1, 2)),
-    Hybrid: (Hybrid(**flight(equations=rise_for_ever)), (1, 2)),
+    FirstOrder: (FirstOrder(rise_for_ever), (4, 16)),
+    SecondOrder: (SecondOrder(blow_up), (4, 16)),
+    Hybrid: (Hybrid(**flight(equations=rise_for_ever)), (4, 16)),
 }
-"""By type: a form and a state from which it is infinite at t = 1."""
+"""By type: a form and a state from which it is infinite at t = 0.5."""
 
 STIFF: dict[type, Any] = {FirstOrder: FirstOrder(relax), SecondOrder: SecondOrder(tremble)}

@@ -538,7 +538,7 @@ def test_the_pendulum_of_the_timing_tables_reaches_the_floor_of_binary64() -> No
         ("pendulum_simple", 1e4, 1e-14),
         ("harmonic_oscillator", 1e4, 2e-14),
         ("kepler_orbit", 4e3, 2e-14),
-        ("euler_top", 2e4, 1e-14),
+        pytest.param("euler_top", 2e4, 1e-14, marks=pytest.mark.slow),
     ],
 )
 def test_energy_walks_at_random_at_the_finest_tolerance(name: str, periods: float, bound: float) -> None:
