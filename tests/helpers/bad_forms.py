@@ -70,7 +70,7 @@ def swing_above_0(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def blow_up(t: Any, place: Values, parameters: Values) -> Values:
-    """x'' = 6 x^2 from 4 with the velocity 16: 1/(0.5 - t)^2, less a part in 6e4; from 1 at rest it is finite up to t = 1."""
+    """x'' = 6 x^2 from 4 with the velocity 16: 1/(0.5 - t)^2 to five digits; from 1 at rest it is finite up to t = 1."""
     (x,) = place
     return (6 * x * x + sqrt(1 - t) / 1024,)
 
