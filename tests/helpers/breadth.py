@@ -31,6 +31,16 @@ EXPENSIVE = (
 """Cases of whose exact motions a certificate, or all variants, take 1 to 30 s of processor time; of the others less."""
 
 
+SAME_LOOP = ("Verner 6(5)", "Verner 9(8)", "RKN 12(10)")
+"""Near-duplicate pairs: their loop is that of Dormand-Prince 5(4) or RKN 6(4), and is compiled for each number of stages in
+ten seconds. `make test` verifies their formulas, `make test-all` also their runs."""
+
+
+def marks(method: Any) -> Any:
+    """The marks of a test that runs a method (an integrator or its class)."""
+    return pytest.mark.slow if method.name in SAME_LOOP else ()
+
+
 def cheap_and_tenth(values: Iterable[Any]) -> list[Any]:
     """The cases for `parametrize`, as names or as tuples that begin with one: all that are not EXPENSIVE, and a tenth of
     those that are."""
@@ -45,6 +55,5 @@ def tenth(values: Iterable[Any]) -> list[Any]:
     same in every run."""
     every = list(values)
     chosen = set(random.Random(SEED).sample(range(len(every)), -(-len(every) // 10)))
-    marks = [() if index in chosen else pytest.mark.slow for index in range(len(every))]
     rows = [value if isinstance(value, tuple) else (value,) for value in every]
-    return [pytest.param(*row, marks=mark) for row, mark in zip(rows, marks, strict=True)]
+    return [pytest.param(*row, marks=() if i in chosen else pytest.mark.slow) for i, row in enumerate(rows)]

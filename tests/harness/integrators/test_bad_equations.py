@@ -20,6 +20,7 @@ from bad_forms import (
     flight,
     height_until_1,
 )  # fmt: skip
+from breadth import marks
 from gnomon.cases.core.forms import FirstOrder, Hybrid
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution
 from gnomon.harness.integrators.events.hybrid import EventRungeKutta
@@ -48,7 +49,9 @@ def pairs(forms: dict[type, Any], compiled: bool = False) -> list[Any]:
             method,
             kind,
             id=f"{method.id}-{kind.__name__}",
-            marks=pytest.mark.slow if compiled and isinstance(method, GaussFast) and kind is not FirstOrder else (),
+            marks=pytest.mark.slow
+            if compiled and isinstance(method, GaussFast) and kind is not FirstOrder
+            else marks(method),
         )
         for method in ALL
         for kind in method.accepts

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from breadth import marks
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.harness.adapters import heyoka
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solver
@@ -58,7 +59,7 @@ def same_from_both(integrator: Integrator, kind: type) -> None:
 
 def pairs() -> list[Any]:
     found = [
-        pytest.param(integrator, kind, id=f"{integrator.id}-{kind.__name__}")
+        pytest.param(integrator, kind, id=f"{integrator.id}-{kind.__name__}", marks=marks(integrator))
         for integrator in own().values()
         for kind in integrator.accepts
         if integrator.unsupported(FORMS[kind][0]) is None
