@@ -56,10 +56,10 @@ def enough(case: Case) -> int:
 
 
 def examples(name: str) -> Any:
-    """How many draws: in `make test` two of an expensive motion, of which the first is always the simplest numbers, t = 0."""
+    """How many draws: in `make test` five, or two of an expensive motion. The first has always the simplest numbers and t = 0."""
     integrated = case_class(name).certified_digits <= SHORT
-    if "HYPOTHESIS_PROFILE" not in os.environ and (integrated or name in EXPENSIVE):
-        return settings(max_examples=2)
+    if "HYPOTHESIS_PROFILE" not in os.environ:
+        return settings(max_examples=2 if integrated or name in EXPENSIVE else 5)
     return settings(max_examples=3) if integrated else settings()
 
 
