@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 README = Path(__file__).parent.parent / "README.md"
@@ -31,8 +32,8 @@ def project(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("named", ["midpoint:Midpoint", "Midpoint"])
-def test_the_integrator_of_the_readme_runs(project: Path, named: str) -> None:
+def run(project: Path, named: str, limit: str) -> pd.DataFrame:
+    """The trials that succeeded, from the smallest setting on, of a run with so many seconds for each trial."""
     from gnomon.harness import load
 
     environment = os.environ | {"PYTHONPATH": str(project)}
@@ -43,7 +44,7 @@ def test_the_integrator_of_the_readme_runs(project: Path, named: str) -> None:
         "--suite",
         "quick",
         "--limit",
-        "2",
+        limit,
         "--case",
         "pendulum_simple",
         "--integrator",
@@ -55,7 +56,16 @@ def test_the_integrator_of_the_readme_runs(project: Path, named: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     table = load(results)
     assert set(table["integrator_id"]) == {"mine:Midpoint"}
-    good = table[table["status"] == "ok"].sort_values("setting")
+    return table[table["status"] == "ok"].sort_values("setting")
+
+
+def test_the_integrator_of_the_readme_is_found_by_its_entry_point(project: Path) -> None:
+    """Only its longest steps fit into the limit."""
+    assert len(run(project, "Midpoint", "0.1")) >= 1
+
+
+def test_the_integrator_of_the_readme_runs_by_path_and_has_its_order(project: Path) -> None:
+    good = run(project, "midpoint:Midpoint", "2")
     assert len(good) >= 4
     # second order: half the step, a quarter of the error, at the small steps
     ratio = good["error_max"].iloc[1] / good["error_max"].iloc[0]

@@ -141,8 +141,10 @@ def guarded(work: Callable[[], None]) -> NoReturn:
             os.killpg(child, signal.SIGKILL)  # the rest of its process group
     end_children()
     if os.WIFSIGNALED(status):
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        os.kill(guard, os.WTERMSIG(status))
+        number = os.WTERMSIG(status)
+        if number != signal.SIGKILL:
+            signal.signal(number, signal.SIG_DFL)  # Python ignores SIGPIPE, and nohup SIGHUP
+        os.kill(guard, number)
     os._exit(os.waitstatus_to_exitcode(status) & 0xFF)
 
 

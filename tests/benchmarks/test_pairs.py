@@ -115,7 +115,9 @@ def rows(
     ]
 
 
-@pytest.mark.parametrize("problem", tenth(AGAINST_HEYOKA), ids=lambda problem: "-".join(filter(None, problem[:3])))
+@pytest.mark.parametrize(
+    "problem", tenth((one,) for one in AGAINST_HEYOKA), ids=lambda problem: "-".join(filter(None, problem[:3]))
+)
 def test_against_heyoka(benchmark: Any, problem: Problem) -> None:
     """With the fastest options that its documentation recommends."""
     needs_heyoka()

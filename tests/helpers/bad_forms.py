@@ -1,6 +1,7 @@
 """Forms that are wrong: functions of the wrong length, functions that raise, equations that end at t = 1.
 
-Each form is correct except for one of its functions; `STARTS` are states from which all of them move.
+Each form is correct except for one of its functions; `STARTS` are states from which all of them move. Those of first order
+have two components, as other tests have for which Radau IIA 5 is compiled.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ def decay_twice(t: Any, state: Values, parameters: Values) -> Values:
     return -x, -x
 
 
-def decay_by_a_number(t: Any, state: Values, parameters: Values) -> Any:
-    (x,) = state
+def swing_by_a_number(t: Any, state: Values, parameters: Values) -> Any:
+    x, _v = state
     return -x
 
 
@@ -51,37 +52,38 @@ def decay_or_raise(t: Any, state: Values, parameters: Values) -> Values:
     return (-x,)
 
 
-def decay_but_at_0(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return (1 if x == 0 else -x,)
+def swing_or_raise(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    if x > 2:
+        raise ValueError("x is above 2")
+    return v, -x
 
 
-def decay_above_0(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return (-x if x > 0 else 0,)
+def swing_but_at_0(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    return v, (1 if x == 0 else -x)
 
 
-def blow_up(t: Any, state: Values, parameters: Values) -> Values:
-    """x' = x^2 from 1: 1/(1 - t)."""
-    (x,) = state
-    return (x * x,)
+def swing_above_0(t: Any, state: Values, parameters: Values) -> Values:
+    x, v = state
+    return v, (-x if x > 0 else 0)
 
 
-def blow_up_faster(t: Any, place: Values, parameters: Values) -> Values:
-    """x'' = 6 x^2 from 1 with the velocity 2: 1/(1 - t)^2."""
+def blow_up(t: Any, place: Values, parameters: Values) -> Values:
+    """x'' = 6 x^2 from 4 with the velocity 16: 1/(0.5 - t)^2 to five digits; from 1 at rest it is finite up to t = 1."""
     (x,) = place
-    return (6 * x * x,)
+    return (6 * x * x + sqrt(1 - t) / 1024,)
 
 
 def rise_for_ever(t: Any, state: Values, parameters: Values) -> Values:
-    y, v = state
-    return v, 6 * y * y
+    x, v = state
+    return v, 6 * x * x + sqrt(1 - t) / 1024
 
 
 def relax(t: Any, state: Values, parameters: Values) -> Values:
     """At a rate of 1e8 towards the time."""
-    (x,) = state
-    return (100000000 * (t - x),)
+    x, y = state
+    return 100000000 * (t - x), 100000000 * (t - y)
 
 
 def tremble(t: Any, place: Values, parameters: Values) -> Values:
@@ -250,7 +252,7 @@ STARTS: dict[type, tuple[float, ...]] = {
     Charged: (1, 0, 0, 2, 0, 0),
     Constrained: (1, 0.125, -0.125, 1),
     SemiLinear: (1,),
-    FirstOrder: (1,),
+    FirstOrder: (1, 0),
     SecondOrder: (1, 0),
     RigidBody: (1, 0.5, 0.25, 1, 0, 0, 0, 1, 0, 0, 0, 1),
     Impact: (1, 0),
@@ -260,8 +262,8 @@ STARTS: dict[type, tuple[float, ...]] = {
 
 WRONG_LENGTH: dict[type, tuple[tuple[Any, str], ...]] = {
     FirstOrder: (
-        (FirstOrder(decay_twice), "decay_twice gives 2 values where 1 is wanted"),
-        (FirstOrder(decay_by_a_number), "decay_by_a_number gives a float; let it give a tuple of 1"),
+        (FirstOrder(fall_in_three), "fall_in_three gives 3 values where 2 are wanted"),
+        (FirstOrder(swing_by_a_number), "swing_by_a_number gives a float; let it give a tuple of 2"),
     ),
     SecondOrder: ((SecondOrder(decay_twice), "decay_twice gives 2 values where 1 is wanted"),),
     SemiLinear: (
@@ -297,8 +299,8 @@ WRONG_LENGTH: dict[type, tuple[tuple[Any, str], ...]] = {
 """By type: a form, and its error message."""
 
 UNTIL_1: dict[type, Any] = {
-    FirstOrder: FirstOrder(decay_until_1),
-    SecondOrder: SecondOrder(decay_until_1),
+    FirstOrder: FirstOrder(rise_for_ever),
+    SecondOrder: SecondOrder(blow_up),
     SemiLinear: SemiLinear(decay, linear=one, rest=decay_until_1),
     Charged: Charged(gyrate, fields=fields_until_1, light=one),
     Constrained: hanging(force=weight_until_1),
@@ -310,20 +312,20 @@ UNTIL_1: dict[type, Any] = {
 """By type: a form whose functions return nan after t = 1."""
 
 RAISING: dict[type, Any] = {
-    FirstOrder: FirstOrder(decay_or_raise),
+    FirstOrder: FirstOrder(swing_or_raise),
     SecondOrder: SecondOrder(decay_or_raise),
     SemiLinear: SemiLinear(decay, linear=one, rest=decay_or_raise),
 }
 """By type: a form whose function raises an exception at some states."""
 
-BRANCHING = (decay_but_at_0, decay_above_0)
+BRANCHING = (swing_but_at_0, swing_above_0)
 """Equations that work on numbers only, not on symbols."""
 
 BLOWING_UP: dict[type, tuple[Any, tuple[float, ...]]] = {
-    FirstOrder: (FirstOrder(blow_up), (1,)),
-    SecondOrder: (SecondOrder(blow_up_faster), (1, 2)),
-    Hybrid: (Hybrid(**flight(equations=rise_for_ever)), (1, 2)),
+    FirstOrder: (FirstOrder(rise_for_ever), (4, 16)),
+    SecondOrder: (SecondOrder(blow_up), (4, 16)),
+    Hybrid: (Hybrid(**flight(equations=rise_for_ever)), (4, 16)),
 }
-"""By type: a form and a state from which it is infinite at t = 1."""
+"""By type: a form and a state from which it is infinite at t = 0.5."""
 
 STIFF: dict[type, Any] = {FirstOrder: FirstOrder(relax), SecondOrder: SecondOrder(tremble)}

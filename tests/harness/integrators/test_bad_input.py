@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from bad_equations import none_at_all, raising, scalar, squared, stiff, too_many, undefined
+from breadth import marks
 from gnomon.cases.core.forms import SecondOrder, Values
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused
@@ -65,8 +66,12 @@ METHODS = [
 ]
 
 
+def with_marks(rows: Any) -> list[Any]:
+    return [pytest.param(method, setting, marks=marks(method)) for method, setting in rows]
+
+
 @pytest.mark.parametrize("equations", [root_of_what_is_left, squared, undefined])
-@pytest.mark.parametrize(("method", "setting"), METHODS)
+@pytest.mark.parametrize(("method", "setting"), with_marks(METHODS))
 def test_equations_that_fail_end_the_trajectory(method: type[Integrator], setting: float, equations: Any) -> None:
     solution = method().prepare(scalar(equations), setting)(np.array([[1.0 if equations is squared else 0.5]]))
     assert solution.stopped is not None
@@ -89,7 +94,8 @@ def fall_into_a_root(t: Any, q: Values, parameters: Values) -> Values:
 
 
 @pytest.mark.parametrize(
-    ("method", "setting"), [(Stormer8, 2.0**-8), (DormandPrinceNystrom6, 1e-8), (DormandPrinceNystrom12, 1e-8)]
+    ("method", "setting"),
+    with_marks([(Stormer8, 2.0**-8), (DormandPrinceNystrom6, 1e-8), (DormandPrinceNystrom12, 1e-8)]),
 )
 def test_accelerations_that_fail_end_the_trajectory(method: type[Integrator], setting: float) -> None:
     problem = Problem(SecondOrder(fall_into_a_root), 2, np.zeros(0), np.arange(1, 65) * 0.03125, 1.0)

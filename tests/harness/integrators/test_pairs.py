@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from breadth import marks
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base import step_control
@@ -25,6 +26,7 @@ from order_conditions import formulas, has_order, matrix, nystrom_residuals, rk_
 RUNGE_KUTTA: tuple[type[Embedded], ...] = explicit_pairs.INTEGRATORS  # type: ignore[assignment]
 NYSTROM: tuple[type[Nystrom], ...] = nystrom.INTEGRATORS  # type: ignore[assignment]
 PAIRS: tuple[type[Adaptive], ...] = (*RUNGE_KUTTA, dop853.Dop853, *NYSTROM)
+RUN = pytest.mark.parametrize("pair", [pytest.param(one, id=one.name, marks=marks(one)) for one in PAIRS])
 
 PRINTED = 1e-58
 """The coefficients are exact, or given to 60 digits."""
@@ -75,7 +77,7 @@ def test_a_planted_coefficient_is_caught() -> None:
     assert measured is None or measured[0] < 11
 
 
-@pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: pair.name)
+@RUN
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit"])
 def test_the_error_follows_the_tolerance(pair: type[Adaptive], name: str) -> None:
     """Over six decades of tolerance the error falls by five to six, by up to nine where the estimate is of low order."""
@@ -90,7 +92,7 @@ def test_the_error_follows_the_tolerance(pair: type[Adaptive], name: str) -> Non
     assert errors[1] < 1e-12 * 1e4, "ten periods, errors growing with the square of time"
 
 
-@pytest.mark.parametrize("pair", PAIRS, ids=lambda pair: pair.name)
+@RUN
 def test_samples_do_not_change_the_steps_and_are_as_good_as_they(pair: type[Adaptive]) -> None:
     """At some ten times in each step the error is at most twice that at the ends of the intervals between samples."""
     case = get("pendulum_simple").rounded()

@@ -16,6 +16,7 @@ import gnomon.harness
 import gnomon.reference
 import numpy as np
 import pytest
+from breadth import marks
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Refused
@@ -23,7 +24,7 @@ from gnomon.harness.contract.problem import accepted_form, initial_state, proble
 from gnomon.harness.registry.lookup import own
 
 ALL = [method for method in own().values() if ".integrators." in type(method).__module__]
-EVERY = pytest.mark.parametrize("method", ALL, ids=lambda method: method.id)
+EVERY = pytest.mark.parametrize("method", [pytest.param(one, id=one.id, marks=marks(one)) for one in ALL])
 CASES = (
     "pendulum_simple", "charge_in_E_and_B", "relativistic_charge", "holonomic_constraint_dae", "damped_oscillator",
     "euler_top", "coulomb_friction_oscillator",

@@ -230,7 +230,7 @@ def end_with(code: int) -> Script:
 def end_by(number: int) -> Script:
     def script(_worker: Any) -> None:
         if number != signal.SIGKILL:
-            signal.signal(number, signal.SIG_DFL)  # under nohup a process begins with SIGHUP ignored
+            signal.signal(number, signal.SIG_DFL)  # Python ignores SIGPIPE, and nohup SIGHUP
         os.kill(os.getpid(), number)
 
     return script
@@ -243,13 +243,14 @@ def end_by(number: int) -> Script:
         (end_with(3), Status.CRASHED, "the process ended with exit code 3"),
         (lambda _worker: os.abort(), Status.CRASHED, "the process died of SIGABRT"),
         (end_by(signal.SIGSEGV), Status.CRASHED, "the process died of SIGSEGV"),
+        (end_by(signal.SIGPIPE), Status.CRASHED, "the process died of SIGPIPE"),
         (end_by(signal.SIGKILL), Status.INTERRUPTED, "the process died of SIGKILL"),
         (end_by(signal.SIGHUP), Status.INTERRUPTED, "the process died of SIGHUP"),
         (lambda worker: worker.write(b"x" * 99), Status.CRASHED, "its process sent something that is no message"),
         (lambda worker: worker.say("lunch"), Status.CRASHED, "its process sent the stage 'lunch'"),
         (lambda worker: worker.say("failed", status="ok"), Status.CRASHED, "its process sent the status 'ok'"),
     ],
-    ids=["exit 0", "exit 3", "abort", "fault", "killed", "hangup", "garbled", "stage", "status"],
+    ids=["exit 0", "exit 3", "abort", "fault", "pipe", "killed", "hangup", "garbled", "stage", "status"],
 )
 def test_a_worker_that_ends_or_sends_nonsense_fails_its_trial_alone(
     ran: Any, tmp_path: Path, script: Script, status: Status, reason: str

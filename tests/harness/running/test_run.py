@@ -246,8 +246,9 @@ def _hear_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize("how", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
 def test_a_run_that_is_killed_leaves_no_worker_and_continues_where_it_stopped(tmp_path: Path, how: int) -> None:
+    """In `make test` by the signal that no process can answer; test_pool shows there that an interruption ends all workers."""
     script = tmp_path / "job.py"
     script.write_text(SCRIPT.format(folder=str(Path(planted.__file__).parent), limit=1.0, out=str(tmp_path)))
     marker = {"GNOMON_TEST_RUN": str(tmp_path)}

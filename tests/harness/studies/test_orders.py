@@ -13,13 +13,23 @@ from gnomon.harness.studies.orders import SUBJECTS, WITHIN, Subject, measured
 IN_HOUSE = {m.id.removeprefix("gnomon:"): m for m in own().values() if ".integrators." in type(m).__module__}
 FORMULA_OF_ANOTHER = {"DOP853 [events]": "DOP853"}
 """Measured with the same formula on the same problem: once is enough here."""
+IN_TEST_ALL = {
+    "DOP853": "test_tableau shows its order over all trees",
+    "Higuera-Cary": "test_boris measures its order in uniform fields and in a magnetic bottle",
+    "Störmer 12": "test_stormer shows the polynomials up to its order, and Störmer 8 is measured here",
+}
+"""Measured for 4 to 7 s, and why `make test` need not."""
 
 
 def test_every_in_house_method_is_a_subject_once() -> None:
     assert sorted(subject.integrator for subject in SUBJECTS) == sorted(IN_HOUSE)
 
 
-@pytest.mark.parametrize("subject", SUBJECTS, ids=lambda subject: subject.integrator)
+@pytest.mark.parametrize(
+    "subject",
+    [pytest.param(one, marks=pytest.mark.slow if one.integrator in IN_TEST_ALL else ()) for one in SUBJECTS],
+    ids=[one.integrator for one in SUBJECTS],
+)
 def test_the_measured_order_is_the_declared_one(subject: Subject) -> None:
     if subject.integrator in FORMULA_OF_ANOTHER:
         same = next(s for s in SUBJECTS if s.integrator == FORMULA_OF_ANOTHER[subject.integrator])

@@ -31,8 +31,14 @@ def test_the_file_holds_all_that_was_measured(bases: dict[str, Baseline], name: 
     assert repr(read(path)) == repr(bases[name])  # nan is not equal to itself
 
 
-@pytest.mark.parametrize(("name", "make"), [("RK4", planted_methods.rk4), ("pair", planted_methods.pair)])
-@pytest.mark.parametrize("fault", ["", "coefficient_5", "float32"])
+@pytest.mark.parametrize(
+    ("name", "make", "fault"),
+    [
+        *(("RK4", planted_methods.rk4, fault) for fault in ("", "coefficient_5", "float32")),
+        *(("pair", planted_methods.pair, fault) for fault in ("", "float32")),
+        pytest.param("pair", planted_methods.pair, "coefficient_5", marks=pytest.mark.slow),  # takes 8 s
+    ],
+)
 def test_a_fault_is_a_regression_and_noise_is_none(
     bases: dict[str, Baseline], name: str, make: object, fault: str
 ) -> None:

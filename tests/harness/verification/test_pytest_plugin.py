@@ -64,7 +64,9 @@ def test_a_run_in_which_no_claim_applies_has_checked_nothing(tmp_path: Path, wor
     assert code == pytest.ExitCode.NO_TESTS_COLLECTED, text
 
 
+@pytest.mark.slow
 def test_workers_of_xdist_collect_the_same_tests(tmp_path: Path) -> None:
+    """In `make test` the run above with two workers shows it: xdist refuses workers that collect different tests."""
     chosen = ("--gnomon", "planted_methods:good_rk4", "-m", "gnomon", "-k", "repeatable or bad_start", "-n", "2")
     code, text = run(tmp_path, *chosen)
     assert code == 0, text

@@ -122,8 +122,22 @@ def test_round_off_is_reached_at_an_impact() -> None:
     assert state < 1e-14
 
 
-@pytest.mark.parametrize(("name", "variant"), VARIANTS)
-@pytest.mark.parametrize("kind", EXACT_METHODS, ids=lambda kind: f"{kind.library}-{kind.name}")
+def rows() -> list[Any]:
+    """Every method on every variant; in `make test` the variants with one method for each of the two ways to find events."""
+    one_each = (RK4Events, scipy_events.RK45)
+    return [
+        pytest.param(
+            kind,
+            *variant,
+            id=f"{kind.library}-{kind.name}-{'-'.join(map(str, variant))}",
+            marks=() if kind in one_each or variant[1] is None else pytest.mark.slow,
+        )
+        for kind in EXACT_METHODS
+        for variant in VARIANTS
+    ]
+
+
+@pytest.mark.parametrize(("kind", "name", "variant"), rows())
 def test_reproduces_the_exact_events(name: str, variant: str | None, kind: type[Integrator]) -> None:
     """The motion between events is a parabola, exact for these methods: what remains is round-off.
 
