@@ -55,8 +55,8 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
     else:
         found.append(f"use it for undamped vibrations up to h w = {limit:.4g}")
     if limit and len(stable) > 1:
-        gaps = ", ".join(f"{a[1]:.4g} to {b[0]:.4g}" for a, b in zip(stable, stable[1:], strict=False))
-        found.append(f"not for vibrations at h w from {gaps}: they grow there, and not again until {stable[-1][1]:.4g}")
+        islands = ", ".join(f"{low:.4g} to {high:.4g}" for low, high in stable[1:])
+        found.append(f"not for vibrations at h w above {limit:.4g}, except from {islands}")
     if data["negative_real"] is not None:
         decay = first_limit(data["negative_real"])
         word = "A-stable" if data["a_stable"] else "not A-stable"
@@ -127,7 +127,7 @@ def several_steps(step: StepMatrix, axis: Mapping[str, Any]) -> tuple[bool, floa
     limit = first_limit(axis)
     points = 1j * np.linspace(0.05, 0.95, 7) * (limit if 0 < limit < math.inf else 4.0)
     observed = step.growth(points)
-    seconds = processor_seconds(lambda: step.growth(points[:1])) / 1024
+    seconds = processor_seconds(lambda: step.growth(points)) / (len(points) * 1024)
     with np.errstate(all="ignore"):
         predicted = np.array([_growth_of(matrix) for matrix in step.matrices(points)])
     contrary = ((observed > 1e3) & (predicted < GROWS)) | ((observed < GROWS) & (predicted > 1e3))

@@ -110,7 +110,7 @@ def symmetric_inertia(parameters: Values) -> Values:
 
 
 def no_torque(t: Any, state: Values, parameters: Values) -> Values:
-    return 0 * state[0], 0 * state[0], 0 * state[0]
+    return 0 * t, 0 * t, 0 * t
 
 
 def spring_above_wall(t: Any, state: Values, parameters: Values) -> Values:

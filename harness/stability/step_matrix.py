@@ -73,8 +73,13 @@ class StepMatrix:
         return self.growth(z, steps) <= GROWTH
 
     def growth(self, z: Complex, steps: int = 16) -> Floats:
-        """The largest element of the matrices to 64 samples, `steps` steps apart; infinity without an answer."""
-        found = np.max(np.abs(self.propagated(z, 64, steps)), axis=(1, 2, 3))
+        """The largest element of the matrices to 64 samples, `steps` steps apart, with velocities of an oscillator divided
+        by w; infinity without an answer."""
+        found = np.abs(self.propagated(z, 64, steps))
+        if not self.problem.plane:
+            found[..., 0, 1] *= np.abs(z)[:, None]
+            found[..., 1, 0] /= np.abs(z)[:, None]
+        found = np.max(found, axis=(1, 2, 3))
         return np.where(np.isnan(found), np.inf, found)
 
     def seconds_per_point(self, z: Complex) -> float:
