@@ -91,8 +91,7 @@ def spring_force(t: Any, q: Values, parameters: Values) -> Values:
 
 
 def on_plane(t: Any, q: Values, parameters: Values) -> Values:
-    x, k, z = q
-    return (z,)
+    return (q[2],)
 
 
 def plane_normal(t: Any, q: Values, parameters: Values) -> Values:
@@ -119,8 +118,7 @@ def spring_above_wall(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def far_wall(t: Any, q: Values, parameters: Values) -> Values:
-    x, k = q
-    return (x + FAR,)
+    return (q[0] + FAR,)
 
 
 def wall_normal(t: Any, q: Values, parameters: Values) -> Values:

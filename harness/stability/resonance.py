@@ -28,7 +28,7 @@ from gnomon.harness.stability.linear import first_limit, scan, several_steps, st
 from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.panel import panel
 from gnomon.harness.stability.solving import multiples, processor_seconds, solved
-from gnomon.harness.stability.step_matrix import StepMatrix
+from gnomon.harness.stability.step_matrix import Flags, StepMatrix
 
 STEPS_A_SAMPLE, SAMPLES = 32, 64
 AMPLITUDES = (0.05, 0.2)
@@ -80,13 +80,14 @@ def reason(integrator: Integrator) -> str | None:
 def sentences(data: Mapping[str, Any]) -> list[str]:
     found = []
     for row in data["resonances"]:
-        if row["seen"] is not None:
-            low, high = row["seen"]
+        seen = [ends for ends in row["seen"] if ends is not None]
+        if seen:
+            low, high = min(ends[0] for ends in seen), max(ends[1] for ends in seen)
             found.append(
                 f"not for nonlinear vibrations at h w from {low:.4g} to {high:.4g}: they escape"
                 f" (resonance of order {row['order']}, predicted at {row['predicted']:.4g})"
             )
-    unseen = [f"{row['predicted']:.4g}" for row in data["resonances"] if row["seen"] is None]
+    unseen = [f"{row['predicted']:.4g}" for row in data["resonances"] if not any(row["seen"])]
     if unseen:
         found.append(
             f"use it at the predicted resonances h w = {', '.join(unseen)}: no motion escaped within 2048 steps"
@@ -114,8 +115,7 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     rows = []
     for order, x in predictions:
         window = x * np.linspace(1 - WINDOW, 1 + WINDOW, count)
-        escaped = window[escapes(integrator, window)]
-        seen = [float(escaped[0]), float(escaped[-1])] if len(escaped) else None
+        seen = [nearest_run(window, flags, x) for flags in escapes(integrator, window)]
         rows.append({"order": order, "predicted": x, "seen": seen, "spacing": float(window[1] - window[0])})
     limit = first_limit(imaginary)
     finite = 0 < limit < math.inf
@@ -139,15 +139,28 @@ def predicted(step: StepMatrix) -> list[tuple[int, float]]:
     return sorted(found, key=lambda each: each[1])
 
 
-def escapes(integrator: Integrator, x: Floats) -> Any:
-    """Whether a motion from one of the amplitudes escapes within 2048 steps of 1, for each frequency of `x`."""
+def escapes(integrator: Integrator, x: Floats) -> Flags:
+    """Whether a motion from each of the amplitudes (rows) escapes within 2048 steps of 1, for each frequency of `x`."""
     form, times = cubic_form(integrator), multiples(SAMPLES, float(STEPS_A_SAMPLE))
     assert form is not None
     zero, one = np.zeros(len(x)), np.ones(len(x))
     starts = np.concatenate([np.column_stack([size * one, x**2, zero, zero]) for size in AMPLITUDES])
     states = solved(integrator, Problem(form, 4, np.zeros(0), times, 1.0), 1.0, starts).states[:, :, 0]
     left = ~(np.max(np.abs(states), axis=1) < ESCAPED)  # nan too
-    return np.any(left.reshape(len(AMPLITUDES), -1), axis=0)
+    return np.asarray(left.reshape(len(AMPLITUDES), -1))
+
+
+def nearest_run(window: Floats, flags: Flags, x: float) -> list[float] | None:
+    """The ends of the run of points with a flag that is nearest to x; None without one."""
+    if not np.any(flags):
+        return None
+    marked = np.flatnonzero(flags)
+    first = last = int(marked[np.argmin(np.abs(window[marked] - x))])
+    while first > 0 and flags[first - 1]:
+        first -= 1
+    while last < len(flags) - 1 and flags[last + 1]:
+        last += 1
+    return [float(window[first]), float(window[last])]
 
 
 def cost_of_point(integrator: Integrator) -> float:
