@@ -114,9 +114,9 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     count = next((n for n in POINTS if n * cost * max(len(predictions), 1) < seconds / 2), POINTS[-1])
     rows = []
     for order, x in predictions:
-        window = x * np.linspace(1 - WINDOW, 1 + WINDOW, count)
+        window = window_around(x, count)
         seen = [nearest_run(window, flags, x) for flags in escapes(integrator, window)]
-        rows.append({"order": order, "predicted": x, "seen": seen, "spacing": float(window[1] - window[0])})
+        rows.append({"order": order, "predicted": x, "seen": seen, "spacing": np.diff(window)[[count // 2, 0]]})
     limit = first_limit(imaginary)
     finite = 0 < limit < math.inf
     limits = [nonlinear_limit(integrator, *each, limit, cost, seconds / 8) for each in CASES] if finite else []
@@ -137,6 +137,12 @@ def predicted(step: StepMatrix) -> list[tuple[int, float]]:
             if np.all(np.abs(size[k : k + 2] - 1) < CONSERVES) and np.all(np.abs(cosine[k : k + 2]) < 1):
                 found.append((order, float(x[k] - away[k] * 0.02 / (away[k + 1] - away[k]))))
     return sorted(found, key=lambda each: each[1])
+
+
+def window_around(x: float, count: int) -> Floats:
+    """`count` points (odd) around x, denser towards it: some resonances are narrow."""
+    side = np.linspace(-1, 1, count)
+    return np.asarray(x * (1 + WINDOW * side * np.abs(side)))
 
 
 def escapes(integrator: Integrator, x: Floats) -> Flags:
