@@ -19,7 +19,7 @@ from gnomon.harness.stability.solving import processor_seconds
 from gnomon.harness.stability.step_matrix import FEWER, StepMatrix, spectral_radius, stable_intervals
 
 SCAN_STEPS = (0.02, 0.04, 0.1, 0.2)
-"""Distances of the points of a scan; a tongue narrower than that may be missed."""
+"""Distances of the points of a scan; an interval narrower than that may be missed, except tongues (`touching`)."""
 FINE_TO, COARSE_TO = 12.0, 60.0
 """The scan is fine up to the first, five times as coarse up to the second, and then at `LARGE`."""
 LARGE = (1e2, 1e3, 1e4, 1e5, 1e6)
@@ -103,7 +103,8 @@ def scan(step: StepMatrix, direction: complex, cost: float, seconds: float) -> d
     spacing = affordable(SCAN_STEPS, lambda d: cost * len(scan_grid(step, d)), seconds)
     grid = scan_grid(step, spacing)
     answers = int(np.count_nonzero(np.isfinite(spectral_radius(step.matrices(direction * grid)))))
-    stable = stable_intervals(lambda x: step.stable(direction * x), grid, step.bisections)
+    points = np.sort(np.concatenate([grid, step.touching(grid)])) if direction == 1j else grid
+    stable = stable_intervals(lambda x: step.stable(direction * x), points, step.bisections)
     width = spacing / 2**step.bisections
     return {"stable": stable, "scanned_to": grid[-1], "scan_step": spacing, "width": width, "answers": answers}
 

@@ -126,10 +126,7 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
 def predicted(step: StepMatrix) -> list[tuple[int, float]]:
     """(order q, h w) at which a step turns an undamped phase by 2 pi/q, in the sequence of h w."""
     x = np.arange(0.02, UP_TO, 0.02)
-    matrices = step.matrices(1j * x)
-    with np.errstate(all="ignore"):
-        size = np.sqrt(np.abs(np.linalg.det(matrices)))
-        cosine = np.trace(matrices, axis1=1, axis2=2) / 2 / size
+    cosine, size = step.turning(x)
     found = []
     for order in ORDERS:
         away = cosine - math.cos(2 * math.pi / order)

@@ -22,6 +22,8 @@ DEFECTIVE = 3e-8
 BISECTIONS = 20
 """Of an edge between two points of a scan; for a problem with a `prepare` for each point `FEWER`."""
 FEWER = 12
+TOUCHES, REFINEMENTS = 0.9, 5
+"""A cosine as large as this is refined five times by ten around its peak: to 1e-6 of a point of the scan."""
 GROWTH = 10.0
 """Growth of a motion over many steps that counts as stable, for methods of several steps."""
 
@@ -67,6 +69,31 @@ class StepMatrix:
     def stable(self, z: Complex) -> Flags:
         """Whether a step does not let a motion grow; False without an answer."""
         return spectral_radius(self.matrices(z)) <= 1 + self.tolerance
+
+    def turning(self, w: Floats) -> tuple[Floats, Floats]:
+        """For frequencies w: the cosine of the angle by which a step turns the phase, above 1 in size where there is none;
+        and the factor by which a step changes areas, to the power 1/2."""
+        matrices = self.matrices(1j * w)
+        with np.errstate(all="ignore"):
+            size = np.sqrt(np.abs(np.linalg.det(matrices)))
+            return np.trace(matrices, axis1=1, axis2=2) / 2 / size, size
+
+    def touching(self, w: Floats) -> Floats:
+        """Frequencies, between those of a scan, at which the angle of a step is nearest to a half or a whole turn: there a
+        symplectic method may have a narrow tongue of instability."""
+        if self.problem.plane or self.problem.alone:
+            return np.zeros(0)
+        near = np.abs(self.turning(w)[0])
+        with np.errstate(all="ignore"):
+            peaks = (near[1:-1] >= near[:-2]) & (near[1:-1] >= near[2:]) & (near[1:-1] > TOUCHES) & (near[1:-1] <= 1)
+        found = []
+        for k in np.flatnonzero(peaks) + 1:
+            points = np.linspace(w[k - 1], w[k + 1], 21)
+            for _ in range(REFINEMENTS):
+                best = int(np.clip(np.nanargmax(np.abs(self.turning(points)[0])), 1, 19))
+                middle, points = points[best], np.linspace(points[best - 1], points[best + 1], 21)
+            found.append(middle)
+        return np.array(found)
 
     def bounded(self, z: Complex, steps: int = 16) -> Flags:
         """Whether a motion does not grow over 64 times `steps` steps; False without an answer."""

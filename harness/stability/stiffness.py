@@ -83,7 +83,7 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         steps = f"h rate = {first['h_rate']:.4g} a step" if first["h_rate"] else "its step is limited"
         calls = f", {first['calls_per_rate']:.2g} calls for each unit of rate times time" if first["calls"] else ""
         return [f"not for stiff decay: {steps}{calls}"]
-    found = [f"use it for stiff decay: calls grow as rate^{power:.2f}"]
+    found = [f"use it for stiff decay: calls change as rate^{power:.2f}"]
     for row in data["rows"]:
         if row["rate"] == VERY_FAST and row["worst"] > BLIND * max(row["last"], row["tolerance"]):
             found.append(
