@@ -39,6 +39,7 @@ def stability(
     from gnomon.harness.stability import run
 
     options.validate_workers(workers)
+    run.seconds_of(depth)
     chosen = run.chosen_panels(panel)
     found = lookup.find_all(integrator)
     if to is not None:

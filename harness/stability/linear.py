@@ -45,27 +45,29 @@ def steps_reason(integrator: Integrator) -> str | None:
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    found = []
-    stable = data["imaginary"]["stable"]
-    limit = first_limit(data["imaginary"])
+    return [*_on_vibrations(data["imaginary"]), *(_on_decay(data) if data["negative_real"] is not None else [])]
+
+
+def _on_vibrations(axis: Mapping[str, Any]) -> list[str]:
+    limit, stable = first_limit(axis), axis["stable"]
     if limit == 0:
-        found.append("not for undamped vibrations over long times: they grow at any step")
-    elif math.isinf(limit):
-        found.append(f"use it for undamped vibrations at any h w (scanned to {data['imaginary']['scanned_to']:g})")
-    else:
-        found.append(f"use it for undamped vibrations up to h w = {limit:.4g}")
-    if limit and len(stable) > 1:
+        return ["Not for undamped vibrations over long times: they grow at any step."]
+    if math.isinf(limit):
+        return [f"Use it for undamped vibrations at any h w (scanned to {axis['scanned_to']:g})."]
+    found = [f"Use it for undamped vibrations up to h w = {limit:.4g}."]
+    if len(stable) > 1:
         islands = ", ".join(f"{low:.4g} to {high:.4g}" for low, high in stable[1:])
-        found.append(f"not for vibrations at h w above {limit:.4g}, except from {islands}")
-    if data["negative_real"] is not None:
-        decay = first_limit(data["negative_real"])
-        word = "A-stable" if data["a_stable"] else "not A-stable"
-        if math.isinf(decay):
-            damped = "and damps it (L-stable)" if data["l_stable"] else f"with |R(-1e6)| = {data['at_minus_1e6']:.6g}"
-            found.append(f"use it for decay at any h rate: {word}, {damped}")
-        else:
-            found.append(f"not for decay above h rate = {decay:.4g}: explicit limit, {word}")
+        found.append(f"Not for vibrations at h w above {limit:.4g}, except from {islands}.")
     return found
+
+
+def _on_decay(data: Mapping[str, Any]) -> list[str]:
+    limit = first_limit(data["negative_real"])
+    word = "A-stable" if data["a_stable"] else "not A-stable"
+    if not math.isinf(limit):
+        return [f"Not for decay above h rate = {limit:.4g}: it is {word}."]
+    damping = "L-stable" if data["l_stable"] else f"|R(-1e6)| = {data['at_minus_1e6']:.6g}"
+    return [f"Use it for decay at any h rate: {word}, {damping}."]
 
 
 def first_limit(axis: Mapping[str, Any]) -> float:
@@ -85,7 +87,7 @@ def linear(integrator: Integrator, seconds: float) -> dict[str, Any]:
     imaginary = scan(step, 1j, cost, SHARE * seconds)
     if not imaginary["answers"]:
         raise Refused(f"no step matrix on {problem.what}: no answer, or another matrix in each step")
-    multistep, seconds_a_step = (False, 0.0) if problem.alone else several_steps(step, imaginary)
+    multistep, seconds_a_step = (False, 0.0) if problem.alone else several_steps(step, first_limit(imaginary))
     if multistep:
         imaginary = long_scan(step, 1j, seconds_a_step, SHARE * seconds)
     found: dict[str, Any] = {"problem": problem.what, "multistep": multistep, "imaginary": imaginary}
@@ -122,10 +124,9 @@ def affordable(choices: tuple[float, ...], cost: Any, seconds: float) -> float:
     return next((choice for choice in choices if cost(choice) <= seconds), choices[-1])
 
 
-def several_steps(step: StepMatrix, axis: Mapping[str, Any]) -> tuple[bool, float]:
+def several_steps(step: StepMatrix, limit: float) -> tuple[bool, float]:
     """Whether the powers of the matrix of a step do not say which motions grow over 1024 steps, as in a method of several
     steps; and the processor time of a step."""
-    limit = first_limit(axis)
     points = 1j * np.linspace(0.05, 0.95, 7) * (limit if 0 < limit < math.inf else 4.0)
     observed = step.growth(points)
     seconds = processor_seconds(lambda: step.growth(points)) / (len(points) * 1024)

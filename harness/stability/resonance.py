@@ -40,6 +40,8 @@ WINDOW = 0.06
 POINTS = (121, 61, 31)
 UP_TO = 6.0
 """Largest h w at which a resonance is searched."""
+FEWEST, MOST = 40, 1691
+"""Points of the scan up to the linear limit."""
 CONSERVES = 1e-6
 """The modulus of the eigenvalues may differ from 1 by this: a method that damps has no resonance."""
 
@@ -84,18 +86,22 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         if seen:
             low, high = min(ends[0] for ends in seen), max(ends[1] for ends in seen)
             found.append(
-                f"not for nonlinear vibrations at h w from {low:.4g} to {high:.4g}: they escape"
-                f" (resonance of order {row['order']}, predicted at {row['predicted']:.4g})"
+                f"Not for nonlinear vibrations at h w from {low:.4g} to {high:.4g}: they escape"
+                f" (resonance of order {row['order']}, predicted at {row['predicted']:.4g})."
             )
     unseen = [f"{row['predicted']:.4g}" for row in data["resonances"] if not any(row["seen"])]
     if unseen:
         found.append(
-            f"use it at the predicted resonances h w = {', '.join(unseen)}: no motion escaped within 2048 steps"
+            f"Use it at the predicted resonances h w = {', '.join(unseen)}: no motion escaped within 2048 steps."
         )
+    windows = [(1 + WINDOW * sign) * row["predicted"] for row in data["resonances"] for sign in (-1, 1)]
+    for low, high in data["scan"]["escapes"] if data["scan"] is not None else []:
+        if not any(a <= high and low <= b for a, b in zip(windows[::2], windows[1::2], strict=True)):
+            found.append(f"Not for nonlinear vibrations at h w from {low:.4g} to {high:.4g}: they escape there too.")
     for row in data["limits"]:
         if row["ratio"] is not None and row["nearly_linear"]:
             found.append(
-                f"use it on {row['case']} up to h = {row['fails_at']:.3g}: {row['ratio']:.3g} times the prediction"
+                f"Use it on {row['case']} up to h = {row['fails_at']:.3g}: {row['ratio']:.3g} times the prediction."
             )
     return found
 
@@ -105,22 +111,39 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     problem = problem_for(integrator)
     assert problem is not None
     step = StepMatrix(integrator, problem)
-    imaginary = scan(step, 1j, 1e-7, seconds)
-    multistep = problem.alone or several_steps(step, imaginary)[0]
-    if multistep:
+    cost = len(AMPLITUDES) * cost_of_motion(integrator)
+    limit = first_limit(scan(step, 1j, cost / (STEPS_A_SAMPLE * SAMPLES), seconds / 8))
+    if problem.alone or several_steps(step, limit)[0]:
         raise Refused("a step of it is no matrix: it uses earlier steps")
     predictions = predicted(step)
-    cost = 2 * cost_of_point(integrator)
     count = next((n for n in POINTS if n * cost * max(len(predictions), 1) < seconds / 2), POINTS[-1])
-    rows = []
-    for order, x in predictions:
-        window = window_around(x, count)
-        seen = [nearest_run(window, flags, x) for flags in escapes(integrator, window)]
-        rows.append({"order": order, "predicted": x, "seen": seen, "spacing": np.diff(window)[[count // 2, 0]]})
-    limit = first_limit(imaginary)
-    finite = 0 < limit < math.inf
-    limits = [nonlinear_limit(integrator, *each, limit, cost, seconds / 8) for each in CASES] if finite else []
-    return {"resonances": rows, "amplitudes": AMPLITUDES, "limits": [row for row in limits if row is not None]}
+    limits = []
+    if 0 < limit < math.inf:
+        limits = [nonlinear_limit(integrator, *each, limit, cost, seconds / 8) for each in CASES]
+    return {
+        "resonances": [resonance_at(integrator, order, x, count) for order, x in predictions],
+        "amplitudes": AMPLITUDES,
+        "scan": scan_of_escapes(integrator, limit, cost, seconds / 4) if limit > 0 else None,
+        "limits": [row for row in limits if row is not None],
+    }
+
+
+def resonance_at(integrator: Integrator, order: int, x: float, count: int) -> dict[str, Any]:
+    """A prediction, and for each amplitude the escapes that are nearest to it."""
+    window = window_around(x, count)
+    seen = []
+    for flags in escapes(integrator, window):
+        found = runs(window, flags)
+        seen.append(min(found, key=lambda ends: max(ends[0] - x, x - ends[1])) if found else None)
+    return {"order": order, "predicted": x, "seen": seen, "spacing": np.diff(window)[[count // 2, 0]]}
+
+
+def scan_of_escapes(integrator: Integrator, limit: float, cost: float, seconds: float) -> dict[str, Any]:
+    """All intervals of h w up to the linear limit in which motions of any of the amplitudes escape."""
+    to = min(limit, UP_TO)
+    count = int(min(max(seconds / cost, FEWEST), MOST))
+    x = np.linspace(to / count, to, count, endpoint=False)
+    return {"to": to, "spacing": x[1] - x[0], "escapes": runs(x, np.any(escapes(integrator, x), axis=0))}
 
 
 def predicted(step: StepMatrix) -> list[tuple[int, float]]:
@@ -153,20 +176,14 @@ def escapes(integrator: Integrator, x: Floats) -> Flags:
     return np.asarray(left.reshape(len(AMPLITUDES), -1))
 
 
-def nearest_run(window: Floats, flags: Flags, x: float) -> list[float] | None:
-    """The ends of the run of points with a flag that is nearest to x; None without one."""
-    if not np.any(flags):
-        return None
-    marked = np.flatnonzero(flags)
-    first = last = int(marked[np.argmin(np.abs(window[marked] - x))])
-    while first > 0 and flags[first - 1]:
-        first -= 1
-    while last < len(flags) - 1 and flags[last + 1]:
-        last += 1
-    return [float(window[first]), float(window[last])]
+def runs(x: Floats, flags: Flags) -> list[list[float]]:
+    """The first and the last point of each run of points with a flag."""
+    edges = np.diff(np.concatenate([[False], flags, [False]]).astype(int))
+    firsts, lasts = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
+    return [[float(x[first]), float(x[last])] for first, last in zip(firsts, lasts, strict=True)]
 
 
-def cost_of_point(integrator: Integrator) -> float:
+def cost_of_motion(integrator: Integrator) -> float:
     """Processor time of one motion of 2048 steps."""
     escapes(integrator, np.array([0.5]))
     return max(processor_seconds(lambda: escapes(integrator, np.array([0.5, 0.6]))) / 4, 1e-6)

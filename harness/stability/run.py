@@ -70,6 +70,13 @@ def chosen_panels(names: Sequence[str] | None) -> dict[str, Panel]:
     return {name: known[name] for name in known if not names or name in names}
 
 
+def seconds_of(depth: str) -> float:
+    """The processor seconds of a panel at a depth. Raises ValueError for an unknown name."""
+    if depth not in DEPTHS:
+        raise ValueError(f"no depth is called {depth!r}; {nearest(depth, DEPTHS)}")
+    return DEPTHS[depth]
+
+
 def measured(
     integrators: Sequence[Integrator],
     names: Sequence[str] | None = None,
@@ -79,9 +86,8 @@ def measured(
 ) -> list[Row]:
     """The rows of all panels, or of those named, for each integrator. Raises ValueError for a wrong name or depth."""
     need_fork()
-    if depth not in DEPTHS:
-        raise ValueError(f"no depth is called {depth!r}; {nearest(depth, DEPTHS)}")
     chosen = chosen_panels(names)
+    seconds = seconds_of(depth)
     rows: list[Row] = []
 
     def add(row: Row) -> None:
@@ -100,7 +106,7 @@ def measured(
     try:
         while waiting or running:
             while waiting and len(running) < workers:
-                running.append(_started(*waiting.pop(0), DEPTHS[depth]))
+                running.append(_started(*waiting.pop(0), seconds))
             wait([job.connection for job in running], 1.0)
             for job in list(running):
                 lost = _read(job, add)

@@ -68,27 +68,31 @@ def first_order_reason(integrator: Integrator) -> str | None:
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    if "stiff_order" in data:
-        order = data["stiff_order"]
-        if not data["stable"]:
-            return [
-                f"not for stiff decay: states off by more than 1 at rate {VERY_FAST:g} and {PER_SECOND[-1]} steps a second"
-            ]
-        found = [f"use it for stiff decay: error {data['errors'][-1]:.2g} with {PER_SECOND[-1]} steps a second"]
-        if order is not None and data["declared"] is not None and order < data["declared"] - REDUCED:
-            found.append(f"not for its order {data['declared']} on stiff decay: measured {order:.2f}")
-        return found
+    return _at_fixed_steps(data) if "stiff_order" in data else _by_tolerance(data)
+
+
+def _at_fixed_steps(data: Mapping[str, Any]) -> list[str]:
+    order, declared, steps = data["stiff_order"], data["declared"], f"{PER_SECOND[-1]} steps a second"
+    if not data["stable"]:
+        return [f"Not for stiff decay: errors above 1 at rate {VERY_FAST:g} with 1 to {steps}."]
+    found = [f"Use it for stiff decay: error {data['errors'][-1]:.2g} at rate {VERY_FAST:g} with {steps}."]
+    if order is not None and declared is not None and order < declared - REDUCED:
+        found.append(f"Not for its order {declared} on stiff decay: measured {order:.2f}.")
+    return found
+
+
+def _by_tolerance(data: Mapping[str, Any]) -> list[str]:
     first, power = data["rows"][0], data["power"]
     if power is None or power > FREE:
-        steps = f"h rate = {first['h_rate']:.4g} a step" if first["h_rate"] else "its step is limited"
-        calls = f", {first['calls_per_rate']:.2g} calls for each unit of rate times time" if first["calls"] else ""
-        return [f"not for stiff decay: {steps}{calls}"]
-    found = [f"use it for stiff decay: calls change as rate^{power:.2f}"]
+        steps = f"h rate = {first['h_rate']:.4g} a step" if first["h_rate"] else "stability limits its steps"
+        calls = f", {first['calls_per_rate']:.2g} calls for a unit of rate times time" if first["calls"] else ""
+        return [f"Not for stiff decay: {steps}{calls}."]
+    found = [f"Use it for stiff decay: its calls change as rate^{power:.2f}."]
     for row in data["rows"]:
         if row["rate"] == VERY_FAST and row["worst"] > BLIND * max(row["last"], row["tolerance"]):
             found.append(
-                f"not for states between its steps on stiff decay at tolerance {row['tolerance']:g}: error"
-                f" {row['worst']:.2g} at the worst sample, {row['last']:.2g} at the last"
+                f"Not for states between its steps on stiff decay at tolerance {row['tolerance']:g}: error"
+                f" {row['worst']:.2g} at the worst sample, {row['last']:.2g} at the last."
             )
     return found
 

@@ -184,8 +184,8 @@ def test_an_interval_between_two_points_of_a_scan_is_not_found_and_edges_are_bis
 
 def test_sentences_name_the_limit_and_the_tongue() -> None:
     said = linear.sentences(measured("gnomon:Kahan-Li 8"))
-    assert said[0] == "use it for undamped vibrations up to h w = 3.096"
-    assert said[1].startswith("not for vibrations at h w above 3.096, except from 3.14 to 5.634")
+    assert said[0] == "Use it for undamped vibrations up to h w = 3.096."
+    assert said[1].startswith("Not for vibrations at h w above 3.096, except from 3.14 to 5.634")
     assert "grow at any step" in linear.sentences(measured("gnomon:Heun"))[0]
     assert "any h w" in linear.sentences(measured("gnomon:Gauss 2-stage"))[0]
 

@@ -11,7 +11,7 @@ import pytest
 from gnomon.harness.contract.integrator import Integrator, Steps
 from gnomon.harness.registry import lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
-from gnomon.harness.stability.resonance import fastest, nearest_run, resonance, window_around
+from gnomon.harness.stability.resonance import fastest, resonance, runs, window_around
 from gnomon.harness.verification.doors import from_step
 
 from gnomon import cases
@@ -82,12 +82,11 @@ def test_the_fastest_frequency_of_the_pendulum_is_that_of_its_lowest_point() -> 
     assert fastest(case, exact) == pytest.approx(math.sqrt(g / length * np.max(np.abs(lowest))), rel=1e-6)
 
 
-def test_the_run_of_points_nearest_to_a_prediction_is_found() -> None:
-    window = window_around(2.0, 9)
-    assert window[4] == 2.0
-    flags = np.array([True, True, False, False, False, True, True, False, True])
-    assert nearest_run(window, flags, 2.0) == [float(window[5]), float(window[6])]
-    assert nearest_run(window, np.zeros(9, dtype=bool), 2.0) is None
+def test_runs_of_points_are_found() -> None:
+    window = window_around(2.0, 5)
+    assert window[2] == 2.0
+    assert runs(window, np.array([True, True, False, True, True])) == [window[:2].tolist(), window[3:].tolist()]
+    assert runs(window, np.zeros(5, dtype=bool)) == []
 
 
 def verlet(f: Any, t: float, q: Any, v: Any, h: float) -> tuple[Any, Any]:

@@ -78,12 +78,12 @@ def test_the_order_of_gauss_methods_is_reduced_to_that_of_their_stages(stages: i
     """Prothero and Robinson: s for even s, s + 1 for odd s, where R(-infinity) is 1 or -1 (Hairer and Wanner, IV.15)."""
     found = measured(lookup.own()[f"gnomon:Gauss {stages}-stage"])
     assert found["stiff_order"] == pytest.approx(stages + stages % 2, abs=0.1)
-    assert any(f"not for its order {2 * stages}" in text for text in stiffness.sentences(found))
+    assert any(f"Not for its order {2 * stages}" in text for text in stiffness.sentences(found))
 
 
 def test_explicit_methods_of_fixed_steps_are_not_for_stiff_decay() -> None:
     (said,) = stiffness.sentences(measured(lookup.own()["gnomon:RK4"]))
-    assert said.startswith("not for stiff decay")
+    assert said.startswith("Not for stiff decay")
 
 
 def test_methods_without_first_order_equations_are_not_measured() -> None:
