@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from time import process_time
 from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused, Steps
 from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.panel import panel
-from gnomon.harness.stability.solving import processor_seconds
 from gnomon.harness.stability.step_matrix import FEWER, StepMatrix, spectral_radius, stable_intervals
 
 SCAN_STEPS = (0.02, 0.04, 0.1, 0.2)
@@ -33,8 +33,9 @@ SHARE = 0.3
 L_STABLE = 1e-3
 """|R(-1e6)| of a method that is L-stable is about 1e-6 or less, that of one that is only A-stable near 1."""
 MULTISTEP_TO = 4.0
-LONG = 1024
-"""Steps between the 64 samples to which an edge of a multistep method is bisected: growth from round-off takes long."""
+LONG, LONGER = 1024, 4.0
+"""Steps between the 64 samples to which an edge of a multistep method is bisected: growth from round-off takes long. It
+may take so many times the time of a scan."""
 
 
 def steps_reason(integrator: Integrator) -> str | None:
@@ -84,19 +85,18 @@ def linear(integrator: Integrator, seconds: float) -> dict[str, Any]:
     assert problem is not None
     step = StepMatrix(integrator, problem)
     cost = step.seconds_per_point(1j * np.linspace(0.3, 1.5, 4 if problem.alone else 128))
-    imaginary = scan(step, 1j, cost, SHARE * seconds)
-    if not imaginary["answers"]:
+    rays = {"imaginary": 1j, "negative_real": -1.0} if problem.plane else {"imaginary": 1j}
+    found: dict[str, Any] = {"problem": problem.what, "negative_real": None, "region": None}
+    found |= {axis: scan(step, ray, cost, SHARE * seconds) for axis, ray in rays.items()}
+    if not found["imaginary"]["answers"]:
         raise Refused(f"no step matrix on {problem.what}: no answer, or another matrix in each step")
-    multistep, seconds_a_step = (False, 0.0) if problem.alone else several_steps(step, first_limit(imaginary))
-    if multistep:
-        imaginary = long_scan(step, 1j, seconds_a_step, SHARE * seconds)
-    found: dict[str, Any] = {"problem": problem.what, "multistep": multistep, "imaginary": imaginary}
+    several = {axis: several_steps(step, ray, first_limit(found[axis])) for axis, ray in rays.items()}
+    found["multistep"] = any(contrary for contrary, _ in several.values())
+    if found["multistep"]:  # one step is that of the starting method
+        longer = {axis: long_scan(step, ray, several[axis][1], SHARE * seconds) for axis, ray in rays.items()}
+        return found | longer | {"a_stable": False, "l_stable": False, "at_minus_1e6": math.nan}
     if not problem.plane:
-        return found | {"negative_real": None, "region": None}
-    if multistep:  # one step is that of the starting method
-        found["negative_real"] = long_scan(step, -1.0, seconds_a_step, SHARE * seconds)
-        return found | {"region": None, "a_stable": False, "l_stable": False, "at_minus_1e6": math.nan}
-    found["negative_real"] = scan(step, -1.0, cost, SHARE * seconds)
+        return found
     return found | large(step, found) | {"region": region(step, cost, SHARE * seconds)}
 
 
@@ -124,12 +124,16 @@ def affordable(choices: tuple[float, ...], cost: Any, seconds: float) -> float:
     return next((choice for choice in choices if cost(choice) <= seconds), choices[-1])
 
 
-def several_steps(step: StepMatrix, limit: float) -> tuple[bool, float]:
-    """Whether the powers of the matrix of a step do not say which motions grow over 1024 steps, as in a method of several
+def several_steps(step: StepMatrix, direction: complex, limit: float) -> tuple[bool, float]:
+    """On the ray of `direction`, with the limit found there: whether the powers of the matrix of a step do not say which motions grow over 1024 steps, as in a method of several
     steps; and the processor time of a step."""
-    points = 1j * np.linspace(0.05, 0.95, 7) * (limit if 0 < limit < math.inf else 4.0)
+    if step.problem.alone:
+        return False, 0.0  # the matrices of two successive steps were the same
+    points = direction * np.linspace(0.2, 0.95, 4) * (limit if 0 < limit < math.inf else 4.0)
+    step.growth(points[:1], 1)  # compiles
+    began = process_time()
     observed = step.growth(points)
-    seconds = processor_seconds(lambda: step.growth(points)) / (len(points) * 1024)
+    seconds = (process_time() - began) / (len(points) * 1024)
     with np.errstate(all="ignore"):
         predicted = np.array([_growth_of(matrix) for matrix in step.matrices(points)])
     contrary = ((observed > 1e3) & (predicted < GROWS)) | ((observed < GROWS) & (predicted > 1e3))
@@ -159,7 +163,7 @@ def long_scan(step: StepMatrix, direction: complex, seconds_a_step: float, secon
     grid = np.arange(spacing, MULTISTEP_TO + spacing / 2, spacing)
     rough = stable_intervals(lambda x: step.bounded(direction * x), grid, 6)
     edges = sorted({edge for interval in rough for edge in interval if 0 < edge < grid[-1]})
-    long = seconds_a_step * LONG * 64 * FEWER * max(len(edges), 1) < seconds / 2
+    long = seconds_a_step * LONG * 64 * FEWER * max(len(edges), 1) < LONGER * seconds
     steps, stable = (LONG if long else 16), rough
     if edges:
         near = np.unique([[0.5 * edge, edge, 1.05 * edge] for edge in edges])

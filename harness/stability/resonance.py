@@ -37,11 +37,11 @@ ESCAPED = 10.0
 ORDERS = (3, 4)
 WINDOW = 0.06
 """Scanned on both sides of a prediction, as a part of it."""
-POINTS = (121, 61, 31)
+POINTS = (121, 61, 31, 15)
 UP_TO = 6.0
 """Largest h w at which a resonance is searched."""
 FEWEST, MOST = 40, 1691
-"""Points of the scan up to the linear limit."""
+"""Points of the scan up to the linear limit; there is none where time does not allow for the fewest."""
 CONSERVES = 1e-6
 """The modulus of the eigenvalues may differ from 1 by this: a method that damps has no resonance."""
 
@@ -113,7 +113,7 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     step = StepMatrix(integrator, problem)
     cost = len(AMPLITUDES) * cost_of_motion(integrator)
     limit = first_limit(scan(step, 1j, cost / (STEPS_A_SAMPLE * SAMPLES), seconds / 8))
-    if problem.alone or several_steps(step, limit)[0]:
+    if problem.alone or several_steps(step, 1j, limit)[0]:
         raise Refused("a step of it is no matrix: it uses earlier steps")
     predictions = predicted(step)
     count = next((n for n in POINTS if n * cost * max(len(predictions), 1) < seconds / 2), POINTS[-1])
@@ -138,10 +138,12 @@ def resonance_at(integrator: Integrator, order: int, x: float, count: int) -> di
     return {"order": order, "predicted": x, "seen": seen, "spacing": np.diff(window)[[count // 2, 0]]}
 
 
-def scan_of_escapes(integrator: Integrator, limit: float, cost: float, seconds: float) -> dict[str, Any]:
+def scan_of_escapes(integrator: Integrator, limit: float, cost: float, seconds: float) -> dict[str, Any] | None:
     """All intervals of h w up to the linear limit in which motions of any of the amplitudes escape."""
     to = min(limit, UP_TO)
-    count = int(min(max(seconds / cost, FEWEST), MOST))
+    count = int(min(seconds / cost, MOST))
+    if count < FEWEST:
+        return None
     x = np.linspace(to / count, to, count, endpoint=False)
     return {"to": to, "spacing": x[1] - x[0], "escapes": runs(x, np.any(escapes(integrator, x), axis=0))}
 
@@ -167,13 +169,17 @@ def window_around(x: float, count: int) -> Floats:
 
 def escapes(integrator: Integrator, x: Floats) -> Flags:
     """Whether a motion from each of the amplitudes (rows) escapes within 2048 steps of 1, for each frequency of `x`."""
-    form, times = cubic_form(integrator), multiples(SAMPLES, float(STEPS_A_SAMPLE))
+    left = ~(np.max(np.abs(positions(integrator, x, STEPS_A_SAMPLE)), axis=1) < ESCAPED)  # nan too
+    return np.asarray(left.reshape(len(AMPLITUDES), -1))
+
+
+def positions(integrator: Integrator, x: Floats, steps: int) -> Floats:
+    """The positions (n, 64) at samples `steps` steps apart, from each amplitude in turn with each frequency of `x`."""
+    form, times = cubic_form(integrator), multiples(SAMPLES, float(steps))
     assert form is not None
     zero, one = np.zeros(len(x)), np.ones(len(x))
     starts = np.concatenate([np.column_stack([size * one, x**2, zero, zero]) for size in AMPLITUDES])
-    states = solved(integrator, Problem(form, 4, np.zeros(0), times, 1.0), 1.0, starts).states[:, :, 0]
-    left = ~(np.max(np.abs(states), axis=1) < ESCAPED)  # nan too
-    return np.asarray(left.reshape(len(AMPLITUDES), -1))
+    return solved(integrator, Problem(form, 4, np.zeros(0), times, 1.0), 1.0, starts).states[:, :, 0]
 
 
 def runs(x: Floats, flags: Flags) -> list[list[float]]:
@@ -185,8 +191,8 @@ def runs(x: Floats, flags: Flags) -> list[list[float]]:
 
 def cost_of_motion(integrator: Integrator) -> float:
     """Processor time of one motion of 2048 steps."""
-    escapes(integrator, np.array([0.5]))
-    return max(processor_seconds(lambda: escapes(integrator, np.array([0.5, 0.6]))) / 4, 1e-6)
+    positions(integrator, np.array([0.5]), 1)  # compiles
+    return max(processor_seconds(lambda: escapes(integrator, np.array([0.5]))) / len(AMPLITUDES), 1e-6)
 
 
 def nonlinear_limit(
