@@ -34,6 +34,8 @@ STEPS_A_SAMPLE, SAMPLES = 32, 64
 AMPLITUDES = (0.05, 0.2)
 ESCAPED = 10.0
 """From x = 1 the force points outwards: a motion that grows leaves at once."""
+GROWN = 1.5
+"""Without resonance the largest size is at most 1.2 times the first, from the asymmetry of the force."""
 ORDERS = (3, 4)
 WINDOW = 0.06
 """Scanned on both sides of a prediction, as a part of it."""
@@ -82,18 +84,18 @@ def reason(integrator: Integrator) -> str | None:
 def sentences(data: Mapping[str, Any]) -> list[str]:
     found = []
     for row in data["resonances"]:
-        seen = [ends for ends in row["seen"] if ends is not None]
+        seen = [each for each in row["seen"] if each is not None]
         if seen:
-            low, high = min(ends[0] for ends in seen), max(ends[1] for ends in seen)
+            low, high = min(each["from"] for each in seen), max(each["to"] for each in seen)
+            escapes = any(each["escapes"] for each in seen)
+            what = "escape" if escapes else f"grow {max(each['factor'] for each in seen):.2g} times"
             found.append(
-                f"Not for nonlinear vibrations at h w from {low:.4g} to {high:.4g}: they escape"
+                f"Not for nonlinear vibrations at h w from {low:.4g} to {high:.4g}: they {what}"
                 f" (resonance of order {row['order']}, predicted at {row['predicted']:.4g})."
             )
     unseen = [f"{row['predicted']:.4g}" for row in data["resonances"] if not any(row["seen"])]
     if unseen:
-        found.append(
-            f"Use it at the predicted resonances h w = {', '.join(unseen)}: no motion escaped within 2048 steps."
-        )
+        found.append(f"Use it at the predicted resonances h w = {', '.join(unseen)}: no motion grew within 2048 steps.")
     windows = [(1 + WINDOW * sign) * row["predicted"] for row in data["resonances"] for sign in (-1, 1)]
     for low, high in data["scan"]["escapes"] if data["scan"] is not None else []:
         if not any(a <= high and low <= b for a, b in zip(windows[::2], windows[1::2], strict=True)):
@@ -129,12 +131,17 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 
 def resonance_at(integrator: Integrator, order: int, x: float, count: int) -> dict[str, Any]:
-    """A prediction, and for each amplitude the escapes that are nearest to it."""
+    """A prediction, and for each amplitude the interval nearest to it in which motions grow."""
     window = window_around(x, count)
-    seen = []
-    for flags in escapes(integrator, window):
-        found = runs(window, flags)
-        seen.append(min(found, key=lambda ends: max(ends[0] - x, x - ends[1])) if found else None)
+    seen: list[dict[str, Any] | None] = []
+    for factors in growth(integrator, window):
+        found = runs(window, factors > GROWN)
+        if not found:
+            seen.append(None)
+            continue
+        low, high = min(found, key=lambda ends: max(ends[0] - x, x - ends[1]))
+        factor = float(np.max(factors[(window >= low) & (window <= high)]))
+        seen.append({"from": low, "to": high, "factor": factor, "escapes": math.isinf(factor)})
     return {"order": order, "predicted": x, "seen": seen, "spacing": np.diff(window)[[count // 2, 0]]}
 
 
@@ -145,7 +152,7 @@ def scan_of_escapes(integrator: Integrator, limit: float, cost: float, seconds: 
     if count < FEWEST:
         return None
     x = np.linspace(to / count, to, count, endpoint=False)
-    return {"to": to, "spacing": x[1] - x[0], "escapes": runs(x, np.any(escapes(integrator, x), axis=0))}
+    return {"to": to, "spacing": x[1] - x[0], "escapes": runs(x, np.any(np.isinf(growth(integrator, x)), axis=0))}
 
 
 def predicted(step: StepMatrix) -> list[tuple[int, float]]:
@@ -167,10 +174,12 @@ def window_around(x: float, count: int) -> Floats:
     return np.asarray(x * (1 + WINDOW * side * np.abs(side)))
 
 
-def escapes(integrator: Integrator, x: Floats) -> Flags:
-    """Whether a motion from each of the amplitudes (rows) escapes within 2048 steps of 1, for each frequency of `x`."""
-    left = ~(np.max(np.abs(positions(integrator, x, STEPS_A_SAMPLE)), axis=1) < ESCAPED)  # nan too
-    return np.asarray(left.reshape(len(AMPLITUDES), -1))
+def growth(integrator: Integrator, x: Floats) -> Floats:
+    """The largest size over the initial one within 2048 steps of 1, from each of the amplitudes (rows), for each frequency
+    of `x`; infinity for motions that escape."""
+    sizes = np.max(np.abs(positions(integrator, x, STEPS_A_SAMPLE)), axis=1)
+    sizes[~(sizes < ESCAPED)] = np.inf  # nan too
+    return np.asarray(sizes.reshape(len(AMPLITUDES), -1) / np.array(AMPLITUDES)[:, None])
 
 
 def positions(integrator: Integrator, x: Floats, steps: int) -> Floats:
@@ -192,7 +201,7 @@ def runs(x: Floats, flags: Flags) -> list[list[float]]:
 def cost_of_motion(integrator: Integrator) -> float:
     """Processor time of one motion of 2048 steps."""
     positions(integrator, np.array([0.5]), 1)  # compiles
-    return max(processor_seconds(lambda: escapes(integrator, np.array([0.5]))) / len(AMPLITUDES), 1e-6)
+    return max(processor_seconds(lambda: growth(integrator, np.array([0.5]))) / len(AMPLITUDES), 1e-6)
 
 
 def nonlinear_limit(
