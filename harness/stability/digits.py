@@ -44,7 +44,7 @@ FEW = 2.0
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    """What follows for one who chooses, from the data of `measure`."""
+    """What follows for one who chooses, from the data of `digits`."""
     found, rows = [], data["variants"]
     done = {name: row["lost"] for name, row in rows.items() if row["complete"] and not row["failed"]}
     if done:
@@ -63,7 +63,7 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
 
 
 @panel("digits", "Digits lost on hard motions", sentences)
-def measure(integrator: Integrator, seconds: float) -> dict[str, Any]:
+def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """For each hard variant the digits lost, the calls at an error of 1e-6, and how far the sweep was measured.
 
     Raises Refused for an integrator that accepts none of the cases.

@@ -106,7 +106,7 @@ def _applies(integrator: Integrator) -> str | None:
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    """What follows for one who chooses, from the data of `measure`."""
+    """What follows for one who chooses, from the data of `events`."""
     found = []
     for name, what in (
         ("grazing_oscillator", "grazing events of an oscillator"),
@@ -141,7 +141,7 @@ def _by_setting(rows: Sequence[Mapping[str, Any]]) -> list[tuple[float, list[Map
 
 
 @panel("events", "Events", sentences, _applies)
-def measure(integrator: Integrator, seconds: float) -> dict[str, Any]:
+def events(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """For each kind of passage a row for each setting and size; for the bouncing ball a row for each setting.
 
     Raises Refused for an integrator that reports no events.

@@ -16,7 +16,16 @@ from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.stability.panel import panel
 from gnomon.harness.stability.solving import multiples, processor_seconds, solved
 from gnomon.harness.stability.subjects import Budget
-from gnomon.harness.studies.growth import Subject, fitted, named, period_of, possible, relative_drift, trajectories
+from gnomon.harness.studies.growth import (
+    DECADES,
+    Subject,
+    by_octaves,
+    named,
+    period_of,
+    possible,
+    relative_drift,
+    trajectories,
+)
 from scipy.special import stdtrit
 
 CASES: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -31,8 +40,8 @@ PERIODS, MOST_PERIODS = 64, 2**20
 STARTS, MANY_STARTS, MANY_SECONDS = 8, 24, 30.0
 """Starts, and how many where there is more processor time than `MANY_SECONDS`."""
 SAMPLES_FEWEST, SAMPLES_MOST, A_PERIOD = 256, 2048, 4
-EXACT = 14
-"""Times at which the exact motion is computed for each start, in equal ratios over the last two decades."""
+EXACT = 20
+"""Times at which the exact motion is computed for each start, in equal ratios."""
 USUAL = 1e-8
 STEPS_A_PERIOD = ((2, 64), (4, 48), (6, 32), (8, 24))
 """Order of a method up to which a period has this number of steps; 16 above."""
@@ -51,7 +60,7 @@ def _applies(integrator: Integrator) -> str | None:
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    """What follows for one who chooses, from the data of `measure`."""
+    """What follows for one who chooses, from the data of `long_time`."""
     found = []
     for row in data["runs"]:
         if "refused" in row:
@@ -83,7 +92,7 @@ def _law(row: Mapping[str, Any]) -> str:
 
 
 @panel("long_time", "Long motions and round-off", sentences, _applies)
-def measure(integrator: Integrator, seconds: float) -> dict[str, Any]:
+def long_time(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """Runs at a usual setting and, where the setting is a tolerance, at the tightest; fixed steps on the oscillator.
 
     Raises Refused for an integrator that accepts none of the cases.
@@ -162,8 +171,9 @@ def grown(times: Floats, errors: Floats) -> dict[str, Any]:
     nothing = {"size": size, "power": None, "low": None, "high": None}
     if not size <= LOST:
         return nothing | {"class": "lost"}
-    powers = fitted(times, errors)
-    powers = powers[np.isfinite(powers)]
+    centres, sizes = by_octaves(times, errors, math.ceil(DECADES / math.log10(2)))
+    usable = np.all(np.isfinite(sizes), axis=0)  # a start without any error in an octave has no power
+    powers = np.polyfit(centres, sizes[:, usable], 1)[0] if len(centres) > 1 and np.any(usable) else np.array([])
     if len(powers) < 2:
         return nothing | {"class": "no error" if size == 0 else "undecided"}
     half = stdtrit(len(powers) - 1, 0.975) * np.std(powers, ddof=1) / math.sqrt(len(powers))
@@ -185,7 +195,7 @@ def brouwer(energy: Mapping[str, Any]) -> str:
 
 def _position(case: Case, times: Floats, start: Floats, states: Floats) -> dict[str, Any]:
     """The growth of the distance from the exact motion; `lost_after`: the period at which it is above 0.3."""
-    wanted = np.geomspace(times[-1] / 100, times[-1], EXACT)
+    wanted = np.geomspace(times[0], times[-1], EXACT)
     at = np.unique(np.searchsorted(times, wanted).clip(max=len(times) - 1))
     errors = np.full((len(start), len(at)), np.nan)
     for row, one, path in zip(errors, start, states, strict=True):
@@ -199,9 +209,11 @@ def _position(case: Case, times: Floats, start: Floats, states: Floats) -> dict[
     periods = times[at] / period_of(case)
     if not len(errors):
         return {"class": "no exact motion", "lost_after": None}
-    middle = np.median(errors, axis=0)
-    lost = np.flatnonzero(~(middle <= LOST))
-    return grown(periods, errors) | {"lost_after": float(periods[lost[0]]) if len(lost) else None}
+    lost = np.flatnonzero(~(np.median(errors, axis=0) <= LOST))
+    if not len(lost):
+        return grown(periods, errors) | {"lost_after": None}
+    known = slice(0, max(1, lost[0]))  # afterwards the distance is that of any two states of the motion
+    return grown(periods[known], errors[:, known]) | {"lost_after": float(periods[lost[0]])}
 
 
 def spring(t: Any, q: Values, parameters: Values) -> Values:

@@ -70,7 +70,7 @@ TEXTS = {
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    """What follows for one who chooses, from the data of `measure`."""
+    """What follows for one who chooses, from the data of `relations`."""
     rows, found = data["relations"], []
     for result, words in (("same bits", "bit for bit"), ("round-off", "to round-off")):
         kept = [TEXTS[name] for name, row in rows.items() if row["found"] == result]
@@ -96,7 +96,7 @@ def _applies(integrator: Integrator) -> str | None:
 
 
 @panel("relations", "Units, axes, frames, reversal", sentences, _applies)
-def measure(integrator: Integrator, seconds: float) -> dict[str, Any]:
+def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """For each relation what was found: same bits, round-off, or the factor of the error to that of the plain solution."""
     (trials,) = subjects(integrator, SUBJECTS)
     setting = usual(trials)
@@ -105,7 +105,7 @@ def measure(integrator: Integrator, seconds: float) -> dict[str, Any]:
         raise Refused(f"no plain solution of {trials.case.name} at {trials.named(setting)}: {plain.why}")
     budget = Budget(seconds)
     rows: dict[str, Any] = {}
-    for name, build in relations().items():
+    for name, build in related_problems().items():
         related = build(trials, setting)
         if related is not None:
             rows[name] = compared(trials, plain, related) if budget.left > -seconds else {"found": "out of time"}
@@ -133,7 +133,8 @@ def compared(trials: Trials, plain: Answer, related: Related) -> dict[str, Any]:
         return {"found": "same bits", "difference": 0.0, "factor": 1.0}
     difference = float(np.max(trials.distance(back, plain.states)))
     error = float(np.max(trials.distance(back, trials.reference.exact)))
-    row: dict[str, Any] = {"difference": difference, "error": error, "factor": error / plain.error}
+    factor = error / plain.error if math.isfinite(error) and plain.error > 0 else None
+    row: dict[str, Any] = {"difference": difference, "error": error, "factor": factor}
     size = float(np.max(np.abs(related.start)) / np.max(np.abs(trials.start)))
     if size > 1 and related.setting == plain.setting:
         row["rounding"] = trials.conditioning() * size
@@ -158,7 +159,7 @@ def returned(trials: Trials, setting: float) -> dict[str, Any] | None:
     return {"apart": apart, "round_off": apart <= allowed, "allowed": allowed}
 
 
-def relations() -> dict[str, Callable[[Trials, float], Related | None]]:
+def related_problems() -> dict[str, Callable[[Trials, float], Related | None]]:
     """By name a function that gives the related problem, None for a case or integrator without this relation."""
     found: dict[str, Callable[[Trials, float], Related | None]] = {}
     for name, (length, time) in UNITS.items():

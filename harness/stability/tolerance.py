@@ -44,7 +44,7 @@ def _applies(integrator: Integrator) -> str | None:
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    """What follows for one who chooses, from the data of `measure`."""
+    """What follows for one who chooses, from the data of `tolerance`."""
     found = []
     for name, row in data.get("problems", {}).items():
         if row.get("slope") is None:
@@ -77,7 +77,7 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
 
 
 @panel("tolerance", "Error and tolerance", sentences, _applies)
-def measure(integrator: Integrator, seconds: float) -> dict[str, Any]:
+def tolerance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """For each problem the slope and scatter of log error over log tolerance; over default cases error / tolerance."""
     budget = Budget(seconds)
     chosen = subjects(integrator, SUBJECTS, all_of_them=True)

@@ -12,8 +12,7 @@ from gnomon.cases.core.forms import SecondOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Steps
 from gnomon.harness.registry.lookup import find_one
 from gnomon.harness.scoring.score import NUMPY
-from gnomon.harness.stability.long_time import STEP, brouwer, grown, invariant, measure, oscillator, sentences
-from gnomon.harness.stability.panel import PANELS
+from gnomon.harness.stability.long_time import STEP, brouwer, grown, invariant, long_time, oscillator
 
 SECONDS = 0.05
 Force = Callable[[Floats], Floats]
@@ -83,12 +82,12 @@ def made(step: Callable[..., Any]) -> Integrator:
 
 
 def test_verlet_keeps_energy_bounded_and_its_invariant_to_a_random_walk() -> None:
-    data = measure(made(verlet), SECONDS)
+    data = long_time.measured(made(verlet), SECONDS)
     (run,) = data["runs"]
     assert (data["case"], run["energy"]["class"]) == ("pendulum_simple", "bounded")
     assert data["oscillator"]["drift_ulp"] < 100
     assert abs(data["oscillator"]["bias_ulp_a_step"]) < 0.02
-    assert any(text.startswith("Use it for") and "bounded" in text for text in sentences(data))
+    assert any(text.startswith("Use it for") and "bounded" in text for text in long_time.sentences(data))
 
 
 @pytest.mark.parametrize(
@@ -104,7 +103,7 @@ def test_verlet_keeps_energy_bounded_and_its_invariant_to_a_random_walk() -> Non
     ids=["damped", "stale force", "rounds towards zero", "single precision", "stands still"],
 )  # fmt: skip
 def test_each_planted_drift_is_seen(step: Callable[..., Any], seen: Callable[[dict[str, Any]], bool]) -> None:
-    assert seen(measure(made(step), SECONDS))
+    assert seen(long_time.measured(made(step), SECONDS))
 
 
 def test_rk4_loses_the_energy_that_its_stability_function_says() -> None:
@@ -116,20 +115,20 @@ def test_rk4_loses_the_energy_that_its_stability_function_says() -> None:
 
 @pytest.mark.parametrize(("name", "law"), [("gnomon:RK4", ["t"]), ("gnomon:Kahan-Li 8", ["bounded"])])
 def test_in_house_laws_of_energy(name: str, law: list[str]) -> None:
-    (run,) = measure(find_one(name), 0.3)["runs"]
+    (run,) = long_time.measured(find_one(name), 0.3)["runs"]
     assert [run["energy"]["class"]] == law
     assert run["energy"]["high"] - run["energy"]["low"] < 0.3
 
 
 def test_brouwers_law_is_kept_by_ias15_and_its_phase_error_grows_with_the_power_three_halves() -> None:
     """An unbiased energy error of round-off is a random walk; the phase is its sum: t^(3/2) (Brouwer 1937)."""
-    run = measure(find_one("rebound:IAS15"), 0.5)["runs"][-1]
+    run = long_time.measured(find_one("rebound:IAS15"), 0.5)["runs"][-1]
     assert run["brouwer"].startswith("kept")
     assert run["position"]["low"] < 1.5 < run["position"]["high"]
 
 
 def test_pybullet_in_maximal_coordinates_loses_the_energy_which_is_not_called_bounded() -> None:
-    run = measure(find_one("pybullet:stepSimulation [configured, maximal coordinates]"), 0.2)["runs"][0]
+    run = long_time.measured(find_one("pybullet:stepSimulation [configured, maximal coordinates]"), 0.2)["runs"][0]
     assert run["energy"]["class"] == "lost"
 
 
@@ -182,4 +181,4 @@ def test_the_invariant_of_a_turning_ellipse_is_found_and_a_spiral_has_none() -> 
 
 
 def test_events_have_no_long_motion() -> None:
-    assert "not_applicable" in PANELS["long_time"].measured(find_one("gnomon:RK4 [events]"), 1.0)
+    assert "not_applicable" in long_time.measured(find_one("gnomon:RK4 [events]"), 1.0)

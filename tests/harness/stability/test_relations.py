@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 from gnomon.harness.contract.integrator import Integrator, Steps
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.stability import relations
-from gnomon.harness.stability.panel import PANELS
-from gnomon.harness.stability.relations import TEXTS, compared, measure, returned, sentences
+from gnomon.harness.stability.relations import TEXTS, compared, related_problems, relations, returned, usual
 from gnomon.harness.stability.subjects import trials_of
 from gnomon.harness.verification.doors import from_step
 
@@ -65,7 +63,7 @@ def made(step: Callable[..., Any]) -> Integrator:
 def found(integrator: Integrator, name: str) -> dict[str, Any]:
     trials = trials_of(integrator, "two_body")
     setting = float(trials.problem().interval * STEP)
-    related = relations.relations()[name](trials, setting)
+    related = related_problems()[name](trials, setting)
     assert related is not None
     return compared(trials, trials.whole(setting), related)
 
@@ -103,7 +101,7 @@ BITS = ("length_binary", "time_binary", "mirrored", "mirrored_axis")
 @pytest.mark.parametrize("name", ["gnomon:RK4", "gnomon:Störmer-Verlet", "rebound:leapfrog", "rebound:IAS15"])
 def test_methods_without_an_absolute_size_keep_every_bit_in_binary_units_and_mirrored(name: str) -> None:
     """Multiplication by a power of two, or by -1, commutes with each rounding."""
-    data = measure(find_one(name), 5.0)
+    data = relations.measured(find_one(name), 5.0)
     assert {relation: data["relations"][relation]["found"] for relation in BITS} == dict.fromkeys(BITS, "same bits")
     assert data["relations"]["megametres"]["found"] == "round-off"
     assert set(data["relations"]) == set(TEXTS)
@@ -112,15 +110,15 @@ def test_methods_without_an_absolute_size_keep_every_bit_in_binary_units_and_mir
 def test_absolute_numbers_in_the_step_control_show_in_other_units_and_frames() -> None:
     """SciPy's absolute tolerance is of the size of the state in metres: not of that in megametres. In a frame that moves
     the sizes of the state, and with them the allowed errors, are larger."""
-    data = measure(find_one("scipy:RK45"), 2.0)
+    data = relations.measured(find_one("scipy:RK45"), 2.0)
     assert data["relations"]["megametres"]["factor"] > 100
     assert data["relations"]["boosted"]["factor"] > 10
-    assert any(text.startswith("Not for lengths in megametres: the error is") for text in sentences(data))
+    assert any(text.startswith("Not for lengths in megametres: the error is") for text in relations.sentences(data))
 
 
 def test_errors_at_round_off_grow_with_the_numbers_far_from_the_origin() -> None:
     """IAS15 has errors of 1e-14; coordinates near 2^20 are rounded to 1e-10, whose effect grows over the span."""
-    data = measure(find_one("rebound:IAS15"), 2.0)
+    data = relations.measured(find_one("rebound:IAS15"), 2.0)
     assert data["relations"]["shifted"]["factor"] > 1e4
     assert data["relations"]["shifted"]["error"] < 100 * data["relations"]["shifted"]["rounding"]
 
@@ -131,7 +129,7 @@ def test_errors_at_round_off_grow_with_the_numbers_far_from_the_origin() -> None
 )
 def test_symmetric_methods_return_and_others_do_not(name: str, returns: bool) -> None:
     trials = trials_of(find_one(name), "two_body")
-    back = returned(trials, relations.usual(trials))
+    back = returned(trials, usual(trials))
     assert back is not None
     assert back["round_off"] is returns
 
@@ -154,7 +152,7 @@ def test_a_fault_of_verlet_shows_when_the_motion_is_reversed() -> None:
 
 
 def test_a_charge_has_the_relations_that_its_case_declares_and_events_have_none() -> None:
-    data = measure(find_one("gnomon:Boris"), 2.0)
+    data = relations.measured(find_one("gnomon:Boris"), 2.0)
     assert data["case"] == "charge_in_E_and_B"
     assert {"length_binary", "mirrored", "clock"} <= set(data["relations"])
-    assert "not_applicable" in PANELS["relations"].measured(find_one("gnomon:RK4 [events]"), 1.0)
+    assert "not_applicable" in relations.measured(find_one("gnomon:RK4 [events]"), 1.0)
