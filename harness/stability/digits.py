@@ -137,7 +137,7 @@ def lost(trials: Trials, seconds: float) -> dict[str, Any]:
             points.append((calls, float(np.max(errors))))
             best = errors if best is None or np.max(errors) < np.max(best) else best
     row = {
-        "settings": tried, "of": len(settings), "conditioning": conditioning, "lost": None,
+        "settings": tried, "of": len(settings), "complete": tried == len(settings), "conditioning": conditioning, "lost": None,
         "failed": None, "calls": calls_at(points, TARGET),
     }  # fmt: skip
     if best is None:

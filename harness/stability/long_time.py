@@ -108,7 +108,10 @@ def long_time(integrator: Integrator, seconds: float) -> dict[str, Any]:
         runs.append({"setting": setting, "named": word} | run(integrator, case, subject, seconds / parts))
     found: dict[str, Any] = {"case": name, "runs": runs}
     if isinstance(integrator.sweep, Steps) and {FirstOrder, SecondOrder} & set(integrator.accepts):
-        found["oscillator"] = oscillator(integrator, seconds / parts, starts)
+        try:
+            found["oscillator"] = oscillator(integrator, seconds / parts, starts)
+        except Refused as reason:
+            found["oscillator"] = {"refused": str(reason)}
     return found
 
 
@@ -255,8 +258,8 @@ def _solved(integrator: Integrator, form: Any, start: Floats, samples: int, subs
     """States (starts, samples, 2) with `substeps` steps of STEP a sample. Raises Refused where the method stops."""
     problem = Problem(form, 2, np.array([]), multiples(samples, STEP * substeps), 1.0)
     solution = solved(integrator, problem, STEP, start)
-    if solution.stopped is not None:
-        raise Refused(solution.stopped)
+    if solution.stopped is not None or not np.all(np.isfinite(solution.states)):
+        raise Refused(solution.stopped or "states on the oscillator are not finite")
     return solution.states
 
 
@@ -268,7 +271,7 @@ def invariant(states: Floats) -> tuple[Floats, float]:
     changes = (rows - rows.mean(axis=1, keepdims=True)).reshape(-1, 3).astype(np.float64)
     form = np.linalg.svd(changes)[2][-1]
     size = abs(float(np.mean(rows @ form)))
-    return form, float(np.sqrt(np.mean((changes @ form) ** 2))) / size
+    return form, float(np.sqrt(np.mean((changes @ form) ** 2))) / size if size > 0 else math.inf
 
 
 def _values(form: Floats, states: Floats) -> Any:

@@ -49,6 +49,29 @@ def tiers(scores: Mapping[str, Mapping[str, float]]) -> list[list[str]]:
     return found
 
 
+def rank_intervals(scores: Mapping[str, Mapping[str, float]]) -> dict[str, tuple[int, int]]:
+    """The lowest and highest rank, from 1, that each method has in 90 % of bootstrap samples of the cases."""
+    cases = sorted({case for row in scores.values() for case in row})
+    table = np.array([[row.get(case, math.nan) for case in cases] for row in scores.values()])
+    ranks = []
+    for chosen in np.random.default_rng(len(cases)).integers(len(cases), size=(DRAWS, len(cases))):
+        counts = np.sum(np.isfinite(table[:, chosen]), axis=1)
+        means = np.where(counts > 0, np.nansum(table[:, chosen], axis=1) / np.maximum(counts, 1), math.inf)
+        ranks.append(1 + np.argsort(np.argsort(means, kind="stable"), kind="stable"))
+    low, high = np.quantile(ranks, [0.05, 0.95], axis=0, method="nearest")
+    return {method: (int(a), int(b)) for method, a, b in zip(scores, low, high, strict=True)}
+
+
+def summary(panels: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """For JSON: tiers and rank intervals by lost digits and by calls, from the data of the panel `digits` by method."""
+    found = {}
+    for name, scores in (("lost_digits", by_lost_digits(panels)), ("calls", by_calls(panels))):
+        usable = {method: row for method, row in scores.items() if row}
+        if usable:
+            found[name] = {"tiers": tiers(usable), "rank_intervals": rank_intervals(usable)}
+    return found
+
+
 def by_lost_digits(panels: Mapping[str, Mapping[str, Any]], censored: float = 16.0) -> dict[str, dict[str, float]]:
     """Scores for `tiers` from the data of the panel `digits` by method: the mean of the lost digits of each case's
     variants, `censored` for failures."""

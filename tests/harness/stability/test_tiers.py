@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from gnomon.harness.stability.tiers import by_calls, by_lost_digits, separated, tiers
+from gnomon.harness.stability.tiers import by_calls, by_lost_digits, rank_intervals, separated, summary, tiers
 
 
 def scores(*values: float) -> dict[str, float]:
@@ -73,3 +73,19 @@ def test_a_case_with_many_variants_counts_once() -> None:
     rows = {f"k/{n}": row(float(n), None) for n in range(3)} | {"p/1": row(5.0, None)}
     assert by_lost_digits({"a": {"variants": rows}}) == {"a": {"k": 1.0, "p": 5.0}}
     assert math.isclose(by_lost_digits({"a": {"variants": rows}}, censored=0.5)["a"]["p"], 0.5)
+
+
+def test_rank_intervals_are_wide_where_cases_disagree_and_a_point_where_they_agree() -> None:
+    table = {"a": scores(0, 0, 0, 0), "b": scores(1, 9, 1, 9), "c": scores(9, 1, 9, 1), "d": scores(20, 20, 20, 20)}
+    assert rank_intervals(table) == {"a": (1, 1), "b": (2, 3), "c": (2, 3), "d": (4, 4)}
+
+
+def test_the_summary_has_both_scores_and_leaves_out_what_was_not_measured() -> None:
+    panels = {
+        name: {"variants": {f"c{k}/1": row(lost, 10.0**lost) for k in range(4)}}
+        for name, lost in (("a", 0.5), ("b", 2.0))
+    }
+    found = summary(panels | {"engine": {"refused": "no form"}})
+    assert found["calls"]["tiers"] == found["lost_digits"]["tiers"] == [["a"], ["b"]]
+    assert found["calls"]["rank_intervals"] == {"a": (1, 1), "b": (2, 2)}
+    assert summary({}) == {}
