@@ -162,7 +162,7 @@ def sensitivity(name: str) -> Floats:
     case = get(name).rounded()
     moments, columns = [Fraction(t) for t in case.times.tolist()], []
     for i, value in enumerate(case.initial_state):
-        step = Fraction(STEP) * max(abs(value), 1)
+        step = Fraction(STEP) * max(abs(value), Fraction(1))
         ends = []
         for sign in (1, -1):
             numbers = [x + sign * step * (k == i) for k, x in enumerate(case.initial_state)]
