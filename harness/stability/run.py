@@ -17,6 +17,7 @@ from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import lookup
+from gnomon.harness.stability import tiers
 from gnomon.harness.stability.panel import Panel, panels
 from gnomon.harness.system.child_process import guarded
 from gnomon.harness.system.limitations import need_fork
@@ -127,7 +128,14 @@ def as_json(rows: Sequence[Row], depth: str) -> str:
     """The rows as JSON, with the version of its schema, the revision of gnomon and the machine."""
     titles = {name: panel.title for name, panel in panels().items() if any(row.panel == name for row in rows)}
     whole = {"schema": SCHEMA, "depth": depth, "panel_seconds": DEPTHS[depth], "environment": environment.describe()}
-    return json.dumps(whole | {"panels": titles, "rows": [asdict(row) for row in rows]}, allow_nan=False) + "\n"
+    whole |= {"panels": titles, "tiers": tiers_of(rows), "rows": [asdict(row) for row in rows]}
+    return json.dumps(whole, allow_nan=False) + "\n"
+
+
+def tiers_of(rows: Sequence[Row]) -> dict[str, Any]:
+    """Tiers and rank intervals of the methods by digits lost and by calls; empty if fewer than two were measured."""
+    data = {row.integrator: row.data for row in rows if row.panel == "digits" and row.reason is None}
+    return tiers.summary(data) if len(data) > 1 else {}
 
 
 def _started(integrator: Integrator, pending: list[str], seconds: float) -> Job:
