@@ -22,7 +22,8 @@ from scipy.optimize import brentq
 
 SECONDS = 2.0
 COMPOSITIONS = {"Volume-preserving 4": "Suzuki 4", "RATTLE Suzuki 4": "Suzuki 4", "Volume-preserving 6": "Kahan-Li 6",
-                "RATTLE Kahan-Li 6": "Kahan-Li 6", "RATTLE": "Störmer-Verlet", "Boris": "Störmer-Verlet"}  # fmt: skip
+                "RATTLE Kahan-Li 6": "Kahan-Li 6", "RATTLE": "Störmer-Verlet", "Boris": "Störmer-Verlet",
+                "Higuera-Cary": "Störmer-Verlet"}  # fmt: skip
 """Where only the vibration of a spring acts, these methods are compositions of Störmer-Verlet."""
 SPLITTINGS = [one.name for one in lookup.own().values() if isinstance(one, Splitting)]
 RUNGE_KUTTA = {"Explicit Euler": 1, "Explicit midpoint": 2, "Heun": 2, "RK3": 3, "RK4": 4, "Exponential Runge-Kutta 4": 4,
