@@ -49,6 +49,9 @@ def stability(
         rows = run.measured(found, panel, depth, workers, lambda row: progress.advance())
     for name, each in chosen.items():
         out.print(panel_table(each.title, [row for row in rows if row.panel == name]))
+    for what, found_tiers in run.tiers_of(rows).items():
+        for place, tier in enumerate(found_tiers["tiers"], 1):
+            out.print(escape(f"tier {place} by {what.replace('_', ' ')}: {', '.join(tier)}"), highlight=False)
     if to is not None:
         to.write_text(run.as_json(rows, depth), encoding="utf-8")
     if all(row.reason is not None for row in rows):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 from time import process_time
 from typing import Any
 
@@ -23,6 +24,7 @@ SCAN_STEPS = (0.02, 0.04, 0.1, 0.2)
 FINE_TO, COARSE_TO = 12.0, 60.0
 """The scan is fine up to the first, five times as coarse up to the second, and then at `LARGE`."""
 LARGE = (1e2, 1e3, 1e4, 1e5, 1e6)
+GAP_POINTS = 41
 ENGINES_TO = 4.0
 """Where the scan ends for problems with a `prepare` for each point."""
 REGION = (-6.0, 2.0, 6.0)
@@ -56,10 +58,11 @@ def _on_vibrations(axis: Mapping[str, Any]) -> list[str]:
     if math.isinf(limit):
         return [f"Use it for undamped vibrations at any h w (scanned to {axis['scanned_to']:g})."]
     found = [f"Use it for undamped vibrations up to h w = {limit:.4g}."]
-    if len(stable) > 1:
-        islands = ", ".join(f"{low:.4g} to {high:.4g}" for low, high in stable[1:])
-        found.append(f"Not for vibrations at h w above {limit:.4g}, except from {islands}.")
-    return found
+    gaps = [f"from {a[1]:.4g} to {b[0]:.4g}" for a, b in pairwise(stable)]
+    for text, growth in zip(gaps, axis["gaps"], strict=True):
+        size = "" if growth is None else f" by up to {100 * growth:.2g} % a step"
+        found.append(f"Not for vibrations at h w {text}: they grow{size}.")
+    return found if len(stable) == 1 else [*found, f"Not for vibrations at h w above {stable[-1][1]:.4g}."]
 
 
 def _on_decay(data: Mapping[str, Any]) -> list[str]:
@@ -101,14 +104,21 @@ def linear(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 
 def scan(step: StepMatrix, direction: complex, cost: float, seconds: float) -> dict[str, Any]:
-    """The stable intervals on the ray of `direction`."""
+    """The stable intervals on the ray of `direction`; for each gap between them the largest growth in a step."""
     spacing = affordable(SCAN_STEPS, lambda d: cost * len(scan_grid(step, d)), seconds)
     grid = scan_grid(step, spacing)
     answers = int(np.count_nonzero(np.isfinite(spectral_radius(step.matrices(direction * grid)))))
     points = np.sort(np.concatenate([grid, step.touching(grid)])) if direction == 1j else grid
     stable = stable_intervals(lambda x: step.stable(direction * x), points, step.bisections)
-    width = spacing / 2**step.bisections
-    return {"stable": stable, "scanned_to": grid[-1], "scan_step": spacing, "width": width, "answers": answers}
+    gaps = [np.linspace(a[1], b[0], GAP_POINTS) for a, b in pairwise(stable)]
+    return {
+        "stable": stable,
+        "gaps": [np.nanmax(spectral_radius(step.matrices(direction * x))) - 1 for x in gaps],
+        "scanned_to": grid[-1],
+        "scan_step": spacing,
+        "width": spacing / 2**step.bisections,
+        "answers": answers,
+    }
 
 
 def scan_grid(step: StepMatrix, spacing: float) -> Floats:
@@ -170,8 +180,8 @@ def long_scan(step: StepMatrix, direction: complex, seconds_a_step: float, secon
         stable = stable_intervals(lambda x: step.bounded(direction * x, steps), near, FEWER)
     width = max(edges, default=spacing) / 2**FEWER
     return {
-        "stable": stable, "scanned_to": grid[-1], "scan_step": spacing, "width": width, "answers": len(grid),
-        "steps": 64 * steps,
+        "stable": stable, "gaps": [math.nan] * (len(stable) - 1), "scanned_to": grid[-1], "scan_step": spacing,
+        "width": width, "answers": len(grid), "steps": 64 * steps,
     }  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,8 @@ Complex = NDArray[np.complex128]
 
 SMALL = 2.0**-30
 """Amplitude where only small motions are linear: squares of it are below the unit round-off."""
+LIGHT = 2.0**60
+"""A speed of light beside which no motion is fast."""
 FAR = 2.0**20
 """Distance of a wall that is never reached."""
 
@@ -83,6 +86,17 @@ def spring_field(t: Any, place: Values, parameters: Values) -> Values:
 def spring_in_space(t: Any, state: Values, parameters: Values) -> Values:
     x, k, z, vx, vk, vz = state
     return vx, vk, vz, -(k * x), 0 * k, 0 * z
+
+
+def slow_spring_in_space(t: Any, state: Values, parameters: Values) -> Values:
+    """The same for a charge whose Lorentz factor is 1 to far below an ulp."""
+    x, k, z, ux, uk, uz = state
+    factor = sqrt(1 + (ux * ux + uk * uk + uz * uz) / (LIGHT * LIGHT))
+    return ux / factor, uk / factor, uz / factor, -(k * x), 0 * k, 0 * z
+
+
+def speed_of_light(parameters: Values) -> Values:
+    return (LIGHT,)
 
 
 def spring_force(t: Any, q: Values, parameters: Values) -> Values:
@@ -160,7 +174,7 @@ def _above_primaries(z: Complex, y: Floats) -> Floats:
     kicks, at the middle of steps, they are at distance 1 from the axis."""
     rows = []
     for w, (height, speed) in zip(z.imag, y, strict=True):
-        n = w / math.sqrt(8)
+        n = w / sqrt(8)
         radius = math.cos(math.asin(min(n / 2, 1.0)))
         one, two = [radius, 0, 0, 0, n, 0], [-radius, 0, 0, 0, -n, 0]
         rows.append([*one, *two, 0, 0, SMALL * height, 0, 0, SMALL * speed])
@@ -201,6 +215,10 @@ PROBLEMS = (
     ),
     LinearProblem(
         f"{SPRING}, in an electric field", Charged(spring_in_space, fields=spring_field), 6, _spring(1), _columns(0, 3)
+    ),
+    LinearProblem(
+        f"{SPRING}, in an electric field, by relativistic equations",
+        Charged(slow_spring_in_space, fields=spring_field, light=speed_of_light), 6, _spring(1), _columns(0, 3),
     ),
     LinearProblem(
         f"{SPRING}, in a plane",

@@ -128,9 +128,14 @@ def as_json(rows: Sequence[Row], depth: str) -> str:
     """The rows as JSON, with the version of its schema, the revision of gnomon and the machine."""
     titles = {name: panel.title for name, panel in panels().items() if any(row.panel == name for row in rows)}
     whole = {"schema": SCHEMA, "depth": depth, "panel_seconds": DEPTHS[depth], "environment": environment.describe()}
-    compared = tiers.summary({row.integrator: row.data for row in rows if row.panel == "digits"})
-    parts = {"panels": titles, "tiers": compared, "rows": [asdict(row) for row in rows]}
-    return json.dumps(whole | parts, allow_nan=False) + "\n"
+    whole |= {"panels": titles, "tiers": tiers_of(rows), "rows": [asdict(row) for row in rows]}
+    return json.dumps(whole, allow_nan=False) + "\n"
+
+
+def tiers_of(rows: Sequence[Row]) -> dict[str, Any]:
+    """Tiers and rank intervals of the methods by digits lost and by calls; empty if fewer than two were measured."""
+    data = {row.integrator: row.data for row in rows if row.panel == "digits" and row.reason is None}
+    return tiers.summary(data) if len(data) > 1 else {}
 
 
 def _started(integrator: Integrator, pending: list[str], seconds: float) -> Job:

@@ -80,3 +80,13 @@ def test_the_json_names_its_schema_the_revision_and_the_machine(quick: None) -> 
     assert found["panels"] == {"linear": "linear"}
     assert [(row["integrator"], row["panel"]) for row in found["rows"]] == [("gnomon:RK4", "linear")]
     assert found["rows"][0]["seconds"] >= 0
+
+
+def test_tiers_compare_the_methods_that_were_measured() -> None:
+    def row(method: str, lost: float) -> run.Row:
+        variants = {f"case{k}/hard": {"lost": lost, "calls": None, "complete": True} for k in range(7)}
+        return run.Row(method, "digits", 0.0, {"variants": variants}, [])
+
+    refused = run.Row("none", "digits", 0.0, {"refused": "no"}, [])
+    assert run.tiers_of([row("bad", 5.0), row("good", 1.0), refused])["lost_digits"]["tiers"] == [["good"], ["bad"]]
+    assert run.tiers_of([row("good", 1.0), refused]) == {}
