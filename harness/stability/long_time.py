@@ -44,7 +44,7 @@ EXACT = 20
 """Times at which the exact motion is computed for each start, in equal ratios."""
 USUAL = 1e-8
 STEPS_A_PERIOD = ((2, 64), (4, 48), (6, 32), (8, 24))
-"""Order of a method up to which a period has this number of steps; 16 above."""
+"""Order of a method up to which a period has this number of steps; 16 above. More where its longest step needs them."""
 LOST = 0.3
 """Errors above this say nothing of a power: the energy, or the phase, is lost."""
 STEP, STEPS, FIT = 13 / 128, 2**20, 64
@@ -78,6 +78,8 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         if position["lost_after"] is not None:
             found.append(f"Not for positions after {position['lost_after']:.3g} periods at {row['named']}: the phase is"
                          " lost.")  # fmt: skip
+        if row["stopped"]:
+            found.append(f"Not for {row['stopped']}.")
         if row["brouwer"]:
             found.append(f"Brouwer's law is {row['brouwer']} at {row['named']}.")
     linear = data.get("oscillator") or {}
@@ -129,7 +131,8 @@ def _settings(integrator: Integrator) -> list[float]:
     if isinstance(sweep, Tolerance):
         return [min(max(USUAL, sweep.tightest), sweep.loosest), sweep.tightest]
     order = integrator.order or 2
-    return [float(next((steps for most, steps in STEPS_A_PERIOD if order <= most), 16))]
+    steps = next((steps for most, steps in STEPS_A_PERIOD if order <= most), 16)
+    return [float(max(steps, math.ceil(2 * math.pi / sweep.coarsest)))]
 
 
 def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) -> dict[str, Any]:
@@ -140,10 +143,13 @@ def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) ->
         first = trajectories(subject, case, integrator)
         each = max(seconds - budget.left, 1e-6)
         factor = 2.0 ** math.floor(math.log2(max(1.0, budget.left / each)))
-        longer = longer_subject(subject, min(factor * periods, MOST_PERIODS))
-        found = trajectories(longer, case, integrator) if longer.periods > periods else first
     except (Refused, RuntimeError) as reason:
         return {"refused": str(reason)}
+    longer, stopped = longer_subject(subject, min(factor * periods, MOST_PERIODS)), None
+    try:
+        found = trajectories(longer, case, integrator) if longer.periods > periods else first
+    except (Refused, RuntimeError) as reason:  # some methods limit the number of their steps
+        found, stopped = first, f"{longer.periods:g} periods: {reason}"
     times, start, states = found
     counted = times / period_of(case)
     energy = grown(counted, relative_drift(case, start, states))
@@ -154,6 +160,7 @@ def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) ->
         "energy": energy,
         "position": _position(case, times, start, states),
         "brouwer": brouwer(energy) if tightest else None,
+        "stopped": stopped,
     }
 
 

@@ -50,6 +50,8 @@ class Related:
     start: Floats
     setting: float
     undone: Callable[[Floats], Floats] = field(default=lambda states: states)
+    larger: float = 1.0
+    """How much larger the numbers are whose rounding changes the motion."""
 
 
 TEXTS = {
@@ -135,9 +137,8 @@ def compared(trials: Trials, plain: Answer, related: Related) -> dict[str, Any]:
     error = float(np.max(trials.distance(back, trials.reference.exact)))
     factor = error / plain.error if math.isfinite(error) and plain.error > 0 else None
     row: dict[str, Any] = {"difference": difference, "error": error, "factor": factor}
-    size = float(np.max(np.abs(related.start)) / np.max(np.abs(trials.start)))
-    if size > 1 and related.setting == plain.setting:
-        row["rounding"] = trials.conditioning() * size
+    if related.larger > 1:
+        row["rounding"] = trials.conditioning() * related.larger
     row["found"] = "round-off" if difference <= plain.roundoff else "factor"
     return row
 
@@ -237,7 +238,8 @@ def _moving(trials: Trials, setting: float, offset: Floats, rate: Floats) -> Rel
         return None
     problem = _problem(trials)
     added = offset + problem.times[:, None] * rate
-    return Related(problem, trials.start + offset, setting, lambda states: states - added)
+    larger = float(np.max(np.abs(trials.start + offset)) / np.max(np.abs(trials.start)))
+    return Related(problem, trials.start + offset, setting, lambda states: states - added, larger)
 
 
 def _clock(trials: Trials, setting: float) -> Related | None:
