@@ -145,11 +145,11 @@ def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) ->
     except (Refused, RuntimeError) as reason:
         return {"refused": str(reason)}
     times, start, states = found
-    periods = times / period_of(case)
-    energy = grown(periods, relative_drift(case, start, states))
+    counted = times / period_of(case)
+    energy = grown(counted, relative_drift(case, start, states))
     tightest = subject.setting < 1 and subject.setting == getattr(integrator.sweep, "tightest", None)
     return {
-        "periods": float(periods[-1]),
+        "periods": float(counted[-1]),
         "starts": len(start),
         "energy": energy,
         "position": _position(case, times, start, states),
@@ -245,7 +245,7 @@ def oscillator(integrator: Integrator, seconds: float, starts: int) -> dict[str,
     states = _solved(integrator, form, start, samples, substeps)
     drift = _values(forms, states) / _values(forms, start[:, None]) - 1
     steps = substeps * samples
-    row = grown(np.arange(1, samples + 1) * float(substeps), np.abs(drift).astype(np.float64))
+    row = grown(multiples(samples, float(substeps)), np.abs(drift).astype(np.float64))
     bias = drift[:, -1].astype(np.float64) / steps / ULP
     return {
         "step": STEP, "steps": steps, "starts": starts, "drift_ulp": row["size"] / ULP,

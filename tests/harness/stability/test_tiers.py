@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
+from gnomon.harness.stability.run import Row, as_json
 from gnomon.harness.stability.tiers import by_calls, by_lost_digits, rank_intervals, separated, summary, tiers
 
 
@@ -89,3 +91,5 @@ def test_the_summary_has_both_scores_and_leaves_out_what_was_not_measured() -> N
     assert found["calls"]["tiers"] == found["lost_digits"]["tiers"] == [["a"], ["b"]]
     assert found["calls"]["rank_intervals"] == {"a": (1, 1), "b": (2, 2)}
     assert summary({}) == {}
+    rows = [Row(name, "digits", 1.0, data, []) for name, data in panels.items()]
+    assert json.loads(as_json(rows, "normal"))["tiers"]["calls"]["tiers"] == [["a"], ["b"]]
