@@ -69,7 +69,7 @@ CUBIC = SecondOrder(cubic_acceleration)
 
 def cubic_form(integrator: Integrator) -> SecondOrder | FirstOrder | None:
     for form in (CUBIC, first_order(CUBIC)):
-        if isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
+        if form is not None and isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
             return form
     return None
 
