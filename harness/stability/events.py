@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import acos, cos, sin, sqrt
 from typing import Any
 
@@ -27,7 +28,11 @@ LAYERS = (1e-1, 1e-3, 1e-6)
 FIRST, LAST, SPAN = 1.8, 5.6, 8.0
 """Phases between these start below all guards, and meet each once within the span."""
 FEWEST, MOST = 6, 24
-"""Phases of the start."""
+PHASES = [FIRST + (LAST - FIRST) * (7 * k % MOST + 0.5) / MOST for k in range(MOST)]
+"""Phases of the start, in a sequence of which each beginning is evenly spread."""
+SLOW = 3.0
+"""With the fewest phases at all sizes a method may take this multiple of its processor time; else every second size is
+left out."""
 NEAR = 0.1
 """An event counts as found where it is located to this, a tenth of the oscillator's time scale."""
 ZENO = "bouncing_ball"
@@ -147,15 +152,14 @@ def events(integrator: Integrator, seconds: float) -> dict[str, Any]:
     Raises Refused for an integrator that reports no events.
     """
     settings = settings_of(integrator)
-    rows = sum(len(passage.sizes) for passage in PASSAGES) * len(settings)
-    found: dict[str, Any] = {
-        passage.name: [
-            passed(integrator, passage, size, setting, seconds / rows)
-            for setting in settings
-            for size in passage.sizes
-        ]
-        for passage in PASSAGES
-    }  # fmt: skip
+    count = sum(len(passage.sizes) for passage in PASSAGES) * len(settings)
+    passed(integrator, PASSAGES[0], DEPTHS[0], settings[-1], 0.0)  # compiles
+    each = processor_seconds(partial(passed, integrator, PASSAGES[0], DEPTHS[0], settings[-1], 0.0))
+    skipped = 2 if each * count > SLOW * seconds else 1
+    found: dict[str, Any] = {}
+    for passage in PASSAGES:
+        rows = [(setting, size) for setting in settings for size in passage.sizes[::skipped]]
+        found[passage.name] = [passed(integrator, passage, size, setting, seconds / count) for setting, size in rows]
     return found | {"zeno": [_zeno(integrator, setting) for setting in settings]}
 
 
@@ -177,16 +181,15 @@ def passed(integrator: Integrator, passage: Passage, size: float, setting: float
         solver = solver_of(integrator, problem, setting)
     except Refused as refusal:
         return row | {"refused": str(refusal)}
-    phases = FIRST + (LAST - FIRST) * (np.arange(MOST) + 0.5) / MOST
+    scores: list[tuple[int, int, float]] = []
+    budget = Budget(seconds)
     try:
-        _located(solver, problem, passage.start(phases[0]))  # compiles
-        budget = Budget(seconds)
-        each = processor_seconds(lambda: _located(solver, problem, passage.start(phases[-1])))
-        phases = phases[:: MOST // budget.affords(each, FEWEST, MOST)]
-        scores = [
-            _score(_located(solver, problem, passage.start(phase)), passage.times(phase, size))
-            for phase in phases.tolist()
-        ]
+        for phase in PHASES:
+            if len(scores) >= FEWEST and budget.left <= 0:
+                break
+            scores.append(_score(_located(solver, problem, passage.start(phase)), passage.times(phase, size)))
+            if len(scores) == 1:
+                budget = Budget(seconds)  # the first solution may have compiled
     finally:
         solver.close()
     missed, extra, late = np.array(scores).T

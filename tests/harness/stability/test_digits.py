@@ -46,7 +46,7 @@ def test_the_right_method_loses_few_digits() -> None:
         ({"states": declines}, lambda row: row["failed"] == "planted: it declines"),
         ({"states": lambda found: found[:, :1].repeat(64, axis=1)}, lambda row: "smallest error" in row["failed"]),
     ],
-    ids=["bounded tolerance", "single precision", "other units", "not finite", "declines", "stands still"],
+    ids=["bounded tolerance", "single precision", "other units", "not finite", "declines", "does not move"],
 )
 def test_each_planted_loss_is_seen(change: dict[str, Any], seen: Callable[[dict[str, Any]], bool]) -> None:
     assert seen(row(planted(**change)))

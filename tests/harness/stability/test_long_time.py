@@ -73,7 +73,7 @@ def single(force: Force, q: Floats, v: Floats, h: float) -> tuple[Floats, Floats
     return q.astype(np.float32).astype(np.float64), v.astype(np.float32).astype(np.float64)
 
 
-def stands_still(force: Force, q: Floats, v: Floats, h: float) -> tuple[Floats, Floats]:
+def does_not_move(force: Force, q: Floats, v: Floats, h: float) -> tuple[Floats, Floats]:
     return q, 0.0 * v
 
 
@@ -97,10 +97,10 @@ def test_verlet_keeps_energy_bounded_and_its_invariant_to_a_random_walk() -> Non
         (stale_force, lambda data: data["runs"][0]["energy"]["class"] not in ("bounded", "sqrt t")),
         (chopped, lambda data: abs(data["oscillator"]["bias_ulp_a_step"]) > 5 * data["oscillator"]["bias_error"]),
         (single, lambda data: data["oscillator"]["drift_ulp"] is None or data["oscillator"]["drift_ulp"] > 1e6),
-        (stands_still, lambda data: data["runs"][0]["energy"]["class"] == "lost"
+        (does_not_move, lambda data: data["runs"][0]["energy"]["class"] == "lost"
          or data["runs"][0]["position"]["lost_after"] < 2),
     ],
-    ids=["damped", "stale force", "rounds towards zero", "single precision", "stands still"],
+    ids=["damped", "stale force", "rounds towards zero", "single precision", "does not move"],
 )  # fmt: skip
 def test_each_planted_drift_is_seen(step: Callable[..., Any], seen: Callable[[dict[str, Any]], bool]) -> None:
     assert seen(long_time.measured(made(step), SECONDS))
