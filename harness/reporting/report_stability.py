@@ -11,7 +11,7 @@ from gnomon.harness.reporting import sidecars
 
 def stability(*folders: Path) -> dict[str, Any] | None:
     """The panels with their rows, from the first of the folders that has `stability.json`; None if none has."""
-    found = sidecars.first("stability.json", *folders)
+    found: dict[str, Any] | None = sidecars.first("stability.json", *folders)
     if found is None:
         return None
     return found | {

@@ -25,6 +25,7 @@ FINE_TO, COARSE_TO = 12.0, 60.0
 """The scan is fine up to the first, five times as coarse up to the second, and then at `LARGE`."""
 LARGE = (1e2, 1e3, 1e4, 1e5, 1e6)
 GAP_POINTS = 41
+"""Points of a gap at which its growth is measured."""
 ENGINES_TO = 4.0
 """Where the scan ends for problems with a `prepare` for each point."""
 REGION = (-6.0, 2.0, 6.0)
@@ -34,6 +35,8 @@ SHARE = 0.3
 """Part of the time that a scan may take; there are two, and the grid."""
 L_STABLE = 1e-3
 """|R(-1e6)| of a method that is L-stable is about 1e-6 or less, that of one that is only A-stable near 1."""
+GROWS = 30.0
+"""Less is no growth of a matrix's powers: near a limit the matrix of a stable step has large elements."""
 MULTISTEP_TO = 4.0
 LONG, LONGER = 1024, 4.0
 """Steps between the 64 samples to which an edge of a multistep method is bisected: growth from round-off takes long. It
@@ -67,9 +70,11 @@ def _on_vibrations(axis: Mapping[str, Any]) -> list[str]:
 
 def _on_decay(data: Mapping[str, Any]) -> list[str]:
     limit = first_limit(data["negative_real"])
-    word = "A-stable" if data["a_stable"] else "not A-stable"
     if not math.isinf(limit):
-        return [f"Not for decay above h rate = {limit:.4g}: it is {word}."]
+        return [f"Not for decay above h rate = {limit:.4g}."]
+    if data["multistep"]:
+        return [f"Use it for decay up to h rate = {data['negative_real']['scanned_to']:g} at least."]
+    word = "A-stable" if data["a_stable"] else "not A-stable"
     damping = "L-stable" if data["l_stable"] else f"|R(-1e6)| = {data['at_minus_1e6']:.6g}"
     return [f"Use it for decay at any h rate: {word}, {damping}."]
 
@@ -97,7 +102,7 @@ def linear(integrator: Integrator, seconds: float) -> dict[str, Any]:
     found["multistep"] = any(contrary for contrary, _ in several.values())
     if found["multistep"]:  # one step is that of the starting method
         longer = {axis: long_scan(step, ray, several[axis][1], SHARE * seconds) for axis, ray in rays.items()}
-        return found | longer | {"a_stable": False, "l_stable": False, "at_minus_1e6": math.nan}
+        return found | longer | {"a_stable": None, "l_stable": None, "at_minus_1e6": None}
     if not problem.plane:
         return found
     return found | large(step, found) | {"region": region(step, cost, SHARE * seconds)}
@@ -135,8 +140,8 @@ def affordable(choices: tuple[float, ...], cost: Any, seconds: float) -> float:
 
 
 def several_steps(step: StepMatrix, direction: complex, limit: float) -> tuple[bool, float]:
-    """On the ray of `direction`, with the limit found there: whether the powers of the matrix of a step do not say which motions grow over 1024 steps, as in a method of several
-    steps; and the processor time of a step."""
+    """Whether the powers of the matrix of a step do not say which motions grow over 1024 steps, as in a method of several
+    steps, on the ray of `direction` with this limit; and the processor time of a step."""
     if step.problem.alone:
         return False, 0.0  # the matrices of two successive steps were the same
     points = direction * np.linspace(0.2, 0.95, 4) * (limit if 0 < limit < math.inf else 4.0)
@@ -148,10 +153,6 @@ def several_steps(step: StepMatrix, direction: complex, limit: float) -> tuple[b
         predicted = np.array([_growth_of(matrix) for matrix in step.matrices(points)])
     contrary = ((observed > 1e3) & (predicted < GROWS)) | ((observed < GROWS) & (predicted > 1e3))
     return bool(np.any(contrary)), seconds
-
-
-GROWS = 30.0
-"""Less is no growth: near a limit the matrix of a stable step has large elements."""
 
 
 def _growth_of(matrix: Floats) -> float:

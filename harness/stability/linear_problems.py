@@ -30,7 +30,7 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator
 from numpy.typing import NDArray
 
-Complex = NDArray[np.complex128]
+Complex = NDArray[np.complexfloating[Any, Any]]
 
 SMALL = 2.0**-30
 """Amplitude where only small motions are linear: squares of it are below the unit round-off."""
@@ -61,7 +61,8 @@ class LinearProblem:
 def problem_for(integrator: Integrator) -> LinearProblem | None:
     """The exactly linear problem of a form that the integrator takes, None where it takes none."""
     for problem in PROBLEMS:
-        if isinstance(problem.form, integrator.accepts) and integrator.unsupported(problem.form) is None:
+        accepted = isinstance(problem.form, integrator.accepts)
+        if accepted and integrator.unsupported(problem.form) is None:
             return problem
     return None
 

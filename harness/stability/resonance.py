@@ -69,7 +69,7 @@ CUBIC = SecondOrder(cubic_acceleration)
 
 def cubic_form(integrator: Integrator) -> SecondOrder | FirstOrder | None:
     for form in (CUBIC, first_order(CUBIC)):
-        if isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
+        if form is not None and isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
             return form
     return None
 
@@ -96,10 +96,15 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
     unseen = [f"{row['predicted']:.4g}" for row in data["resonances"] if not any(row["seen"])]
     if unseen:
         found.append(f"Use it at the predicted resonances h w = {', '.join(unseen)}: no motion grew within 2048 steps.")
-    windows = [(1 + WINDOW * sign) * row["predicted"] for row in data["resonances"] for sign in (-1, 1)]
-    for low, high in data["scan"]["escapes"] if data["scan"] is not None else []:
-        if not any(a <= high and low <= b for a, b in zip(windows[::2], windows[1::2], strict=True)):
-            found.append(f"Not for nonlinear vibrations at h w from {low:.4g} to {high:.4g}: they escape there too.")
+    elsewhere = [
+        f"{low:.4g} to {high:.4g}"
+        for low, high in (data["scan"] or {"escapes": []})["escapes"]
+        if not any(
+            abs(x - row["predicted"]) < WINDOW * row["predicted"] for row in data["resonances"] for x in (low, high)
+        )
+    ]
+    if elsewhere:
+        found.append(f"Not for nonlinear vibrations at h w from {', '.join(elsewhere)}: they escape there too.")
     for row in data["limits"]:
         if row["ratio"] is not None and row["nearly_linear"]:
             found.append(

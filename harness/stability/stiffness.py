@@ -145,8 +145,9 @@ def fixed_steps(integrator: Integrator) -> dict[str, Any]:
         errors.append(float(np.max(np.abs(states - np.cos(problem.times)))))
     points = [(math.log(n), math.log(e)) for n, e in zip(PER_SECOND, errors, strict=True) if ROUND_OFF < e < 1]
     stable = all(error < 1 for error in errors)
-    order = -float(np.polyfit(*zip(*points, strict=True), 1)[0]) if stable and len(points) > 2 else None
-    declared = integrator.order
+    order, declared = None, integrator.order
+    if stable and len(points) > 2:
+        order = -float(np.polyfit([x for x, _ in points], [y for _, y in points], 1)[0])
     return {"stable": stable, "stiff_order": order, "declared": declared, "errors": errors, "per_second": PER_SECOND}
 
 

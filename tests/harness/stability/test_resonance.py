@@ -166,3 +166,17 @@ def test_a_method_in_python_is_measured() -> None:
     found = measured(planted_methods.verlet(), 2.0)
     assert seen_near(row_at(found, 3, math.sqrt(3)))
     assert found["limits"]
+
+
+def test_sentences_tell_resonances_from_other_escapes() -> None:
+    seen = {"from": 1.69, "to": 1.76, "factor": None, "escapes": True}
+    row = {"order": 3, "predicted": 1.732, "seen": [seen, None], "spacing": [1e-4, 1e-2]}
+    scan = {"to": 2.0, "spacing": 1e-3, "escapes": [[1.69, 1.84], [1.9, 1.91], [1.98, 1.98]]}
+    assert resonance.sentences({"resonances": [row], "scan": scan, "limits": []}) == [
+        "Not for nonlinear vibrations at h w from 1.69 to 1.76: they escape"
+        " (resonance of order 3, predicted at 1.732).",
+        "Not for nonlinear vibrations at h w from 1.9 to 1.91, 1.98 to 1.98: they escape there too.",
+    ]
+    unseen = row | {"seen": [None, None]}
+    (said,) = resonance.sentences({"resonances": [unseen], "scan": None, "limits": []})
+    assert said.startswith("Use it at the predicted resonances h w = 1.732")

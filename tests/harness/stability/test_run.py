@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
 from typing import Any
 
 import planted_methods
@@ -12,7 +11,7 @@ import pytest
 from gnomon.harness.contract.integrator import Steps
 from gnomon.harness.registry import lookup
 from gnomon.harness.stability import run
-from gnomon.harness.stability.panel import PANELS, Panel, panels
+from gnomon.harness.stability.panel import Panel, panels
 from gnomon.harness.verification.doors import from_step
 
 
@@ -26,20 +25,17 @@ def hangs(f: Any, t: float, y: Any, h: float) -> Any:
 
 
 @pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Two panels that take one step each, in place of all."""
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two panels in place of all, which measure what the panel of stiffness does."""
 
-    def stepped(integrator: Any, seconds: float) -> dict[str, Any]:
-        panel = panels()["stiffness"]
-        return panel.measure(integrator, seconds)
+    def measure(integrator: Any, seconds: float) -> dict[str, Any]:
+        return panels()["stiffness"].measure(integrator, seconds)
 
-    monkeypatch.setattr(run, "panels", lambda: {name: quick_panels[name] for name in ("linear", "resonance")})
-    quick_panels = {
-        name: Panel(name, name, lambda integrator: None, stepped, lambda data: ["use it"])
+    found = {
+        name: Panel(name, name, lambda integrator: None, measure, lambda data: ["use it"])
         for name in ("linear", "resonance")
     }
-    yield
-    assert PANELS
+    monkeypatch.setattr(run, "panels", lambda: found)
 
 
 def test_a_crash_is_a_row_and_the_next_panel_is_measured(quick: None) -> None:

@@ -13,8 +13,7 @@ from gnomon.harness.contract.integrator import Integrator, Tolerance
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.registry import lookup
-from gnomon.harness.stability import stiffness as panel
-from gnomon.harness.stability.stiffness import stiffness
+from gnomon.harness.stability.stiffness import FREE, LOOSE, RATE, VERY_FAST, row, stiffness
 from gnomon.harness.verification.doors import from_solve, from_step
 
 PAIRS = ("Bogacki-Shampine 3(2)", "Dormand-Prince 5(4)", "Tsitouras 5(4)", "Verner 6(5)", "DOP853")
@@ -58,8 +57,8 @@ def test_the_limits_of_two_pairs_are_those_in_the_books() -> None:
 @pytest.mark.parametrize("identity", ["gnomon:Radau IIA 5", "scipy:Radau", "scipy:LSODA"])
 def test_stiff_solvers_do_not_pay_for_the_rate(identity: str) -> None:
     found = measured(lookup.own()[identity])
-    assert found["power"] < panel.FREE
-    assert found["rows"][-1]["rate"] == panel.VERY_FAST
+    assert found["power"] < FREE
+    assert found["rows"][-1]["rate"] == VERY_FAST
 
 
 def test_the_interpolant_of_scipys_radau_is_wrong_between_long_steps() -> None:
@@ -139,7 +138,7 @@ def made(solve: Callable[..., Any], name: str) -> Integrator:
 
 def test_an_implicit_method_of_a_user_is_for_stiff_decay() -> None:
     found = measured(made(euler_with_control(newton), "implicit Euler"))
-    assert found["power"] < panel.FREE
+    assert found["power"] < FREE
     assert found["rows"][0]["worst"] < 0.05
 
 
@@ -160,14 +159,14 @@ def undamped(f: Any, t: float, y: Any, h: float) -> Any:
 def test_faults_of_an_implicit_method_show_at_one_rate() -> None:
     """In its errors at samples (a constant interpolant), or in its steps (a stage at the wrong time, a wrong slope)."""
 
-    def row(solve: Callable[..., Any]) -> dict[str, Any]:
-        return panel.row(made(solve, "implicit Euler"), panel.RATE / 10, panel.LOOSE)
+    def found(solve: Callable[..., Any]) -> dict[str, Any]:
+        return row(made(solve, "implicit Euler"), RATE / 10, LOOSE)
 
-    good = row(euler_with_control(newton))
+    good = found(euler_with_control(newton))
     assert good["worst"] < 0.05
-    assert row(euler_with_control(newton, "constant"))["worst"] > 3 * good["worst"]
-    assert row(euler_with_control(late))["calls"] > 2 * good["calls"]
-    assert row(euler_with_control(undamped))["calls"] > 2 * good["calls"]
+    assert found(euler_with_control(newton, "constant"))["worst"] > 3 * good["worst"]
+    assert found(euler_with_control(late))["calls"] > 2 * good["calls"]
+    assert found(euler_with_control(undamped))["calls"] > 2 * good["calls"]
 
 
 def test_fixed_iterations_in_place_of_a_solved_stage_show() -> None:
