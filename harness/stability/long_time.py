@@ -145,7 +145,8 @@ def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) ->
         factor = 2.0 ** math.floor(math.log2(max(1.0, budget.left / each)))
     except (Refused, RuntimeError) as reason:
         return {"refused": str(reason)}
-    longer, stopped = longer_subject(subject, min(factor * periods, MOST_PERIODS)), None
+    longer = longer_subject(subject, min(factor * periods, MOST_PERIODS))
+    stopped: str | None = None
     try:
         found = trajectories(longer, case, integrator) if longer.periods > periods else first
     except (Refused, RuntimeError) as reason:  # some methods limit the number of their steps
