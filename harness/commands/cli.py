@@ -21,6 +21,7 @@ from gnomon.harness.commands.options import out, problems
 from gnomon.harness.commands.report import report
 from gnomon.harness.commands.run import run
 from gnomon.harness.commands.show import show
+from gnomon.harness.commands.stability import stability
 from gnomon.harness.commands.verify import verify
 from gnomon.harness.results.visible import visible
 from rich.markup import escape
@@ -50,7 +51,7 @@ def gnomon(
 
 
 app.command("list")(list_)
-for command in (show, exact, run, merge, ensemble, report, compare, verify, certify, export, doctor):
+for command in (show, exact, run, merge, ensemble, report, compare, verify, stability, certify, export, doctor):
     app.command()(command)
 app.add_typer(baseline, name="baseline")
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import report_benchmarks, report_card, report_checks, style, tables
+from gnomon.harness.reporting import report_benchmarks, report_card, report_checks, report_stability, style, tables
 from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
@@ -70,6 +70,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "benchmarks": report_benchmarks.benchmarks(*folders),
         "orders": orders,
         "growth": growth,
+        "stability": report_stability.stability(*folders),
     }
 
 

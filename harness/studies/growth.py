@@ -20,7 +20,7 @@ from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.declared import declared
-from gnomon.harness.contract.integrator import Floats, Problem
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, solver_of
 from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.measured_rows import publish
@@ -60,6 +60,7 @@ class Subject:
     starts: int = 24
     parts: int = 1
     together: int = 24
+    samples: int = SAMPLES
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -114,38 +115,53 @@ def possible(low: float, high: float) -> list[str]:
 
 
 def energy_errors(subject: Subject) -> tuple[Floats, Floats]:
-    """Times in periods (SAMPLES,) and |energy / initial energy - 1| (starts, SAMPLES), in extended precision.
+    """Times in periods (SAMPLES,) and |energy / initial energy - 1| (starts, SAMPLES), in extended precision."""
+    case = get(subject.case, **subject.parameters).rounded()
+    times, start, states = trajectories(subject, case, lookup.own()[subject.integrator])
+    return times / period_of(case), relative_drift(case, start, states)
+
+
+def relative_drift(case: Case, start: Floats, states: Floats) -> Floats:
+    """|energy / initial energy - 1|, shape (starts, times), of states (starts, times, dim)."""
+    energy = next(name for name in case.invariants if "energy" in name)
+    parameters = np.array([float(x) for x in case.parameter_values()])
+    value = in_extended_precision(case.invariants[energy].function, parameters)
+    return np.asarray(np.abs(value(states) / value(start)[:, None] - 1), dtype=np.float64)
+
+
+def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[Floats, Floats, Floats]:
+    """Times (samples,), starts (starts, dim) and the states that the integrator reaches (starts, samples, dim).
 
     Start number k is the case's initial state times 1 - k/64. Raises RuntimeError if an integration ends early.
     """
-    case = get(subject.case, **subject.parameters).rounded()
-    integrator = lookup.own()[subject.integrator]
     form = accepted_form(case, integrator.accepts)
     assert form is not None
-    energy = next(name for name in case.invariants if "energy" in name)
-    count = SAMPLES // subject.parts
-    period = period_of(case)
-    interval = twenty_bits(STRETCH * period * subject.periods / SAMPLES)
+    count = subject.samples // subject.parts
+    interval = twenty_bits(STRETCH * period_of(case) * subject.periods / subject.samples)
     parameters = np.array([float(x) for x in case.parameter_values()])
-    whole = np.arange(1, SAMPLES + 1, dtype=np.float64)
-    times, groups = whole[:count] * interval, groups_of(case)
-    problem = Problem(form, len(case.state), parameters, times, float(case.time_scale), groups=groups)
+    whole = np.arange(1, subject.samples + 1, dtype=np.float64) * interval
+    problem = Problem(form, len(case.state), parameters, whole[:count], float(case.time_scale), groups=groups_of(case))
     setting = subject.setting
     if setting > 1:
-        setting = interval / round(setting * subject.periods / SAMPLES)
-    solve = integrator.prepare(problem, setting)
-    state = initial_state(case) * (1 - np.arange(subject.starts)[:, None] / 64)
-    value = in_extended_precision(case.invariants[energy].function, parameters)
-    start, found = value(state), []
-    for _ in range(subject.parts):
-        solutions = [solve(state[k : k + subject.together].copy()) for k in range(0, len(state), subject.together)]
-        stopped = [solution.stopped for solution in solutions if solution.stopped is not None]
-        if stopped:
-            raise RuntimeError(f"{subject.integrator} stopped: {stopped[0]}")
-        states = np.concatenate([solution.states for solution in solutions])
-        found.append(np.abs(value(states) / start[:, None] - 1))
-        state = states[:, -1]
-    return whole * (interval / period), np.asarray(np.concatenate(found, axis=1), dtype=np.float64)
+        setting = interval / max(1, round(setting * subject.periods / subject.samples))
+    solver = solver_of(integrator, problem, setting)
+    start = initial_state(case) * (1 - np.arange(subject.starts)[:, None] / 64)
+    state, found = start, []
+    try:
+        for _ in range(subject.parts):
+            solutions = []
+            for k in range(0, len(state), subject.together):
+                if solver.reset is not None:
+                    solver.reset()
+                solutions.append(solver(state[k : k + subject.together].copy()))
+            stopped = [solution.stopped for solution in solutions if solution.stopped is not None]
+            if stopped:
+                raise RuntimeError(f"{integrator.id} stopped: {stopped[0]}")
+            found.append(np.concatenate([solution.states for solution in solutions]))
+            state = found[-1][:, -1]
+    finally:
+        solver.close()
+    return whole, start, np.concatenate(found, axis=1)
 
 
 def period_of(case: Case) -> float:

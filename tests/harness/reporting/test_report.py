@@ -52,6 +52,13 @@ MEASURED = {
     "integrator": "RK4", "case": "pendulum_simple", "span": 3.0, "digits": 16, "at_fixed_steps": False, "points": 6,
     "order": 3.9487, "declared": 4, "keeps": ["symplectic", "momentum"],
 }  # fmt: skip
+STABILITY = {
+    "schema": 1, "depth": "normal", "environment": {"revision": "abc123"}, "panels": {"linear": "Linear stability"},
+    "rows": [
+        {"integrator": "gnomon:RK4", "panel": "linear", "data": {}, "sentences": ["Use it up to h w < 2.828."]},
+        {"integrator": "heyoka:Taylor", "panel": "linear", "data": {"refused": "not here"}, "sentences": []},
+    ],
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +68,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [PAIR]}))
     (folder / "growth.json").write_text(json.dumps({"environment": {}, "rows": [LAW]}))
     (folder / "orders.json").write_text(json.dumps({"environment": {}, "rows": [MEASURED]}))
+    (folder / "stability.json").write_text(json.dumps(STABILITY))
     return write_report(synthetic.write(folder / "results.sqlite"), folder, figures=True)
 
 
@@ -110,6 +118,15 @@ def test_page_answers_the_five_questions_and_shows_every_series(written: Path) -
         assert words in tables
     for forbidden in ("nan<", ">nan", "None<", "inf<"):
         assert forbidden not in text + tables
+
+
+def test_panels_of_stability_have_links_and_say_what_follows(written: Path) -> None:
+    text = written.read_text(encoding="utf-8")
+    start = text.index('<details class="fold" id="panel-linear">')
+    assert text.index('<section id="trust">') < start < text.index('<section id="breaks">')
+    panel = text[start : text.index("</details>", start)]
+    for words in ("Linear stability", "1 integrator<", "Use it up to h w &lt; 2.828.", "refused: not here (1)"):
+        assert words in panel
 
 
 def _carried(page: Path) -> Any:

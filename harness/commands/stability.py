@@ -1,0 +1,70 @@
+"""`gnomon stability`: limits, resonances and robustness of integrators, measured through their public contract."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from gnomon.harness.commands import options
+from gnomon.harness.commands.options import out, problems
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from gnomon.harness.stability.run import Row
+
+NOTHING = 2
+"""The exit code if nothing was measured."""
+
+
+def stability(
+    integrator: Annotated[
+        list[str] | None,
+        typer.Option(help="An id, a name, a library, a pattern or package.module:Class; repeatable. By default all."),
+    ] = None,
+    panel: Annotated[list[str] | None, typer.Option(help="A panel by its id; repeatable. By default all.")] = None,
+    depth: Annotated[
+        str, typer.Option(help="normal (about 2 s a panel and method) or high (the full grids).")
+    ] = "normal",
+    to: Annotated[Path | None, typer.Option("--out", help="Write the result as JSON.", parser=options.as_path)] = None,
+    workers: Annotated[int, typer.Option(help="Integrators at a time, each in a process.")] = 2,
+) -> None:
+    """Measure the numerical stability of integrators. Exit code 2 if nothing was measured."""
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.registry import lookup
+    from gnomon.harness.running.progress import Progress
+    from gnomon.harness.stability import run
+
+    options.validate_workers(workers)
+    run.seconds_of(depth)
+    chosen = run.chosen_panels(panel)
+    found = lookup.find_all(integrator)
+    if to is not None:
+        options.ensure_writable(to, "--out")
+    with Progress() as progress:
+        progress.begin("panels", len(chosen) * len(found))
+        rows = run.measured(found, panel, depth, workers, lambda row: progress.advance())
+    for name, each in chosen.items():
+        out.print(panel_table(each.title, [row for row in rows if row.panel == name]))
+    for what, found_tiers in run.tiers_of(rows).items():
+        for place, tier in enumerate(found_tiers["tiers"], 1):
+            out.print(escape(f"tier {place} by {what.replace('_', ' ')}: {', '.join(tier)}"), highlight=False)
+    if to is not None:
+        to.write_text(run.as_json(rows, depth), encoding="utf-8")
+    if all(row.reason is not None for row in rows):
+        problems.print("nothing was measured: no panel applies, or every integrator refused")
+        raise typer.Exit(NOTHING)
+
+
+def panel_table(title: str, rows: Iterable[Row]) -> Table:
+    """An integrator a row, with the sentences that follow from its numbers, or why nothing was measured."""
+    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("integrator", no_wrap=True)
+    table.add_column("what follows from the numbers")
+    for row in rows:
+        text = "\n".join(row.sentences) if row.reason is None else row.reason
+        table.add_row(escape(row.integrator), escape(text))
+    return table

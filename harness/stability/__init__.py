@@ -1,0 +1,1 @@
+"""Numerical stability: limits, resonances, round-off and robustness of every integrator, measured."""

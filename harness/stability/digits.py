@@ -1,0 +1,180 @@
+"""Digits that a method loses on hard variants beyond those that the problem loses, and the horizon of chaotic motions.
+
+The conditioning of a case is the effect of rounding its numbers. The digits lost by a method are log10 of its smallest
+error over the conditioning, 0 at least.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Floats, Integrator, Refused
+from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.stability.panel import panel
+from gnomon.harness.stability.subjects import Budget, trials_of
+from gnomon.harness.verification.trials import Trials
+
+CASES = (
+    "kepler_orbit",
+    "pendulum_simple",
+    "euler_top",
+    "spherical_pendulum",
+    "spring_pendulum",
+    "two_body",
+    "lagrange_top",
+)
+LONG = ("orbits", "long", "speed", "engines", "revolutions", "precessions", "flips", "drifting")
+"""Words in the names of variants that are long, or measured for other reasons."""
+CHAOTIC = (("double_pendulum", "upright"), ("bouncing_ball_table", "chaotic"))
+FEWEST = 2
+MANY_SECONDS = 10.0
+"""Processor seconds from which chaotic motions are solved too: their reference solutions are expensive."""
+TARGET = 1e-6
+"""Relative error at which calls of the right-hand side are compared."""
+INACCURATE = 0.1
+"""An error above this, and above 10 times the conditioning, is a failure."""
+FEW = 2.0
+"""Lost digits up to which a sentence recommends a method."""
+
+
+def sentences(data: Mapping[str, Any]) -> list[str]:
+    """What follows for one who chooses, from the data of `digits`."""
+    found, rows = [], data["variants"]
+    done = {name: row["lost"] for name, row in rows.items() if row["complete"] and not row["failed"]}
+    if done:
+        worst = max(done, key=lambda name: done[name])
+        how = "Use it" if data["median"] is not None and data["median"] <= FEW else "Not where each digit counts"
+        median = "more than it has" if data["median"] is None else f"{data['median']:.1f} digits"
+        found.append(f"{how} on hard motions: it loses {median} in the median of {data['complete']}, beyond those that the"
+                     f" problem loses, {done[worst]:.1f} on {worst}.")  # fmt: skip
+    for name, row in rows.items():
+        if row["failed"] and row["complete"]:
+            found.append(f"Not for {name}: {row['failed']}.")
+        elif row.get("horizon") is not None and row["horizon"] < row["horizon_of_problem"]:
+            found.append(f"Not for {name} after {row['horizon']:.2f} of its span: its error is then above {INACCURATE:g};"
+                         f" that of rounding the start, after {row['horizon_of_problem']:.2f}.")  # fmt: skip
+    return found
+
+
+@panel("digits", "Digits lost on hard motions", sentences)
+def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
+    """For each hard variant the digits lost, the calls at an error of 1e-6, and how far the sweep was measured.
+
+    Raises Refused for an integrator that accepts none of the cases.
+    """
+    budget, known = Budget(seconds), hard_variants(integrator, seconds >= MANY_SECONDS)
+    if not known:
+        raise Refused(f"it accepts none of {', '.join(CASES)}")
+    rows: dict[str, Any] = {}
+    for place, (name, variant) in enumerate(known):
+        left = max(1, (len(known) if seconds >= MANY_SECONDS else FEWEST) - place)
+        if budget.left <= 0 and place >= FEWEST:
+            break
+        reading = time.process_time()
+        trials = trials_of(integrator, name, variant)
+        budget.extend(time.process_time() - reading)  # the reference solution is kept: its time is not the method's
+        share = max(budget.left, 0.1 * seconds) / left
+        if trials.settings:  # none of them is affordable over a span that is long for fixed steps
+            rows[f"{name}/{variant}"] = lost(trials, share) | {"stresses": _stresses(name, variant)}
+    values = [math.inf if row["failed"] else row["lost"] for row in rows.values() if row["complete"]]
+    median = float(np.median(values)) if values else math.inf
+    return {
+        "variants": rows,
+        "of": len(known),
+        "median": median if math.isfinite(median) else None,
+        "complete": len(values),
+        "target": TARGET,
+    }
+
+
+def hard_variants(integrator: Integrator, chaotic: bool) -> list[tuple[str, str]]:
+    """(case, variant) of those that the integrator accepts: first one of each case, then the second ones, and so on."""
+    chosen = []
+    for name in CASES:
+        variants = [variant.name for variant in get(name).variants]
+        chosen.append([(name, each) for each in variants if not any(word in each for word in LONG)])
+    rounds = itertools.chain(*itertools.zip_longest(*chosen), CHAOTIC if chaotic else ())
+    return [pair for pair in rounds if pair is not None and _accepts(integrator, *pair)]
+
+
+def _accepts(integrator: Integrator, name: str, variant: str) -> bool:
+    form = accepted_form(get(name, variant).rounded(), integrator.accepts)
+    return form is not None and integrator.unsupported(form) is None
+
+
+def _stresses(name: str, variant: str) -> str:
+    return next(each.stresses for each in get(name).variants if each.name == variant)
+
+
+def lost(trials: Trials, seconds: float) -> dict[str, Any]:
+    """The digits lost at the setting with the smallest error, from cheap settings to expensive ones while time is left.
+
+    `settings` of `of` were solved; of a sweep that is not `complete`, `lost` is an upper bound. `failed`: why no setting is
+    accurate; `lost` is then None, which counts as infinite in a complete sweep.
+    """
+    conditioning, settings = trials.conditioning(), trials.settings
+    points: list[tuple[int | None, float]] = []
+    tried, best, refusal, budget = 0, None, "", Budget(seconds)
+    for setting in settings:
+        if budget.left <= 0 and tried:
+            break
+        began, tried = time.process_time(), tried + 1
+        try:
+            errors, calls = solved(trials, setting)
+        except Refused as reason:
+            refusal = str(reason)
+            continue
+        except Exception as raised:  # the user's code may raise anything, and the next setting is solved all the same
+            refusal = f"{type(raised).__name__}: {raised}"
+            continue
+        if tried == 1:
+            budget.extend(time.process_time() - began)  # it compiled: that is not the time of a solution
+        if np.all(np.isfinite(errors)):
+            points.append((calls, float(np.max(errors))))
+            best = errors if best is None or np.max(errors) < np.max(best) else best
+    row: dict[str, Any] = {
+        "settings": tried,
+        "of": len(settings),
+        "complete": tried == len(settings),
+        "conditioning": conditioning,
+    }
+    row |= {"lost": None, "failed": None, "calls": calls_at(points, TARGET)}
+    if best is None:
+        return row | {"failed": refusal or "no setting has finite states"}
+    error = float(np.max(best))
+    row |= {"error": error, "horizon": horizon(best), "horizon_of_problem": horizon(trials.reference.conditioning)}
+    if error > max(INACCURATE, 10 * conditioning):
+        return row | {"failed": f"its smallest error is {error:.2g}"}
+    return row | {"lost": max(0.0, math.log10(error / conditioning))}
+
+
+def solved(trials: Trials, setting: float) -> tuple[Floats, int | None]:
+    """The errors at the samples, and the calls of the right-hand side, None where the integrator does not count them."""
+    counted = trials.integrator.counts_rhs
+    problem = trials.problem(counted=counted)
+    ((solution, calls),) = trials.solved(problem, setting, [trials.start])
+    errors = trials.scorer.metric.distance(solution.states[0], trials.reference.exact, trials.reference.times)
+    return errors, calls if counted else None
+
+
+def calls_at(points: list[tuple[int | None, float]], target: float) -> float | None:
+    """Calls at an error, between neighbouring settings by a power law; None where it is not reached or not counted."""
+    for (before, coarse), (after, fine) in itertools.pairwise([(None, math.inf), *points]):
+        if fine <= target and after:
+            if not before or not coarse > target or math.isinf(coarse) or fine == 0:
+                return float(after)
+            part = math.log(coarse / target) / math.log(coarse / fine)
+            return float(before * (after / before) ** part)
+    return None
+
+
+def horizon(errors: Floats) -> float:
+    """The share of the span before an error first exceeds 0.1; 1 where it never does."""
+    above = np.flatnonzero(~(errors <= INACCURATE))
+    return 1.0 if not len(above) else float(above[0] / len(errors))

@@ -1,0 +1,85 @@
+"""Panels of numerical stability: what each measures of an integrator, and the sentences that follow from its numbers."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import pkgutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gnomon.harness.contract.integrator import Integrator, Refused
+
+IDS = ("linear", "stiffness", "resonance", "tolerance", "relations", "events", "long_time", "digits")
+"""The panels, in the order in which they are measured and shown. The module of the same name in this folder registers
+each."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """`measure` may raise what the integrator raises; `measured` never does.
+
+    `applies` gives the reason why a panel is not measured for an integrator, None where it is. `measure(integrator,
+    seconds)` spends about `seconds` of processor time and returns data for JSON: numbers, strings, lists and
+    dictionaries of them. `sentences` of such data: "use it for ..." and "not for ...", each with its number.
+    """
+
+    id: str
+    title: str
+    applies: Callable[[Integrator], str | None]
+    measure: Callable[[Integrator, float], dict[str, Any]]
+    sentences: Callable[[Mapping[str, Any]], list[str]]
+
+    def measured(self, integrator: Integrator, seconds: float) -> dict[str, Any]:
+        """The data of `measure`, nan and infinity as None. {"not_applicable": reason} where the panel does not apply,
+        {"refused": reason} where the integrator refuses or raises."""
+        why = self.applies(integrator)
+        if why is not None:
+            return {"not_applicable": why}
+        try:
+            found: dict[str, Any] = for_json(self.measure(integrator, seconds))
+        except Refused as refusal:
+            return {"refused": str(refusal) or "declined without a reason"}
+        except Exception as raised:  # the user's code may raise anything, and the next panel is measured all the same
+            return {"refused": f"{type(raised).__name__}: {raised}"}
+        return found
+
+
+PANELS: dict[str, Panel] = {}
+
+
+def panel(
+    name: str,
+    title: str,
+    sentences: Callable[[Mapping[str, Any]], list[str]],
+    applies: Callable[[Integrator], str | None] = lambda integrator: None,
+) -> Callable[[Callable[[Integrator, float], dict[str, Any]]], Panel]:
+    """A decorator: the function measures the panel of this name, which is registered in `PANELS`."""
+
+    def registered(measure: Callable[[Integrator, float], dict[str, Any]]) -> Panel:
+        PANELS[name] = Panel(name, title, applies, measure, sentences)
+        return PANELS[name]
+
+    return registered
+
+
+def panels() -> dict[str, Panel]:
+    """All panels by id, in the order of `IDS`; imports the modules that register them."""
+    present = {module.name for module in pkgutil.iter_modules([str(Path(__file__).parent)])}
+    for name in IDS:
+        if name in present:
+            importlib.import_module(f"gnomon.harness.stability.{name}")
+    return {name: PANELS[name] for name in IDS if name in PANELS}
+
+
+def for_json(value: Any) -> Any:
+    """Plain numbers, lists and dictionaries: numpy values converted, nan and infinities as None."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): for_json(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [for_json(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,253 @@
+"""Relations between two solutions, which need no exact motion: other units, axes, frames, bodies, clock, reversal.
+
+The motion that follows by a relation is solved, the relation undone, and the result compared with the plain solution.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.clock import from_start
+from gnomon.cases.core.forms import FirstOrder, Hybrid
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, permuted
+from gnomon.cases.core.turning import Turning
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps
+from gnomon.harness.stability.panel import panel
+from gnomon.harness.stability.subjects import Budget, subjects
+from gnomon.harness.verification.relation_claims import KEEPS
+from gnomon.harness.verification.trials import Answer, Trials
+
+SUBJECTS = ("two_body", "kepler_orbit", "pendulum_simple")
+TOLERANCE, STEPS_IN_INTERVAL = 1e-8, 64
+BINARY = 2.0**10
+UNITS = {
+    "length_binary": (BINARY, 1.0), "time_binary": (1.0, BINARY),
+    "megametres": (1e-6, 1.0), "milliseconds": (1.0, 1e3),
+}  # fmt: skip
+"""Units in a metre and in a second."""
+SHIFT, BOOST = 2.0**20, 64.0
+"""In units of length and of velocity of the case: the start stays exact."""
+WORSE = 2.0
+"""A factor of the error from which a sentence names a relation."""
+TWO_BODY = Turning((("x1", "y1"), ("x2", "y2"), ("vx1", "vy1"), ("vx2", "vy2")))
+_PLANE = [("x1", "y1"), ("x2", "y2"), ("vx1", "vy1"), ("vx2", "vy2")]
+QUARTER = Relation(dict.fromkeys([x for x, _ in _PLANE], -1.0), {a: b for x, y in _PLANE for a, b in ((x, y), (y, x))})
+"""x' = -y, y' = x."""
+SWAPPED_AXES = Relation(sources=dict(QUARTER.sources))
+MIRRORED_AXIS = Relation(dict.fromkeys([y for _, y in _PLANE], -1.0))
+
+
+@dataclass(frozen=True)
+class Related:
+    """A problem and start that follow by a relation, its setting, and how states at the samples are brought back."""
+
+    problem: Problem
+    start: Floats
+    setting: float
+    undone: Callable[[Floats], Floats] = field(default=lambda states: states)
+    larger: float = 1.0
+    """How much larger the numbers are whose rounding changes the motion."""
+
+
+TEXTS = {
+    "length_binary": "lengths in units of 1/1024 m",
+    "time_binary": "times in units of 1/1024 s",
+    "megametres": "lengths in megametres",
+    "milliseconds": "times in milliseconds",
+    "mirrored": "mirrored axes",
+    "mirrored_axis": "one mirrored axis",
+    "quarter_turn": "axes turned by a quarter",
+    "swapped_axes": "exchanged axes",
+    "permuted": "exchanged bodies or axes",
+    "turned": "axes turned by 1 rad",
+    "shifted": "an origin 2^20 lengths away",
+    "boosted": "a frame that moves at 64 units of velocity",
+    "clock": "a clock that starts later",
+}
+
+
+def sentences(data: Mapping[str, Any]) -> list[str]:
+    """What follows for one who chooses, from the data of `relations`."""
+    rows, found = data["relations"], []
+    for result, words in (("same bits", "bit for bit"), ("round-off", "to round-off")):
+        kept = [TEXTS[name] for name, row in rows.items() if row["found"] == result]
+        if kept:
+            found.append(f"Use it where results must not depend on {', '.join(kept)}: equal {words}.")
+    for name, row in rows.items():
+        if row["found"] == "refused":
+            found.append(f"Not for {TEXTS[name]}: {row['why']}.")
+        elif row["found"] == "factor" and (row["factor"] is None or row["factor"] > WORSE):
+            times = "not finite" if row["factor"] is None else f"{row['factor']:.3g} times as large"
+            cause = f" (rounding of these numbers causes {row['rounding']:.1g})" if row.get("rounding") else ""
+            found.append(f"Not for {TEXTS[name]}: the error is {times}{cause}.")
+    back = data.get("returned") or {}
+    if back.get("apart") is not None:
+        how = "Use it" if back["round_off"] else "Not"
+        found.append(f"{how} for motions that must reverse: it returns to the start within {back['apart']:.2g}.")
+    return found
+
+
+def _applies(integrator: Integrator) -> str | None:
+    hybrid = all(issubclass(kind, Hybrid) for kind in integrator.accepts)
+    return "it takes equations with events only, whose times depend on units" if hybrid else None
+
+
+@panel("relations", "Units, axes, frames, reversal", sentences, _applies)
+def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
+    """For each relation what was found: same bits, round-off, or the factor of the error to that of the plain solution."""
+    (trials,) = subjects(integrator, SUBJECTS)
+    setting = usual(trials)
+    plain = trials.whole(setting)
+    if plain.states is None or not math.isfinite(plain.error):
+        raise Refused(f"no plain solution of {trials.case.name} at {trials.named(setting)}: {plain.why}")
+    budget = Budget(seconds)
+    rows: dict[str, Any] = {}
+    for name, build in related_problems().items():
+        related = build(trials, setting)
+        if related is not None:
+            rows[name] = compared(trials, plain, related) if budget.left > -seconds else {"found": "out of time"}
+    found = {"case": trials.case.name, "setting": setting, "error": plain.error, "round_off": plain.roundoff}
+    return found | {"relations": rows, "returned": returned(trials, setting)}
+
+
+def usual(trials: Trials) -> float:
+    """Tolerance 1e-8 or a 64th of the sampling interval, or the nearest to it within the sweep."""
+    sweep = trials.integrator.sweep
+    if isinstance(sweep, Steps):
+        return float(trials.problem().interval / STEPS_IN_INTERVAL)
+    return max(sweep.tightest, min(sweep.loosest, TOLERANCE))
+
+
+def compared(trials: Trials, plain: Answer, related: Related) -> dict[str, Any]:
+    """The related solution beside the plain one: the largest difference, the error, and what these are."""
+    assert plain.states is not None
+    try:
+        (states,) = trials.solutions(related.problem, related.setting, [related.start])
+    except Refused as refusal:
+        return {"found": "refused", "why": str(refusal) or "declined without a reason"}
+    back = related.undone(states)
+    if np.array_equal(back, plain.states):
+        return {"found": "same bits", "difference": 0.0, "factor": 1.0}
+    difference = float(np.max(trials.distance(back, plain.states)))
+    error = float(np.max(trials.distance(back, trials.reference.exact)))
+    factor = error / plain.error if math.isfinite(error) and plain.error > 0 else None
+    row: dict[str, Any] = {"difference": difference, "error": error, "factor": factor}
+    if related.larger > 1:
+        row["rounding"] = trials.conditioning() * related.larger
+    row["found"] = "round-off" if difference <= plain.roundoff else "factor"
+    return row
+
+
+def returned(trials: Trials, setting: float) -> dict[str, Any] | None:
+    """How far from the start a motion ends that goes there, is reversed, and goes the same way back."""
+    problem, case = _problem(trials), trials.case
+    if case.hybrid is not None or isinstance(trials.form, SceneForm):
+        return None
+    there = trials.solutions(problem, setting, [trials.start])[0][-1]
+    turned, home = case.reversed(tuple(there.tolist())), case.reversed(tuple(trials.start.tolist()))
+    if turned is None or home is None or not np.all(np.isfinite(there)):
+        return None
+    state, parameters = turned
+    numbers = np.array([float(parameters[parameter.name]) for parameter in case.parameter_list])
+    back = trials.solutions(replace(problem, parameters=numbers), setting, [np.array(state, dtype=np.float64)])[0][-1]
+    apart = float(trials.distance(back[None], np.array([home[0]], dtype=np.float64))[0])
+    allowed = 2 * trials.whole(setting).roundoff  # the way back undoes the growth of what was rounded on the way there
+    return {"apart": apart, "round_off": apart <= allowed, "allowed": allowed}
+
+
+def related_problems() -> dict[str, Callable[[Trials, float], Related | None]]:
+    """By name a function that gives the related problem, None for a case or integrator without this relation."""
+    found: dict[str, Callable[[Trials, float], Related | None]] = {}
+    for name, (length, time) in UNITS.items():
+        found[name] = lambda trials, setting, units=(length, time): _in_units(trials, setting, *units)  # type: ignore[misc]
+    found["mirrored"] = lambda trials, setting: _related(trials, setting, mirrored(trials.case))
+    for name, relation in (
+        ("mirrored_axis", MIRRORED_AXIS),
+        ("quarter_turn", QUARTER),
+        ("swapped_axes", SWAPPED_AXES),
+    ):
+        found[name] = lambda trials, setting, own=relation: (  # type: ignore[misc]
+            _related(trials, setting, own) if trials.case.name == "two_body" else None
+        )
+    found["permuted"] = lambda trials, setting: _related(trials, setting, permuted(trials.case))
+    return found | {"turned": _turned, "shifted": _shifted, "boosted": _boosted, "clock": _clock}
+
+
+def _problem(trials: Trials) -> Problem:
+    return trials.problem(counted=trials.integrator.counts_rhs)
+
+
+def _related(trials: Trials, setting: float, relation: Relation | None) -> Related | None:
+    if relation is None or isinstance(trials.form, SceneForm) or trials.case.hybrid is not None:
+        return None
+    coordinates = [coordinate.name for coordinate in trials.case.state]
+    problem = _problem(trials)
+    related = replace(
+        problem,
+        parameters=relation.applied([p.name for p in trials.case.parameter_list], problem.parameters),
+        times=problem.times * relation.time,
+        time_scale=problem.time_scale * relation.time,
+    )
+    setting = setting * relation.time if trials.steps else setting
+    return Related(
+        related,
+        relation.applied(coordinates, trials.start),
+        setting,
+        lambda states: relation.undone(coordinates, states),
+    )
+
+
+def _in_units(trials: Trials, setting: float, length: float, time: float) -> Related | None:
+    """None for a case whose equations hold in one system of units only."""
+    case, relation = trials.case, in_units(trials.case, length, time)
+    form = next((form for form in case.all_forms() if isinstance(form, FirstOrder)), None)
+    if relation is None or form is None or set(relation.factors.values()) == {1.0}:
+        return None
+    moments = list(zip(trials.reference.times.tolist(), trials.reference.exact, strict=True))
+    holds = defect(case, form.equations, relation, moments, trials.problem().parameters) <= KEEPS
+    return _related(trials, setting, relation) if holds else None
+
+
+def _turned(trials: Trials, setting: float) -> Related | None:
+    turning = TWO_BODY if trials.case.name == "two_body" else trials.case.turning
+    if turning is None or trials.case.hybrid is not None or isinstance(trials.form, SceneForm):
+        return None
+    rotation = turning.rotation(1)
+    if len(rotation) == 2:
+        rotation = np.array([[math.cos(1.0), -math.sin(1.0)], [math.sin(1.0), math.cos(1.0)]])
+    start = turning.turned(trials.case, trials.start, rotation)
+    return Related(_problem(trials), start, setting, lambda states: turning.turned(trials.case, states, rotation.T))
+
+
+def _shifted(trials: Trials, setting: float) -> Related | None:
+    return _moving(trials, setting, np.array([SHIFT] * 4 + [0.0] * 4), np.zeros(8))
+
+
+def _boosted(trials: Trials, setting: float) -> Related | None:
+    return _moving(trials, setting, np.array([0.0] * 4 + [BOOST] * 4), np.array([BOOST] * 4 + [0.0] * 4))
+
+
+def _moving(trials: Trials, setting: float, offset: Floats, rate: Floats) -> Related | None:
+    """Two bodies whose states have `offset` + `rate` t added."""
+    if trials.case.name != "two_body" or isinstance(trials.form, SceneForm):
+        return None
+    problem = _problem(trials)
+    added = offset + problem.times[:, None] * rate
+    larger = float(np.max(np.abs(trials.start + offset)) / np.max(np.abs(trials.start)))
+    return Related(problem, trials.start + offset, setting, lambda states: states - added, larger)
+
+
+def _clock(trials: Trials, setting: float) -> Related | None:
+    """The same motion by a clock that starts at a power of two, where its times can be shifted exactly."""
+    problem = _problem(trials)
+    late = 2.0 ** math.ceil(math.log2(float(problem.times[-1])))
+    times = problem.times + late
+    if trials.case.hybrid is not None or not np.array_equal(times - late, problem.times):
+        return None
+    shifted = replace(problem, form=from_start(problem.form, -late), times=times, t0=late)
+    return Related(shifted, trials.start, setting)

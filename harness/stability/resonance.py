@@ -1,0 +1,256 @@
+"""The panel of step resonances and of the nonlinear limit, for methods of fixed steps.
+
+Resonances: on q'' = -w^2 (x - x^2) a step turns the phase by an angle that the matrix of the linear problem gives. Where
+it is 2 pi/3 or 2 pi/4, the nonlinear terms of successive steps add up, and a small motion may grow until it escapes
+(Skeel and Srinivas, SIAM Journal on Scientific Computing 22, 2000). Methods without a linear limit have resonances too.
+
+Nonlinear limit: the linear limit over the largest modulus of an eigenvalue of the Jacobian along the exact motion predicts
+the step at which a motion fails. It holds where the fast motion is a nearly linear vibration, elsewhere the ratio is shown.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from gnomon.cases import Case
+from gnomon.cases.core.arithmetic import rebind
+from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values, first_order
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
+from gnomon.harness.contract.problem import accepted_form, initial_state, problem_of
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.scoring.score import NUMPY
+from gnomon.harness.stability.linear import first_limit, scan, several_steps, steps_reason
+from gnomon.harness.stability.linear_problems import problem_for
+from gnomon.harness.stability.panel import panel
+from gnomon.harness.stability.solving import multiples, processor_seconds, solved
+from gnomon.harness.stability.step_matrix import Flags, StepMatrix
+
+STEPS_A_SAMPLE, SAMPLES = 32, 64
+AMPLITUDES = (0.05, 0.2)
+ESCAPED = 10.0
+"""From x = 1 the force points outwards: a motion that grows leaves at once."""
+GROWN = 1.5
+"""Without resonance the largest size is at most 1.2 times the first, from the asymmetry of the force."""
+ORDERS = (3, 4)
+WINDOW = 0.06
+"""Scanned on both sides of a prediction, as a part of it."""
+POINTS = (121, 61, 31, 15)
+UP_TO = 6.0
+"""Largest h w at which a resonance is searched."""
+FEWEST, MOST = 40, 1691
+"""Points of the scan up to the linear limit; there is none where time does not allow for the fewest."""
+CONSERVES = 1e-6
+"""The modulus of the eigenvalues may differ from 1 by this: a method that damps has no resonance."""
+
+CASES = (("small_vibrations_3dof_chain", True), ("pendulum_simple", False), ("spring_pendulum", False),
+         ("kepler_orbit", False))  # fmt: skip
+"""Cases of the nonlinear limit; whether their fast motion is a nearly linear vibration."""
+RATIOS = (0.25, 2.0)
+RATIO_STEP = 1.02
+FAILED = 10.0
+"""Sizes of a coordinate from the start at which a motion has failed."""
+NEAR = 0.1
+"""The prediction is claimed within this part."""
+
+
+def cubic_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    """x'' = -k (x - x^2), k constant."""
+    x, k = q
+    return -(k * (x - x * x)), 0 * k
+
+
+CUBIC = SecondOrder(cubic_acceleration)
+
+
+def cubic_form(integrator: Integrator) -> SecondOrder | FirstOrder | None:
+    for form in (CUBIC, first_order(CUBIC)):
+        if form is not None and isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
+            return form
+    return None
+
+
+def reason(integrator: Integrator) -> str | None:
+    why = steps_reason(integrator)
+    if why is None and cubic_form(integrator) is None:
+        return "it takes neither q'' = a(q) nor y' = f(y)"
+    return why
+
+
+def sentences(data: Mapping[str, Any]) -> list[str]:
+    found = []
+    for row in data["resonances"]:
+        seen = [each for each in row["seen"] if each is not None]
+        if seen:
+            low, high = min(each["from"] for each in seen), max(each["to"] for each in seen)
+            escapes = any(each["escapes"] for each in seen)
+            what = "escape" if escapes else f"grow {max(each['factor'] for each in seen):.2g} times"
+            found.append(
+                f"Not for nonlinear vibrations at h w from {low:.4g} to {high:.4g}: they {what}"
+                f" (resonance of order {row['order']}, predicted at {row['predicted']:.4g})."
+            )
+    unseen = [f"{row['predicted']:.4g}" for row in data["resonances"] if not any(row["seen"])]
+    if unseen:
+        found.append(f"Use it at the predicted resonances h w = {', '.join(unseen)}: no motion grew within 2048 steps.")
+    elsewhere = [
+        f"{low:.4g} to {high:.4g}"
+        for low, high in (data["scan"] or {"escapes": []})["escapes"]
+        if not any(
+            abs(x - row["predicted"]) < WINDOW * row["predicted"] for row in data["resonances"] for x in (low, high)
+        )
+    ]
+    if elsewhere:
+        found.append(f"Not for nonlinear vibrations at h w from {', '.join(elsewhere)}: they escape there too.")
+    for row in data["limits"]:
+        if row["ratio"] is not None and row["nearly_linear"]:
+            found.append(
+                f"Use it on {row['case']} up to h = {row['fails_at']:.3g}: {row['ratio']:.3g} times the prediction."
+            )
+    return found
+
+
+@panel("resonance", "Step resonances and nonlinear limit", sentences, reason)
+def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
+    problem = problem_for(integrator)
+    assert problem is not None
+    step = StepMatrix(integrator, problem)
+    cost = len(AMPLITUDES) * cost_of_motion(integrator)
+    limit = first_limit(scan(step, 1j, cost / (STEPS_A_SAMPLE * SAMPLES), seconds / 8))
+    if problem.alone or several_steps(step, 1j, limit)[0]:
+        raise Refused("a step of it is no matrix: it uses earlier steps")
+    predictions = predicted(step)
+    count = next((n for n in POINTS if n * cost * max(len(predictions), 1) < seconds / 2), POINTS[-1])
+    limits = []
+    if 0 < limit < math.inf:
+        limits = [nonlinear_limit(integrator, *each, limit, cost, seconds / 8) for each in CASES]
+    return {
+        "resonances": [resonance_at(integrator, order, x, count) for order, x in predictions],
+        "amplitudes": AMPLITUDES,
+        "scan": scan_of_escapes(integrator, limit, cost, seconds / 4) if limit > 0 else None,
+        "limits": [row for row in limits if row is not None],
+    }
+
+
+def resonance_at(integrator: Integrator, order: int, x: float, count: int) -> dict[str, Any]:
+    """A prediction, and for each amplitude the interval nearest to it in which motions grow."""
+    window = window_around(x, count)
+    seen: list[dict[str, Any] | None] = []
+    for factors in growth(integrator, window):
+        found = runs(window, factors > GROWN)
+        if not found:
+            seen.append(None)
+            continue
+        low, high = min(found, key=lambda ends: max(ends[0] - x, x - ends[1]))
+        factor = float(np.max(factors[(window >= low) & (window <= high)]))
+        seen.append({"from": low, "to": high, "factor": factor, "escapes": math.isinf(factor)})
+    return {"order": order, "predicted": x, "seen": seen, "spacing": np.diff(window)[[count // 2, 0]]}
+
+
+def scan_of_escapes(integrator: Integrator, limit: float, cost: float, seconds: float) -> dict[str, Any] | None:
+    """All intervals of h w up to the linear limit in which motions of any of the amplitudes escape."""
+    to = min(limit, UP_TO)
+    count = int(min(seconds / cost, MOST))
+    if count < FEWEST:
+        return None
+    x = np.linspace(to / count, to, count, endpoint=False)
+    return {"to": to, "spacing": x[1] - x[0], "escapes": runs(x, np.any(np.isinf(growth(integrator, x)), axis=0))}
+
+
+def predicted(step: StepMatrix) -> list[tuple[int, float]]:
+    """(order q, h w) at which a step turns an undamped phase by 2 pi/q, in the sequence of h w."""
+    x = np.arange(0.02, UP_TO, 0.02)
+    cosine, size = step.turning(x)
+    found = []
+    for order in ORDERS:
+        away = cosine - math.cos(2 * math.pi / order)
+        for k in np.flatnonzero(away[1:] * away[:-1] < 0):
+            if np.all(np.abs(size[k : k + 2] - 1) < CONSERVES) and np.all(np.abs(cosine[k : k + 2]) < 1):
+                found.append((order, float(x[k] - away[k] * 0.02 / (away[k + 1] - away[k]))))
+    return sorted(found, key=lambda each: each[1])
+
+
+def window_around(x: float, count: int) -> Floats:
+    """`count` points (odd) around x, denser towards it: some resonances are narrow."""
+    side = np.linspace(-1, 1, count)
+    return np.asarray(x * (1 + WINDOW * side * np.abs(side)))
+
+
+def growth(integrator: Integrator, x: Floats) -> Floats:
+    """The largest size over the initial one within 2048 steps of 1, from each of the amplitudes (rows), for each frequency
+    of `x`; infinity for motions that escape."""
+    sizes = np.max(np.abs(positions(integrator, x, STEPS_A_SAMPLE)), axis=1)
+    sizes[~(sizes < ESCAPED)] = np.inf  # nan too
+    return np.asarray(sizes.reshape(len(AMPLITUDES), -1) / np.array(AMPLITUDES)[:, None])
+
+
+def positions(integrator: Integrator, x: Floats, steps: int) -> Floats:
+    """The positions (n, 64) at samples `steps` steps apart, from each amplitude in turn with each frequency of `x`."""
+    form, times = cubic_form(integrator), multiples(SAMPLES, float(steps))
+    assert form is not None
+    zero, one = np.zeros(len(x)), np.ones(len(x))
+    starts = np.concatenate([np.column_stack([size * one, x**2, zero, zero]) for size in AMPLITUDES])
+    return solved(integrator, Problem(form, 4, np.zeros(0), times, 1.0), 1.0, starts).states[:, :, 0]
+
+
+def runs(x: Floats, flags: Flags) -> list[list[float]]:
+    """The first and the last point of each run of points with a flag."""
+    edges = np.diff(np.concatenate([[False], flags, [False]]).astype(int))
+    firsts, lasts = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
+    return [[float(x[first]), float(x[last])] for first, last in zip(firsts, lasts, strict=True)]
+
+
+def cost_of_motion(integrator: Integrator) -> float:
+    """Processor time of one motion of 2048 steps."""
+    positions(integrator, np.array([0.5]), 1)  # compiles
+    return max(processor_seconds(lambda: growth(integrator, np.array([0.5]))) / len(AMPLITUDES), 1e-6)
+
+
+def nonlinear_limit(
+    integrator: Integrator, name: str, nearly_linear: bool, limit: float, cost: float, seconds: float
+) -> dict[str, Any] | None:
+    """The first step, from a quarter of the predicted one, with which a case fails within 2048 steps; None where the
+    integrator takes no form of the case."""
+    case = get(name).rounded()
+    if accepted_form(case, integrator.accepts) is None:
+        return None
+    reference = reference_solution(CaseSpec.of(case))
+    at = limit / fastest(case, reference.exact)
+    low, high = RATIOS
+    count = math.log(high / low) / math.log(RATIO_STEP)
+    ratio = math.exp(math.log(high / low) / max(8, min(count, seconds / cost)))
+    whole, start = problem_of(case, integrator.accepts), initial_state(case)[None]
+    found, tried = None, low
+    while found is None and tried <= high:
+        h = tried * at
+        problem = replace(whole, times=multiples(SAMPLES, STEPS_A_SAMPLE * h))
+        states = solved(integrator, problem, h, start).states[0]
+        away = np.max(np.abs(states - start) / reference.sizes)
+        if not away < FAILED:
+            found = tried
+        tried *= ratio
+    return {
+        "case": case.id, "nearly_linear": nearly_linear, "predicted": at, "ratio": found, "ratio_step": ratio,
+        "fails_at": None if found is None else found * at, "scanned_to": high,
+    }  # fmt: skip
+
+
+def fastest(case: Case, states: Floats) -> float:
+    """The largest modulus of an eigenvalue of the Jacobian of a smooth case at the states (n, dim), by differences."""
+    form = next(found for found in map(first_order, case.all_forms()) if found is not None)
+    equations = rebind(form.equations, NUMPY)
+    parameters = tuple(float(value) for value in case.parameter_values())
+    sizes = np.maximum(np.max(np.abs(states), axis=0), 1e-300)
+    columns = []
+    for i, size in enumerate(sizes):
+        offset = np.zeros(len(sizes))
+        offset[i] = 2.0**-17 * size
+        up, down = (
+            np.stack(np.broadcast_arrays(*equations(0.0, tuple((states + sign * offset).T), parameters)), axis=-1)
+            for sign in (1, -1)
+        )
+        columns.append((up - down) / (2 * offset[i]))
+    return float(np.max(np.abs(np.linalg.eigvals(np.stack(columns, axis=-1)))))

@@ -1,0 +1,36 @@
+"""Runs an integrator on a problem of a panel, through its public contract only."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+from gnomon.harness.contract import validation
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, solver_of
+
+
+def solved(integrator: Integrator, problem: Problem, setting: float, starts: Floats) -> Solution:
+    """The solution from initial states (n, dim), by one `prepare` and one `solve`. Raises what the integrator raises."""
+    solver = solver_of(integrator, problem, setting)
+    try:
+        if solver.reset is not None:
+            solver.reset()
+        with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):  # motions beyond a limit overflow
+            found = solver(starts.copy())
+        return validation.checked(found, (len(starts), len(problem.times), problem.dimension))
+    finally:
+        solver.close()
+
+
+def multiples(count: int, interval: float = 1.0) -> Floats:
+    """`count` sample times, exact multiples of the interval."""
+    return np.arange(1, count + 1, dtype=np.float64) * interval
+
+
+def processor_seconds(run: Callable[[], object]) -> float:
+    """Processor time of a call in this process."""
+    began = time.process_time()
+    run()
+    return time.process_time() - began

@@ -1,0 +1,158 @@
+"""The matrix of a step on an exactly linear problem, where it is stable, and the intervals of stability."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem
+from gnomon.harness.stability.linear_problems import Complex, LinearProblem
+from gnomon.harness.stability.solving import multiples, processor_seconds, solved
+from numpy.typing import NDArray
+
+Flags = NDArray[np.bool_]
+
+NORMAL = 1e-9
+"""Excess of |R(z)| above 1 that counts as stable: rounding in a step of many stages is below 1e-13, and a method of even
+order 8 that is unstable exceeds it at the first point of the scan."""
+DEFECTIVE = 3e-8
+"""The same for an oscillator: two eigenvalues meet at a limit, and rounding moves them by the root of the unit round-off."""
+BISECTIONS = 20
+"""Of an edge between two points of a scan; for a problem with a `prepare` for each point `FEWER`."""
+FEWER = 12
+TOUCHES, REFINEMENTS = 0.9, 5
+"""A cosine as large as this is refined five times by ten around its peak: to 1e-6 of a point of the scan."""
+GROWTH = 10.0
+"""Growth of a motion over many steps that counts as stable, for methods of several steps."""
+
+
+@dataclass(frozen=True)
+class StepMatrix:
+    """An integrator with steps of 1 on a linear problem."""
+
+    integrator: Integrator
+    problem: LinearProblem
+
+    def propagated(self, z: Complex, samples: int = 1, steps: int = 1) -> Floats:
+        """The matrices (n, samples, 2, 2) from the start to each sample, `steps` steps apart; nan without an answer."""
+        if not self.problem.alone:
+            return self._propagated(z, samples, steps)
+        return np.concatenate([self._propagated(z[k : k + 1], samples, steps) for k in range(len(z))])
+
+    def _propagated(self, z: Complex, samples: int, steps: int) -> Floats:
+        own, times = self.problem, multiples(samples, float(steps))
+        parameters = np.array(own.parameters(complex(z[0])), dtype=np.float64)
+        problem = Problem(own.form, own.dimension, parameters, times, 1.0)
+        units = [np.tile(unit, (len(z), 1)) for unit in np.eye(2)]
+        starts = np.concatenate([own.start(z, unit) for unit in units])
+        found = own.read(solved(self.integrator, problem, 1.0, starts).states)
+        return np.stack([found[: len(z)], found[len(z) :]], axis=-1)
+
+    def matrices(self, z: Complex) -> Floats:
+        """The matrix of a step (n, 2, 2). Engines may treat the first step in another way: there that of the second."""
+        if not self.problem.alone:
+            return np.asarray(self.propagated(z)[:, 0])
+        one, two, three = np.moveaxis(self.propagated(z, 3), 1, 0)
+        with np.errstate(all="ignore"):
+            found = np.array([_quotient(a, b) for a, b in zip(one, two, strict=True)])
+            again = np.einsum("nij,njk->nik", found, two)
+            size = np.max(np.abs(three), axis=(1, 2))
+            same = np.max(np.abs(again - three), axis=(1, 2)) <= 1e-6 * size
+        return np.where(same[:, None, None], found, np.nan)
+
+    @cached_property
+    def tolerance(self) -> float:
+        return NORMAL if self.problem.plane else DEFECTIVE
+
+    def stable(self, z: Complex) -> Flags:
+        """Whether a step does not let a motion grow; False without an answer."""
+        return spectral_radius(self.matrices(z)) <= 1 + self.tolerance
+
+    def turning(self, w: Floats) -> tuple[Floats, Floats]:
+        """For frequencies w: the cosine of the angle by which a step turns the phase, above 1 in size where there is none;
+        and the factor by which a step changes areas, to the power 1/2."""
+        matrices = self.matrices(1j * w)
+        with np.errstate(all="ignore"):
+            size = np.sqrt(np.abs(np.linalg.det(matrices)))
+            return np.trace(matrices, axis1=1, axis2=2) / 2 / size, size
+
+    def touching(self, w: Floats) -> Floats:
+        """Frequencies, between those of a scan, at which the angle of a step is nearest to a half or a whole turn: there a
+        symplectic method may have a narrow tongue of instability."""
+        if self.problem.plane or self.problem.alone:
+            return np.zeros(0)
+        near = np.abs(self.turning(w)[0])
+        with np.errstate(all="ignore"):
+            peaks = (near[1:-1] >= near[:-2]) & (near[1:-1] >= near[2:]) & (near[1:-1] > TOUCHES) & (near[1:-1] <= 1)
+        found = []
+        for k in np.flatnonzero(peaks) + 1:
+            points = np.linspace(w[k - 1], w[k + 1], 21)
+            for _ in range(REFINEMENTS):
+                best = int(np.clip(np.nanargmax(np.abs(self.turning(points)[0])), 1, 19))
+                middle, points = points[best], np.linspace(points[best - 1], points[best + 1], 21)
+            found.append(middle)
+        return np.array(found)
+
+    def bounded(self, z: Complex, steps: int = 16) -> Flags:
+        """Whether a motion does not grow over 64 times `steps` steps; False without an answer."""
+        return self.growth(z, steps) <= GROWTH
+
+    def growth(self, z: Complex, steps: int = 16) -> Floats:
+        """The largest element of the matrices to 64 samples, `steps` steps apart, with velocities of an oscillator divided
+        by w; infinity without an answer."""
+        found = np.abs(self.propagated(z, 64, steps))
+        if not self.problem.plane:
+            found[..., 0, 1] *= np.abs(z)[:, None]
+            found[..., 1, 0] /= np.abs(z)[:, None]
+        found = np.max(found, axis=(1, 2, 3))
+        return np.where(np.isnan(found), np.inf, found)
+
+    def seconds_per_point(self, z: Complex) -> float:
+        """Processor time of a matrix, without that of compilation."""
+        self.matrices(z[:1])
+        return max(processor_seconds(lambda: self.matrices(z)) / len(z), 1e-7)
+
+    @property
+    def bisections(self) -> int:
+        return FEWER if self.problem.alone else BISECTIONS
+
+
+def _quotient(one: Floats, two: Floats) -> Floats:
+    """The matrix that maps the states after a step to those after two; nan where the first step is not invertible."""
+    if not np.all(np.isfinite([one, two])) or abs(np.linalg.det(one)) < 1e-12 * np.max(np.abs(one)) ** 2:
+        return np.full((2, 2), np.nan)
+    return np.asarray(two @ np.linalg.inv(one))
+
+
+def spectral_radius(matrices: Floats) -> Floats:
+    """The largest modulus of an eigenvalue of each matrix (n, 2, 2); nan for those that are not finite."""
+    with np.errstate(all="ignore"):
+        finite = np.all(np.isfinite(matrices), axis=(1, 2))
+        found = np.full(len(matrices), np.nan)
+        found[finite] = np.max(np.abs(np.linalg.eigvals(matrices[finite])), axis=-1)
+    return found
+
+
+def stable_intervals(
+    stable: Callable[[Floats], Flags], grid: Sequence[float] | Floats, bisections: int
+) -> list[tuple[float, float]]:
+    """The intervals of positive x in which `stable` holds, found on an increasing grid, their edges bisected.
+
+    An interval from 0 begins there if it holds at the first point. One that holds at the last point ends there.
+    """
+    x = np.asarray(grid, dtype=np.float64)
+    flags = np.append(stable(x), False)
+    changes = np.flatnonzero(flags[1:] != flags[:-1])
+    changes = changes[changes < len(x) - 1]
+    low, high, before = x[changes], x[changes + 1], flags[changes]
+    for _ in range(bisections if len(changes) else 0):
+        middle = (low + high) / 2
+        same = stable(middle) == before
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    edges = [0.0] if flags[0] else []
+    edges += ((low + high) / 2).tolist()
+    if flags[len(x) - 1]:
+        edges.append(float(x[-1]))
+    return list(zip(edges[::2], edges[1::2], strict=True))

@@ -1,0 +1,157 @@
+"""The panel of stiffness: steps and calls that a fast decay costs, and errors on it.
+
+u' = -L (u - cos t) - sin t with u(0) = 1 has the solution cos t for every L (Prothero and Robinson, Mathematics of
+Computation 28, 1974): nothing fast happens, and only stability limits the step. Time is explicit: with cos and sin in the
+state the error of these would decay too, and every method would look L-stable.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from math import cos, sin
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder, SemiLinear, Values
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance
+from gnomon.harness.stability.panel import panel
+from gnomon.harness.stability.solving import multiples, processor_seconds, solved
+
+SPAN = 10.0
+RATE, FAST, VERY_FAST = 1e3, 1e4, 1e6
+"""Rates L in 1/s: steps are counted at the first two, errors between long steps are seen at the last one."""
+LOOSE, TIGHT = 1e-4, 1e-8
+FREE = 0.25
+"""The calls of a method whose step stability does not limit grow less than as this power of the rate."""
+BLIND = 30.0
+"""Ratio of the worst sample to the last one that shows an inaccurate interpolant; below it is usual scatter."""
+PER_SECOND = (1, 2, 4, 8, 16, 32)
+"""Steps per second by which the order of methods of fixed steps is measured on the very fast decay."""
+STIFF_SPAN = 8
+ROUND_OFF = 1e-12
+"""Smaller errors show no order: some ten times the round-off of a sum of terms that L makes large."""
+REDUCED = 0.5
+"""A measured order lower than the declared one by more is called reduced."""
+
+
+def relaxation(t: Any, state: Values, parameters: Values) -> Values:
+    (u,) = state
+    (rate,) = parameters
+    return (-(rate * (u - cos(t))) - sin(t),)
+
+
+def decay_matrix(parameters: Values) -> Values:
+    (rate,) = parameters
+    return (-rate,)
+
+
+def attraction(t: Any, state: Values, parameters: Values) -> Values:
+    """The part of `relaxation` that is not linear in u."""
+    (rate,) = parameters
+    return (rate * cos(t) - sin(t),)
+
+
+FORMS = (FirstOrder(relaxation), SemiLinear(relaxation, linear=decay_matrix, rest=attraction))
+
+
+def form_for(integrator: Integrator) -> FirstOrder | None:
+    for form in FORMS:
+        if isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
+            return form
+    return None
+
+
+def first_order_reason(integrator: Integrator) -> str | None:
+    return None if form_for(integrator) is not None else "it takes no equations of first order, which a decay needs"
+
+
+def sentences(data: Mapping[str, Any]) -> list[str]:
+    return _at_fixed_steps(data) if "stiff_order" in data else _by_tolerance(data)
+
+
+def _at_fixed_steps(data: Mapping[str, Any]) -> list[str]:
+    order, declared, steps = data["stiff_order"], data["declared"], f"{PER_SECOND[-1]} steps a second"
+    if not data["stable"]:
+        return [f"Not for stiff decay: errors above 1 at rate {VERY_FAST:g} with 1 to {steps}."]
+    found = [f"Use it for stiff decay: error {data['errors'][-1]:.2g} at rate {VERY_FAST:g} with {steps}."]
+    if order is not None and declared is not None and order < declared - REDUCED:
+        found.append(f"Not for its order {declared} on stiff decay: measured {order:.2f}.")
+    return found
+
+
+def _by_tolerance(data: Mapping[str, Any]) -> list[str]:
+    first, power = data["rows"][0], data["power"]
+    if power is None or power > FREE:
+        steps = f"h rate = {first['h_rate']:.4g} a step" if first["h_rate"] else "stability limits its steps"
+        calls = f", {first['calls_per_rate']:.2g} calls for a unit of rate times time" if first["calls"] else ""
+        return [f"Not for stiff decay: {steps}{calls}."]
+    found = [f"Use it for stiff decay: its calls change as rate^{power:.2f}."]
+    for row in data["rows"]:
+        if row["rate"] == VERY_FAST and row["worst"] > BLIND * max(row["last"], row["tolerance"]):
+            found.append(
+                f"Not for states between its steps on stiff decay at tolerance {row['tolerance']:g}: error"
+                f" {row['worst']:.2g} at the worst sample, {row['last']:.2g} at the last."
+            )
+    return found
+
+
+@panel("stiffness", "Stiffness", sentences, first_order_reason)
+def stiffness(integrator: Integrator, seconds: float) -> dict[str, Any]:
+    if not isinstance(integrator.sweep, Tolerance):
+        return fixed_steps(integrator)
+    rows: list[dict[str, Any]] = []
+    row(integrator, RATE / 100, LOOSE)  # compiles
+    first = processor_seconds(lambda: rows.append(row(integrator, RATE, LOOSE)))
+    factor = min(FAST / RATE, 2.0 ** math.floor(math.log2(max(seconds / first, 1.0))))
+    power = None
+    if factor >= 2:
+        rows.append(row(integrator, factor * RATE, LOOSE))
+        work = [each["calls"] or each["steps"] or math.nan for each in rows]
+        power = math.log(work[1] / work[0]) / math.log(factor)
+    if power is not None and power < FREE:
+        rows += [row(integrator, VERY_FAST, tolerance) for tolerance in (LOOSE, TIGHT)]
+    return {"rows": rows, "power": power, "span": SPAN}
+
+
+def row(integrator: Integrator, rate: float, tolerance: float) -> dict[str, Any]:
+    """Steps, calls and errors over the span. Raises Refused if the method gives up."""
+    problem = problem_for(integrator, rate, multiples(64, SPAN / 64))
+    found = solved(integrator, problem, tolerance, np.ones((1, 1)))
+    if found.stopped is not None:
+        raise Refused(f"rate {rate:g}, tolerance {tolerance:g}: {found.stopped}")
+    calls = int(problem.buffer[-1]) if integrator.counts_rhs else 0
+    errors = np.abs(found.states[0, :, 0] - np.cos(problem.times))
+    return {
+        "rate": rate,
+        "tolerance": tolerance,
+        "steps": found.steps,
+        "calls": calls or None,
+        "h_rate": rate * SPAN / found.steps if found.steps else None,
+        "calls_per_rate": calls / (rate * SPAN) if calls else None,
+        "last": float(errors[-1]),
+        "worst": float(np.max(errors)),
+    }
+
+
+def fixed_steps(integrator: Integrator) -> dict[str, Any]:
+    """The order of a method of fixed steps at h rate from 3e4 to 1e6, None if fewer than three errors are above round-off
+    or one is not below 1, and its errors."""
+    problem = replace(problem_for(integrator, VERY_FAST, multiples(STIFF_SPAN)), counted=False)
+    errors = []
+    for count in PER_SECOND:
+        states = solved(integrator, problem, 1 / count, np.ones((1, 1))).states[0, :, 0]
+        errors.append(float(np.max(np.abs(states - np.cos(problem.times)))))
+    points = [(math.log(n), math.log(e)) for n, e in zip(PER_SECOND, errors, strict=True) if ROUND_OFF < e < 1]
+    stable = all(error < 1 for error in errors)
+    order, declared = None, integrator.order
+    if stable and len(points) > 2:
+        order = -float(np.polyfit([x for x, _ in points], [y for _, y in points], 1)[0])
+    return {"stable": stable, "stiff_order": order, "declared": declared, "errors": errors, "per_second": PER_SECOND}
+
+
+def problem_for(integrator: Integrator, rate: float, times: Any) -> Problem:
+    form = form_for(integrator)
+    assert form is not None
+    return Problem(form, 1, np.array([rate]), times, 1.0, counted=integrator.counts_rhs)

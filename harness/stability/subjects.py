@@ -1,0 +1,56 @@
+"""The cases that a panel solves with an integrator, and the processor time that it may spend."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from gnomon.cases.core.registry import get, names
+from gnomon.harness.contract.integrator import Floats, Integrator, Refused
+from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.verification.trials import DEPTHS, Trials
+
+
+class Budget:
+    """Processor seconds of this process that a measurement may spend, from now on."""
+
+    def __init__(self, seconds: float) -> None:
+        self._end = time.process_time() + seconds
+
+    @property
+    def left(self) -> float:
+        return self._end - time.process_time()
+
+    def extend(self, seconds: float) -> None:
+        self._end += seconds
+
+    def affords(self, seconds_each: float, fewest: int, most: int) -> int:
+        """How many solutions of `seconds_each` are within what is left, at least `fewest` and at most `most`."""
+        return max(fewest, min(most, int(self.left / max(seconds_each, 1e-9))))
+
+
+def accepts(integrator: Integrator, name: str) -> bool:
+    """Whether an integrator can solve the default variant of a case."""
+    form = accepted_form(get(name).rounded(), integrator.accepts)
+    return form is not None and integrator.unsupported(form) is None
+
+
+def trials_of(integrator: Integrator, name: str, variant: str | None = None) -> Trials:
+    """The trials of an integrator on a case. The reference solutions of default variants come with the package."""
+    return Trials.of(integrator, CaseSpec.of(get(name, variant).rounded()), DEPTHS["normal"])
+
+
+def subjects(integrator: Integrator, preferred: Sequence[str], all_of_them: bool = False) -> list[Trials]:
+    """Trials on the first of the preferred cases that the integrator accepts, or `all_of_them` that it accepts; on the
+    first case of all where it accepts none of them. Raises Refused where it accepts no case."""
+    found = [name for name in preferred if accepts(integrator, name)]
+    found = found or [name for name in names() if accepts(integrator, name)][:1]
+    if not found:
+        raise Refused("no case has a form that it accepts")
+    return [trials_of(integrator, name) for name in (found if all_of_them else found[:1])]
+
+
+def solve_each(trials: Trials, setting: float, starts: Sequence[Floats]) -> list[Floats]:
+    """The states (64, dim) from each start, with the problem of `Trials.whole`, whose equations are compiled already."""
+    return trials.solutions(trials.problem(counted=trials.integrator.counts_rhs), setting, starts)

@@ -1,0 +1,101 @@
+"""The panel of digits: what a method loses beyond the problem, planted losses, and the horizon of a motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from changed_methods import changed
+from gnomon.harness.contract.integrator import Integrator, Refused
+from gnomon.harness.registry.lookup import find_one
+from gnomon.harness.stability.digits import calls_at, digits, hard_variants, horizon, lost
+from gnomon.harness.stability.subjects import trials_of
+
+HARD = ("pendulum_simple", "rotation")
+
+
+def row(integrator: Integrator, seconds: float = 60.0) -> dict[str, Any]:
+    return lost(trials_of(integrator, *HARD), seconds)
+
+
+def planted(**change: Callable[..., Any]) -> Integrator:
+    return changed("gnomon:DOP853", **change)
+
+
+def declines(states: Any) -> Any:
+    raise Refused("planted: it declines")
+
+
+def test_the_right_method_loses_few_digits() -> None:
+    found = row(planted())
+    assert found["complete"]
+    assert found["failed"] is None
+    assert found["lost"] < 4
+
+
+@pytest.mark.parametrize(
+    ("change", "seen"),
+    [
+        ({"tolerance": lambda given, start: max(given, 1e-6)}, lambda row: row["lost"] > 5),
+        ({"states": lambda found: found.astype(np.float32).astype(np.float64)}, lambda row: row["lost"] > 5),
+        ({"states": lambda found: found * (1 + 1e-9)}, lambda row: row["lost"] > 4.5),
+        ({"states": lambda found: found * np.nan}, lambda row: row["failed"] == "no setting has finite states"),
+        ({"states": declines}, lambda row: row["failed"] == "planted: it declines"),
+        ({"states": lambda found: found[:, :1].repeat(64, axis=1)}, lambda row: "smallest error" in row["failed"]),
+    ],
+    ids=["bounded tolerance", "single precision", "other units", "not finite", "declines", "does not move"],
+)
+def test_each_planted_loss_is_seen(change: dict[str, Any], seen: Callable[[dict[str, Any]], bool]) -> None:
+    assert seen(row(planted(**change)))
+
+
+def test_a_sweep_that_is_cut_for_time_is_no_failure() -> None:
+    found = row(planted(), seconds=0.0)
+    assert not found["complete"]
+    assert found["settings"] == 1
+    data = {"variants": {"pendulum_simple/rotation": found}, "of": 1, "median": None, "complete": 0}
+    assert digits.sentences(data) == []
+
+
+def test_the_panel_counts_what_it_measured_and_says_what_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gnomon.harness.stability.digits.CASES", HARD[:1])
+    found = digits.measured(find_one("gnomon:DOP853"), 0.5)
+    assert 2 <= len(found["variants"]) <= found["of"] == 5
+    assert found["complete"] <= len(found["variants"])
+    first = found["variants"]["pendulum_simple/rotation"]
+    assert first["complete"]
+    assert first["lost"] == pytest.approx(max(0.0, math.log10(first["error"] / first["conditioning"])))
+    assert any("beyond those that the problem loses" in text for text in digits.sentences(found))
+
+
+def test_hard_variants_take_each_case_once_before_the_next_round() -> None:
+    known = hard_variants(find_one("gnomon:DOP853"), False)
+    cases = [name for name, _ in known]
+    assert len(set(cases[: len(set(cases))])) == len(set(cases)) >= 7
+    assert len(known) >= 29
+    assert not any("long" in variant or "engines" in variant for _, variant in known)
+
+
+@pytest.mark.parametrize(
+    ("points", "calls"),
+    [
+        ([(100, 1e-4), (400, 1e-8)], 200.0),
+        ([(100, 1e-7)], 100.0),
+        ([(100, 1e-4)], None),
+        ([(None, 1e-9)], None),
+    ],
+)
+def test_calls_at_an_error_are_between_settings_by_a_power_law(points: Any, calls: float | None) -> None:
+    assert calls_at(points, 1e-6) == (None if calls is None else pytest.approx(calls))
+
+
+def test_the_horizon_ends_at_the_first_error_above_a_tenth() -> None:
+    errors = np.full(64, 1e-9)
+    assert horizon(errors) == 1.0
+    errors[48:50] = 0.2
+    assert horizon(errors) == 0.75
+    errors[:] = np.nan
+    assert horizon(errors) == 0.0

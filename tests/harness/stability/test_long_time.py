@@ -1,0 +1,206 @@
+"""The panel of long motions: laws of known methods, planted drifts, and what the fits say of series that are known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from gnomon.cases.core.arithmetic import rebind
+from gnomon.cases.core.forms import SecondOrder
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.registry.lookup import find_one
+from gnomon.harness.scoring.score import NUMPY
+from gnomon.harness.stability.long_time import STEP, brouwer, grown, invariant, long_time, oscillator, run
+from gnomon.harness.studies.growth import Subject
+
+SECONDS = 0.05
+Force = Callable[[Floats], Floats]
+
+
+class Planted(Integrator):
+    """A method of equal steps for q'' = a(q), all starts at once."""
+
+    name, library, order, accepts, sweep = "planted", "planted", 2, (SecondOrder,), Steps()
+    step: ClassVar[Callable[[Force, Floats, Floats, float], tuple[Floats, Floats]]]
+
+    def prepare(self, problem: Problem, setting: float) -> Solver:
+        form, parameters = problem.form, tuple(problem.parameters.tolist())
+        assert isinstance(form, SecondOrder)
+        equations, half = rebind(form.acceleration, NUMPY), problem.dimension // 2
+        count = round(problem.interval / setting)
+
+        def force(q: Floats) -> Floats:
+            return np.stack(equations(0.0, tuple(np.moveaxis(q, -1, 0)), parameters), axis=-1)
+
+        def solve(starts: Floats) -> Solution:
+            q, v = starts[:, :half], starts[:, half:]
+            states = np.empty((len(starts), len(problem.times), problem.dimension))
+            for k in range(len(problem.times)):
+                for _ in range(count):
+                    q, v = type(self).step(force, q, v, problem.interval / count)
+                states[:, k] = np.concatenate([q, v], axis=1)
+            return Solution(states)
+
+        return Solver(solve)
+
+
+def verlet(force: Force, q: Floats, v: Floats, h: float) -> tuple[Floats, Floats]:
+    middle = v + h / 2 * force(q)
+    q = q + h * middle
+    return q, middle + h / 2 * force(q)
+
+
+def damped(force: Force, q: Floats, v: Floats, h: float) -> tuple[Floats, Floats]:
+    q, v = verlet(force, q, v, h)
+    return q, v * (1 - 1e-5)
+
+
+def stale_force(force: Force, q: Floats, v: Floats, h: float) -> tuple[Floats, Floats]:
+    a = force(q)
+    return q + h * v + h * h / 2 * a, v + h * a
+
+
+def chopped(force: Force, q: Floats, v: Floats, h: float) -> tuple[Floats, Floats]:
+    """Each new velocity is rounded towards zero, to 48 bits."""
+    q, v = verlet(force, q, v, h)
+    unit = 2.0**-48
+    return q, np.trunc(v / unit) * unit
+
+
+def single(force: Force, q: Floats, v: Floats, h: float) -> tuple[Floats, Floats]:
+    q, v = verlet(force, q, v, h)
+    return q.astype(np.float32).astype(np.float64), v.astype(np.float32).astype(np.float64)
+
+
+def does_not_move(force: Force, q: Floats, v: Floats, h: float) -> tuple[Floats, Floats]:
+    return q, 0.0 * v
+
+
+def made(step: Callable[..., Any]) -> Integrator:
+    return type("Planted", (Planted,), {"step": staticmethod(step)})()
+
+
+def test_verlet_keeps_energy_bounded_and_its_invariant_to_a_random_walk() -> None:
+    data = long_time.measured(made(verlet), SECONDS)
+    (row,) = data["runs"]
+    assert (data["case"], row["energy"]["class"]) == ("pendulum_simple", "bounded")
+    assert data["oscillator"]["drift_ulp"] < 100
+    assert abs(data["oscillator"]["bias_ulp_a_step"]) < 0.02
+    assert any(text.startswith("Use it for") and "bounded" in text for text in long_time.sentences(data))
+
+
+@pytest.mark.parametrize(
+    ("step", "seen"),
+    [
+        (damped, lambda data: data["runs"][0]["energy"]["low"] > 0.5),
+        (stale_force, lambda data: data["runs"][0]["energy"]["class"] not in ("bounded", "sqrt t")),
+        (chopped, lambda data: abs(data["oscillator"]["bias_ulp_a_step"]) > 5 * data["oscillator"]["bias_error"]),
+        (single, lambda data: data["oscillator"]["drift_ulp"] is None or data["oscillator"]["drift_ulp"] > 1e6),
+        (does_not_move, lambda data: data["runs"][0]["energy"]["class"] == "lost"
+         or data["runs"][0]["position"]["lost_after"] < 2),
+    ],
+    ids=["damped", "stale force", "rounds towards zero", "single precision", "does not move"],
+)  # fmt: skip
+def test_each_planted_drift_is_seen(step: Callable[..., Any], seen: Callable[[dict[str, Any]], bool]) -> None:
+    assert seen(long_time.measured(made(step), SECONDS))
+
+
+def test_a_method_that_limits_its_steps_is_measured_as_far_as_it_goes() -> None:
+    class Limited(Planted):
+        step = staticmethod(verlet)
+
+        def prepare(self, problem: Problem, setting: float) -> Solver:
+            if problem.elapsed[-1] / setting > 10_000:
+                raise Refused("planted: more than 10000 steps")
+            return super().prepare(problem, setting)
+
+    case = get("pendulum_simple").rounded()
+    subject = Subject("planted", 64.0, "", "pendulum_simple", 64, 8, together=8, samples=256)
+    found = run(Limited(), case, subject, 1e4)
+    assert found["energy"]["class"] == "bounded"
+    assert found["stopped"].endswith("periods: planted: more than 10000 steps")
+    data = {"case": "pendulum_simple", "runs": [{"setting": 64.0, "named": "64 steps a period"} | found]}
+    assert any("planted: more than 10000 steps" in text for text in long_time.sentences(data))
+
+
+def test_rk4_loses_the_energy_that_its_stability_function_says() -> None:
+    """|R(ih)|^2 - 1 = -h^6/72 + h^8/576: it has no invariant, and its loss is no round-off."""
+    found = oscillator(find_one("gnomon:RK4"), 0.1, 8)
+    assert found["drift_ulp"] is None
+    assert found["energy_change_a_step"] == pytest.approx(-(STEP**6) / 72 + STEP**8 / 576, rel=1e-4)
+
+
+@pytest.mark.parametrize(("name", "law"), [("gnomon:RK4", ["t"]), ("gnomon:Kahan-Li 8", ["bounded"])])
+def test_in_house_laws_of_energy(name: str, law: list[str]) -> None:
+    (row,) = long_time.measured(find_one(name), 0.3)["runs"]
+    assert [row["energy"]["class"]] == law
+    assert row["energy"]["high"] - row["energy"]["low"] < 0.3
+
+
+def test_brouwers_law_is_kept_by_ias15_and_its_phase_error_grows_with_the_power_three_halves() -> None:
+    """An unbiased energy error of round-off is a random walk; the phase is its sum: t^(3/2) (Brouwer 1937)."""
+    row = long_time.measured(find_one("rebound:IAS15"), 0.0)["runs"][-1]
+    three_standard_errors = 0.33  # of 8 starts, whose powers of a random walk over two decades scatter by 0.3
+    assert abs(row["energy"]["power"] - 0.5) < three_standard_errors
+    assert abs(row["position"]["power"] - 1.5) < three_standard_errors
+    assert not row["brouwer"].startswith("not kept")
+
+
+def test_pybullet_in_maximal_coordinates_loses_the_energy_which_is_not_called_bounded() -> None:
+    row = long_time.measured(find_one("pybullet:stepSimulation [configured, maximal coordinates]"), 0.2)["runs"][0]
+    assert row["energy"]["class"] == "lost"
+
+
+TIMES = np.arange(1.0, 1025.0)
+
+
+def series(kind: str) -> Floats:
+    rng = np.random.default_rng(5)
+    noise = rng.normal(size=(24, 1024))
+    walk = np.cumsum(noise, axis=1) * 1e-15
+    waves = np.abs(np.sin(TIMES + rng.uniform(0, 6, size=(24, 1))))
+    return {
+        "bounded": 1e-6 * waves, "sqrt t": np.abs(walk), "t": 1e-9 * TIMES * (1 + 0.01 * noise),
+        "t^2": 1e-9 * TIMES**2 * (1 + 0.01 * noise), "t^1.5": np.abs(np.cumsum(walk, axis=1)), "lost": 0.998 + 0 * noise,
+    }[kind]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["bounded", "t", "t^2", "lost"])
+def test_the_class_of_a_known_series(kind: str) -> None:
+    assert grown(TIMES, series(kind))["class"] == kind
+
+
+@pytest.mark.parametrize(("kind", "power"), [("sqrt t", 0.5), ("t^1.5", 1.5)])
+def test_the_interval_of_a_random_walk_holds_its_power(kind: str, power: float) -> None:
+    found = grown(TIMES, series(kind))
+    assert found["low"] < power < found["high"]
+    assert found["high"] - found["low"] < 0.5
+
+
+def interval(low: float, high: float) -> dict[str, Any]:
+    return {"low": low, "high": high, "class": ""}
+
+
+def test_brouwers_law_is_kept_not_kept_or_undecided() -> None:
+    assert brouwer(interval(0.4, 0.6)).startswith("kept")
+    assert brouwer(interval(0.9, 1.1)).startswith("not kept")
+    assert brouwer(interval(0.3, 1.2)).startswith("undecided")
+    assert brouwer({"low": None, "high": None, "class": "lost"}) == "not kept"
+
+
+def test_the_invariant_of_a_turning_ellipse_is_found_and_a_spiral_has_none() -> None:
+    phase = 0.1 * np.arange(64) + np.arange(3)[:, None]
+    ellipse = np.stack([2 * np.cos(phase), np.sin(phase)], axis=-1)
+    form, spread = invariant(ellipse)
+    assert spread < 1e-15
+    assert abs(form[1]) < 1e-14
+    assert form[2] / form[0] == pytest.approx(4)
+    spiral = ellipse * np.exp(-1e-6 * phase)[..., None]
+    assert invariant(spiral)[1] > 1e-8
+
+
+def test_events_have_no_long_motion() -> None:
+    assert "not_applicable" in long_time.measured(find_one("gnomon:RK4 [events]"), 1.0)

@@ -1,0 +1,182 @@
+"""Step resonances are seen where theory predicts them; the nonlinear limit is that of the linear one on a linear chain."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import planted_methods
+import pytest
+from gnomon.harness.contract.integrator import Integrator, Steps
+from gnomon.harness.registry import lookup
+from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.stability.linear_problems import problem_for
+from gnomon.harness.stability.resonance import fastest, predicted, resonance, resonance_at, runs, window_around
+from gnomon.harness.stability.step_matrix import StepMatrix
+from gnomon.harness.verification.doors import from_step
+
+from gnomon import cases
+
+WITHIN = 0.03
+"""Of the prediction, for order 3: the force of the nonlinear terms moves the frequency of a finite motion."""
+
+
+def measured(integrator: Integrator, seconds: float = 1.0) -> dict[str, Any]:
+    found = resonance.measured(integrator, seconds)
+    assert "refused" not in found, found
+    return found
+
+
+def row_at(found: dict[str, Any], order: int, predicted: float) -> dict[str, Any]:
+    """The row of this order and prediction of theory, to 1e-3."""
+    (row,) = [
+        row for row in found["resonances"]
+        if row["order"] == order and row["predicted"] == pytest.approx(predicted, rel=1e-3)
+    ]  # fmt: skip
+    return row
+
+
+def seen_near(row: dict[str, Any]) -> bool:
+    low, high = (1 - WITHIN) * row["predicted"], (1 + WITHIN) * row["predicted"]
+    return any(each is not None and each["from"] <= high and each["to"] >= low for each in row["seen"])
+
+
+def predictions(method: Integrator, order: int = 3) -> list[float]:
+    """h w at which a step turns the phase by a turn over `order`."""
+    problem = problem_for(method)
+    assert problem is not None
+    return [x for found, x in predicted(StepMatrix(method, problem)) if found == order]
+
+
+@pytest.mark.parametrize(
+    ("identity", "predicted"),
+    [
+        ("gnomon:Störmer-Verlet", math.sqrt(3)),  # 2 - x^2 = 2 cos(2 pi/3)
+        ("gnomon:Position Verlet", math.sqrt(3)),
+        ("gnomon:Implicit midpoint", 2 * math.sqrt(3)),  # 2 atan(x/2) = 2 pi/3
+        ("gnomon:Gauss 2-stage", 2.140937),  # (x/2)/(1 - x^2/12) = tan(pi/3)
+        ("gnomon:Gauss 2-stage", 5.605038),  # the same, = tan(2 pi/3)
+    ],
+)
+def test_a_resonance_of_order_3_is_seen_where_it_is_predicted(identity: str, predicted: float) -> None:
+    (x,) = [x for x in predictions(lookup.own()[identity]) if x == pytest.approx(predicted, rel=1e-3)]
+    row = resonance_at(lookup.own()[identity], 3, x, 31)
+    assert seen_near(row), row
+
+
+def test_the_predictions_of_order_4_are_those_of_theory() -> None:
+    """2 - x^2 = 0, and 2 atan(x/2) = pi/2."""
+    assert predictions(lookup.own()["gnomon:Störmer-Verlet"], 4) == [pytest.approx(math.sqrt(2), rel=1e-3)]
+    assert predictions(lookup.own()["gnomon:Implicit midpoint"], 4) == [pytest.approx(2.0, rel=1e-3)]
+
+
+def test_a_method_that_damps_has_no_resonance() -> None:
+    assert predictions(lookup.own()["gnomon:RK4"]) == []
+
+
+@pytest.mark.parametrize("name", ["Störmer-Verlet", "RK4"])
+def test_the_linear_chain_fails_at_the_predicted_step(name: str) -> None:
+    """From 1.00 to 1.05: just above the limit the growth in 2048 steps is too small to show."""
+    found = measured(lookup.own()[f"gnomon:{name}"])
+    (row,) = [row for row in found["limits"] if row["nearly_linear"]]
+    assert 1 / row["ratio_step"] <= row["ratio"] <= 1.05
+    assert any("small_vibrations_3dof_chain" in text for text in resonance.sentences(found))
+
+
+def test_the_fastest_frequency_of_the_pendulum_is_that_of_its_lowest_point() -> None:
+    """J has the eigenvalues +-sqrt(-g/L cos theta), largest at theta = 0, which the samples of the motion come near."""
+    case = cases.get("pendulum_simple").rounded()
+    exact = reference_solution(CaseSpec.of(case)).exact
+    lowest = np.cos(exact[:, 0])
+    g, length = (float(value) for value in case.parameter_values())
+    assert fastest(case, exact) == pytest.approx(math.sqrt(g / length * np.max(np.abs(lowest))), rel=1e-6)
+
+
+def test_runs_of_points_are_found() -> None:
+    window = window_around(2.0, 5)
+    assert window[2] == 2.0
+    assert runs(window, np.array([True, True, False, True, True])) == [window[:2].tolist(), window[3:].tolist()]
+    assert runs(window, np.zeros(5, dtype=bool)) == []
+
+
+def verlet(f: Any, t: float, q: Any, v: Any, h: float) -> tuple[Any, Any]:
+    middle = v + h / 2 * f(t, q)
+    q = q + h * middle
+    return q, middle + h / 2 * f(t + h, q)
+
+
+def longer(factor: float) -> Integrator:
+    """Verlet whose every step is longer than it says: resonances come at smaller h w."""
+
+    def step(f: Any, t: float, y: Any, h: float) -> Any:
+        q, v = np.split(y, 2)
+        return np.concatenate(verlet(f, t, q, v, factor * h))
+
+    return from_step(step, name=f"longer {factor}", order=2, sweep=Steps(0.25, 10), accelerations=True)
+
+
+def linearised(f: Any, t: float, y: Any, h: float) -> Any:
+    """Verlet that drops the nonlinear part of small motions: no resonance is seen."""
+    q, v = np.split(y, 2)
+    small = 1e-6
+
+    def force(t: float, q: Any) -> Any:
+        scale = np.array([small, *([1.0] * (len(q) - 1))])
+        return f(t, q * scale) / scale
+
+    return np.concatenate(verlet(force, t, q, v, h))
+
+
+def overflowing(f: Any, t: float, y: Any, h: float) -> Any:
+    """Verlet that loses motions of amplitude 0.1: they escape far from any resonance."""
+    q, v = np.split(y, 2)
+    return np.concatenate(verlet(f, t, q, v, h)) * (np.nan if abs(q[0]) > 0.1 else 1.0)
+
+
+def from_accelerations(step: Any, name: str) -> Integrator:
+    return from_step(step, name=name, order=2, sweep=Steps(0.25, 10), accelerations=True)
+
+
+def test_planted_faults_move_or_hide_a_resonance() -> None:
+    """A right method first; then a kick with the wrong sign, half a kick left out, a step that is too long, a force
+    without its nonlinear part, motions that are lost."""
+    near = pytest.approx(math.sqrt(3), rel=1e-3)
+    assert predictions(planted_methods.verlet()) == [near]
+    for method in (planted_methods.verlet("sign"), planted_methods.verlet("missing_half"), longer(1.05)):
+        assert near not in predictions(method)
+    seen = [
+        resonance_at(method, 3, math.sqrt(3), 5)["seen"]
+        for method in (
+            planted_methods.verlet(),
+            from_accelerations(linearised, "linearised"),
+            from_accelerations(overflowing, "overflowing"),
+        )
+    ]
+    assert any(seen[0])
+    assert not any(seen[1])
+    assert seen[2][1] == {
+        "from": pytest.approx(0.94 * math.sqrt(3)), "to": pytest.approx(1.06 * math.sqrt(3)),
+        "factor": math.inf, "escapes": True,
+    }  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_method_in_python_is_measured() -> None:
+    found = measured(planted_methods.verlet(), 2.0)
+    assert seen_near(row_at(found, 3, math.sqrt(3)))
+    assert found["limits"]
+
+
+def test_sentences_tell_resonances_from_other_escapes() -> None:
+    seen = {"from": 1.69, "to": 1.76, "factor": None, "escapes": True}
+    row = {"order": 3, "predicted": 1.732, "seen": [seen, None], "spacing": [1e-4, 1e-2]}
+    scan = {"to": 2.0, "spacing": 1e-3, "escapes": [[1.69, 1.84], [1.9, 1.91], [1.98, 1.98]]}
+    assert resonance.sentences({"resonances": [row], "scan": scan, "limits": []}) == [
+        "Not for nonlinear vibrations at h w from 1.69 to 1.76: they escape"
+        " (resonance of order 3, predicted at 1.732).",
+        "Not for nonlinear vibrations at h w from 1.9 to 1.91, 1.98 to 1.98: they escape there too.",
+    ]
+    unseen = row | {"seen": [None, None]}
+    (said,) = resonance.sentences({"resonances": [unseen], "scan": None, "limits": []})
+    assert said.startswith("Use it at the predicted resonances h w = 1.732")
