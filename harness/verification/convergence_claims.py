@@ -9,6 +9,8 @@ from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWE
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed
 from gnomon.harness.verification.doors import Stepped
 from gnomon.harness.verification.trials import HALF_ULP, SHORTEST, Answer, Floats, Trials
+from scipy.stats import linregress
+from scipy.stats import t as student
 
 TINY = 20
 """Halvings of the span to one of which a step is a 64th: its length is some 1e-8 time scales."""
@@ -20,6 +22,9 @@ HALVED = 7
 """Step sizes of `order_short`, each half of the one before."""
 MARGIN = 0.5
 """An order is a whole number: a slope that is less by more than half belongs to a lower one."""
+
+MOST_ON_A_LINE, CONFIDENCE = 6, 0.99
+"""Tolerances whose errors are on one line, at most; one-sided confidence in the line's slope."""
 
 Point = tuple[float, float, float]
 """(step size, error, round-off)"""
@@ -285,4 +290,30 @@ def _work(trials: Trials) -> Finding:
         f"tolerances {loose.setting:g} and {tight.setting:g}",
         f"at most {allowed:.3g} times the work",
         f"{ratio:.3g} times",
+    )
+
+
+@claim("work_order", _work_applies)
+def _work_order(trials: Trials) -> Finding:
+    """The slope of the error over the mean length of a step, of the tightest tolerances."""
+    order, dense = trials.integrator.order, trials.integrator.sampling == "dense output"
+    assert order is not None
+    points = []
+    for answer in trials.answers():
+        error = answer.last if dense else answer.error
+        counts = answer.work and not answer.declined and answer.setting <= TIGHT
+        if counts and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < error < LARGEST_ERROR:
+            points.append((-math.log(answer.work or 1), math.log(error)))
+    points = points[-MOST_ON_A_LINE:]
+    if len(points) < FEWEST or points[0][0] - points[-1][0] < math.log(2):
+        return not_applicable(
+            f"{len(points)} tolerances with errors above round-off, {FEWEST} and twice the work are needed"
+        )
+    fit = linregress(*np.array(points).T)
+    largest = float(fit.slope + student.ppf(CONFIDENCE, len(points) - 2) * fit.stderr)
+    if largest >= order - MARGIN:
+        return passed(f"{fit.slope:.2f}")
+    where = f"the {len(points)} tightest tolerances with errors above round-off"
+    return failed(
+        where, f"errors proportional to h^{order}, h the mean step", f"h^{fit.slope:.2f}, at most h^{largest:.2f}"
     )

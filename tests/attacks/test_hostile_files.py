@@ -17,7 +17,6 @@ import pandas
 import pytest
 from changes import changing
 from gnomon.harness.commands import cli
-from gnomon.harness.reporting import report
 from gnomon.harness.reporting.report import write_report
 from gnomon.harness.results import export, schema, store
 
@@ -238,8 +237,6 @@ def test_names_are_shown_as_the_text_that_they_are(
     ]
     path = change(*changes, seal=tuple(schema.TABLES))
     to = tmp_path / "report"
-    if not figures:  # the drawing library takes most of the time
-        monkeypatch.setattr(report.vl_convert, "javascript_bundle", lambda _: "")
     page = write_report(path, to, figures=figures)
     for text in (
         page.read_text(encoding="utf-8").partition("<body")[2],

@@ -171,7 +171,8 @@ FOUND = """(() => {
   field.dispatchEvent(new Event("input", { bubbles: true }));
   return [...document.querySelectorAll("details.chapter:not([hidden])")].map((chapter) => [
     chapter.querySelector("strong").textContent,
-    [...chapter.querySelectorAll("tr[data-words]:not([hidden]) a")].map((link) => link.dataset.case),
+    [...chapter.querySelectorAll("tr[data-words] a")].filter((link) => link.getClientRects().length)
+      .map((link) => link.dataset.case),
   ]);
 })()"""
 
