@@ -344,8 +344,8 @@ class _Series:
     ) -> "tuple[list[_Call], _Call, Floats | None]":
         """All timed calls, the one that is scored, and the states of a call from a perturbed initial state.
 
-        One with `repeats` 1 is one call, a slow trial too. If this takes less than half of the estimate, the method may have
-        kept results from the same start at another setting: calls from new starts are timed then.
+        A slow trial, or one with `repeats` 1, is timed in one call. If this call takes less than half of the estimate,
+        the method may have kept results from the same start at another setting: calls from new starts are timed then.
         """
         slow = estimate > request.slow_seconds or request.repeats == 1
         calls: list[_Call] = []
@@ -358,7 +358,7 @@ class _Series:
             scored = self._compiled(lambda: _Call(solver, self.task.start, self.task))
             calls.append(scored)
             spent = sum(call.seconds for call in calls)
-            fewest = 1 if slow and scored.seconds > estimate / 2 else min(FEWEST_CALLS, request.repeats)
+            fewest = 1 if slow and scored.seconds > estimate / 2 else FEWEST_CALLS
             while len(calls) < fewest or (not slow and spent < request.block_seconds and len(calls) < request.repeats):
                 again = _Call(solver, next(self.perturbed), self.task, keep=slow)
                 if slow:  # the states of the counting run come from another preparation
