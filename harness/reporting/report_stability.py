@@ -6,6 +6,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import sidecars
 
 
@@ -24,7 +25,7 @@ def stability(*folders: Path) -> dict[str, Any] | None:
 
 def _rows(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """The integrators that were measured, and how many were not, by reason."""
-    reasons = {word: word.replace("_", " ") for word in ("not_applicable", "refused")}
+    reasons = {word: word.replace("_", " ") for word in ("not_applicable", Status.REFUSED)}
     left_out = Counter(
         f"{text}: {row['data'][word]}" for row in rows for word, text in reasons.items() if word in row["data"]
     )

@@ -12,6 +12,7 @@ import numpy as np
 from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition, Values
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Steps, solver_of
+from gnomon.harness.contract.status import Status
 from gnomon.harness.scoring.events import score_events
 from gnomon.harness.stability.panel import panel
 from gnomon.harness.stability.solving import processor_seconds
@@ -140,7 +141,7 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
 
 
 def _by_setting(rows: Sequence[Mapping[str, Any]]) -> list[tuple[float, list[Mapping[str, Any]]]]:
-    usable = [row for row in rows if "refused" not in row]
+    usable = [row for row in rows if Status.REFUSED not in row]
     settings = dict.fromkeys(row["setting"] for row in usable)
     return [(setting, [row for row in usable if row["setting"] == setting]) for setting in settings]
 
@@ -180,7 +181,7 @@ def passed(integrator: Integrator, passage: Passage, size: float, setting: float
     try:
         solver = solver_of(integrator, problem, setting)
     except Refused as refusal:
-        return row | {"refused": str(refusal)}
+        return row | {Status.REFUSED: str(refusal)}
     scores: list[tuple[int, int, float]] = []
     budget = Budget(seconds)
     try:
@@ -236,7 +237,7 @@ def _zeno(integrator: Integrator, setting: float) -> dict[str, Any]:
     answer = trials.whole(setting)
     exact = trials.case.events()
     if answer.events is None:
-        return {"setting": setting, "events": len(exact), "refused": answer.why}
+        return {"setting": setting, "events": len(exact), Status.REFUSED: answer.why}
     score = score_events(answer.events, exact)
     return {
         "setting": setting, "events": len(exact), "missing": score.missing, "extra": score.extra,

@@ -13,6 +13,7 @@ from gnomon.cases.core.forms import FirstOrder, Hybrid, SecondOrder, Values, fir
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.status import Status
 from gnomon.harness.stability.panel import panel
 from gnomon.harness.stability.solving import multiples, processor_seconds, solved
 from gnomon.harness.stability.subjects import Budget
@@ -63,8 +64,8 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
     """What follows for one who chooses, from the data of `long_time`."""
     found = []
     for row in data["runs"]:
-        if "refused" in row:
-            found.append(f"Not for {data['case']} over {PERIODS} periods at {row['named']}: {row['refused']}.")
+        if Status.REFUSED in row:
+            found.append(f"Not for {data['case']} over {PERIODS} periods at {row['named']}: {row[Status.REFUSED]}.")
             continue
         over = f"{row['periods']:g} periods of {data['case']} at {row['named']}"
         energy, position = row["energy"], row["position"]
@@ -113,7 +114,7 @@ def long_time(integrator: Integrator, seconds: float) -> dict[str, Any]:
         try:
             found["oscillator"] = oscillator(integrator, seconds / parts, starts)
         except Refused as reason:
-            found["oscillator"] = {"refused": str(reason)}
+            found["oscillator"] = {Status.REFUSED: str(reason)}
     return found
 
 
@@ -144,7 +145,7 @@ def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) ->
         each = max(seconds - budget.left, 1e-6)
         factor = 2.0 ** math.floor(math.log2(max(1.0, budget.left / each)))
     except (Refused, RuntimeError) as reason:
-        return {"refused": str(reason)}
+        return {Status.REFUSED: str(reason)}
     longer = longer_subject(subject, min(factor * periods, MOST_PERIODS))
     stopped: str | None = None
     try:

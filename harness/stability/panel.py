@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.harness.contract.integrator import Integrator, Refused
+from gnomon.harness.contract.status import Status
 
 IDS = ("linear", "stiffness", "resonance", "tolerance", "relations", "events", "long_time", "digits")
 """The panels, in the order in which they are measured and shown. The module of the same name in this folder registers
@@ -34,16 +35,16 @@ class Panel:
 
     def measured(self, integrator: Integrator, seconds: float) -> dict[str, Any]:
         """The data of `measure`, nan and infinity as None. {"not_applicable": reason} where the panel does not apply,
-        {"refused": reason} where the integrator refuses or raises."""
+        {Status.REFUSED: reason} where the integrator refuses or raises."""
         why = self.applies(integrator)
         if why is not None:
             return {"not_applicable": why}
         try:
             found: dict[str, Any] = for_json(self.measure(integrator, seconds))
         except Refused as refusal:
-            return {"refused": str(refusal) or "declined without a reason"}
+            return {Status.REFUSED: str(refusal) or "declined without a reason"}
         except Exception as raised:  # the user's code may raise anything, and the next panel is measured all the same
-            return {"refused": f"{type(raised).__name__}: {raised}"}
+            return {Status.REFUSED: f"{type(raised).__name__}: {raised}"}
         return found
 
 

@@ -17,6 +17,7 @@ from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, permuted
 from gnomon.cases.core.turning import Turning
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps
+from gnomon.harness.contract.status import Status
 from gnomon.harness.stability.panel import panel
 from gnomon.harness.stability.subjects import Budget, subjects
 from gnomon.harness.verification.relation_claims import KEEPS
@@ -79,7 +80,7 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         if kept:
             found.append(f"Use it where results must not depend on {', '.join(kept)}: equal {words}.")
     for name, row in rows.items():
-        if row["found"] == "refused":
+        if row["found"] == Status.REFUSED:
             found.append(f"Not for {TEXTS[name]}: {row['why']}.")
         elif row["found"] == "factor" and (row["factor"] is None or row["factor"] > WORSE):
             times = "not finite" if row["factor"] is None else f"{row['factor']:.3g} times as large"
@@ -129,7 +130,7 @@ def compared(trials: Trials, plain: Answer, related: Related) -> dict[str, Any]:
     try:
         (states,) = trials.solutions(related.problem, related.setting, [related.start])
     except Refused as refusal:
-        return {"found": "refused", "why": str(refusal) or "declined without a reason"}
+        return {"found": Status.REFUSED, "why": str(refusal) or "declined without a reason"}
     back = related.undone(states)
     if np.array_equal(back, plain.states):
         return {"found": "same bits", "difference": 0.0, "factor": 1.0}

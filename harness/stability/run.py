@@ -16,6 +16,7 @@ from typing import Any
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.status import Status
 from gnomon.harness.registry import lookup
 from gnomon.harness.stability import tiers
 from gnomon.harness.stability.panel import Panel, panels
@@ -43,7 +44,7 @@ class Row:
     @property
     def reason(self) -> str | None:
         """Why nothing was measured, None where something was."""
-        for word in ("not_applicable", "refused"):
+        for word in ("not_applicable", Status.REFUSED):
             if word in self.data:
                 return f"{word.replace('_', ' ')}: {self.data[word]}"
         return None
@@ -104,7 +105,7 @@ def measured(
             waiting.append((integrator, list(chosen)))
         else:
             for name in chosen:
-                add(Row(integrator.id, name, 0.0, {"refused": missing}, []))
+                add(Row(integrator.id, name, 0.0, {Status.REFUSED: missing}, []))
     running: list[Job] = []
     try:
         while waiting or running:
@@ -117,7 +118,7 @@ def measured(
                     running.remove(job)
                     _end(job)
                 if lost is not None:
-                    add(Row(job.integrator.id, job.pending.pop(0), 0.0, {"refused": lost}, []))
+                    add(Row(job.integrator.id, job.pending.pop(0), 0.0, {Status.REFUSED: lost}, []))
                     waiting += [(job.integrator, job.pending)] if job.pending else []
     finally:
         for job in running:
@@ -160,7 +161,7 @@ def _serve(connection: Connection, integrator: Integrator, names: Sequence[str],
     for name in names:
         panel, began = panels()[name], time.process_time()
         data = panel.measured(integrator, seconds)
-        sentences = [] if {"refused", "not_applicable"} & set(data) else panel.sentences(data)
+        sentences = [] if {Status.REFUSED, "not_applicable"} & set(data) else panel.sentences(data)
         row = Row(integrator.id, name, round(time.process_time() - began, 3), data, sentences)
         connection.send_bytes(json.dumps(asdict(row)).encode())
 
