@@ -22,6 +22,7 @@ from gnomon.harness.running.run import run as run_here
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
 
+from command_line import gnomon
 from dask_processes import Processes, connected
 from gnomon.harness.cluster.connection import Lost
 from gnomon.harness.cluster.run import run as run_on_cluster
@@ -124,6 +125,18 @@ def test_workers_and_scheduler_are_killed_and_nothing_is_lost_or_repeated(
     assert {"ok", "crashed", "refused"} <= set(frame["status"])
     run(path, address)
     assert measurements(path) == after, "a complete run repeats nothing"
+
+
+@pytest.mark.slow
+def test_the_quick_suite_on_two_dask_workers_is_that_of_two_processes(tmp_path: Path) -> None:
+    """Every trial: all cases and installed libraries of the suite, the settings that the limit leaves out included."""
+    frames = []
+    for name, more in (("here", ()), ("there", ("--dask", "local"))):
+        path = tmp_path / f"{name}.sqlite"
+        assert gnomon("run", "--suite", "quick", "--timing", "none", "--workers", "2", "--out", str(path), *more) == 0
+        frames.append(answers(store.load(path)))
+    assert len(frames[0]) > 300
+    assert frames[1].equals(frames[0])
 
 
 def measurements(path: Path) -> list[tuple[Any, ...]]:
