@@ -20,9 +20,10 @@ from gnomon.harness.reporting.style import INK, QUIET, dressed
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.results.visible import visible
 from gnomon.harness.running import plan
+from gnomon.harness.system.jobs import run
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome
 from gnomon.harness.verification.trials import DEPTHS, HALF_ULP, Trials
-from gnomon.harness.verification.verify import Job, Row, Runner
+from gnomon.harness.verification.verify import CaseJob, Row
 
 MOST_ROWS = 5000
 """Altair refuses longer tables."""
@@ -48,7 +49,7 @@ def draw(integrator: Integrator, depth: str, row: Row, path: Path) -> None:
     def measured(trials: Trials) -> Finding:
         return Finding(Outcome.PASSED, got=json.dumps(_measured(trials, row.finding.setting)))
 
-    Runner(integrator, DEPTHS[depth], 1, found.append, math.inf).run([Job(case, ["picture"], measured)])
+    run([CaseJob(integrator, case, DEPTHS[depth], found.append, ["picture"], measured)], workers=1)
     if found[0].finding.outcome != Outcome.PASSED:
         raise ValueError(
             f"--picture {path}: {integrator.id} on {row.case} gave {found[0].finding.got}, nothing is drawn"

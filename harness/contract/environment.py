@@ -12,7 +12,18 @@ from pathlib import Path
 
 import cpuinfo
 
-LIBRARIES = ("numpy", "scipy", "numba", "rebound", "pybullet", "heyoka", "mpmath", "python-flint", "llvmlite")
+LIBRARIES = (
+    "numpy",
+    "scipy",
+    "numba",
+    "rebound",
+    "pybullet",
+    "heyoka",
+    "scikit-sundae",
+    "mpmath",
+    "python-flint",
+    "llvmlite",
+)
 
 VERSIONS = ("python", "gnomon", "sources", *LIBRARIES)
 """The names of `versions`."""

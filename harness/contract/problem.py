@@ -1,14 +1,16 @@
 """From a case to a Problem, what an integrator is given: equations in an accepted form, parameters, sample times."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import FirstOrder, Form, first_order
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.contract.integrator import Floats, Names, Problem
+from gnomon.harness.contract.integrator import Floats, Integrator, Names, Problem
 from gnomon.reference.numerics.precision import nearest_double, working
 
 DIGITS = 40
@@ -23,6 +25,21 @@ def accepted_form(
     if formulation is None and case.scene is not None:
         offered = (*offered, case.scene)
     return next((form for form in offered if isinstance(form, accepts)), None)
+
+
+def first_taken(integrator: Integrator, forms: Iterable[Form | SceneForm | None]) -> Any:
+    """The first of these forms that an integrator takes; None if it takes none of them."""
+    return next((form for form in forms if form is not None and _takes_form(integrator, form)), None)
+
+
+def takes(integrator: Integrator, case: Case) -> bool:
+    """Whether an integrator takes the form of a case that it would be given."""
+    form = accepted_form(case, integrator.accepts)
+    return form is not None and _takes_form(integrator, form)
+
+
+def _takes_form(integrator: Integrator, form: Form | SceneForm) -> bool:
+    return isinstance(form, integrator.accepts) and integrator.unsupported(form) is None
 
 
 def problem_of(

@@ -88,9 +88,8 @@ def probe(ensemble: Ensemble) -> Cost:
             raise ValueError(f"{ready.integrator.id} declines {ready.case.id}: {error}") from None
     ready.measured(0, PROBE)
     count, whole = PROBE, _seconds(ready.measured, 0, PROBE)
-    if (
-        whole * BLOCK / PROBE <= PROBE_SECONDS
-    ):  # a whole block, as in the run: some methods share work between its samples
+    if whole * BLOCK / PROBE <= PROBE_SECONDS:
+        # A whole block, as in the run: some methods share work between its samples.
         count, whole = BLOCK, _seconds(ready.measured, 0, BLOCK)
     exact = _seconds(exact_states, ready.case, *ready.split(ready.drawn(0, count)[1]), ready.times)
     return Cost(max(whole - exact, 0.0) / count, exact / count, formula(ready.case) is not None, ready.parameters_vary)

@@ -19,8 +19,8 @@ MODULES: list[str] = declared("registry", "modules.toml")["modules"]
 
 GROUP = "gnomon.integrators"
 
-OPTIONAL = ("heyoka",)
-"""Libraries that are not installed with gnomon."""
+OPTIONAL = {"heyoka": "heyoka", "sksundae": "scikit-sundae"}
+"""Libraries that are not installed with gnomon, and the packages that have them."""
 
 LAST_WHEELS = {"pybullet": (3, 11)}
 """The newest Python for which a library has wheels."""
@@ -150,7 +150,7 @@ def absent(library: str) -> str:
     last = LAST_WHEELS.get(library)
     if last is not None and sys.version_info[:2] > last:
         return f"{library} has wheels up to CPython {last[0]}.{last[1]} only"
-    return f"{library} is {'optional' if library in OPTIONAL else 'not installed'}: pip install {library}"
+    return f"{library} is {'optional' if library in OPTIONAL else 'not installed'}: pip install {OPTIONAL.get(library, library)}"
 
 
 def _declared(module: str) -> Iterator[Integrator]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import altair as alt
 import numpy as np
 import pandas as pd
-from gnomon.harness.reporting.style import HUES, INK, OTHER_HUES, dressed, records
+from gnomon.harness.reporting.style import INK, dressed, hues, records
 from gnomon.harness.results import profiles
 from gnomon.harness.results.profiles import OURS, THIRD_PARTY, Profile
 
@@ -54,8 +54,8 @@ def _charts(equal: pd.DataFrame, reduced: pd.DataFrame, best: bool = True) -> di
 def _chart(found: Sequence[Profile], places: np.ndarray, title: str, labels: str) -> alt.LayerChart:
     """A line a library with its band, the best of all third parties dashed."""
     names = [one.name for one in found]
-    hues = iter(OTHER_HUES * 9)
-    colours = [INK if name == THIRD_PARTY else HUES.get(name) or next(hues) for name in names]
+    hue = hues(name for name in names if name != THIRD_PARTY) | {THIRD_PARTY: INK}
+    colours = [hue[name] for name in names]
     rows = pd.concat(
         pd.DataFrame({"library": one.name, "at": places, "share": one.share, "low": one.low, "high": one.high})
         for one in found

@@ -16,6 +16,7 @@ from gnomon.harness.reporting.report_charts import (
 )
 from gnomon.harness.reporting.report_pack import packed_json, packed_vega
 from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.reporting.report_stability import stability_charts
 from gnomon.harness.reporting.report_words import page_words
 from gnomon.harness.results import opening, store
 from gnomon.harness.results.visible import code, markdown
@@ -48,6 +49,7 @@ def write_report(
         work = work_problems(run)
         charts = other_charts(run)
         words = page_words(run, beside or (run.path.parent, folder, folder.parent), work)
+        charts |= stability_charts(words["stability"])
     page = folder / "index.html"
     with diskcache.whole(page) as part:
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")

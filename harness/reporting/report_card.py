@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.declared import declared
+from gnomon.harness.registry import lookup
 from gnomon.harness.reporting.tables import Cell, Row, other_side, ratio_text, short_text, time_text
 from gnomon.harness.results.analysis import NEVER_RAN, TARGETS
 from gnomon.harness.results.rankings import standings
+from gnomon.harness.running.own_equations import lines
 
 _PAGE = declared("reporting", "templates/page.toml")
 KINDS: dict[str, list[str]] = _PAGE["kinds"]
@@ -42,6 +44,14 @@ def kind_rows(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, S
         cells = [_choice(mine[mine["target"] == target]) for target in TARGETS]
         rows.append({"head": words, "cases": list(cases), "cells": [*cells, _most_reliable(matrix, cases)]})
     return rows
+
+
+def lines_of(kinds: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """For each integrator named in rows of `kind_rows` that this gnomon has: the lines that run it on other equations."""
+    named = dict.fromkeys(cell.text for row in kinds for cell in row["cells"])
+    known = lookup.everything()
+    found = {name: lines(known[name]) for name in named if name in known}
+    return {name: text for name, text in found.items() if text is not None}
 
 
 def _choice(rows: pd.DataFrame) -> Cell:

@@ -45,6 +45,7 @@ def _view(
     return {
         "findings": findings.findings(equal, run.policies, kinds, matrix, trusted, changed),
         "kinds": kinds,
+        "lines": report_card.lines_of(kinds),
         "overall": tables.overall(equal),
         "card": report_card.card(equal, trusted, slopes, matrix, growth, orders),
         "fastest": tables.fastest(equal, problems),

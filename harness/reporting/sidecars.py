@@ -16,6 +16,9 @@ from jsonschema import Draft202012Validator
 MOST_BYTES = 1 << 26
 _SCHEMA = json.loads((files("gnomon.harness.reporting") / "templates" / "sidecars.schema.json").read_text("utf-8"))
 
+NAMES: tuple[str, ...] = tuple(name for name in _SCHEMA["$defs"] if name.endswith(".json"))
+"""The files that may lie beside a page."""
+
 
 def first(name: str, *folders: Path) -> Any:
     """What the file of this name in the first of the folders that has it holds; None if none has."""

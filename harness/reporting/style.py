@@ -5,6 +5,8 @@ without colour vision too.
 """
 
 import colorsys
+import itertools
+from collections.abc import Iterable
 from typing import Any
 
 import pandas as pd
@@ -13,12 +15,18 @@ from gnomon.harness.contract.declared import declared
 STYLE = declared("reporting", "templates/figures.toml")
 INK, QUIET, PALE, GRID = (STYLE["inks"][name] for name in ("ink", "quiet", "pale", "grid"))
 HUES: dict[str, str] = STYLE["hues"]
-OTHER_HUES = ("#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
+_OTHER_HUES = ("#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
 FAMILIES: dict[str, dict[str, Any]] = STYLE["families"]
 STATUSES: dict[str, dict[str, str]] = declared("reporting", "templates/statuses.toml")
 STATUS_COLOURS = {name: each["colour"] for name, each in STATUSES.items()}
 LETTERS = {name: each["letter"] for name, each in STATUSES.items() if "letter" in each}
 MEANINGS = {name: each["meaning"] for name, each in STATUSES.items() if "meaning" in each}
+
+
+def hues(libraries: Iterable[str]) -> dict[str, str]:
+    """The colour of each library: its own, or in turn one of the others."""
+    others = itertools.cycle(_OTHER_HUES)
+    return {name: HUES.get(name) or next(others) for name in libraries}
 
 
 def family(row: pd.Series) -> str:
@@ -38,16 +46,16 @@ def styles(frame: pd.DataFrame) -> pd.DataFrame:
     one["family"] = one.apply(family, axis=1)
     libraries = [name for name in HUES if name in set(one["library"])]
     libraries += sorted(set(one["library"]) - set(HUES))
-    hues = HUES | dict(zip([name for name in libraries if name not in HUES], OTHER_HUES * 9, strict=False))
     place = {name: i for i, name in enumerate(libraries)}
     kind = {name: i for i, name in enumerate(FAMILIES)}
     one = one.assign(lane=one["library"].map(place), kind=one["family"].map(kind))
     one = one.sort_values(["lane", "kind", "order_declared", "integrator_id"], na_position="last")
+    hue = hues(libraries)
     shades = {}
     for (library, _), members in one.groupby(["library", "family"], sort=False):
         for i, name in enumerate(members["integrator_id"]):
             share = i / max(len(members) - 1, 1) if len(members) > 1 else 0.6
-            shades[name] = _shade(hues[library], share)
+            shades[name] = _shade(hue[library], share)
     return pd.DataFrame(
         {
             "series": one["integrator_id"],

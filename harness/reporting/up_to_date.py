@@ -11,12 +11,12 @@ from importlib.resources import as_file, files
 from pathlib import Path
 
 from gnomon.cases.core.case import Case
+from gnomon.harness.reporting import sidecars
 from gnomon.harness.results.opening import results_file
 from gnomon.reference.storage import diskcache
 
 WRITTEN = ("index.html", "summary.md", "figures/figures.json")
 """The files of a report; the last one lists its figures, if there are any."""
-SIDECARS = ("certificates.json", "checks.json", "benchmarks.json", "orders.json", "growth.json")
 LIBRARIES = ("numpy", "pandas", "altair", "vl-convert-python", "jinja2", "jsonschema")
 PACKAGES = ("gnomon.harness", "gnomon.cases", "gnomon.reference")
 
@@ -43,7 +43,7 @@ def key_of(database: Path, folders: Sequence[Path]) -> str | None:
     if entry_points(group="gnomon.cases"):
         return None
     parts = [str(database.resolve().parts[-2:]), platform.python_version(), *map(version, LIBRARIES)]
-    beside = [folder / name for folder in folders for name in SIDECARS]
+    beside = [folder / name for folder in folders for name in sidecars.NAMES]
     for path in (database, database.with_name(database.name + "-wal"), *beside, *_sources()):
         parts.append(_digest(path) if path.is_file() else "")
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()

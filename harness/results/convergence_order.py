@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 LARGEST_ERROR = 1e-2
@@ -73,9 +74,13 @@ def mean_slope(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     If the points scatter independently or follow a random walk, neighbouring slopes are uncorrelated or negatively
     correlated, and the interval is rather too wide. A line that bends has a wider interval.
     """
-    pieces = np.array([_slope(pair) for pair in itertools.pairwise(points)])
-    half = stdtrit(len(pieces) - 1, 0.975) * np.std(pieces, ddof=1) / math.sqrt(len(pieces))
-    return float(np.mean(pieces)), float(half)
+    return mean_and_half(np.array([_slope(pair) for pair in itertools.pairwise(points)]))
+
+
+def mean_and_half(values: NDArray[np.float64]) -> tuple[float, float]:
+    """The mean, and half of its 95 % interval (Student's t) if the values scatter independently."""
+    half = stdtrit(len(values) - 1, 0.975) * np.std(values, ddof=1) / math.sqrt(len(values))
+    return float(np.mean(values)), float(half)
 
 
 def why_no_line(errors: Sequence[float], floor: float) -> str:

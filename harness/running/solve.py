@@ -8,11 +8,12 @@ from gnomon.cases.core.arithmetic import calling
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, solver_of
+from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.registry import lookup
 
 
 def solve(
-    f: Callable[..., Values],
+    f: Callable[..., Values] | Form,
     t0: float,
     y0: Sequence[float] | Floats,
     times: Sequence[float] | Floats,
@@ -26,7 +27,8 @@ def solve(
 
     `f(t, y)` returns the derivatives as a tuple of plain arithmetic on the tuple y and functions of `math`, without
     branches: it is compiled. With `accelerations` it is f(t, q), y0 is (q..., q'...), and methods for q'' = a(t, q) run.
-    With `parameters` it is f(t, y, p): other numbers do not compile it again. `times` increase and are after `t0`.
+    With `parameters` it is f(t, y, p): other numbers do not compile it again. `f` may be a form of
+    `gnomon.cases.core.forms` instead: rigid bodies, gravitating bodies, events. `times` increase and are after `t0`.
 
     `method` is what `gnomon list integrators` names. `tolerance` is relative; for a method of fixed steps it is the step
     size, which is shortened so that steps end at the times. Raises Refused where the method declines or gives up, and
@@ -55,12 +57,15 @@ def solve(
     return states
 
 
-def _form(f: Callable[..., Values], with_parameters: bool, accelerations: bool, integrator: Integrator) -> Form:
+def _form(f: Callable[..., Values] | Form, with_parameters: bool, accelerations: bool, integrator: Integrator) -> Form:
     """The most structured form of `f` that the integrator accepts."""
-    equations = f if with_parameters else calling(f, "t, state", "alone")
-    own: Form = SecondOrder(equations) if accelerations else FirstOrder(equations)
-    for form in (own, first_order(own)):
-        if form is not None and isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
-            return form
+    if isinstance(f, Form):
+        own: Form = f
+    else:
+        equations = f if with_parameters else calling(f, "t, state", "alone")
+        own = SecondOrder(equations) if accelerations else FirstOrder(equations)
+    form: Form | None = first_taken(integrator, (own, first_order(own)))
+    if form is not None:
+        return form
     needs = " or ".join(kind.__name__ for kind in integrator.accepts)
     raise ValueError(f"{integrator.id} needs equations as {needs}; see `gnomon list integrators`")

@@ -21,6 +21,7 @@ SECONDS_EACH = {
     "gnomon": 2e-7,
     "gnomon:Taylor": 2e-6,
     "heyoka": 4e-6,
+    "sksundae": 2e-5,
     "rebound": 1e-6,
     "rebound:BS [ODE mode]": 6e-7,
     "rebound:IAS15": 4e-5,

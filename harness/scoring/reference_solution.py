@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 from gnomon import cases
 
 PACK = Path(__file__).with_name("reference_solutions.zip")
-"""The reference solutions of all default cases, made by `make solutions`; one whose sources changed is computed again."""
+"""The reference solutions of all default cases and of hard variants that users solve in their first minutes, made by
+`make solutions`; one whose sources changed is computed again."""
 _OWN = (__name__, "gnomon.harness.contract.problem")
 
 
@@ -127,17 +128,24 @@ def reference_solutions(
     return found
 
 
-def write_pack(path: Path, progress: Callable[[], None] = lambda: None) -> None:
-    """Write the reference solutions of all default cases in all formulations. Raises ValueError if one has none."""
-    every = [cases.get(name).rounded() for name in cases.names()]
-    specs = [CaseSpec.of(case, own) for case in every for own in (None, *case.formulations)]
+def write_pack(path: Path, variants: Sequence[tuple[str, str]], progress: Callable[[], None] = lambda: None) -> None:
+    """Write the reference solutions of all default cases in all formulations, and of hard variants (case, variant).
+
+    Raises ValueError if one has none.
+    """
     entries = {}
-    for spec, found in reference_solutions(specs, progress).items():
+    for spec, found in reference_solutions(packed_specs(variants), progress).items():
         key = _key(spec)
         if key is None or isinstance(found, str):
             raise ValueError(f"{spec.path} has no reference solution to keep: {found}")
         entries[key] = _entry(found)
     diskcache.write_pack(path, entries)
+
+
+def packed_specs(variants: Sequence[tuple[str, str]]) -> list[CaseSpec]:
+    every = [cases.get(name).rounded() for name in cases.names()]
+    specs = [CaseSpec.of(case, own) for case in every for own in (None, *case.formulations)]
+    return specs + [CaseSpec.of(cases.get(*pair).rounded()) for pair in variants]
 
 
 def _entry(solution: ReferenceSolution) -> diskcache.Entry:

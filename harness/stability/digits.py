@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
-from gnomon.harness.contract.problem import accepted_form
-from gnomon.harness.stability.panel import panel
-from gnomon.harness.stability.subjects import Budget, trials_of
+from gnomon.harness.stability.panel import Column, Mark, panel
+from gnomon.harness.stability.subjects import Budget, accepts, trials_of
 from gnomon.harness.verification.trials import Trials
 
 CASES = (
@@ -34,7 +33,7 @@ LONG = ("orbits", "long", "speed", "engines", "revolutions", "precessions", "fli
 CHAOTIC = (("double_pendulum", "upright"), ("bouncing_ball_table", "chaotic"))
 FEWEST = 2
 MANY_SECONDS = 10.0
-"""Processor seconds from which chaotic motions are solved too: their reference solutions are expensive."""
+"""Processor seconds from which all hard variants share the time; with fewer the first two have half each at least."""
 TARGET = 1e-6
 """Relative error at which calls of the right-hand side are compared."""
 INACCURATE = 0.1
@@ -62,13 +61,40 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
     return found
 
 
-@panel("digits", "Digits lost on hard motions", sentences)
+COLUMNS = (
+    Column("lost", "digits lost by the method"),
+    Column("calls", "right-hand sides to an error of 1e-6", True),
+    Column("horizon", "horizon over that of the problem", ends=(0.0, 1.2)),
+)
+
+
+def marks(data: Mapping[str, Any]) -> list[Mark]:
+    """The digits lost in the median and over all hard variants, the calls, and the horizons of chaotic motions."""
+    found, rows = [], data["variants"]
+    values = [row["lost"] for row in rows.values() if row["complete"] and row["lost"] is not None]
+    failed = sum(bool(row["failed"] and row["complete"]) for row in rows.values())
+    if data["complete"]:
+        text = f"{failed} of {data['complete']} variants failed"
+        if values:
+            text += f", {min(values):.1f} to {max(values):.1f} digits lost on the others"
+        found.append(Mark("lost", data["median"], min(values, default=None), max(values, default=None), text))
+    for name, row in rows.items():
+        if row["calls"]:
+            found.append(Mark("calls", row["calls"], text=f"{name}: {row['calls']:.3g}"))
+        if row.get("horizon") is not None and tuple(name.split("/")) in CHAOTIC:
+            share = row["horizon"] / row["horizon_of_problem"]
+            found.append(Mark("horizon", share, text=f"{name}: {row['horizon']:.2f} of the span, the problem's"
+                              f" {row['horizon_of_problem']:.2f}"))  # fmt: skip
+    return found
+
+
+@panel("digits", "Digits lost on hard motions", sentences, COLUMNS, marks)
 def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """For each hard variant the digits lost, the calls at an error of 1e-6, and how far the sweep was measured.
 
     Raises Refused for an integrator that accepts none of the cases.
     """
-    budget, known = Budget(seconds), hard_variants(integrator, seconds >= MANY_SECONDS)
+    budget, known = Budget(seconds), hard_variants(integrator)
     if not known:
         raise Refused(f"it accepts none of {', '.join(CASES)}")
     rows: dict[str, Any] = {}
@@ -93,19 +119,22 @@ def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
     }
 
 
-def hard_variants(integrator: Integrator, chaotic: bool) -> list[tuple[str, str]]:
-    """(case, variant) of those that the integrator accepts: first one of each case, then the second ones, and so on."""
+def hard_variants(integrator: Integrator) -> list[tuple[str, str]]:
+    """(case, variant) of those of `every_variant` that the integrator accepts, in that sequence."""
+    return [pair for pair in every_variant() if accepts(integrator, *pair)]
+
+
+def every_variant() -> list[tuple[str, str]]:
+    """(case, variant): a hard variant of each case, the chaotic motions, then the second variants, and so on.
+
+    Their reference solutions come with the package.
+    """
     chosen = []
     for name in CASES:
         variants = [variant.name for variant in get(name).variants]
         chosen.append([(name, each) for each in variants if not any(word in each for word in LONG)])
-    rounds = itertools.chain(*itertools.zip_longest(*chosen), CHAOTIC if chaotic else ())
-    return [pair for pair in rounds if pair is not None and _accepts(integrator, *pair)]
-
-
-def _accepts(integrator: Integrator, name: str, variant: str) -> bool:
-    form = accepted_form(get(name, variant).rounded(), integrator.accepts)
-    return form is not None and integrator.unsupported(form) is None
+    first, *others = itertools.zip_longest(*chosen)
+    return [pair for pair in itertools.chain(first, CHAOTIC, *others) if pair is not None]
 
 
 def _stresses(name: str, variant: str) -> str:

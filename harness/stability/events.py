@@ -14,7 +14,7 @@ from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Steps, solver_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.scoring.events import score_events
-from gnomon.harness.stability.panel import panel
+from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.solving import processor_seconds
 from gnomon.harness.stability.subjects import Budget, trials_of
 from scipy.special import betaincinv
@@ -146,7 +146,37 @@ def _by_setting(rows: Sequence[Mapping[str, Any]]) -> list[tuple[float, list[Map
     return [(setting, [row for row in usable if row["setting"] == setting]) for setting in settings]
 
 
-@panel("events", "Events", sentences, _applies)
+KINDS = {
+    "grazing_oscillator": "grazing, oscillator",
+    "grazing_fall": "grazing, free fall",
+    "two_in_one_step": "two in one step",
+    "invented": "none, guard not reached",
+}
+PLACES = ("loose", "middle", "tight")
+
+
+def marks(data: Mapping[str, Any]) -> list[Mark]:
+    """A cell for each kind and setting: how many starts had all events found, of how many; or how many were invented."""
+    found = []
+    for name in KINDS:
+        for place, (setting, rows) in zip(PLACES, _by_setting(data[name]), strict=False):
+            starts = sum(row["starts"] for row in rows)
+            good = sum(
+                row["found"] if name != "invented" else row["starts"] - min(row["extra"], row["starts"]) for row in rows
+            )
+            found.append(Mark(f"{name}_{place}", 1 - good / starts, text=f"{good}/{starts} at {setting:g}"))
+    return found
+
+
+@panel(
+    "events",
+    "Events",
+    sentences,
+    [Column(f"{name}_{place}", f"{title}: {place}") for name, title in KINDS.items() for place in PLACES],
+    marks,
+    _applies,
+    cells=True,
+)
 def events(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """For each kind of passage a row for each setting and size; for the bouncing ball a row for each setting.
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused, Steps
 from gnomon.harness.stability.linear_problems import problem_for
-from gnomon.harness.stability.panel import panel
+from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.step_matrix import FEWER, StepMatrix, spectral_radius, stable_intervals
 
 SCAN_STEPS = (0.02, 0.04, 0.1, 0.2)
@@ -33,6 +33,9 @@ REGION = (-6.0, 2.0, 6.0)
 REGION_STEPS = (0.1, 0.2, 0.4)
 SHARE = 0.3
 """Part of the time that a scan may take; there are two, and the grid."""
+SMALL, FAR = 0.2, 3.0
+"""A step with this h w turns the phase by as many radians; a method for which it is so many times more or less solves
+something else, and its limits mean nothing."""
 L_STABLE = 1e-3
 """|R(-1e6)| of a method that is L-stable is about 1e-6 or less, that of one that is only A-stable near 1."""
 GROWS = 30.0
@@ -63,7 +66,7 @@ def _on_vibrations(axis: Mapping[str, Any]) -> list[str]:
     found = [f"Use it for undamped vibrations up to h w = {limit:.4g}."]
     gaps = [f"from {a[1]:.4g} to {b[0]:.4g}" for a, b in pairwise(stable)]
     for text, growth in zip(gaps, axis["gaps"], strict=True):
-        size = "" if growth is None else f" by up to {100 * growth:.2g} % a step"
+        size = "" if growth is None else f" by up to {float(f'{100 * growth:.2g}'):g} % a step"
         found.append(f"Not for vibrations at h w {text}: they grow{size}.")
     return found if len(stable) == 1 else [*found, f"Not for vibrations at h w above {stable[-1][1]:.4g}."]
 
@@ -87,7 +90,29 @@ def first_limit(axis: Mapping[str, Any]) -> float:
     return math.inf if stable[0][1] >= axis["scanned_to"] else float(stable[0][1])
 
 
-@panel("linear", "Linear stability", sentences, steps_reason)
+COLUMNS = (
+    Column("imaginary", "stable on vibrations at h w", True, (0.1, 60.0)),
+    Column("negative_real", "stable on decay at h rate", True, (0.1, 60.0)),
+)
+
+
+def marks(data: Mapping[str, Any]) -> list[Mark]:
+    """The stable intervals on both axes, and the first limit."""
+    found = []
+    for column in COLUMNS:
+        axis = data[column.id]
+        if axis is None:
+            continue
+        limit = first_limit(axis)
+        text = "no limit" if math.isinf(limit) else f"limit {limit:.4g}" if limit else "at no step"
+        found.append(Mark(column.id, None if math.isinf(limit) else limit, text=text))
+        found += [
+            Mark(column.id, low=low, high=high, text=f"from {low:.4g} to {high:.4g}") for low, high in axis["stable"]
+        ]
+    return found
+
+
+@panel("linear", "Linear stability", sentences, COLUMNS, marks, steps_reason)
 def linear(integrator: Integrator, seconds: float) -> dict[str, Any]:
     problem = problem_for(integrator)
     assert problem is not None
@@ -98,6 +123,9 @@ def linear(integrator: Integrator, seconds: float) -> dict[str, Any]:
     found |= {axis: scan(step, ray, cost, SHARE * seconds) for axis, ray in rays.items()}
     if not found["imaginary"]["answers"]:
         raise Refused(f"no step matrix on {problem.what}: no answer, or another matrix in each step")
+    turn = math.acos(min(max(float(step.turning(np.array([SMALL]))[0][0]), -1.0), 1.0))
+    if turn < SMALL / FAR or turn > SMALL * FAR:
+        raise Refused(f"no solution of {problem.what}: a step of h w = {SMALL:g} turns the phase by {turn:.2g} rad")
     several = {axis: several_steps(step, ray, first_limit(found[axis])) for axis, ray in rays.items()}
     found["multistep"] = any(contrary for contrary, _ in several.values())
     if found["multistep"]:  # one step is that of the starting method

@@ -28,6 +28,7 @@ from gnomon.cases.core.forms import (
 )
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator
+from gnomon.harness.contract.problem import first_taken
 from numpy.typing import NDArray
 
 Complex = NDArray[np.complexfloating[Any, Any]]
@@ -60,11 +61,8 @@ class LinearProblem:
 
 def problem_for(integrator: Integrator) -> LinearProblem | None:
     """The exactly linear problem of a form that the integrator takes, None where it takes none."""
-    for problem in PROBLEMS:
-        accepted = isinstance(problem.form, integrator.accepts)
-        if accepted and integrator.unsupported(problem.form) is None:
-            return problem
-    return None
+    form = first_taken(integrator, [problem.form for problem in PROBLEMS])
+    return next((problem for problem in PROBLEMS if problem.form is form), None)
 
 
 def rotation_equations(t: Any, state: Values, parameters: Values) -> Values:

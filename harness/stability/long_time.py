@@ -12,9 +12,10 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import FirstOrder, Hybrid, SecondOrder, Values, first_order
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps, Tolerance
-from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.problem import takes
 from gnomon.harness.contract.status import Status
-from gnomon.harness.stability.panel import panel
+from gnomon.harness.results.convergence_order import mean_and_half
+from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.solving import multiples, processor_seconds, solved
 from gnomon.harness.stability.subjects import Budget
 from gnomon.harness.studies.growth import (
@@ -27,7 +28,6 @@ from gnomon.harness.studies.growth import (
     relative_drift,
     trajectories,
 )
-from scipy.special import stdtrit
 
 CASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("pendulum_simple", {}),
@@ -40,6 +40,8 @@ CASES: tuple[tuple[str, dict[str, Any]], ...] = (
 PERIODS, MOST_PERIODS = 64, 2**20
 STARTS, MANY_STARTS, MANY_SECONDS = 8, 24, 30.0
 """Starts, and how many where there is more processor time than `MANY_SECONDS`."""
+FEWEST_STARTS, SLOW = 3, 1.5
+"""Starts of a method so slow that more would take over 1.5 times its share; the interval is wider then."""
 SAMPLES_FEWEST, SAMPLES_MOST, A_PERIOD = 256, 2048, 4
 EXACT = 20
 """Times at which the exact motion is computed for each start, in equal ratios."""
@@ -70,11 +72,13 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         over = f"{row['periods']:g} periods of {data['case']} at {row['named']}"
         energy, position = row["energy"], row["position"]
         if energy["class"] == "lost":
-            found.append(f"Not for {over}: its energy is lost, wrong by {energy['size']:.2g}.")
+            found.append(f"Not for {over}: its energy is lost (error {_size(energy)}).")
+        elif energy["class"] == "no error":
+            found.append(f"Use it for {over}: its energy has no error.")
         elif energy["class"] in ("bounded", "sqrt t"):
-            found.append(f"Use it for {over}: its energy error is {_law(energy)}, {energy['size']:.2g} at the end.")
+            found.append(f"Use it for {over}: its energy error is {_law(energy)}, {_size(energy)} at the end.")
         else:
-            found.append(f"Not for much more than {over}: its energy error grows as {_law(energy)}, {energy['size']:.2g}"
+            found.append(f"Not for much more than {over}: its energy error grows as {_law(energy)}, {_size(energy)}"
                          " at the end.")  # fmt: skip
         if position["lost_after"] is not None:
             found.append(f"Not for positions after {position['lost_after']:.3g} periods at {row['named']}: the phase is"
@@ -85,16 +89,49 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
             found.append(f"Brouwer's law is {row['brouwer']} at {row['named']}.")
     linear = data.get("oscillator") or {}
     if linear.get("drift_ulp") is not None:
-        found.append(f"Round-off changes its own invariant of the oscillator by {linear['drift_ulp']:.3g} ulp in"
-                     f" {linear['steps']} steps: {linear['law']} (power {linear['low']:.2f} to {linear['high']:.2f}).")  # fmt: skip
+        law = _law(linear | {"class": linear["law"]})
+        steps, drift = linear["steps"], f"{linear['drift_ulp']:.3g} ulp"
+        found.append(f"Round-off changes its own invariant of the oscillator by {drift} in {steps} steps: {law}.")
     return found
+
+
+def _size(row: Mapping[str, Any]) -> str:
+    return "not finite" if row["size"] is None else f"{row['size']:.2g}"
 
 
 def _law(row: Mapping[str, Any]) -> str:
     return f"{row['class']} (power {row['low']:.2f} to {row['high']:.2f})" if row["low"] is not None else row["class"]
 
 
-@panel("long_time", "Long motions and round-off", sentences, _applies)
+COLUMNS = (
+    Column("usual", "power of time of the energy error", ends=(-0.5, 2.5)),
+    Column("tightest", "the same at the tightest tolerance", ends=(-0.5, 2.5)),
+    Column("position", "power of time of the position error", ends=(-0.5, 2.5)),
+    Column("drift", "drift of its invariant (ulp)", True),
+)
+
+
+def marks(data: Mapping[str, Any]) -> list[Mark]:
+    """The powers with which energy and position err, and the drift by round-off."""
+    found = []
+    for column, row in zip(("usual", "tightest"), data["runs"], strict=False):
+        if Status.REFUSED in row:
+            found.append(Mark(column, text=row[Status.REFUSED]))
+            continue
+        text = f"{_law(row['energy'])}, {_size(row['energy'])} after {row['periods']:g} periods, {row['named']}"
+        energy = row["energy"]
+        found.append(Mark(column, energy["power"], energy["low"], energy["high"], text))
+        position = row["position"]
+        if column == "usual" and position.get("power") is not None:
+            found.append(Mark("position", position["power"], position["low"], position["high"], _law(position)))
+    linear = data.get("oscillator") or {}
+    if linear.get("drift_ulp") is not None:
+        text = f"{linear['drift_ulp']:.3g} ulp in {linear['steps']} steps: {linear['law']}"
+        found.append(Mark("drift", linear["drift_ulp"], text=text))
+    return found
+
+
+@panel("long_time", "Long motions and round-off", sentences, COLUMNS, marks, _applies)
 def long_time(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """Runs at a usual setting and, where the setting is a tolerance, at the tightest; fixed steps on the oscillator.
 
@@ -121,8 +158,7 @@ def long_time(integrator: Integrator, seconds: float) -> dict[str, Any]:
 def _case(integrator: Integrator) -> tuple[str, Case]:
     for name, parameters in CASES:
         case = get(name, **parameters).rounded()
-        form = accepted_form(case, integrator.accepts)
-        if form is not None and integrator.unsupported(form) is None:
+        if takes(integrator, case):
             return name, case
     raise Refused(f"it accepts none of {', '.join(name for name, _ in CASES)}")
 
@@ -139,7 +175,11 @@ def _settings(integrator: Integrator) -> list[float]:
 def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) -> dict[str, Any]:
     """The growth of the errors of energy and position over as many periods as the processor time allows."""
     try:
-        trajectories(replace(subject, periods=1.0, samples=64, starts=1), case, integrator)  # compiles
+        short = replace(subject, periods=8.0, samples=64, starts=1)
+        trajectories(short, case, integrator)  # compiles
+        each = processor_seconds(lambda: trajectories(short, case, integrator)) * subject.periods / short.periods
+        starts = Budget(max(SLOW * seconds, 1.0)).affords(each, FEWEST_STARTS, subject.starts)
+        subject = replace(subject, starts=starts, together=starts)
         budget, periods = Budget(seconds), float(subject.periods)
         first = trajectories(subject, case, integrator)
         each = max(seconds - budget.left, 1e-6)
@@ -188,9 +228,8 @@ def grown(times: Floats, errors: Floats) -> dict[str, Any]:
     powers = np.polyfit(centres, sizes[:, usable], 1)[0] if len(centres) > 1 and np.any(usable) else np.array([])
     if len(powers) < 2:
         return nothing | {"class": "no error" if size == 0 else "undecided"}
-    half = stdtrit(len(powers) - 1, 0.975) * np.std(powers, ddof=1) / math.sqrt(len(powers))
-    power = float(np.mean(powers))
-    low, high = power - float(half), power + float(half)
+    power, half = mean_and_half(powers)
+    low, high = power - half, power + half
     return {"size": size, "power": power, "low": low, "high": high, "class": named(low, high)}
 
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import importlib
 import math
-import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from gnomon.harness.contract.integrator import Integrator, Refused
@@ -19,19 +17,51 @@ each."""
 
 
 @dataclass(frozen=True)
+class Column:
+    """A quantity in the figure of a panel. `decades`: its axis is logarithmic. `ends`: what the axis shows at most; None
+    where the numbers decide."""
+
+    id: str
+    title: str
+    decades: bool = False
+    ends: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A number of an integrator in the figure of a panel, an interval, or both; `text` tells it, alone if there is none.
+
+    In a panel of `cells` the number is from 0, nothing to object to, to 1, and the text is written into the cell.
+    """
+
+    column: str
+    at: float | None = None
+    low: float | None = None
+    high: float | None = None
+    text: str = ""
+
+
+Data = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
 class Panel:
     """`measure` may raise what the integrator raises; `measured` never does.
 
     `applies` gives the reason why a panel is not measured for an integrator, None where it is. `measure(integrator,
     seconds)` spends about `seconds` of processor time and returns data for JSON: numbers, strings, lists and
-    dictionaries of them. `sentences` of such data: "use it for ..." and "not for ...", each with its number.
+    dictionaries of them. `sentences` of such data: "use it for ..." and "not for ...", each with its number. `marks` of
+    it: what the figure shows, which has `columns`.
     """
 
     id: str
     title: str
     applies: Callable[[Integrator], str | None]
     measure: Callable[[Integrator, float], dict[str, Any]]
-    sentences: Callable[[Mapping[str, Any]], list[str]]
+    sentences: Callable[[Data], list[str]]
+    columns: Sequence[Column] = ()
+    marks: Callable[[Data], list[Mark]] = lambda data: []
+    cells: bool = False
 
     def measured(self, integrator: Integrator, seconds: float) -> dict[str, Any]:
         """The data of `measure`, nan and infinity as None. {"not_applicable": reason} where the panel does not apply,
@@ -54,13 +84,16 @@ PANELS: dict[str, Panel] = {}
 def panel(
     name: str,
     title: str,
-    sentences: Callable[[Mapping[str, Any]], list[str]],
+    sentences: Callable[[Data], list[str]],
+    columns: Sequence[Column],
+    marks: Callable[[Data], list[Mark]],
     applies: Callable[[Integrator], str | None] = lambda integrator: None,
+    cells: bool = False,
 ) -> Callable[[Callable[[Integrator, float], dict[str, Any]]], Panel]:
     """A decorator: the function measures the panel of this name, which is registered in `PANELS`."""
 
     def registered(measure: Callable[[Integrator, float], dict[str, Any]]) -> Panel:
-        PANELS[name] = Panel(name, title, applies, measure, sentences)
+        PANELS[name] = Panel(name, title, applies, measure, sentences, columns, marks, cells)
         return PANELS[name]
 
     return registered
@@ -68,11 +101,9 @@ def panel(
 
 def panels() -> dict[str, Panel]:
     """All panels by id, in the order of `IDS`; imports the modules that register them."""
-    present = {module.name for module in pkgutil.iter_modules([str(Path(__file__).parent)])}
     for name in IDS:
-        if name in present:
-            importlib.import_module(f"gnomon.harness.stability.{name}")
-    return {name: PANELS[name] for name in IDS if name in PANELS}
+        importlib.import_module(f"gnomon.harness.stability.{name}")
+    return {name: PANELS[name] for name in IDS}
 
 
 def for_json(value: Any) -> Any:

@@ -11,16 +11,15 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from gnomon.cases.core.clock import from_start
-from gnomon.cases.core.forms import FirstOrder, Hybrid
+from gnomon.cases.core.forms import Hybrid
 from gnomon.cases.core.scene import SceneForm
-from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, permuted
+from gnomon.cases.core.symmetry import Relation, in_units, mirrored, permuted
 from gnomon.cases.core.turning import Turning
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps
 from gnomon.harness.contract.status import Status
-from gnomon.harness.stability.panel import panel
+from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import Budget, subjects
-from gnomon.harness.verification.relation_claims import KEEPS
+from gnomon.harness.verification.relation_claims import holds, later, related
 from gnomon.harness.verification.trials import Answer, Trials
 
 SUBJECTS = ("two_body", "kepler_orbit", "pendulum_simple")
@@ -98,7 +97,33 @@ def _applies(integrator: Integrator) -> str | None:
     return "it takes equations with events only, whose times depend on units" if hybrid else None
 
 
-@panel("relations", "Units, axes, frames, reversal", sentences, _applies)
+MANY_TIMES = 1e6
+"""A factor of the error that is shown as darkly as any above it."""
+
+
+def marks(data: Mapping[str, Any]) -> list[Mark]:
+    """A cell for each relation: same bits, round-off, or the factor of the error."""
+    found = []
+    for name, row in data["relations"].items():
+        if row["found"] == "factor" and row["factor"] is not None:
+            shade = min(max(math.log(max(row["factor"], 1.0)) / math.log(MANY_TIMES), 0.0), 1.0)
+            found.append(Mark(name, shade, text=f"{row['factor']:.2g}"))
+        elif row["found"] == "factor":
+            found.append(Mark(name, 1.0, text="lost"))
+        else:
+            found.append(Mark(name, 0.0 if row["found"] in ("same bits", "round-off") else None, text=row["found"]))
+    return found
+
+
+@panel(
+    "relations",
+    "Units, axes, frames, reversal",
+    sentences,
+    [Column(name, text) for name, text in TEXTS.items()],
+    marks,
+    _applies,
+    cells=True,
+)
 def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """For each relation what was found: same bits, round-off, or the factor of the error to that of the plain solution."""
     (trials,) = subjects(integrator, SUBJECTS)
@@ -109,9 +134,9 @@ def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
     budget = Budget(seconds)
     rows: dict[str, Any] = {}
     for name, build in related_problems().items():
-        related = build(trials, setting)
-        if related is not None:
-            rows[name] = compared(trials, plain, related) if budget.left > -seconds else {"found": "out of time"}
+        other = build(trials, setting)
+        if other is not None:
+            rows[name] = compared(trials, plain, other) if budget.left > -seconds else {"found": "out of time"}
     found = {"case": trials.case.name, "setting": setting, "error": plain.error, "round_off": plain.roundoff}
     return found | {"relations": rows, "returned": returned(trials, setting)}
 
@@ -187,31 +212,16 @@ def _related(trials: Trials, setting: float, relation: Relation | None) -> Relat
     if relation is None or isinstance(trials.form, SceneForm) or trials.case.hybrid is not None:
         return None
     coordinates = [coordinate.name for coordinate in trials.case.state]
-    problem = _problem(trials)
-    related = replace(
-        problem,
-        parameters=relation.applied([p.name for p in trials.case.parameter_list], problem.parameters),
-        times=problem.times * relation.time,
-        time_scale=problem.time_scale * relation.time,
-    )
-    setting = setting * relation.time if trials.steps else setting
-    return Related(
-        related,
-        relation.applied(coordinates, trials.start),
-        setting,
-        lambda states: relation.undone(coordinates, states),
-    )
+    problem, setting, start = related(trials, _problem(trials), setting, relation)
+    return Related(problem, start, setting, lambda states: relation.undone(coordinates, states))
 
 
 def _in_units(trials: Trials, setting: float, length: float, time: float) -> Related | None:
     """None for a case whose equations hold in one system of units only."""
-    case, relation = trials.case, in_units(trials.case, length, time)
-    form = next((form for form in case.all_forms() if isinstance(form, FirstOrder)), None)
-    if relation is None or form is None or set(relation.factors.values()) == {1.0}:
+    relation = in_units(trials.case, length, time)
+    if relation is None or set(relation.factors.values()) == {1.0} or not holds(trials, relation):
         return None
-    moments = list(zip(trials.reference.times.tolist(), trials.reference.exact, strict=True))
-    holds = defect(case, form.equations, relation, moments, trials.problem().parameters) <= KEEPS
-    return _related(trials, setting, relation) if holds else None
+    return _related(trials, setting, relation)
 
 
 def _turned(trials: Trials, setting: float) -> Related | None:
@@ -244,11 +254,5 @@ def _moving(trials: Trials, setting: float, offset: Floats, rate: Floats) -> Rel
 
 
 def _clock(trials: Trials, setting: float) -> Related | None:
-    """The same motion by a clock that starts at a power of two, where its times can be shifted exactly."""
-    problem = _problem(trials)
-    late = 2.0 ** math.ceil(math.log2(float(problem.times[-1])))
-    times = problem.times + late
-    if trials.case.hybrid is not None or not np.array_equal(times - late, problem.times):
-        return None
-    shifted = replace(problem, form=from_start(problem.form, -late), times=times, t0=late)
-    return Related(shifted, trials.start, setting)
+    shifted = None if trials.case.hybrid is not None else later(_problem(trials))
+    return None if shifted is None else Related(shifted, trials.start, setting)

@@ -21,12 +21,12 @@ from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values, first_order
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
-from gnomon.harness.contract.problem import accepted_form, initial_state, problem_of
+from gnomon.harness.contract.problem import accepted_form, first_taken, initial_state, problem_of
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import NUMPY
 from gnomon.harness.stability.linear import first_limit, scan, several_steps, steps_reason
 from gnomon.harness.stability.linear_problems import problem_for
-from gnomon.harness.stability.panel import panel
+from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.solving import multiples, processor_seconds, solved
 from gnomon.harness.stability.step_matrix import Flags, StepMatrix
 
@@ -68,10 +68,8 @@ CUBIC = SecondOrder(cubic_acceleration)
 
 
 def cubic_form(integrator: Integrator) -> SecondOrder | FirstOrder | None:
-    for form in (CUBIC, first_order(CUBIC)):
-        if form is not None and isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
-            return form
-    return None
+    form: SecondOrder | FirstOrder | None = first_taken(integrator, (CUBIC, first_order(CUBIC)))
+    return form
 
 
 def reason(integrator: Integrator) -> str | None:
@@ -113,7 +111,28 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
     return found
 
 
-@panel("resonance", "Step resonances and nonlinear limit", sentences, reason)
+COLUMNS = (
+    *(Column(f"order_{order}", f"resonance of order {order} at h w", ends=(0.0, UP_TO)) for order in ORDERS),
+    Column("limit", "motion fails at, over the predicted step", ends=RATIOS),
+)
+
+
+def marks(data: Mapping[str, Any]) -> list[Mark]:
+    """The resonances as predicted and as seen, and the ratios of the nonlinear limit."""
+    found = []
+    for row in data["resonances"]:
+        seen = [each for each in row["seen"] if each is not None]
+        low = min((each["from"] for each in seen), default=None)
+        high = max((each["to"] for each in seen), default=None)
+        text = f"predicted {row['predicted']:.4g}, " + (f"seen {low:.4g} to {high:.4g}" if seen else "not seen")
+        found.append(Mark(f"order_{row['order']}", row["predicted"], low, high, text))
+    for row in data["limits"]:
+        if row["ratio"] is not None:
+            found.append(Mark("limit", row["ratio"], text=f"{row['case']}: {row['ratio']:.3g} times the prediction"))
+    return found
+
+
+@panel("resonance", "Step resonances and nonlinear limit", sentences, COLUMNS, marks, reason)
 def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     problem = problem_for(integrator)
     assert problem is not None
@@ -127,6 +146,8 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     limits = []
     if 0 < limit < math.inf:
         limits = [nonlinear_limit(integrator, *each, limit, cost, seconds / 8) for each in CASES]
+    if not predictions and not limit:
+        raise Refused("vibrations grow at any step, so there is no resonance and no limit to predict")
     return {
         "resonances": [resonance_at(integrator, order, x, count) for order, x in predictions],
         "amplitudes": AMPLITUDES,

@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
-import os
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from functools import partial
-from multiprocessing.connection import Connection, wait
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from gnomon.cases.core.numbers import nearest
@@ -19,8 +14,9 @@ from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
 from gnomon.harness.registry import lookup
 from gnomon.harness.stability import tiers
-from gnomon.harness.stability.panel import Panel, panels
-from gnomon.harness.system.child_process import guarded, queued_seconds
+from gnomon.harness.stability.panel import Panel, for_json, panels
+from gnomon.harness.system import jobs
+from gnomon.harness.system.jobs import Job, Send
 from gnomon.harness.system.limitations import need_fork
 
 SCHEMA = 1
@@ -40,6 +36,8 @@ class Row:
     seconds: float
     data: Mapping[str, Any]
     sentences: Sequence[str]
+    marks: Sequence[Mapping[str, Any]] = ()
+    """What the panel's figure shows of the integrator, see `Mark`."""
 
     @property
     def reason(self) -> str | None:
@@ -50,19 +48,32 @@ class Row:
         return None
 
 
-@dataclass
-class Job:
-    """The panels that are still to be measured of an integrator, and the process that does it."""
+@dataclass(eq=False)
+class PanelsJob(Job):
+    """The panels that are still to be measured of an integrator."""
 
     integrator: Integrator
+    seconds: float
+    add: Callable[[Row], None]
     pending: list[str]
-    process: Any
-    connection: Connection
     limit: float
-    """Seconds in which each panel is to be measured."""
-    deadline: float
-    queued: float = 0.0
-    """Seconds that the process had waited for a processor when the deadline was set."""
+
+    def work(self, send: Send) -> None:
+        for name in self.pending:
+            panel, began = panels()[name], time.process_time()
+            data = panel.measured(self.integrator, self.seconds)
+            row = Row(self.integrator.id, name, round(time.process_time() - began, 3), data, [])
+            if row.reason is None:
+                marks = [for_json(asdict(mark)) for mark in panel.marks(data)]
+                row = replace(row, sentences=panel.sentences(data), marks=marks)
+            send(asdict(row))
+
+    def receive(self, message: Any) -> None:
+        del self.pending[0]
+        self.add(Row(**message))
+
+    def lose(self, why: str) -> None:
+        self.add(Row(self.integrator.id, self.pending.pop(0), 0.0, {Status.REFUSED: why}, []))
 
 
 def chosen_panels(names: Sequence[str] | None) -> dict[str, Panel]:
@@ -98,31 +109,13 @@ def measured(
         rows.append(row)
         progress(row)
 
-    waiting: list[tuple[Integrator, list[str]]] = []
+    planned = []
     for integrator in integrators:
         missing = lookup.missing(integrator)
-        if missing is None:
-            waiting.append((integrator, list(chosen)))
-        else:
-            for name in chosen:
-                add(Row(integrator.id, name, 0.0, {Status.REFUSED: missing}, []))
-    running: list[Job] = []
-    try:
-        while waiting or running:
-            while waiting and len(running) < workers:
-                running.append(_started(*waiting.pop(0), seconds))
-            wait([job.connection for job in running], 1.0)
-            for job in list(running):
-                lost = _read(job, add)
-                if lost is not None or not job.pending:
-                    running.remove(job)
-                    _end(job)
-                if lost is not None:
-                    add(Row(job.integrator.id, job.pending.pop(0), 0.0, {Status.REFUSED: lost}, []))
-                    waiting += [(job.integrator, job.pending)] if job.pending else []
-    finally:
-        for job in running:
-            _end(job)
+        planned.append(PanelsJob(integrator, seconds, add, list(chosen), LONGEST * seconds))
+        while missing is not None and planned[-1].pending:
+            planned[-1].lose(missing)
+    jobs.run(planned, workers)
     places = {integrator.id: place for place, integrator in enumerate(integrators)}
     return sorted(rows, key=lambda row: (list(chosen).index(row.panel), places[row.integrator]))
 
@@ -131,7 +124,12 @@ def as_json(rows: Sequence[Row], depth: str) -> str:
     """The rows as JSON, with the version of its schema, the revision of gnomon and the machine."""
     titles = {name: panel.title for name, panel in panels().items() if any(row.panel == name for row in rows)}
     whole = {"schema": SCHEMA, "depth": depth, "panel_seconds": DEPTHS[depth], "environment": environment.describe()}
-    whole |= {"panels": titles, "tiers": tiers_of(rows), "rows": [asdict(row) for row in rows]}
+    figures = {
+        name: {"cells": panel.cells, "columns": [asdict(column) for column in panel.columns]}
+        for name, panel in panels().items()
+        if name in titles
+    }
+    whole |= {"panels": titles, "figures": figures, "tiers": tiers_of(rows), "rows": [asdict(row) for row in rows]}
     return json.dumps(whole, allow_nan=False) + "\n"
 
 
@@ -139,55 +137,3 @@ def tiers_of(rows: Sequence[Row]) -> dict[str, Any]:
     """Tiers and rank intervals of the methods by digits lost and by calls; empty if fewer than two were measured."""
     data = {row.integrator: row.data for row in rows if row.panel == "digits" and row.reason is None}
     return tiers.summary(data) if len(data) > 1 else {}
-
-
-def _started(integrator: Integrator, pending: list[str], seconds: float) -> Job:
-    context = multiprocessing.get_context("fork")  # the user's object need not be found again by name
-    ours, theirs = context.Pipe()
-    work = partial(_serve, theirs, integrator, list(pending), seconds)
-    process: Any = context.Process(target=guarded, args=(work,))  # type: ignore[attr-defined]
-    sys.stdout.flush()
-    process.start()
-    theirs.close()
-    limit = LONGEST * seconds
-    return Job(integrator, pending, process, ours, limit, time.monotonic() + limit)
-
-
-def _serve(connection: Connection, integrator: Integrator, names: Sequence[str], seconds: float) -> None:
-    """Measure panels in a child process, and send each row; what the integrator prints is discarded."""
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)
-    os.dup2(null, 2)
-    for name in names:
-        panel, began = panels()[name], time.process_time()
-        data = panel.measured(integrator, seconds)
-        sentences = [] if {Status.REFUSED, "not_applicable"} & set(data) else panel.sentences(data)
-        row = Row(integrator.id, name, round(time.process_time() - began, 3), data, sentences)
-        connection.send_bytes(json.dumps(asdict(row)).encode())
-
-
-def _read(job: Job, add: Callable[[Row], None]) -> str | None:
-    """Take the rows that a process sent. Why there will be no more, though panels are pending; None otherwise."""
-    try:
-        while job.pending and job.connection.poll():
-            row = Row(**json.loads(job.connection.recv_bytes()))  # data only: the user's code runs in the process
-            job.pending.remove(row.panel)
-            job.deadline, job.queued = time.monotonic() + job.limit, queued_seconds(job.process.pid)
-            add(row)
-    except (EOFError, OSError):
-        job.process.join()
-        return f"its process ended with exit code {job.process.exitcode}"
-    if not job.pending or time.monotonic() <= job.deadline:
-        return None
-    waited = queued_seconds(job.process.pid) - job.queued
-    if waited > 1e-3:  # the machine was busy
-        job.deadline, job.queued = job.deadline + waited, job.queued + waited
-        return None
-    return f"no answer within {job.limit:g} s"
-
-
-def _end(job: Job) -> None:
-    if job.process.is_alive():
-        job.process.terminate()
-    job.process.join()
-    job.connection.close()

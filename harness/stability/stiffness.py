@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SemiLinear, Values
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance
-from gnomon.harness.stability.panel import panel
+from gnomon.harness.contract.problem import first_taken
+from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.solving import multiples, processor_seconds, solved
 
 SPAN = 10.0
@@ -27,6 +28,8 @@ FREE = 0.25
 """The calls of a method whose step stability does not limit grow less than as this power of the rate."""
 BLIND = 30.0
 """Ratio of the worst sample to the last one that shows an inaccurate interpolant; below it is usual scatter."""
+WRONG = 0.5
+"""A solution whose error exceeds this is none, whatever its steps cost."""
 PER_SECOND = (1, 2, 4, 8, 16, 32)
 """Steps per second by which the order of methods of fixed steps is measured on the very fast decay."""
 STIFF_SPAN = 8
@@ -57,10 +60,8 @@ FORMS = (FirstOrder(relaxation), SemiLinear(relaxation, linear=decay_matrix, res
 
 
 def form_for(integrator: Integrator) -> FirstOrder | None:
-    for form in FORMS:
-        if isinstance(form, integrator.accepts) and integrator.unsupported(form) is None:
-            return form
-    return None
+    form: FirstOrder | None = first_taken(integrator, FORMS)
+    return form
 
 
 def first_order_reason(integrator: Integrator) -> str | None:
@@ -83,13 +84,22 @@ def _at_fixed_steps(data: Mapping[str, Any]) -> list[str]:
 
 def _by_tolerance(data: Mapping[str, Any]) -> list[str]:
     first, power = data["rows"][0], data["power"]
+    if first["worst"] is None or first["worst"] > WRONG:
+        size = "not finite" if first["worst"] is None else f"{first['worst']:.2g}"
+        return [
+            f"Not for stiff decay: its error is {size} at rate {first['rate']:g}, tolerance {first['tolerance']:g}."
+        ]
     if power is None or power > FREE:
         steps = f"h rate = {first['h_rate']:.4g} a step" if first["h_rate"] else "stability limits its steps"
         calls = f", {first['calls_per_rate']:.2g} calls for a unit of rate times time" if first["calls"] else ""
         return [f"Not for stiff decay: {steps}{calls}."]
     found = [f"Use it for stiff decay: its calls change as rate^{power:.2f}."]
     for row in data["rows"]:
-        if row["rate"] == VERY_FAST and row["worst"] > BLIND * max(row["last"], row["tolerance"]):
+        if row["rate"] != VERY_FAST:
+            continue
+        if row["worst"] is None:
+            found.append(f"Not for stiff decay at rate {VERY_FAST:g}: states are not finite.")
+        elif row["worst"] > BLIND * max(row["last"], row["tolerance"]):
             found.append(
                 f"Not for states between its steps on stiff decay at tolerance {row['tolerance']:g}: error"
                 f" {row['worst']:.2g} at the worst sample, {row['last']:.2g} at the last."
@@ -97,7 +107,32 @@ def _by_tolerance(data: Mapping[str, Any]) -> list[str]:
     return found
 
 
-@panel("stiffness", "Stiffness", sentences, first_order_reason)
+COLUMNS = (
+    Column("power", "calls grow as rate to the power", ends=(-0.1, 1.1)),
+    Column("h_rate", "h rate of a step at tolerance 1e-4", True),
+    Column("stiff_order", "order of fixed steps on stiff decay"),
+    Column("worst", "error at tolerance 1e-4, rate 1e6", True),
+)
+
+
+def marks(data: Mapping[str, Any]) -> list[Mark]:
+    """Of an adaptive method the growth of the calls, the step, and the errors of last and worst sample; else the order."""
+    if "stiff_order" in data:
+        order, text = data["stiff_order"], "unstable" if not data["stable"] else "errors at round-off"
+        return [Mark("stiff_order", order, text=text if order is None else f"{order:.2f}, declared {data['declared']}")]
+    found = [
+        Mark("power", data["power"], text="not measured" if data["power"] is None else f"rate^{data['power']:.2f}")
+    ]
+    if data["rows"][0]["h_rate"]:
+        found.append(Mark("h_rate", data["rows"][0]["h_rate"], text=f"h rate = {data['rows'][0]['h_rate']:.4g}"))
+    for row in data["rows"]:
+        if row["rate"] == VERY_FAST and row["tolerance"] == LOOSE and row["worst"] is not None:
+            text = f"{row['last']:.2g} at the last sample, {row['worst']:.2g} at the worst"
+            found.append(Mark("worst", row["worst"], row["last"], row["worst"], text))
+    return found
+
+
+@panel("stiffness", "Stiffness", sentences, COLUMNS, marks, first_order_reason)
 def stiffness(integrator: Integrator, seconds: float) -> dict[str, Any]:
     if not isinstance(integrator.sweep, Tolerance):
         return fixed_steps(integrator)

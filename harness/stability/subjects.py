@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from gnomon.cases.core.registry import get, names
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
-from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.problem import takes
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.verification.trials import DEPTHS, Trials
 
@@ -30,10 +30,9 @@ class Budget:
         return max(fewest, min(most, int(self.left / max(seconds_each, 1e-9))))
 
 
-def accepts(integrator: Integrator, name: str) -> bool:
-    """Whether an integrator can solve the default variant of a case."""
-    form = accepted_form(get(name).rounded(), integrator.accepts)
-    return form is not None and integrator.unsupported(form) is None
+def accepts(integrator: Integrator, name: str, variant: str | None = None) -> bool:
+    """Whether an integrator can solve a case, by default its default variant."""
+    return takes(integrator, get(name, variant).rounded())
 
 
 def trials_of(integrator: Integrator, name: str, variant: str | None = None) -> Trials:

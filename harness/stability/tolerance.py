@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.registry import get, names
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps, Tolerance
-from gnomon.harness.stability.panel import panel
+from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.solving import processor_seconds
 from gnomon.harness.stability.subjects import Budget, accepts, solve_each, subjects, trials_of
 from gnomon.harness.studies.growth import interval_of_mean
@@ -76,7 +76,36 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
     return found
 
 
-@panel("tolerance", "Error and tolerance", sentences, _applies)
+COLUMNS = (
+    *(Column(name, f"error grows as tolerance to the power, {name}") for name in SUBJECTS),
+    Column("jump", "largest jump of the error", True),
+    Column("over", "error over tolerance, default cases", True),
+)
+
+
+def marks(data: Mapping[str, Any]) -> list[Mark]:
+    """Slopes and jumps of the problems, and the spread of error over tolerance over cases."""
+    found = []
+    for name, row in data["problems"].items():
+        if row["slope"] is None:
+            found.append(Mark(name if name in SUBJECTS else SUBJECTS[0], text=row["why"]))
+            continue
+        interval = f"{row['slope']:.2f} ({row['slope_low']:.2f} to {row['slope_high']:.2f})"
+        text = f"{interval}, scatter {row['scatter_decades']:.2f} decades"
+        if name in SUBJECTS:
+            found.append(Mark(name, row["slope"], row["slope_low"], row["slope_high"], text))
+        jump = f"{name}: {row['largest_jump']:.3g} times for a change of {row['neighbours']:.2f} times"
+        found.append(Mark("jump", row["largest_jump"], text=jump))
+    over = data["over_tolerance"]
+    if over.get("cases"):
+        text = (
+            f"median {over['median']:.3g} of {over['cases']} cases, 10 to 90 %: {over['low']:.2g} to {over['high']:.2g}"
+        )
+        found.append(Mark("over", over["median"], over["low"], over["high"], text))
+    return found
+
+
+@panel("tolerance", "Error and tolerance", sentences, COLUMNS, marks, _applies)
 def tolerance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """For each problem the slope and scatter of log error over log tolerance; over default cases error / tolerance."""
     budget = Budget(seconds)

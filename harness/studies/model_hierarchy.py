@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -57,22 +57,25 @@ def _model_errors(full: Case) -> list[dict[str, Any]]:
     return rows
 
 
-def cost(full: str, model: str, equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, Any]:
+def times_of(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, pd.Series]:
+    """By case the times to an error of 1e-6 for one characteristic time, by integrator and machine."""
+    spans = reduced[reduced["variant"] == ""].groupby("case")[["span", "time_scale"]].first()
+    lengths = spans["span"] / spans["time_scale"]
+    at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & np.isclose(equal["target"], COST_AT)]
+    by_machine = at.set_index(["integrator_id", "machine"])
+    rows = dict(list(by_machine.groupby("case")["seconds"]))
+    return {str(name): rows.get(name, by_machine["seconds"][:0]) / length for name, length in lengths.items()}
+
+
+def cost(full: str, model: str, times: Mapping[str, pd.Series]) -> dict[str, Any]:
     """The computing time of a level's model and its ratio to the full model, at an error of 1e-6.
 
     `seconds` is the least time of the model, of the integrator `fastest`. `ratio` is the median of model over full for
-    the `integrators` that reached the error on both, on one machine; nan if none did. All times are from the run, for one characteristic
-    time of each case, so that different spans can be compared.
+    the `integrators` that reached the error on both, on one machine; nan if none did. `times`: see `times_of`.
     """
-    reference = reduced[reduced["variant"] == ""].groupby("case")[["span", "time_scale"]].first()
-    at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & np.isclose(equal["target"], COST_AT)]
     found = dict(NO_COST)
-    if model not in reference.index or full not in reference.index:
+    if model not in times or full not in times:
         return found
-    times = {}
-    for name in (model, full):
-        lengths = reference.loc[name, "span"] / reference.loc[name, "time_scale"]
-        times[name] = at[at["case"] == name].set_index(["integrator_id", "machine"])["seconds"] / lengths
     ratios = (times[model] / times[full]).dropna()
     if len(times[model]):
         found |= {"fastest": str(times[model].idxmin()[0]), "seconds": float(times[model].min())}
@@ -83,15 +86,15 @@ def cost(full: str, model: str, equal: pd.DataFrame, reduced: pd.DataFrame) -> d
 
 def hierarchies(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFrame) -> pd.DataFrame:
     """Error and cost of every level of the model hierarchies of these cases; the full model is the last row of each."""
-    rows = []
+    rows, times = [], times_of(equal, reduced)
     for case in cases:
         found = model_errors(case)
         for row in found:
             # A level that is the case itself with other parameters was not run with these.
-            measured = {} if row["model"] == case.name else cost(case.name, row["model"], equal, reduced)
+            measured = {} if row["model"] == case.name else cost(case.name, row["model"], times)
             rows.append(row | NO_COST | measured)
         if found:
             last: dict[str, Any] = dict.fromkeys(("hierarchy", "model", "label"), case.name)
             last |= {"effect": "the full model", "lacks": "", "error": 0.0, "early": 0.0}
-            rows.append(last | cost(case.name, case.name, equal, reduced))
+            rows.append(last | cost(case.name, case.name, times))
     return pd.DataFrame(rows)

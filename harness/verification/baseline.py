@@ -20,9 +20,10 @@ from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.regression import Verdict, compare
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
+from gnomon.harness.system.jobs import run
 from gnomon.harness.verification.claims import Finding, Outcome
 from gnomon.harness.verification.trials import DEPTHS, Floats, Trials
-from gnomon.harness.verification.verify import Job, Row, Runner, planned
+from gnomon.harness.verification.verify import CaseJob, Row, planned
 
 from gnomon import __version__
 
@@ -97,14 +98,13 @@ def measure(
         entries.extend(Entry(**each | {"status": Status(each["status"])}) for each in json.loads(row.finding.got))
         progress(row.case)
 
+    def measured(trials: Trials) -> Finding:
+        return Finding(Outcome.PASSED, got=json.dumps(_entries(trials, runs)))
+
     chosen = [case for case, _ in planned(integrator, names, depth)]
-    jobs = [
-        Job(case, ["measured"], lambda trials: Finding(Outcome.PASSED, got=json.dumps(_entries(trials, runs))), runs)
-        for case in chosen
-    ]
-    if not jobs:
+    if not chosen:
         raise ValueError(f"no case offers what {integrator.id} accepts, so there is nothing to measure")
-    Runner(integrator, DEPTHS[depth], workers, add, math.inf).run(jobs)
+    run([CaseJob(integrator, case, DEPTHS[depth], add, ["measured"], measured, runs) for case in chosen], workers)
     if not any(entry.status in SCORED for entry in entries):
         found = ", ".join(sorted({entry.status for entry in entries}))
         raise ValueError(f"{integrator.id} has no solution at any setting ({found}), so there is nothing to keep")

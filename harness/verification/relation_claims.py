@@ -10,7 +10,7 @@ from gnomon.cases.core.clock import from_start
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, permuted
-from gnomon.harness.contract.integrator import Refused
+from gnomon.harness.contract.integrator import Floats, Problem, Refused
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import MARGIN, SHORT, TIGHT, allowed_error, same_solution
@@ -78,31 +78,50 @@ def _smooth(trials: Trials) -> str | None:
 @claim("clock", _smooth)
 def _clock(trials: Trials) -> Finding:
     """The equations of a later clock, from a later start: the same motion."""
-    problem = trials.problem()
+    shifted = later(trials.problem())
+    if shifted is None:
+        return not_applicable("its sample times cannot be shifted exactly")
+    (states,) = trials.solutions(shifted, trials.usual(), [trials.start])
+    return same_solution(trials, states, f"the motion by a clock that starts at {shifted.t0:g}", CLOCKS)
+
+
+def later(problem: Problem) -> Problem | None:
+    """The same motion by a clock that starts at a power of two; None where its times cannot be shifted exactly."""
     late = 2.0 ** math.ceil(math.log2(float(problem.times[-1])))
     times = problem.times + late
     if not np.array_equal(times - late, problem.times):
-        return not_applicable("its sample times cannot be shifted exactly")
+        return None
     names = None if problem.names is None else replace(problem.names, case=f"{problem.names.case} from t = {late:g}")
-    shifted = replace(problem, form=from_start(problem.form, -late), times=times, t0=late, names=names)
-    (states,) = trials.solutions(shifted, trials.usual(), [trials.start])
-    return same_solution(trials, states, f"the motion by a clock that starts at {late:g}", CLOCKS)
+    return replace(problem, form=from_start(problem.form, -late), times=times, t0=late, names=names)
+
+
+def related(trials: Trials, problem: Problem, setting: float, relation: Relation) -> tuple[Problem, float, Floats]:
+    """The problem, setting and start that follow by a relation from those of the case."""
+    case = trials.case
+    found = replace(
+        problem,
+        parameters=relation.applied([parameter.name for parameter in case.parameter_list], problem.parameters),
+        times=problem.times * relation.time,
+        time_scale=problem.time_scale * relation.time,
+    )
+    start = relation.applied([coordinate.name for coordinate in case.state], trials.start)
+    return found, setting * relation.time if trials.steps else setting, start
+
+
+def holds(trials: Trials, relation: Relation) -> bool:
+    """Whether the equations of the case are the same after a relation, along its exact motion."""
+    form = next((form for form in trials.case.all_forms() if isinstance(form, FirstOrder)), None)
+    moments = list(zip(trials.reference.times.tolist(), trials.reference.exact, strict=True))
+    parameters = trials.problem().parameters
+    return form is not None and defect(trials.case, form.equations, relation, moments, parameters) <= KEEPS
 
 
 def _related(trials: Trials, relation: Relation | None, what: str, share: float = 0.0) -> Finding:
     """Solve the motion that follows by a relation from that of the case, undo the relation, and compare."""
     assert relation is not None
     coordinates = [coordinate.name for coordinate in trials.case.state]
-    parameters = [parameter.name for parameter in trials.case.parameter_list]
-    problem = trials.problem()
-    related = replace(
-        problem,
-        parameters=relation.applied(parameters, problem.parameters),
-        times=problem.times * relation.time,
-        time_scale=problem.time_scale * relation.time,
-    )
-    setting = trials.usual() * relation.time if trials.steps else trials.usual()
-    (states,) = trials.solutions(related, setting, [relation.applied(coordinates, trials.start)])
+    problem, setting, start = related(trials, trials.problem(), trials.usual(), relation)
+    (states,) = trials.solutions(problem, setting, [start])
     return same_solution(trials, relation.undone(coordinates, states), what, APART, share)
 
 
@@ -116,9 +135,7 @@ def _has_units(trials: Trials) -> str | None:
     relation, case = in_units(trials.case, LENGTH, TIME), trials.case
     if relation is None or min(relation.factors[coordinate.name] for coordinate in case.state) < 1:
         return "its state has units that are unknown, or do not become smaller with that of length"
-    form = next((form for form in case.all_forms() if isinstance(form, FirstOrder)), None)
-    moments = list(zip(trials.reference.times.tolist(), trials.reference.exact, strict=True))
-    if form is None or not defect(case, form.equations, relation, moments, trials.problem().parameters) <= KEEPS:
+    if not holds(trials, relation):
         return "its equations hold in one system of units only"
     return _no_engine(trials)
 

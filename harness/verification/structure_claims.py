@@ -13,6 +13,8 @@ from gnomon.harness.verification.trials import HALF_ULP, Trials
 DIFFERENCE = 2.0**-17
 """Central differences over this share of the size and over twice of it, extrapolated: rounding leaves about 1e-11, and
 truncation less, also where a pericentre makes third derivatives a thousand times as large."""
+DECLINED = 6
+"""Steps, each half of the one before, that an integrator may decline before the longest counts as its failure."""
 STEPS = 4
 """Steps whose map is differentiated."""
 SYMPLECTIC = 1e-7
@@ -100,12 +102,17 @@ def _momentum(trials: Trials) -> Finding:
 
 
 def _coarse(trials: Trials) -> tuple[int, Problem]:
-    """The longest short span with steps of one sampling interval that are within the sweep: (halvings, problem)."""
+    """The longest short span with steps of one sampling interval that are within the sweep, and that the integrator does
+    not decline as too long (stages that do not converge): (halvings, problem)."""
     sweep = trials.integrator.sweep
     assert isinstance(sweep, Steps)
     ratio = trials.problem().interval / (sweep.coarsest * trials.reference.time_scale)
-    halvings = max(0, math.ceil(math.log2(ratio)))
-    return halvings, trials.problem(halvings)
+    longest = max(0, math.ceil(math.log2(ratio)))
+    for halvings in range(longest, longest + DECLINED):
+        problem = trials.problem(halvings)
+        if not trials.short(halvings, problem.interval).declined:
+            return halvings, problem
+    return longest, trials.problem(longest)
 
 
 def _within(setting: float, found: float, allowed: float, what: str, halvings: int) -> Finding:

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import math
-import multiprocessing
-import os
-import sys
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import partial
-from multiprocessing.connection import Connection, wait
 from time import monotonic
 from typing import Any
 
 from gnomon.cases import Case
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract.integrator import Integrator, Refused
-from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.problem import takes
 from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.system.child_process import guarded, queued_seconds
+from gnomon.harness.system.jobs import Job, Send, run
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.verification import (
     conduct_claims,
@@ -86,25 +80,6 @@ class Report:
         return len(self.of(Outcome.PASSED)) + len(self.of(Outcome.FAILED))
 
 
-@dataclass
-class Job:
-    """The claims that are still to be verified on one case, and the process that does it.
-
-    With `measure`, the process calls it instead for each name in `pending`, which is then no claim.
-    """
-
-    case: Case
-    pending: list[str]
-    measure: Callable[[Trials], Finding] | None = None
-    runs: int = 1
-    """Each name in `pending` may take so many times as long as a claim."""
-    process: Any = None
-    connection: Connection | None = None
-    deadline: float = math.inf
-    queued: float = 0.0
-    ready: bool = False
-
-
 def verify(
     integrator: Integrator,
     names: Sequence[str] | None = None,
@@ -119,20 +94,20 @@ def verify(
     Raises ValueError for wrong names or a wrong declaration, FirstTrialError if its first trial raises.
     """
     need_fork()
-    jobs = [Job(case, ids) for case, ids in planned(integrator, names, depth, claims)]
-    report, chosen_depth = Report(integrator.id, depth), DEPTHS[depth]
-    if not jobs:
+    chosen = planned(integrator, names, depth, claims)
+    report = Report(integrator.id, depth)
+    if not chosen:
         return report
-    _first_trial(integrator, jobs[0].case, chosen_depth)
+    _first_trial(integrator, chosen[0][0], DEPTHS[depth])
 
     def add(row: Row) -> None:
         report.rows.append(row)
         progress(row)
 
     ends = math.inf if max_seconds is None else monotonic() + max_seconds
-    Runner(integrator, chosen_depth, workers, add, ends).run(jobs)
-    places = {name: place for place, name in enumerate(CLAIMS)}
-    report.rows.sort(key=lambda row: ([job.case.id for job in jobs].index(row.case), places[row.claim]))
+    run([CaseJob(integrator, case, DEPTHS[depth], add, ids) for case, ids in chosen], workers, ends)
+    places = {name: place for place, name in enumerate([*(case.id for case, _ in chosen), *CLAIMS])}
+    report.rows.sort(key=lambda row: (places[row.case], places[row.claim]))
     return report
 
 
@@ -161,21 +136,16 @@ def _claim_ids(given: Sequence[str] | None) -> list[str]:
 
 def _cases(integrator: Integrator, names: Sequence[str] | None, depth: Depth) -> list[Case]:
     if not names:
-        accepted = [case for case in map(cases.get, CASES) if _takes(integrator, case)][: depth.cases]
+        accepted = [case for case in map(cases.get, CASES) if takes(integrator, case)][: depth.cases]
         return accepted + _hard(accepted, depth.variants)
     chosen = [case for case, _ in plan.choose(names, variants=False)]
     for case in chosen:
-        if not _takes(integrator, case):
+        if not takes(integrator, case):
             accepted_names = " or ".join(kind.__name__ for kind in integrator.accepts)
             raise ValueError(
                 f"{integrator.id} takes {accepted_names}, which {case.id} does not offer; name another case"
             )
     return chosen
-
-
-def _takes(integrator: Integrator, case: Case) -> bool:
-    form = accepted_form(case, integrator.accepts)
-    return form is not None and integrator.unsupported(form) is None
 
 
 def _hard(chosen: Sequence[Case], most: int) -> list[Case]:
@@ -188,121 +158,55 @@ def _hard(chosen: Sequence[Case], most: int) -> list[Case]:
 def _first_trial(integrator: Integrator, case: Case, depth: Depth) -> None:
     """Raise FirstTrialError if the integrator raises on a case, at the coarsest and at a usual setting."""
     found: list[Row] = []
-    Runner(integrator, depth, 1, found.append, math.inf).run([Job(case, [FIRST], _first)])
+    run([CaseJob(integrator, case, depth, found.append, [FIRST], _first)], workers=1)
     if found[0].finding.outcome == Outcome.FAILED:
         raise FirstTrialError(found[0].finding.got)
 
 
-class Runner:
-    """Runs jobs in up to `workers` processes. A claim that takes too long, or ends the process, has failed."""
+@dataclass(eq=False)
+class CaseJob(Job):
+    """The claims that are still to be verified on one case. A claim that takes too long, or ends the process, has failed.
 
-    def __init__(
-        self, integrator: Integrator, depth: Depth, workers: int, add: Callable[[Row], None], ends: float
-    ) -> None:
-        self.integrator, self.depth, self.workers, self.add, self.ends = integrator, depth, workers, add, ends
-        self._running: list[Job] = []
+    With `measure`, the process calls it instead for each name in `pending`, which is then no claim.
+    """
 
-    def run(self, jobs: Sequence[Job]) -> None:
-        waiting = list(jobs)
-        try:
-            while waiting or self._running:
-                while waiting and len(self._running) < self.workers:
-                    self._start(waiting.pop(0))
-                self._listen()
-        finally:
-            for job in list(self._running):
-                self._end(job)
+    integrator: Integrator
+    case: Case
+    depth: Depth
+    add: Callable[[Row], None]
+    pending: list[str]
+    measure: Callable[[Trials], Finding] | None = None
+    runs: int = 1
+    """Each name in `pending` may take so many times as long as a claim."""
+    limit: float = REFERENCE_SECONDS
+    ready: bool = False
+    """Whether the exact motion is there: the first message says so."""
 
-    def _start(self, job: Job) -> None:
-        context = multiprocessing.get_context("fork")  # the user's object need not be found again by name
-        ours, theirs = context.Pipe()
-        work = partial(
-            _serve, theirs, self.integrator, CaseSpec.of(job.case), list(job.pending), self.depth, job.measure
-        )
-        job.process, job.connection, job.ready = context.Process(target=guarded, args=(work,)), ours, False
-        sys.stdout.flush()
-        job.process.start()
-        theirs.close()
-        job.deadline, job.queued = monotonic() + REFERENCE_SECONDS, 0.0
-        self._running.append(job)
+    def work(self, send: Send) -> None:
+        trials = Trials.of(self.integrator, CaseSpec.of(self.case), self.depth)
+        send({})
+        for name in self.pending:
+            send(asdict(CLAIMS[name].check(trials) if self.measure is None else self.measure(trials)))
 
-    def _listen(self) -> None:
-        connections = [job.connection for job in self._running if job.connection is not None]
-        nearest_end = min([self.ends, *(job.deadline for job in self._running)])
-        wait(connections, max(0.0, min(nearest_end - monotonic(), 1.0)))
-        for job in list(self._running):
-            self._read(job)
-        now = monotonic()
-        for job in [job for job in self._running if now > min(job.deadline, self.ends)]:
-            waited = queued_seconds(job.process.pid) - job.queued
-            if now > self.ends:
-                self._end(job)
-                for claim in job.pending:
-                    self.add(Row(claim, job.case.id, not_applicable("the time of --max-seconds is over")))
-            elif waited > 1e-3:
-                job.deadline, job.queued = job.deadline + waited, job.queued + waited
-            else:
-                seconds = job.runs * CLAIM_SECONDS[self.depth.name]
-                self._lost(job, f"none within {seconds:g} s")
+    def receive(self, message: Any) -> None:
+        self.ready, self.limit = True, self.runs * CLAIM_SECONDS[self.depth.name]
+        if message:
+            self._row(Finding(**{**message, "outcome": Outcome(message["outcome"])}))
 
-    def _read(self, job: Job) -> None:
-        assert job.connection is not None
-        try:
-            while job.connection.poll():
-                message = json.loads(job.connection.recv_bytes(2**20))  # data only: the user's code runs in the process
-                job.deadline = monotonic() + job.runs * CLAIM_SECONDS[self.depth.name]
-                job.queued = queued_seconds(job.process.pid)
-                job.ready = True
-                if message:
-                    claim = job.pending.pop(0)
-                    finding = Finding(**{**message, "outcome": Outcome(message["outcome"])})
-                    self.add(Row(claim, job.case.id, finding))
-        except (EOFError, OSError):
-            job.process.join()
-            if job.pending:
-                self._lost(job, f"its process ended with exit code {job.process.exitcode}")
-            else:
-                self._end(job)
+    def lose(self, why: str) -> None:
+        if not self.ready:
+            raise ValueError(f"{self.case.id}: the exact motion could not be computed: {why}")
+        self.ready, self.limit = False, REFERENCE_SECONDS
+        hard = self.pending[0] in CLAIMS and CLAIMS[self.pending[0]].hard
+        a_hang = failed("", "an answer", why, "A hang or a crash gives no answer.")
+        self._row(not_applicable(f"no answer: {why}") if hard else a_hang)
 
-    def _lost(self, job: Job, got: str) -> None:
-        """The process hangs or has ended: the claim that it was at has failed, the others are verified in a new one."""
-        self._end(job)
-        claim = job.pending.pop(0)
-        if not job.ready:
-            raise ValueError(f"{job.case.id}: the exact motion could not be computed: {got}")
-        if claim in CLAIMS and CLAIMS[claim].hard:
-            self.add(Row(claim, job.case.id, not_applicable(f"no answer: {got}")))
-        else:
-            self.add(Row(claim, job.case.id, failed("", "an answer", got, "A hang or a crash gives no answer.")))
-        if job.pending:
-            self._start(job)
+    def stop(self) -> None:
+        while self.pending:
+            self._row(not_applicable("the time of --max-seconds is over"))
 
-    def _end(self, job: Job) -> None:
-        self._running.remove(job)
-        if job.process.is_alive():
-            job.process.terminate()
-        job.process.join()
-        if job.connection is not None:
-            job.connection.close()
-
-
-def _serve(
-    connection: Connection,
-    integrator: Integrator,
-    spec: CaseSpec,
-    ids: list[str],
-    depth: Depth,
-    measure: Callable[[Trials], Finding] | None,
-) -> None:
-    """Verify claims in a child process, and send each finding; what the integrator prints is discarded."""
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)
-    os.dup2(null, 2)
-    trials = Trials.of(integrator, spec, depth)
-    connection.send_bytes(b"{}")
-    for name in ids:
-        finding = CLAIMS[name].check(trials) if measure is None else measure(trials)
-        connection.send_bytes(json.dumps(asdict(finding)).encode())
+    def _row(self, finding: Finding) -> None:
+        self.add(Row(self.pending.pop(0), self.case.id, finding))
 
 
 def _first(trials: Trials) -> Finding:

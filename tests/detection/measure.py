@@ -44,7 +44,7 @@ DEPTH, RIGHT_DEPTH = "normal", "low"
 EARLY = ("step_order", "order_short", "tolerance_short", "proportional", "symplectic", "reversible", "repeatable", "aliasing",
          "bad_setting")  # fmt: skip
 """Claims that cost little: they are verified on all cases before the others, so that most faults are found in seconds."""
-DRAWN = 300
+DRAWN = 240
 """Mutants that are measured: the chosen faults, and a seeded draw of the others, as many of each method."""
 RUNS = 200
 """Runs of right integrators: each under the first condition, the others by a seeded draw."""

@@ -13,8 +13,11 @@ from typing import Any
 HERE = Path(__file__).parent
 NEEDED = {"mutants": 0.9, "defects": 0.95}
 """The share that must be found of each."""
-REASONS: dict[str, str] = tomllib.loads((HERE / "survivors.toml").read_text())["reasons"]
+_WORDS = tomllib.loads((HERE / "survivors.toml").read_text())
+REASONS: dict[str, str] = _WORDS["reasons"]
 """Why a fault is not found, by the beginning of its name."""
+TRUE_ALARMS: dict[str, str] = _WORDS["true_alarms"]
+"""Claims that fail for an integrator of a library because it is wrong there, by `name: claim on case`, with what is wrong."""
 Z = 1.959963984540054
 """The normal distribution lies within so many deviations with a probability of 0.95."""
 
@@ -49,6 +52,10 @@ def share(rows: Rows) -> dict[str, Any]:
     return {"found": found, "of": len(rows), "share": round(value, 4), "interval": [round(low, 4), round(high, 4)]}
 
 
+def alarm(row: Mapping[str, Any]) -> str:
+    return f"{row['name']}: {row['claim']} on {row['case']}"
+
+
 def reason(name: str) -> str | None:
     return next((why for begins, why in REASONS.items() if name.startswith(begins)), None)
 
@@ -69,7 +76,9 @@ def published(rows: Rows, depth: str, right_depth: str) -> dict[str, Any]:
     changed = [row for row in mutants if row["changed"]]
     defects = [row for row in measured if row["kind"] == "defect"]
     right = [row for row in measured if row["kind"] == "right"]
-    alarms = [row for row in right if row["claim"] is not None]
+    failing = [row for row in right if row["claim"] is not None]
+    true_ = [row for row in failing if alarm(row) in TRUE_ALARMS]
+    alarms = [row for row in failing if alarm(row) not in TRUE_ALARMS]
     alive = [row["name"] for row in [*changed, *defects] if row["claim"] is None]
     found = {
         "revision": revision(),
@@ -87,7 +96,8 @@ def published(rows: Rows, depth: str, right_depth: str) -> dict[str, Any]:
         "survivors_without_reason": [name for name in alive if reason(name) is None],
         "right_runs": dict(Counter(row["condition"] for row in right)),
         "right_runs_that_checked_nothing": [row["name"] for row in right if not row["checked"] and not row["claim"]],
-        "false_alarms": [f"{r['name']} ({r['condition']}): {r['claim']} on {r['case']}" for r in alarms],
+        "false_alarms": [f"{alarm(row)} ({row['condition']})" for row in alarms],
+        "true_alarms": {alarm(row): TRUE_ALARMS[alarm(row)] for row in true_},
         "false_alarm_rate_at_most": round(most_alarms(len(alarms), len(right)), 4) if right else 1.0,
         "not_measured": {f"{row['name']} ({row['condition']})": row["error"] for row in rows if row["error"]},
     }

@@ -27,6 +27,7 @@ FOUND = (
     ("rotation", "the rotation from the other side", "step_order", "symmetric_top_torque_free"),
     ("LeapfrogEngine", "a forgotten substep", "step_order", "projectile_parabola"),
     ("LeapfrogEngine", "forces a step late", "order_short", "two_body"),
+    ("bogacki_shampine", "the second-order row is passed on", "work_order", "forced_oscillator"),
 )
 
 
@@ -96,8 +97,10 @@ def test_a_survivor_without_a_reason_and_a_false_alarm_are_published() -> None:
     }
     rows = [row | {"kind": "mutant", "name": "rk4: sign, line 1 column 2: a + b"},
             row | {"kind": "defect", "name": "link", "claim": "order", "case": "two_body"},
-            row | {"kind": "right", "name": "x", "claim": "order", "case": "two_body"}]  # fmt: skip
+            row | {"kind": "right", "name": "x", "claim": "order", "case": "two_body"},
+            row | {"kind": "right", "name": "scipy:LSODA [events]", "claim": "events", "case": "bouncing_ball"}]  # fmt: skip
     found = summary.published(rows, "normal", "low")
     assert found["survivors_without_reason"] == ["rk4: sign, line 1 column 2: a + b"]
-    assert found["false_alarms"] == ["x (plain): order on two_body"]
+    assert found["false_alarms"] == ["x: order on two_body (plain)"]
+    assert list(found["true_alarms"]) == ["scipy:LSODA [events]: events on bouncing_ball"]
     assert (found["mutants"]["share"], found["defects"]["share"]) == (0.0, 1.0)

@@ -139,6 +139,10 @@
       const work = figure.dataset.chart === "work";
       const spec = work ? workSpec(figure) : otherSpec(figure);
       const result = await vegaEmbed(figure, spec, { ...options, renderer: "svg" });
+      const svg = figure.querySelector("svg");
+      svg.setAttribute("role", "img");
+      svg.setAttribute("aria-label", figure.getAttribute("aria-label"));
+      for (const name of ["role", "aria-roledescription", "aria-label"]) all(`[${name}]`, svg).forEach((mark) => mark.removeAttribute(name));
       figure.view?.finalize();
       figure.view = result.view;
       figure.dataset.state = "built";
@@ -302,6 +306,7 @@
       chapter.hidden = rows.every((row) => row.hidden);
       chapter.open = words.length > 0;
     });
+    all('[data-role="found-none"]').forEach((text) => (text.hidden = all("details.chapter").some((chapter) => !chapter.hidden)));
   }
 
   // A click on a heading sorts by its column, a second one in the other direction; rows without a number are last.
@@ -329,6 +334,7 @@
       place.hidden = !text.trim();
       place.querySelector(".scroll").innerHTML = text;
     });
+    part("permanent").href = `#case-${name}`;
     showProblem();
   }
 
@@ -359,7 +365,6 @@
         showProblem();
       }),
     );
-    all("a[data-case]").forEach((link) => link.addEventListener("click", () => showCase(link.dataset.case)));
     // On a narrow page legends are below the diagram: when the width passes that limit, it is built again.
     let narrow = window.innerWidth < 760;
     window.addEventListener("resize", () => {
@@ -367,6 +372,24 @@
       narrow = !narrow;
       showProblem();
     });
+    // A link to what is in a closed part opens it, one to a case shows its diagram.
+    const opened = () => {
+      const name = decodeURIComponent(location.hash.slice(1));
+      const ofCase = name.startsWith("case-") && data.about[name.slice(5)];
+      if (ofCase) showCase(name.slice(5));
+      const target = name && document.getElementById(ofCase ? "work" : name);
+      for (let part = target; part; part = part.parentElement) if (part.tagName === "DETAILS") part.open = true;
+      if (target) target.scrollIntoView();
+    };
+    window.addEventListener("hashchange", opened);
+    opened();
+    // What scrolls can be reached by the keyboard.
+    const sizes = new ResizeObserver((entries) => entries.forEach(({ target }) => {
+      const scrolls = target.scrollWidth > target.clientWidth || target.scrollHeight > target.clientHeight;
+      if (scrolls) target.tabIndex = 0;
+      else target.removeAttribute("tabindex");
+    }));
+    all(".scroll").forEach((place) => sizes.observe(place));
     // A printed page has every chart.
     window.addEventListener("beforeprint", () => all(".chart").forEach((figure) => figure.dataset.state || build(figure)));
   }

@@ -60,14 +60,17 @@ METHODS = (
     ("scipy:DOP853", 1e-10),
     ("scipy:Radau", 1e-8),
     ("heyoka:Taylor", 1e-10),
+    ("sksundae:CVODE Adams", 1e-8),
+    ("sksundae:CVODE BDF", 1e-8),
 )
 
 
 @pytest.mark.parametrize(("method", "setting"), METHODS)
 def test_a_number_changed_in_the_same_process_is_seen(method: str, setting: float) -> None:
     """x' = -RATE x ends at exp(-RATE): exp(-1) and exp(-2) differ by far more than any tolerance here."""
-    if method.startswith("heyoka"):
-        pytest.importorskip("heyoka", reason="heyoka is optional")
+    for library in ("heyoka", "sksundae"):
+        if method.startswith(library):
+            pytest.importorskip(library, reason=f"{library} is optional")
     equations = module(DECAY)
     form = FirstOrder(equations.decay)
     assert end(form, method, setting, (1.0, 1.0)) == pytest.approx(math.exp(-1), rel=1e-6)

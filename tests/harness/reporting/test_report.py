@@ -54,8 +54,11 @@ MEASURED = {
 }  # fmt: skip
 STABILITY = {
     "schema": 1, "depth": "normal", "environment": {"revision": "abc123"}, "panels": {"linear": "Linear stability"},
+    "figures": {"linear": {"cells": False, "columns": [{"id": "limit", "title": "h w", "decades": False, "ends": None}]}},
+    "tiers": {"lost_digits": {"tiers": [["gnomon:RK4"], ["heyoka:Taylor"]]}},
     "rows": [
-        {"integrator": "gnomon:RK4", "panel": "linear", "data": {}, "sentences": ["Use it up to h w < 2.828."]},
+        {"integrator": "gnomon:RK4", "panel": "linear", "data": {}, "sentences": ["Use it up to h w < 2.828."],
+         "marks": [{"column": "limit", "at": 2.828, "low": None, "high": None, "text": "limit 2.828"}]},
         {"integrator": "heyoka:Taylor", "panel": "linear", "data": {"refused": "not here"}, "sentences": []},
     ],
 }  # fmt: skip
@@ -127,6 +130,20 @@ def test_panels_of_stability_have_links_and_say_what_follows(written: Path) -> N
     panel = text[start : text.index("</details>", start)]
     for words in ("Linear stability", "1 integrator<", "Use it up to h w &lt; 2.828.", "refused: not here (1)"):
         assert words in panel
+    assert 'data-chart="stability_linear"' in panel
+    assert "stability_linear" in _carried(written)["others"]
+
+
+def test_every_integrator_has_a_card_that_the_panels_link_to(written: Path) -> None:
+    text = written.read_text(encoding="utf-8")
+    found = _References()
+    found.feed(text)
+    cards = {name for name in found.ids if name.startswith("card-")}
+    assert len(cards) == 2
+    assert {f"#{name}" for name in cards} & found.anchors
+    start = text.index('<details class="method"')
+    assert "Use it up to h w &lt; 2.828." in text[start:]
+    assert "refused: not here" in text[start:]
 
 
 def _carried(page: Path) -> Any:

@@ -7,7 +7,8 @@ import math
 import pandas as pd
 import pytest
 from gnomon.harness.reporting.findings import findings
-from gnomon.harness.reporting.report_card import CARD, card, kind_rows, kinds, solved
+from gnomon.harness.reporting.report_card import CARD, card, kind_rows, kinds, lines_of, solved
+from gnomon.harness.reporting.tables import Cell
 
 
 def test_the_most_structured_form_names_the_kind() -> None:
@@ -200,3 +201,11 @@ def test_without_laws_the_card_has_none(growth: dict[str, list[str]] | None) -> 
     ])  # fmt: skip
     (row,) = card(EQUAL, trusted, empty, MATRIX, growth, growth)
     assert row.cells[-1].text == "–"
+
+
+def test_lines_are_given_for_known_integrators_alone() -> None:
+    """The names come from a results file: what it names is looked up, and neither imported nor run."""
+    rows = [{"head": "all", "cells": [Cell("gnomon:RK4"), Cell("not reached", kind="none"), Cell("os:system")]}]
+    found = lines_of(rows)
+    assert list(found) == ["gnomon:RK4"]
+    assert 'solve(swing, 0.0, [1.2, 0.0], [0.5, 1.0, 1.5], 2**-7, "gnomon:RK4")' in found["gnomon:RK4"]

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import axe_core_python
 import pytest
 import synthetic
 from gnomon.cases import case_class
@@ -172,7 +173,7 @@ FOUND = """(() => {
   return [...document.querySelectorAll("details.chapter:not([hidden])")].map((chapter) => [
     chapter.querySelector("strong").textContent,
     [...chapter.querySelectorAll("tr[data-words] a")].filter((link) => link.getClientRects().length)
-      .map((link) => link.dataset.case),
+      .map((link) => link.hash.slice("#case-".length)),
   ]);
 })()"""
 
@@ -303,6 +304,69 @@ def test_in_house_methods_can_be_hidden_on_the_whole_page_and_stay_hidden(browse
     browser.value(SCROLLED)
     assert browser.value(OWN_NAMES)
     assert browser.complaints() == []
+
+
+FOUND_NONE = """(() => {
+  const field = document.querySelector('[data-role="find"]'), text = document.querySelector('[data-role="found-none"]');
+  return ["orbit", "no such case"].map((words) => {
+    field.value = words;
+    field.dispatchEvent(new Event("input"));
+    return text.checkVisibility();
+  });
+})()"""
+
+
+def test_a_search_that_finds_nothing_says_so(browser: Browser, page: Path) -> None:
+    browser.open(page, 1400, 900)
+    browser.value(READY)
+    assert browser.value(FOUND_NONE) == [False, True]
+
+
+def test_a_link_to_a_case_shows_its_diagram_and_one_into_a_closed_part_opens_it(browser: Browser, page: Path) -> None:
+    browser.open(page, 1400, 900)
+    browser.value(READY)
+    for name in synthetic.CASES:
+        browser.value(f"(location.hash = 'case-{name}', new Promise((done) => setTimeout(done, 50)))")
+        assert browser.value("document.querySelector('[data-role=\"case\"]').value") == name
+        assert browser.value("document.querySelector('[data-role=\"permanent\"]').hash") == f"#case-{name}"
+    browser.value("(document.querySelectorAll('details').forEach((part) => (part.open = false)), true)")
+    browser.value("(location.hash = 'lines-gnomon:RK4', new Promise((done) => setTimeout(done, 50)))")
+    assert browser.value("document.getElementById('lines-gnomon:RK4').open")
+    assert browser.complaints() == []
+
+
+AXE = (Path(axe_core_python.__file__).parent / "axe.min.js").read_text(encoding="utf-8")
+VIOLATIONS = """axe.run(document, { runOnly: ["wcag2a", "wcag2aa"], resultTypes: ["violations"] }).then(({ violations }) =>
+  violations.map((one) => [one.id, one.nodes.length, one.nodes[0].target.join(" ")]))"""
+
+
+STABILITY = {
+    "schema": 1, "depth": "normal", "environment": {}, "panels": {"linear": "Linear stability", "events": "Events"},
+    "figures": {
+        "linear": {"cells": False, "columns": [{"id": "limit", "title": "h w", "decades": True, "ends": [0.1, 60]}]},
+        "events": {"cells": True, "columns": [{"id": "found", "title": "found", "decades": False, "ends": None}]},
+    },
+    "rows": [
+        {"integrator": name, "panel": panel, "data": {}, "sentences": [f"Use {name}."], "marks": [
+            {"column": column, "at": 0.9, "low": 0.1, "high": 1.5, "text": "9/10"}]}
+        for panel, column in (("linear", "limit"), ("events", "found")) for name in ("gnomon:RK4", "scipy:RK45")
+    ],
+}  # fmt: skip
+
+
+def test_the_page_can_be_read_by_all(browser: Browser, tmp_path: Path) -> None:
+    """By axe-core's rules of WCAG 2, A and AA: contrast, alternative texts, names, what scrolls reached by the keyboard."""
+    (tmp_path / "stability.json").write_text(json.dumps(STABILITY))
+    page = write_report(synthetic.write(tmp_path / "results.sqlite"), tmp_path)
+    for scheme, width in (("light", 1400), ("light", 390), ("dark", 1400)):
+        browser.events.clear()
+        browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+        browser.open(page, width, 900)
+        browser.value(READY)
+        browser.value("(document.querySelectorAll('details').forEach((part) => (part.open = true)), true)")
+        browser.value(SCROLLED)
+        browser.value(f"{AXE}; true")
+        assert browser.value(VIOLATIONS) == [], (scheme, width)
 
 
 def test_the_switch_works_where_the_browser_stores_nothing(browser: Browser, page: Path) -> None:

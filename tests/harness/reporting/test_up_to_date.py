@@ -52,6 +52,10 @@ def _certificates(results: Path, _page: Path) -> None:
     (results.parent / "certificates.json").write_text(json.dumps([]))
 
 
+def _stability(results: Path, _page: Path) -> None:
+    (results.parent / "stability.json").write_text("{}")
+
+
 def _other_page(_results: Path, page: Path) -> None:
     (page / "index.html").write_text("another page")
 
@@ -66,7 +70,7 @@ def _figures(_results: Path, page: Path) -> None:
     (page / "figures" / "figures.json").write_text("[]")
 
 
-@pytest.mark.parametrize("change", [_measurement, _certificates, _other_page, _no_summary, _figures])
+@pytest.mark.parametrize("change", [_measurement, _certificates, _stability, _other_page, _no_summary, _figures])
 def test_what_has_changed_is_written_again(written: list[int], results: Path, tmp_path: Path, change: Any) -> None:
     page = tmp_path / "page"
     refreshed(results, page, {})

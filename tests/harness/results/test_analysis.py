@@ -313,6 +313,7 @@ def test_a_model_hierarchy_compares_times_of_one_machine() -> None:
     reduced = pd.DataFrame({"case": ["c", "d"], "variant": "", "span": 1.0, "time_scale": 1.0})
     equal = pd.DataFrame({"case": ["c", "d"], "variant": "", "formulation": "", "target": 1e-6, "integrator_id": "l:A"})
     equal = equal.assign(seconds=[1.0, 2.0], machine="m")
-    assert model_hierarchy.cost("c", "d", equal, reduced)["ratio"] == 2.0
-    apart = model_hierarchy.cost("c", "d", equal.assign(machine=["m", "another"]), reduced)
+    assert model_hierarchy.cost("c", "d", model_hierarchy.times_of(equal, reduced))["ratio"] == 2.0
+    elsewhere = equal.assign(machine=["m", "another"])
+    apart = model_hierarchy.cost("c", "d", model_hierarchy.times_of(elsewhere, reduced))
     assert math.isnan(apart["ratio"])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from gnomon.harness.scoring import reference_solution
 from gnomon.harness.scoring.reference_solution import PACK, CaseSpec, ReferenceSolution
+from gnomon.harness.stability.digits import every_variant
 from gnomon.reference.storage import diskcache
 
 from gnomon import cases
@@ -16,8 +17,7 @@ MOST_BYTES = 5 * 2**20
 
 
 def specs() -> list[CaseSpec]:
-    default = [cases.get(name).rounded() for name in cases.names()]
-    return [CaseSpec.of(case, own) for case in default for own in (None, *case.formulations)]
+    return reference_solution.packed_specs(every_variant())
 
 
 def packed(spec: CaseSpec) -> ReferenceSolution | None:

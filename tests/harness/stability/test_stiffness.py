@@ -178,3 +178,22 @@ def test_fixed_iterations_in_place_of_a_solved_stage_show() -> None:
 
     found = measured(from_step(midpoint, name="midpoint of five iterations", order=2))
     assert not found["stable"]
+
+
+def test_a_time_argument_at_the_end_of_a_step_shows_in_the_order_on_stiff_decay() -> None:
+    """The implicit midpoint rule keeps order 2 there (one stage: s + 1)."""
+
+    def midpoint(share: float) -> Callable[..., Any]:
+        def step(f: Any, t: float, y: Any, h: float) -> Any:
+            slope = f(t, y + 1.0) - f(t, y)  # exact for one linear equation
+            rate = f(t + share * h, y) / (1 - h / 2 * slope)
+            return y + h * rate
+
+        return step
+
+    def found(share: float) -> dict[str, Any]:
+        return measured(from_step(midpoint(share), name="midpoint", order=2))
+
+    assert found(0.5)["stiff_order"] == pytest.approx(2, abs=0.2)
+    assert found(1.0)["stiff_order"] < 1.5
+    assert any("Not for its order 2" in text for text in stiffness.sentences(found(1.0)))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from gnomon.harness.studies import model_hierarchy
-from gnomon.harness.studies.model_hierarchy import cost, hierarchies, model_errors
+from gnomon.harness.studies.model_hierarchy import cost, hierarchies, model_errors, times_of
 from gnomon.reference.storage import diskcache
 
 from gnomon import cases
@@ -56,7 +56,7 @@ def test_cost_is_per_characteristic_time_and_a_ratio_to_the_full_model() -> None
     times = [("full", "a", 8.0), ("full", "b", 4.0), ("full", "c", 1.0), ("model", "a", 1.0), ("model", "b", 2.0)]
     equal = pd.DataFrame([{"case": case, "integrator_id": name, "seconds": t, **fixed} for case, name, t in times])
     spans = [{"case": "full", "span": 40.0, "time_scale": 10.0}, {"case": "model", "span": 6.0, "time_scale": 3.0}]
-    found = cost("full", "model", equal, pd.DataFrame(spans).assign(variant=""))
+    found = cost("full", "model", times_of(equal, pd.DataFrame(spans).assign(variant="")))
     # a: (1/2) / (8/4), b: (2/2) / (4/4)
     assert found["ratio"] == pytest.approx((0.25 + 1) / 2)
     assert (found["integrators"], found["fastest"], found["seconds"]) == (2, "a", 0.5)

@@ -152,7 +152,7 @@ def test_a_hang_and_a_crash_are_failures_of_their_claim(monkeypatch: pytest.Monk
     assert "exit code 7" in by_claim["bad_start"].got
     assert by_claim["bad_setting"].outcome == Outcome.PASSED
     monkeypatch.setitem(CLAIM_SECONDS, "low", 0.5)
-    with pytest.raises(FirstTrialError, match=r"none within 0\.5 s"):
+    with pytest.raises(FirstTrialError, match=r"no answer within 0\.5 s"):
         verify(planted_methods.hanging, ["pendulum_simple"], "low", ["runs"])
 
 

@@ -1,0 +1,103 @@
+"""CVODE of SUNDIALS through scikit-sundae: Adams' methods of orders 1 to 12, and BDF of orders 1 to 5.
+
+How it is driven, and why:
+
+- Samples from `solve` with all times: steps go past a sample, which comes from the polynomial of the step, of its order.
+- The setting is `rtol`; `atol` = .1 `rtol`, the ratio of its defaults (1e-5 and 1e-6), in SI units.
+- Both iterate by Newton's method with a dense matrix: the fixed point that the manual of SUNDIALS names for Adams is not offered
+  here. They get the compiled Jacobian, as it recommends; where equations cannot be traced it takes differences.
+- The right-hand side is compiled. It is called through Python, with the state as an array that may not be written, which the
+  compiled function does not take: the state is copied.
+- `max_num_steps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
+
+Traps: where it fails, the last row is the state at which it stopped, at none of the sample times. Of two times it returns its own
+steps, without a limit of their number: a time between is added. It does not tell how many steps it took. Towards a singularity it
+takes ever smaller steps: the time limit of the trial ends it.
+"""
+
+import os
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.installed import Installed
+from gnomon.harness.adapters.scipy_ivp import jacobian_of
+from gnomon.harness.adapters.scipy_ode import STEPS
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
+from gnomon.harness.contract.validation import require_positive
+from gnomon.harness.kernels.equations import right_hand_side
+
+ABSOLUTE = 0.1
+"""atol over rtol."""
+
+
+class Cvode(Installed):
+    """A method of CVODE; `method` is its name there. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363."""
+
+    library = "sksundae"
+    accepts = (FirstOrder,)
+    sampling = "dense output"
+    sweep = Tolerance(1e-3, 1e-13)
+    method: ClassVar[str]
+
+    def versions(self) -> Mapping[str, str]:
+        return {"scikit-sundae": version("scikit-sundae")}
+
+    def prepare(self, problem: Problem, setting: float) -> Solver:
+        # CVODE repeats on standard error what its return code says; its log is chosen before it is loaded.
+        for level in ("ERROR", "WARNING"):
+            os.environ.setdefault(f"SUNLOGGER_{level}_FILENAME", os.devnull)
+        from sksundae.cvode import CVODE  # without the library the status is `not_installed`
+
+        require_positive(setting, "tolerance")
+        assert isinstance(problem.form, FirstOrder)
+        options: dict[str, Any] = {
+            "method": self.method,
+            "rtol": setting,
+            "atol": ABSOLUTE * setting,
+            "max_num_steps": STEPS,
+        }
+        kernel, buffer = right_hand_side(problem).pointer, problem.buffer
+        jacobian = jacobian_of(problem.form, problem.dimension, buffer)
+
+        state = np.empty(problem.dimension)
+
+        def function(t: float, y: Floats, derivatives: Floats) -> None:
+            state[:] = y
+            kernel(t, state, buffer, derivatives)
+
+        def fill(t: float, y: Floats, derivatives: Floats, matrix: Floats) -> None:
+            assert jacobian is not None
+            state[:] = y
+            matrix[:] = jacobian(t, state)
+
+        solver = CVODE(function, jacfn=None if jacobian is None else fill, **options)
+        samples_alone = np.concatenate([[problem.t0], problem.times])
+        between = [samples_alone.mean()] if len(problem.times) == 1 else []
+        times = np.insert(samples_alone, 1, between)
+
+        def solve_one(start: Floats, samples: Floats) -> tuple[None, str | None]:
+            found = solver.solve(times, start)
+            reached = int(np.count_nonzero(np.isin(times, found.t)))
+            rows = found.y[1 + len(between) : reached]
+            samples[: len(rows)] = rows
+            return None, None if found.success else f"{found.message} at t = {found.t[-1]:g}"
+
+        return Solver(each_start(problem, solve_one), options)
+
+
+class Adams(Cvode):
+    """CVODE's Adams-Moulton methods of variable order and step."""
+
+    name, method = "CVODE Adams", "Adams"
+
+
+class Bdf(Cvode):
+    """CVODE's backward differentiation formulas of variable order and step."""
+
+    name, method = "CVODE BDF", "BDF"
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (Adams, Bdf)
