@@ -1,11 +1,12 @@
-"""CVODE of SUNDIALS through scikit-sundae: Adams' methods of orders 1 to 12, and BDF of orders 1 to 5.
+"""SUNDIALS through scikit-sundae: CVODE's Adams methods of orders 1 to 12 and BDF of orders 1 to 5, and IDA's BDF.
 
 How it is driven, and why:
 
 - Samples from `solve` with all times: steps go past a sample, which comes from the polynomial of the step, of its order.
 - The setting is `rtol`; `atol` = .1 `rtol`, the ratio of its defaults (1e-5 and 1e-6), in SI units.
-- Both iterate by Newton's method with a dense matrix: the fixed point that the manual of SUNDIALS names for Adams is not offered
+- All iterate by Newton's method with a dense matrix: the fixed point that the manual of SUNDIALS names for Adams is not offered
   here. They get the compiled Jacobian, as it recommends; where equations cannot be traced it takes differences.
+- IDA solves F(t, y, y') = 0, here y' - f(t, y) with the Jacobian c - df/dy and the slope at the start.
 - The right-hand side is compiled. It is called through Python, with the state as an array that may not be written, which the
   compiled function does not take: the state is copied.
 - `max_num_steps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
@@ -16,7 +17,8 @@ takes ever smaller steps: the time limit of the trial ends it.
 """
 
 import os
-from collections.abc import Mapping
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from typing import Any, ClassVar
 
@@ -32,54 +34,56 @@ from gnomon.harness.kernels.equations import right_hand_side
 ABSOLUTE = 0.1
 """atol over rtol."""
 
+Equations = Callable[[float, Floats, Floats], None]
+"""Of (t, y, out), which it fills."""
+Solve = Callable[[Floats, Floats], Any]
+"""Of (times, start); returns what scikit-sundae does."""
 
-class Cvode(Installed):
-    """A method of CVODE; `method` is its name there. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363."""
+
+class Sundials(Installed):
+    """A solver of SUNDIALS. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363."""
 
     library = "sksundae"
     accepts = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
-    method: ClassVar[str]
 
     def versions(self) -> Mapping[str, str]:
         return {"scikit-sundae": version("scikit-sundae")}
 
+    @abstractmethod
+    def solver(self, function: Equations, jacobian: Equations | None, options: dict[str, Any]) -> Solve:
+        """A function of (times, start). `function` fills f(t, y), `jacobian` df/dy; keys are added to `options`."""
+
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        # CVODE repeats on standard error what its return code says; its log is chosen before it is loaded.
+        # SUNDIALS repeats on standard error what its return code says; its log is chosen before it is loaded.
         for level in ("ERROR", "WARNING"):
             os.environ.setdefault(f"SUNLOGGER_{level}_FILENAME", os.devnull)
-        from sksundae.cvode import CVODE  # without the library the status is `not_installed`
+        import sksundae  # noqa: F401 - without the library the status is `not_installed`
 
         require_positive(setting, "tolerance")
         assert isinstance(problem.form, FirstOrder)
-        options: dict[str, Any] = {
-            "method": self.method,
-            "rtol": setting,
-            "atol": ABSOLUTE * setting,
-            "max_num_steps": STEPS,
-        }
+        options: dict[str, Any] = {"rtol": setting, "atol": ABSOLUTE * setting, "max_num_steps": STEPS}
         kernel, buffer = right_hand_side(problem).pointer, problem.buffer
         jacobian = jacobian_of(problem.form, problem.dimension, buffer)
-
         state = np.empty(problem.dimension)
 
         def function(t: float, y: Floats, derivatives: Floats) -> None:
             state[:] = y
             kernel(t, state, buffer, derivatives)
 
-        def fill(t: float, y: Floats, derivatives: Floats, matrix: Floats) -> None:
+        def fill(t: float, y: Floats, matrix: Floats) -> None:
             assert jacobian is not None
             state[:] = y
             matrix[:] = jacobian(t, state)
 
-        solver = CVODE(function, jacfn=None if jacobian is None else fill, **options)
+        solve = self.solver(function, None if jacobian is None else fill, options)
         samples_alone = np.concatenate([[problem.t0], problem.times])
         between = [samples_alone.mean()] if len(problem.times) == 1 else []
         times = np.insert(samples_alone, 1, between)
 
         def solve_one(start: Floats, samples: Floats) -> tuple[None, str | None]:
-            found = solver.solve(times, start)
+            found = solve(times, start)
             reached = int(np.count_nonzero(np.isin(times, found.t)))
             rows = found.y[1 + len(between) : reached]
             samples[: len(rows)] = rows
@@ -88,16 +92,57 @@ class Cvode(Installed):
         return Solver(each_start(problem, solve_one), options)
 
 
-class Adams(Cvode):
+class Adams(Sundials):
     """CVODE's Adams-Moulton methods of variable order and step."""
 
-    name, method = "CVODE Adams", "Adams"
+    name: ClassVar[str] = "CVODE Adams"
+    method: ClassVar[str] = "Adams"
+
+    def solver(self, function: Equations, jacobian: Equations | None, options: dict[str, Any]) -> Solve:
+        from sksundae.cvode import CVODE
+
+        options["method"] = self.method
+
+        def fill(t: float, y: Floats, derivatives: Floats, matrix: Floats) -> None:
+            assert jacobian is not None
+            jacobian(t, y, matrix)
+
+        solve: Solve = CVODE(function, jacfn=jacobian and fill, **options).solve
+        return solve
 
 
-class Bdf(Cvode):
+class Bdf(Adams):
     """CVODE's backward differentiation formulas of variable order and step."""
 
     name, method = "CVODE BDF", "BDF"
 
 
-INTEGRATORS: tuple[type[Integrator], ...] = (Adams, Bdf)
+class Ida(Sundials):
+    """IDA's backward differentiation formulas of variable order and step, for implicit equations."""
+
+    name = "IDA"
+
+    def solver(self, function: Equations, jacobian: Equations | None, options: dict[str, Any]) -> Solve:
+        from sksundae.ida import IDA
+
+        def residual(t: float, y: Floats, slope: Floats, left: Floats) -> None:
+            function(t, y, left)
+            np.subtract(slope, left, out=left)
+
+        def fill(t: float, y: Floats, slope: Floats, left: Floats, c: float, matrix: Floats) -> None:
+            assert jacobian is not None
+            jacobian(t, y, matrix)
+            np.negative(matrix, out=matrix)
+            matrix.flat[:: len(y) + 1] += c
+
+        ida = IDA(residual, jacfn=jacobian and fill, **options)
+
+        def solve(times: Floats, start: Floats) -> Any:
+            slope = np.empty(len(start))
+            function(times[0], start, slope)
+            return ida.solve(times, start, slope)
+
+        return solve
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (Adams, Bdf, Ida)

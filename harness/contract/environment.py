@@ -20,6 +20,8 @@ LIBRARIES = (
     "pybullet",
     "heyoka",
     "scikit-sundae",
+    "diffrax",
+    "jax",
     "mpmath",
     "python-flint",
     "llvmlite",

@@ -19,7 +19,7 @@ MODULES: list[str] = declared("registry", "modules.toml")["modules"]
 
 GROUP = "gnomon.integrators"
 
-OPTIONAL = {"heyoka": "heyoka", "sksundae": "scikit-sundae"}
+OPTIONAL = {"heyoka": "heyoka", "sksundae": "scikit-sundae", "diffrax": "diffrax"}
 """Libraries that are not installed with gnomon, and the packages that have them."""
 
 LAST_WHEELS = {"pybullet": (3, 11)}

@@ -7,11 +7,20 @@ import sys
 
 import pytest
 from gnomon.cases.core.registry import get
-from gnomon.harness.adapters import heyoka, rebound_nbody, rebound_ode, scipy_ivp, scipy_ode, scipy_odeint, sksundae
+from gnomon.harness.adapters import (
+    diffrax,
+    heyoka,
+    rebound_nbody,
+    rebound_ode,
+    scipy_ivp,
+    scipy_ode,
+    scipy_odeint,
+    sksundae,
+)
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import problem_of
 
-MODULES = (scipy_ivp, scipy_ode, scipy_odeint, rebound_nbody, rebound_ode, heyoka, sksundae)
+MODULES = (scipy_ivp, scipy_ode, scipy_odeint, rebound_nbody, rebound_ode, heyoka, sksundae, diffrax)
 ALL = tuple(kind for module in MODULES for kind in module.INTEGRATORS)
 every = pytest.mark.parametrize("integrator", ALL, ids=lambda kind: kind().id)
 
@@ -19,7 +28,7 @@ every = pytest.mark.parametrize("integrator", ALL, ids=lambda kind: kind().id)
 def test_importing_adapters_imports_no_library() -> None:
     """`gnomon list` is fast, and works where a library is missing."""
     names = ", ".join(module.__name__ for module in MODULES)
-    found = f"import sys, {names}; print(*({{'scipy', 'rebound', 'heyoka', 'sksundae', 'numba'}} & set(sys.modules)))"
+    found = f"import sys, {names}; print(*({{'scipy', 'rebound', 'heyoka', 'sksundae', 'diffrax', 'jax', 'numba'}} & set(sys.modules)))"
     result = subprocess.run([sys.executable, "-c", found], capture_output=True, text=True, check=True)
     assert result.stdout.split() == []
 

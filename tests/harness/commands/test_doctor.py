@@ -12,6 +12,7 @@ from command_line import gnomon
         ("rebound", (3, 13, 0), "rebound is not installed: pip install rebound"),
         ("heyoka", (3, 11, 0), "heyoka is optional: pip install heyoka"),
         ("sksundae", (3, 11, 0), "sksundae is optional: pip install scikit-sundae"),
+        ("diffrax", (3, 11, 0), "diffrax is optional: pip install diffrax"),
         ("pybullet", (3, 11, 9), "pybullet is not installed: pip install pybullet"),
         ("pybullet", (3, 12, 0), "pybullet has wheels up to CPython 3.11 only"),
     ],

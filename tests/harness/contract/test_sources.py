@@ -62,13 +62,15 @@ METHODS = (
     ("heyoka:Taylor", 1e-10),
     ("sksundae:CVODE Adams", 1e-8),
     ("sksundae:CVODE BDF", 1e-8),
+    ("sksundae:IDA", 1e-8),
+    ("diffrax:Tsit5", 1e-8),
 )
 
 
 @pytest.mark.parametrize(("method", "setting"), METHODS)
 def test_a_number_changed_in_the_same_process_is_seen(method: str, setting: float) -> None:
     """x' = -RATE x ends at exp(-RATE): exp(-1) and exp(-2) differ by far more than any tolerance here."""
-    for library in ("heyoka", "sksundae"):
+    for library in ("heyoka", "sksundae", "diffrax"):
         if method.startswith(library):
             pytest.importorskip(library, reason=f"{library} is optional")
     equations = module(DECAY)

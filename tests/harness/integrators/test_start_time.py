@@ -71,7 +71,7 @@ def pairs() -> list[Any]:
 
 @pytest.mark.parametrize(("integrator", "kind"), pairs())
 def test_a_late_start_gives_the_same_states(integrator: Integrator, kind: type) -> None:
-    if integrator.library in ("heyoka", "pybullet", "sksundae"):
+    if integrator.library in ("heyoka", "pybullet", "sksundae", "diffrax"):
         pytest.importorskip(integrator.library, reason=f"{integrator.library} is not installed")
     same_from_both(integrator, kind)
 

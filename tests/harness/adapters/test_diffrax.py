@@ -1,0 +1,88 @@
+"""diffrax: orders and errors, ensembles, and what it says where it fails."""
+
+from __future__ import annotations
+
+from math import atan2, hypot, sin
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.diffrax import ENSEMBLE, INTEGRATORS, Dopri8, Tsit5
+from gnomon.harness.contract.integrator import Problem, Refused, solver_of
+
+pytest.importorskip("diffrax", reason="diffrax is optional")
+TIMES = np.linspace(0.1, 6.4, 64)
+
+
+def turning(t: Any, y: Any, p: Any) -> Any:
+    return y[1], -p[0] * y[0]
+
+
+def forced(t: Any, y: Any, p: Any) -> Any:
+    """x'' = 2 - w^2 sin(w t) with x = t^2 + sin(w t): functions of numbers and of traced values, and a constant."""
+    return y[1], 2 - p[0] ** 2 * sin(p[0] * t) + 0 * hypot(y[0], y[1]) + atan2(0.0, 1.0), 1
+
+
+def escaping(t: Any, y: Any, p: Any) -> Any:
+    return (y[0] * y[0],)
+
+
+def sliding(t: Any, y: Any, p: Any) -> Any:
+    return (1.0 if y[0] > 0 else -1.0,)
+
+
+def problem(equations: Any, dimension: int, times: Any, parameters: Any = (1.0,)) -> Problem:
+    return Problem(FirstOrder(equations), dimension, np.array(parameters), np.array(times), 1.0)
+
+
+@pytest.mark.parametrize("kind", INTEGRATORS, ids=lambda kind: kind.name)
+def test_the_error_follows_the_tolerance(kind: Any) -> None:
+    exact = np.column_stack([np.cos(TIMES), -np.sin(TIMES)])
+    errors = []
+    for tolerance in (1e-4, 1e-9):
+        found = solver_of(kind(), problem(turning, 2, TIMES), tolerance)(np.array([[1.0, 0.0]]))
+        errors.append(float(np.max(np.abs(found.states[0] - exact))))
+        assert errors[-1] < 300 * tolerance
+        assert found.steps is not None
+        assert found.steps > 5
+    assert errors[1] < errors[0] / 100
+
+
+def test_arithmetic_is_binary64_and_the_users_own_setting_stays() -> None:
+    import jax
+
+    before = jax.config.jax_enable_x64
+    found = solver_of(Dopri8(), problem(turning, 2, TIMES), 1e-14)(np.array([[1.0, 0.0]]))
+    assert np.max(np.abs(found.states[0, :, 0] - np.cos(TIMES))) < 1e-11  # binary32 leaves 1e-7
+    assert jax.config.jax_enable_x64 == before
+
+
+def test_functions_of_numbers_and_of_traced_values() -> None:
+    found = solver_of(Dopri8(), problem(forced, 3, TIMES, [3.0]), 1e-11)(np.array([[0.0, 3.0, 0.0]]))
+    exact = np.column_stack([TIMES**2 + np.sin(3 * TIMES), 2 * TIMES + 3 * np.cos(3 * TIMES), TIMES])
+    assert found.states[0] == pytest.approx(exact, abs=1e-8)
+
+
+def test_an_ensemble_has_the_states_of_each_alone() -> None:
+    solve = solver_of(Tsit5(), problem(turning, 2, TIMES), 1e-8)
+    starts = np.random.default_rng(3).normal(size=(ENSEMBLE, 2))
+    together = solve(starts.copy())
+    alone = [solve(start[None].copy()) for start in starts]
+    assert together.states == pytest.approx(np.concatenate([each.states for each in alone]), abs=1e-12)
+    assert together.steps == sum(each.steps or 0 for each in alone)
+
+
+def test_samples_that_were_not_reached_are_nan_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    """y' = y^2 from 1 is infinite at t = 1. Few steps are allowed, as else it takes ever smaller ones."""
+    monkeypatch.setattr("gnomon.harness.adapters.diffrax.STEPS", 300)
+    found = solver_of(Tsit5(), problem(escaping, 1, [0.5, 0.9, 2.0, 3.0]), 1e-6)(np.array([[1.0]]))
+    assert found.states[0, :2, 0] == pytest.approx([2.0, 10.0], rel=1e-3)
+    assert np.all(np.isnan(found.states[0, 2:]))
+    assert found.stopped is not None
+    assert "maximum number of solver steps" in found.stopped
+
+
+def test_equations_that_branch_are_refused() -> None:
+    with pytest.raises(Refused, match="branch on what they compute"):
+        Tsit5().prepare(problem(sliding, 1, TIMES), 1e-6)
