@@ -51,10 +51,11 @@ def _allowed(trials: Trials, answer: Answer) -> float:
 
 @claim("turned", _has_turning)
 def _turned(trials: Trials) -> Finding:
-    """The errors from turned starts, at the tightest setting with an answer."""
-    usable = [a for a in trials.answers() if not a.declined and a.error < LARGEST_ERROR]
+    """The errors from turned starts, at the tightest setting with an answer that this depth has time for, several times."""
+    quick = [a for a in trials.answers() if a.seconds <= trials.depth.seconds]
+    usable = [a for a in quick if not a.declined and a.error < LARGEST_ERROR]
     if not usable:
-        return not_applicable(f"no setting with an error below {LARGEST_ERROR:g}")
+        return not_applicable(f"no setting with an error below {LARGEST_ERROR:g} within {trials.depth.seconds:g} s")
     answer = usable[-1]
     allowed = _allowed(trials, answer)
     if not allowed < LARGEST_ERROR:

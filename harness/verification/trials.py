@@ -50,6 +50,7 @@ class Answer:
 
     `error` is the largest distance from the exact motion and `last` that of the last sample; both are nan without
     states or where these are not finite. `roundoff` is the error that rounding may cause, see `Trials.roundoff`.
+    `seconds`: processor time, of answers over the whole span.
     """
 
     setting: float
@@ -62,6 +63,7 @@ class Answer:
     refused: str | None = None
     raised: str | None = None
     events: tuple[tuple[float, str], ...] | None = None
+    seconds: float = 0.0
 
     @property
     def declined(self) -> bool:
@@ -119,7 +121,9 @@ class Trials:
 
     def whole(self, setting: float) -> Answer:
         if setting not in self._whole:
-            self._whole[setting] = self._answer(setting, 0)
+            began = time.process_time()
+            answer = self._answer(setting, 0)
+            self._whole[setting] = replace(answer, seconds=time.process_time() - began)
         return self._whole[setting]
 
     def short(self, halvings: int, setting: float) -> Answer:

@@ -22,6 +22,7 @@ from gnomon.harness.verification import (
     conduct_claims,
     convergence_claims,
     event_claims,
+    quadrature_claim,
     relation_claims,
     structure_claims,
 )
@@ -30,7 +31,7 @@ from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 
 from gnomon import cases
 
-_MODULES = (convergence_claims, structure_claims, relation_claims, conduct_claims, event_claims)
+_MODULES = (convergence_claims, quadrature_claim, structure_claims, relation_claims, conduct_claims, event_claims)
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
 CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS if name != TIME}
 """All claims about one integrator by id, from the most telling."""

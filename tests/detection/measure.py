@@ -19,10 +19,11 @@ import random
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from gnomon.harness.contract.integrator import Integrator, Refused, Steps
@@ -41,7 +42,7 @@ from defects import DEFECTS  # noqa: E402
 from summary import NEEDED, published  # noqa: E402
 
 DEPTH, RIGHT_DEPTH = "normal", "low"
-EARLY = ("step_order", "order_short", "tolerance_short", "proportional", "symplectic", "reversible", "repeatable", "aliasing",
+EARLY = ("quadrature", "step_order", "order_short", "tolerance_short", "proportional", "symplectic", "reversible", "repeatable", "aliasing",
          "bad_setting")  # fmt: skip
 """Claims that cost little: they are verified on all cases before the others, so that most faults are found in seconds."""
 DRAWN = 240
@@ -92,8 +93,8 @@ class Found(Exception):  # noqa: N818 - a result, not an error
     """Raised by the first claim that fails."""
 
 
-def first_failure(integrator: Integrator, depth: str) -> tuple[tuple[str, str] | None, int]:
-    """The first claim that fails, and its case, or None if none does; the number of claims that passed."""
+def first_failure(integrator: Integrator, depth: str, only: Sequence[str] = ()) -> tuple[tuple[str, str] | None, int]:
+    """The first claim (of `only`, if any) that fails, and its case, or None if none does; the number that passed."""
     found: list[tuple[str, str]] = []
     checked = 0
 
@@ -107,7 +108,7 @@ def first_failure(integrator: Integrator, depth: str) -> tuple[tuple[str, str] |
     steps = isinstance(integrator.sweep, Steps)
     later = [name for name, claim in CLAIMS.items() if name not in EARLY and not (steps and claim.hard)]
     try:
-        for claims in (EARLY, later):
+        for claims in (only,) if only else (EARLY, later):
             verify(integrator, depth=depth, claims=claims, workers=1, progress=look)
     except Found:
         return found[0], checked
@@ -152,8 +153,8 @@ def tasks() -> list[Task]:
     return [*defects, *(Task("mutant", mutant.id) for mutant in mutants.drawn(DRAWN)), *right]
 
 
-def measured(task: Task, sources: str) -> Measured:
-    """The row of a task, measured in this process."""
+def measured(task: Task, sources: str, added: Sequence[str], before: Measured | None) -> Measured:
+    """The row of a task, measured in this process; with `before`, where no claim failed, by the claims `added` alone."""
     began = time.monotonic()
     if task.kind == "right":
         integrator = mutants.right().get(task.name.removesuffix(" of right_methods.py")) or lookup.find_one(task.name)
@@ -162,13 +163,17 @@ def measured(task: Task, sources: str) -> Measured:
     else:
         mutant = next(mutant for mutant in mutants.mutants() if mutant.id == task.name)
         integrator = mutant.integrator()
-    failure, checked = first_failure(integrator, RIGHT_DEPTH if task.kind == "right" else DEPTH)
-    changed = failure is not None or task.kind == "defect"
-    if task.kind == "mutant" and failure is None:
+    failure, checked = first_failure(
+        integrator, RIGHT_DEPTH if task.kind == "right" else DEPTH, added if before else ()
+    )
+    changed = failure is not None or task.kind == "defect" or (before is not None and before.changed)
+    if task.kind == "mutant" and failure is None and before is None:
         changed = changes(integrator, mutants.right()[mutant.method.name])
     claim, case = failure or (None, None)
-    seconds = round(time.monotonic() - began, 2)
-    return Measured(task.kind, task.name, task.condition, changed, claim, case, checked, seconds, sources)
+    seconds = time.monotonic() - began
+    if before is not None:
+        checked, seconds = checked + before.checked, seconds + before.seconds
+    return Measured(task.kind, task.name, task.condition, changed, claim, case, checked, round(seconds, 2), sources)
 
 
 @contextlib.contextmanager
@@ -183,9 +188,11 @@ def busy(processes: int) -> Iterator[None]:
             process.wait()
 
 
-def in_process(task: Task, sources: str) -> Measured:
+def in_process(task: Task, sources: str, added: Sequence[str] = (), before: Measured | None = None) -> Measured:
     """The row of a task, measured in a process of its own under its condition."""
     chosen = [sys.executable, str(HERE / "measure.py"), "--task", json.dumps(asdict(task)), "--sources", sources]
+    if before is not None:
+        chosen += ["--before", json.dumps(asdict(before)), *(f"--added={name}" for name in added)]
     environment = os.environ | CONDITIONS[task.condition]
     with busy((os.cpu_count() or 1) if task.condition.startswith("loaded") else 0):
         try:
@@ -198,7 +205,10 @@ def in_process(task: Task, sources: str) -> Measured:
     return Measured(**json.loads(done.stdout.splitlines()[-1]))
 
 
-def measure(chosen: Sequence[Task], known: dict[Task, Measured], file: Path, sources: str, workers: int) -> None:
+def measure(
+    chosen: Sequence[Task], known: dict[Task, Measured], file: Path, sources: str, workers: int,
+    added: Sequence[str] = (), before: Mapping[Task, Measured] = MappingProxyType({}),
+) -> None:  # fmt: skip
     """Add a row to `known` and to the file for each task that has none; loaded machines come last, one at a time."""
     waiting = [task for task in chosen if task not in known]
     beside = [task for task in waiting if not task.condition.startswith("loaded")]
@@ -206,7 +216,9 @@ def measure(chosen: Sequence[Task], known: dict[Task, Measured], file: Path, sou
     with file.open("a") as rows:
         for some, count in ((beside, workers), (loaded, 1)):
             with ThreadPoolExecutor(count) as pool:
-                for future in as_completed([pool.submit(in_process, task, sources) for task in some]):
+                for future in as_completed(
+                    [pool.submit(in_process, task, sources, added, before.get(task)) for task in some]
+                ):
                     row = future.result()
                     task = Task(row.kind, row.name, row.condition)
                     known[task] = row
@@ -226,26 +238,36 @@ def main() -> int:
         "--keep-found", action="store_true",
         help="keep the faults that a claim found with earlier sources: right where claims were added and none was changed",
     )  # fmt: skip
+    parser.add_argument(
+        "--added", action="append", default=[], metavar="CLAIM",
+        help="claims added or changed since the kept rows were measured: what no claim found is verified by these alone, "
+        "and what one of these found is measured again",
+    )  # fmt: skip
     parser.add_argument("--task", help=argparse.SUPPRESS)
+    parser.add_argument("--before", help=argparse.SUPPRESS)
     parser.add_argument("--sources", default="", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.task:
-        print("\n" + json.dumps(asdict(measured(Task(**json.loads(given.task)), given.sources))))
+        before = None if given.before is None else Measured(**json.loads(given.before))
+        row = measured(Task(**json.loads(given.task)), given.sources, given.added, before)
+        print("\n" + json.dumps(asdict(row)))
         return 0
     sources = closure("gnomon.harness.verification.verify") or ""
     given.rows.parent.mkdir(parents=True, exist_ok=True)
     given.rows.touch()
     kept = [Measured(**json.loads(line)) for line in given.rows.read_text().splitlines()]
-    known = {
-        Task(row.kind, row.name, row.condition): row
-        for row in kept
-        if row.error is None
-        and (row.sources == sources or (given.keep_found and row.claim is not None and row.kind != "right"))
-    }
+    keep = given.keep_found or given.added
+
+    def holds(row: Measured) -> bool:
+        """Whether a row was measured with these sources, or what found the fault is still there."""
+        return row.sources == sources or (keep and row.kind != "right" and row.claim not in (None, *given.added))
+
+    known = {Task(row.kind, row.name, row.condition): row for row in kept if row.error is None and holds(row)}
+    earlier = {Task(row.kind, row.name, row.condition): row for row in kept if row.error is None and row.claim is None}
     chosen = [task for task in tasks() if not given.only or any(word in str(task) for word in given.only)]
     if not chosen:
         parser.error(f"--only {' '.join(given.only)}: nothing that is measured has this in its name")
-    measure(chosen, known, given.rows, sources, given.workers)
+    measure(chosen, known, given.rows, sources, given.workers, given.added, earlier if given.added else {})
     found = published([asdict(known[task]) for task in tasks() if task in known], DEPTH, RIGHT_DEPTH)
     given.to.parent.mkdir(parents=True, exist_ok=True)
     given.to.write_text(json.dumps(found, indent=1) + "\n")

@@ -49,6 +49,12 @@ def test_a_right_method_fails_no_claim(method: Integrator) -> None:
         ("step_order", rk4("float32"), "pendulum_simple"),
         ("step_order", rk4("time"), "forced_oscillator"),
         ("step_order", verlet("missing_half"), "pendulum_simple"),
+        ("quadrature", rk4("coefficient_10"), "pendulum_simple"),
+        ("quadrature", rk4("time"), "pendulum_simple"),
+        ("quadrature", verlet("coefficient_10"), "pendulum_simple"),
+        ("quadrature", verlet("missing_half"), "pendulum_simple"),
+        ("quadrature", pair("coefficient_10"), "pendulum_simple"),
+        ("quadrature", pair("last_step"), "pendulum_simple"),
         ("symplectic", verlet("float32"), "pendulum_simple"),
         ("reversible", verlet("coefficient_5"), "pendulum_simple"),
         ("repeatable", rk4("kept"), "pendulum_simple"),
@@ -59,6 +65,25 @@ def test_a_right_method_fails_no_claim(method: Integrator) -> None:
 )
 def test_a_fault_fails_the_claim_that_it_is_about(claim: str, method: Integrator, case: str) -> None:
     assert outcome(claim, method, case) == Outcome.FAILED
+
+
+def _started_with_euler(f: Any, t0: float, y0: Any, times: Any, h: float) -> Any:
+    """Adams and Bashforth's method of order 2: its first step has an error of h^2, for linear forces too."""
+    found, t, y, before = [], t0, y0, f(t0, y0)
+    for k in range(1, 1 + round((times[-1] - t0) / h)):
+        now = f(t, y)
+        y, before, t = y + h * (1.5 * now - 0.5 * before), now, t0 + k * h
+        found.append(y)
+    return np.array(found)[round((times[0] - t0) / h) - 1 :: round((times[0] - t0) / h)]
+
+
+def test_quadrature_allows_an_error_that_falls_with_the_order() -> None:
+    method = from_solve(_started_with_euler, name="Adams", order=2, sweep=Steps(0.25, 8))
+    found = CLAIMS["quadrature"].check(trials(method))
+    assert found.outcome == Outcome.PASSED
+    assert "then" in found.got
+    higher = from_solve(_started_with_euler, name="Adams", order=3, sweep=Steps(0.25, 8))
+    assert outcome("quadrature", higher) == Outcome.FAILED
 
 
 class _Changed(Integrator):

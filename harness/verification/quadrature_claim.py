@@ -1,0 +1,99 @@
+"""The claim that needs no motion: forces that are polynomials in time, which an order makes exact."""
+
+import math
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
+from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
+from gnomon.harness.verification.trials import HALF_ULP, Trials
+
+SAMPLES = 4
+"""A step between two samples is long: an error of a coefficient shows beside few roundings."""
+CUBIC = 3
+"""The degree in time, at most: it sees the sum of the weights, the nodes, and their second and third moments."""
+HALVED = 6
+"""Steps, each half of the one before, that an integrator may decline before the claim does not apply."""
+ROUNDINGS = 64
+"""Roundings in a step, at most: stages, extrapolations and sums."""
+TIGHTER, LESS = 1e-2, 10.0
+"""A second tolerance over the first, and how many times less the error is there at least: a power of 1/2, the lowest for order
+1, as for `proportional`."""
+
+
+def polynomial(t: Any, state: Values, parameters: Values) -> Values:
+    """y' = a + b t + c t^2 + d t^3, twice."""
+    a, b, c, d = parameters
+    slope = a + t * (b + t * (c + t * d))
+    return slope, -slope
+
+
+def force(t: Any, place: Values, parameters: Values) -> Values:
+    """q'' = a + b t + c t^2 + d t^3, twice."""
+    a, b, c, d = parameters
+    slope = a + t * (b + t * (c + t * d))
+    return slope, -slope
+
+
+def _applies(trials: Trials) -> str | None:
+    if trials.integrator.order is None:
+        return "it declares no order"
+    if not {FirstOrder, SecondOrder} & set(trials.integrator.accepts):
+        return "it takes no plain equations"
+    if FirstOrder not in trials.integrator.accepts and trials.integrator.order < 2:
+        return "a method of order 1 need not be exact for accelerations"
+    return None
+
+
+@claim("quadrature", _applies)
+def _quadrature(trials: Trials) -> Finding:
+    """With f = f(t) a method of order p is a rule of quadrature, exact for polynomials of degree p - 1; for accelerations of
+    degree p - 2. One that is not exact by its construction has an error that falls as the order says.
+    """
+    order = trials.integrator.order
+    assert order is not None
+    if trials.steps:
+        intervals = 1.0 / (SAMPLES * 2.0 ** np.arange(HALVED))
+        usable = [h for h in intervals if not _error(trials, h)[2]]
+        if not usable:
+            return not_applicable("it declines all steps of a constant force")
+        first, second, less = usable[0], usable[0] / 2, 2.0 ** (order - 0.5)
+    else:
+        first, less = trials.settings[0], LESS  # the fewest steps, and so the least round-off
+        second = first * TIGHTER
+    error, allowed, why = _error(trials, first)
+    if why:
+        return not_applicable(f"no solution at {trials.named(first)}: {why}")
+    if error <= allowed:
+        return passed(f"{error:.2g}")
+    finer, allowed_finer, why = _error(trials, second)
+    if not why and finer <= max(allowed_finer, error / less):
+        return passed(f"{error:.2g}, then {finer:.2g}")
+    expected = f"an error below {allowed:.2g}, or {less:.3g} times less at {trials.named(second)}"
+    return failed(trials.named(first), expected, f"{error:.2g}, then {why or format(finer, '.2g')}")
+
+
+def _error(trials: Trials, setting: float) -> tuple[float, float, str | None]:
+    """(error, what rounding may cause, why there is no solution) for the polynomial over a time of 1, from y = 0."""
+    order, twice = trials.integrator.order, FirstOrder not in trials.integrator.accepts
+    assert order is not None
+    powers = np.arange(1.0, CUBIC + 2)  # of the terms of the slope t + ..., their integral is that of the state
+    kept = np.arange(CUBIC + 1) <= order - 1 - twice
+    samples = max(SAMPLES, math.ceil(1 / setting)) if trials.steps else SAMPLES
+    times = np.arange(1, samples + 1) / samples
+    coefficients = np.where(kept, powers * (powers + 1) if twice else powers, 0.0)
+    form = SecondOrder(force) if twice else FirstOrder(polynomial)
+    counted = trials.integrator.counts_rhs
+    problem = Problem(form, 4 if twice else 2, coefficients, times, 1.0, counted=counted)
+    try:
+        ((solution, calls),) = trials.solved(problem, setting, [np.zeros(problem.dimension)])
+    except Exception as raised:  # also what the integrator refuses: other claims tell
+        return math.nan, math.nan, f"{type(raised).__name__}: {raised}"
+    place = sum(times ** (n + twice) for n in powers[kept])
+    slope = sum((n + 1) * times**n for n in powers[kept])
+    exact = np.stack([place, -place, slope, -slope][: problem.dimension], axis=1)
+    apart = np.abs(solution.states[0] - exact)[-1 if trials.integrator.sampling == "dense output" else slice(None)]
+    size = float(np.max(np.abs(exact)))
+    work = solution.steps or calls or samples
+    return float(np.max(apart)) / size, 2 * HALF_ULP * ROUNDINGS * work, solution.stopped
