@@ -86,6 +86,21 @@ def test_quadrature_allows_an_error_that_falls_with_the_order() -> None:
     assert outcome("quadrature", higher) == Outcome.FAILED
 
 
+def test_turned_starts_are_not_solved_at_a_setting_that_takes_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another claim may have solved there; the turned starts would pass the time limit of the claim."""
+    fresh = Trials.of(pair(), CaseSpec.of(get("kepler_orbit").rounded()), DEPTHS["low"])
+    *_, quick, slow = fresh.answers()
+    fresh._whole[slow.setting] = replace(slow, seconds=2 * fresh.depth.seconds)
+    fresh._whole[quick.setting] = replace(quick, seconds=0.0)
+    settings: list[float] = []
+    solutions = fresh.solutions
+    monkeypatch.setattr(
+        fresh, "solutions", lambda problem, at, starts: settings.append(at) or solutions(problem, at, starts)
+    )
+    assert CLAIMS["turned"].check(fresh).outcome == Outcome.PASSED
+    assert settings == [quick.setting]
+
+
 class _Changed(Integrator):
     """RK4 whose solutions a subclass changes."""
 
