@@ -75,7 +75,8 @@ def published(rows: Rows, depth: str, right_depth: str) -> dict[str, Any]:
     mutants = [row for row in measured if row["kind"] == "mutant"]
     changed = [row for row in mutants if row["changed"]]
     defects = [row for row in measured if row["kind"] == "defect"]
-    right = [row for row in measured if row["kind"] == "right"]
+    runs = [row for row in measured if row["kind"] == "right"]
+    right = [row for row in runs if row["checked"] or row["claim"]]
     failing = [row for row in right if row["claim"] is not None]
     true_ = [row for row in failing if alarm(row) in TRUE_ALARMS]
     alarms = [row for row in failing if alarm(row) not in TRUE_ALARMS]
@@ -95,7 +96,7 @@ def published(rows: Rows, depth: str, right_depth: str) -> dict[str, Any]:
         "survivors": {name: reason(name) for name in alive},
         "survivors_without_reason": [name for name in alive if reason(name) is None],
         "right_runs": dict(Counter(row["condition"] for row in right)),
-        "right_runs_that_checked_nothing": [row["name"] for row in right if not row["checked"] and not row["claim"]],
+        "right_runs_that_checked_nothing": [row["name"] for row in runs if row not in right],
         "false_alarms": [f"{alarm(row)} ({row['condition']})" for row in alarms],
         "true_alarms": {alarm(row): TRUE_ALARMS[alarm(row)] for row in true_},
         "false_alarm_rate_at_most": round(most_alarms(len(alarms), len(right)), 4) if right else 1.0,
