@@ -42,6 +42,20 @@ def _said(pattern: str) -> tuple[str, ...]:
     return found.groups()
 
 
+def test_what_verification_finds_is_what_was_measured() -> None:
+    measured = json.loads((REPORTS / "verification.json").read_text())
+    said = r"normal (\d+) of (\d+) mutants of .*? \(95 % interval (\d+) to (\d+) %\) and (\d+) of (\d+) rebuilt defects"
+    found, of, low, high, defects, of_defects = map(int, _said(said))
+    assert (found, of) == (measured["mutants"]["found"], measured["mutants"]["of"])
+    assert [low, high] == [round(100 * share) for share in measured["mutants"]["interval"]]
+    assert (defects, of_defects) == (measured["defects"]["found"], measured["defects"]["of"])
+    runs, alarms = map(int, _said(r"In (\d+) runs of right integrators .*? it gave (\d+) false alarms"))
+    assert runs == sum(measured["right_runs"].values())
+    assert alarms == len(measured["false_alarms"])
+    assert not measured["survivors_without_reason"]
+    assert not measured["not_measured"]
+
+
 @pytest.fixture(scope="module")
 def page() -> dict[str, Any]:
     """The data of the published page."""
