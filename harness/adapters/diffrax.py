@@ -12,7 +12,8 @@ How it is driven, and why:
 - Ensembles by `vmap`: all trajectories of an ensemble in one loop.
 - Right-hand sides are not called one by one, so they are not counted.
 
-Trap: its default of 4096 steps would end long intervals early. After a failure the samples that were not reached are infinite.
+Traps: its default of 4096 steps would end long intervals early. Where no step is accepted (a state that is not finite, a
+singularity) it halves steps up to that limit, whatever its least step. After a failure the samples not reached are infinite.
 """
 
 from collections.abc import Callable, Mapping
@@ -30,8 +31,8 @@ from gnomon.harness.kernels.equations import gather
 
 ABSOLUTE = 0.01
 """atol over rtol."""
-STEPS = 10_000_000
-"""The limit of steps."""
+STEPS = 1_000_000
+"""The limit of steps: some seconds."""
 ENSEMBLE = 8
 """From so many trajectories on they are integrated together, which is another compilation."""
 
@@ -41,6 +42,7 @@ class Tsit5(Installed):
 
     name: ClassVar[str] = "Tsit5"
     library = "diffrax"
+    order: ClassVar[int | None] = 5
     accepts = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-14)
@@ -81,7 +83,7 @@ class Tsit5(Installed):
 class Dopri8(Tsit5):
     """The pair of order 8 by Prince and Dormand, J. Comput. Appl. Math. 7 (1981) 67."""
 
-    name = "Dopri8"
+    name, order = "Dopri8", 8
 
 
 class Kvaerno5(Tsit5):

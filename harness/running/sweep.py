@@ -22,6 +22,8 @@ SECONDS_EACH = {
     "gnomon:Taylor": 2e-6,
     "heyoka": 4e-6,
     "sksundae": 2e-5,
+    "diffrax": 2e-5,
+    "diffrax:Kvaerno5": 1e-4,
     "rebound": 1e-6,
     "rebound:BS [ODE mode]": 6e-7,
     "rebound:IAS15": 4e-5,

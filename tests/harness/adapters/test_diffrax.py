@@ -73,14 +73,19 @@ def test_an_ensemble_has_the_states_of_each_alone() -> None:
     assert together.steps == sum(each.steps or 0 for each in alone)
 
 
-def test_samples_that_were_not_reached_are_nan_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
-    """y' = y^2 from 1 is infinite at t = 1. Few steps are allowed, as else it takes ever smaller ones."""
-    monkeypatch.setattr("gnomon.harness.adapters.diffrax.STEPS", 300)
+def test_samples_that_were_not_reached_are_nan_with_the_reason() -> None:
+    """y' = y^2 from 1 is infinite at t = 1: steps get smaller up to their limit."""
     found = solver_of(Tsit5(), problem(escaping, 1, [0.5, 0.9, 2.0, 3.0]), 1e-6)(np.array([[1.0]]))
     assert found.states[0, :2, 0] == pytest.approx([2.0, 10.0], rel=1e-3)
     assert np.all(np.isnan(found.states[0, 2:]))
     assert found.stopped is not None
     assert "maximum number of solver steps" in found.stopped
+
+
+def test_a_start_that_is_not_finite_has_no_states() -> None:
+    found = solver_of(Tsit5(), problem(turning, 2, TIMES), 1e-6)(np.array([[np.nan, 0.0]]))
+    assert np.all(np.isnan(found.states))
+    assert found.stopped is not None
 
 
 def test_equations_that_branch_are_refused() -> None:
