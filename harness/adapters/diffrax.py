@@ -31,7 +31,7 @@ from gnomon.harness.kernels.equations import gather
 
 ABSOLUTE = 0.01
 """atol over rtol."""
-STEPS = 1_000_000
+STEPS = 500_000
 """The limit of steps: some seconds."""
 ENSEMBLE = 8
 """From so many trajectories on they are integrated together, which is another compilation."""
