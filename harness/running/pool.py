@@ -283,9 +283,9 @@ class Pool:
 
     def _fail(self, slot: _Slot, status: Status, reason: str) -> None:
         """Record a failure, end the worker, and continue the series in a new worker."""
+        printed = take_output(slot.job.task.output)  # before the end: a worker that loses its connection prints so
         self._end(slot)
-        tries = slot.tries if status == Status.TIMEOUT else None
-        slot.job.failed(status, reason, take_output(slot.job.task.output), tries)
+        slot.job.failed(status, reason, printed, slot.tries if status == Status.TIMEOUT else None)
         self._start(slot.job)
 
     def _end(self, slot: _Slot) -> None:
