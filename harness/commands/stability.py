@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 NOTHING = 2
 """The exit code if nothing was measured."""
+WRITE_SECONDS = 60.0
+"""The result is written so often, so that little is lost."""
 
 
 def stability(
@@ -29,10 +32,15 @@ def stability(
     depth: Annotated[
         str, typer.Option(help="normal (about 2 s a panel and method) or high (the full grids).")
     ] = "normal",
-    to: Annotated[Path | None, typer.Option("--out", help="Write the result as JSON.", parser=options.as_path)] = None,
+    to: Annotated[
+        Path | None, typer.Option("--out", help="Write the result as JSON, and resume from it.", parser=options.as_path)
+    ] = None,
     workers: Annotated[int, typer.Option(help="Integrators at a time, each in a process.")] = 2,
 ) -> None:
-    """Measure the numerical stability of integrators. Exit code 2 if nothing was measured."""
+    """Measure the numerical stability of integrators. Exit code 2 if nothing was measured.
+
+    The same command resumes an interrupted measurement that has --out; for other integrators it adds to the file.
+    """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup
     from gnomon.harness.running.progress import Progress
@@ -44,16 +52,31 @@ def stability(
     found = lookup.find_all(integrator)
     if to is not None:
         options.ensure_writable(to, "--out")
+    rows = run.kept(to, depth) if to is not None else []
+    written = monotonic()
+
+    def add(row: Row) -> None:
+        nonlocal written
+        rows.append(row)
+        progress.advance()
+        if to is not None and monotonic() - written > WRITE_SECONDS:
+            run.write(rows, depth, to)
+            written = monotonic()
+
+    done = {(row.integrator, row.panel) for row in rows}
     with Progress() as progress:
-        progress.begin("panels", len(chosen) * len(found))
-        rows = run.measured(found, panel, depth, workers, lambda row: progress.advance())
+        progress.begin("panels", sum((each.id, name) not in done for each in found for name in chosen))
+        try:
+            rows = run.measured(found, panel, depth, workers, add, former=list(rows))
+        finally:
+            if to is not None and rows:
+                run.write(rows, depth, to)
+    asked = {each.id for each in found}
     for name, each in chosen.items():
-        out.print(panel_table(each.title, [row for row in rows if row.panel == name]))
+        out.print(panel_table(each.title, [row for row in rows if row.panel == name and row.integrator in asked]))
     for what, found_tiers in run.tiers_of(rows).items():
         for place, tier in enumerate(found_tiers["tiers"], 1):
             out.print(escape(f"tier {place} by {what.replace('_', ' ')}: {', '.join(tier)}"), highlight=False)
-    if to is not None:
-        to.write_text(run.as_json(rows, depth), encoding="utf-8")
     if all(row.reason is not None for row in rows):
         problems.print("nothing was measured: no panel applies, or every integrator refused")
         raise typer.Exit(NOTHING)

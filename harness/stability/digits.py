@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,19 @@ CASES = (
     "spherical_pendulum",
     "spring_pendulum",
     "two_body",
-    "lagrange_top",
+    "lagrange_top_attitude",
+    "equilateral_three_body",
+    "symmetric_top_torque_free",
 )
+"""So that the methods for gravitating and for rigid bodies have at least `tiers.FEWEST` of them too."""
+OTHERS = (
+    "charge_in_E_and_B",
+    "relativistic_charge",
+    "holonomic_constraint_dae",
+    "damped_oscillator",
+    "block_incline_friction",
+)
+"""For an integrator that accepts none of `CASES`, because it takes no other form than that of these."""
 LONG = ("orbits", "long", "speed", "engines", "revolutions", "precessions", "flips", "drifting")
 """Words in the names of variants that are long, or measured for other reasons."""
 CHAOTIC = (("double_pendulum", "upright"), ("bouncing_ball_table", "chaotic"))
@@ -96,7 +107,7 @@ def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """
     budget, known = Budget(seconds), hard_variants(integrator)
     if not known:
-        raise Refused(f"it accepts none of {', '.join(CASES)}")
+        raise Refused(f"it accepts none of {', '.join(CASES + OTHERS)}")
     rows: dict[str, Any] = {}
     for place, (name, variant) in enumerate(known):
         left = max(1, (len(known) if seconds >= MANY_SECONDS else FEWEST) - place)
@@ -120,21 +131,24 @@ def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 
 def hard_variants(integrator: Integrator) -> list[tuple[str, str]]:
-    """(case, variant) of those of `every_variant` that the integrator accepts, in that sequence."""
-    return [pair for pair in every_variant() if accepts(integrator, *pair)]
+    """(case, variant): the hard variants of `CASES` and `CHAOTIC` that the integrator accepts, of `OTHERS` if none."""
+    found = [pair for pair in _variants(CASES, CHAOTIC) if accepts(integrator, *pair)]
+    return found or [pair for pair in _variants(OTHERS) if accepts(integrator, *pair)]
 
 
 def every_variant() -> list[tuple[str, str]]:
-    """(case, variant): a hard variant of each case, the chaotic motions, then the second variants, and so on.
+    """(case, variant) of all that the panel may take. Their reference solutions come with the package."""
+    return [*_variants(CASES, CHAOTIC), *_variants(OTHERS)]
 
-    Their reference solutions come with the package.
-    """
+
+def _variants(cases: Sequence[str], between: Sequence[tuple[str, str]] = ()) -> list[tuple[str, str]]:
+    """A hard variant of each case, those `between`, then the second variant of each case, and so on."""
     chosen = []
-    for name in CASES:
+    for name in cases:
         variants = [variant.name for variant in get(name).variants]
         chosen.append([(name, each) for each in variants if not any(word in each for word in LONG)])
     first, *others = itertools.zip_longest(*chosen)
-    return [pair for pair in itertools.chain(first, CHAOTIC, *others) if pair is not None]
+    return [pair for pair in itertools.chain(first, between, *others) if pair is not None]
 
 
 def _stresses(name: str, variant: str) -> str:
@@ -180,7 +194,7 @@ def lost(trials: Trials, seconds: float) -> dict[str, Any]:
     row |= {"error": error, "horizon": horizon(best), "horizon_of_problem": horizon(trials.reference.conditioning)}
     if error > max(INACCURATE, 10 * conditioning):
         return row | {"failed": f"its smallest error is {error:.2g}"}
-    return row | {"lost": max(0.0, math.log10(error / conditioning))}
+    return row | {"lost": math.log10(max(1.0, error / conditioning))}
 
 
 def solved(trials: Trials, setting: float) -> tuple[Floats, int | None]:

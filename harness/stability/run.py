@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from gnomon.cases.core.numbers import nearest
@@ -18,6 +19,7 @@ from gnomon.harness.stability.panel import Panel, for_json, panels
 from gnomon.harness.system import jobs
 from gnomon.harness.system.jobs import Job, Send
 from gnomon.harness.system.limitations import need_fork
+from gnomon.reference.storage import diskcache
 
 SCHEMA = 1
 """Version of the JSON result: it changes when a key changes its meaning or goes."""
@@ -98,12 +100,17 @@ def measured(
     depth: str = "normal",
     workers: int = 2,
     progress: Callable[[Row], None] = lambda row: None,
+    former: Sequence[Row] = (),
 ) -> list[Row]:
-    """The rows of all panels, or of those named, for each integrator. Raises ValueError for a wrong name or depth."""
+    """The rows of all panels, or of those named, for each integrator; those of `former` are not measured again.
+
+    Raises ValueError for a wrong name or depth.
+    """
     need_fork()
     chosen = chosen_panels(names)
     seconds = seconds_of(depth)
-    rows: list[Row] = []
+    rows = list(former)
+    done = {(row.integrator, row.panel) for row in former}
 
     def add(row: Row) -> None:
         rows.append(row)
@@ -112,12 +119,41 @@ def measured(
     planned = []
     for integrator in integrators:
         missing = lookup.missing(integrator)
-        planned.append(PanelsJob(integrator, seconds, add, list(chosen), LONGEST * seconds))
+        pending = [name for name in chosen if (integrator.id, name) not in done]
+        planned.append(PanelsJob(integrator, seconds, add, pending, LONGEST * seconds))
         while missing is not None and planned[-1].pending:
             planned[-1].lose(missing)
     jobs.run(planned, workers)
-    places = {integrator.id: place for place, integrator in enumerate(integrators)}
-    return sorted(rows, key=lambda row: (list(chosen).index(row.panel), places[row.integrator]))
+    places = {name: place for place, name in enumerate(panels())}
+    order = list(dict.fromkeys([row.integrator for row in former] + [integrator.id for integrator in integrators]))
+    return sorted(rows, key=lambda row: (places[row.panel], order.index(row.integrator)))
+
+
+def kept(path: Path, depth: str) -> list[Row]:
+    """The rows of a file of `write` that still hold: those of integrators that come with gnomon.
+
+    Raises ValueError if the file holds something else, or was made at another depth, by another revision or elsewhere.
+    """
+    if not path.exists():
+        return []
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        rows = [Row(**row) for row in found["rows"]]
+        made = found["schema"], found["depth"], found["environment"]
+    except (ValueError, TypeError, KeyError, RecursionError):
+        raise ValueError(f"{path}: no result of `gnomon stability`; name another file with --out") from None
+    if made != (SCHEMA, depth, environment.describe()):
+        raise ValueError(
+            f"{path}: measured at another depth, on another machine, or by other versions; name another file with --out"
+        )
+    own = lookup.own()
+    return [row for row in rows if row.integrator in own and row.panel in panels()]
+
+
+def write(rows: Sequence[Row], depth: str, path: Path) -> None:
+    """Write `as_json` to a temporary file, which then replaces `path`."""
+    with diskcache.whole(path) as part:
+        part.write_text(as_json(rows, depth), encoding="utf-8")
 
 
 def as_json(rows: Sequence[Row], depth: str) -> str:

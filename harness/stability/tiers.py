@@ -1,4 +1,4 @@
-"""Methods in tiers: whoever is in a later tier is worse than the best of each earlier one, whichever case is left out."""
+"""Methods in tiers: whoever is in a later tier is worse than a method of the tier before, whichever case is left out."""
 
 from __future__ import annotations
 
@@ -34,18 +34,26 @@ def separated(better: Floats, worse: Floats) -> bool:
 def tiers(scores: Mapping[str, Mapping[str, float]]) -> list[list[str]]:
     """Methods by tier from their score on each case, less being better; a case that was not measured has no score.
 
-    A tier is the method of the least mean, and all of those left that are not separated from it. Within a tier methods
-    are sorted by name: their order would not survive.
+    The first tier are the methods from which no other is separated as better, the next one those of the others, and so on:
+    each method is separated from one of the tier before, and no two of a tier are. Within a tier methods are sorted by
+    name. Methods with less than `FEWEST` cases are left out: they cannot be separated from any.
     """
     cases = sorted({case for row in scores.values() for case in row})
-    table = {method: np.array([row.get(case, math.nan) for case in cases]) for method, row in scores.items() if row}
-    left = sorted(table, key=lambda method: (float(np.nanmean(table[method])), method))
-    found = []
+    table = {
+        method: np.array([row.get(case, math.nan) for case in cases])
+        for method, row in sorted(scores.items())
+        if len(row) >= FEWEST
+    }
+    better = {
+        method: {other for other in table if other != method and separated(table[other], table[method])}
+        for method in table
+    }
+    found, left = [], list(table)
     while left:
-        first = left[0]
-        tier = [method for method in left if not separated(table[first], table[method])]
-        found.append(sorted(tier))
-        left = [method for method in left if method not in tier]
+        # not empty but for methods that are better than each other in a circle, each pair on other cases
+        first = [method for method in left if not better[method] & set(left)] or left
+        found.append(first)
+        left = [method for method in left if method not in first]
     return found
 
 
@@ -66,7 +74,7 @@ def summary(panels: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """For JSON: tiers and rank intervals by lost digits and by calls, from the data of the panel `digits` by method."""
     found = {}
     for name, scores in (("lost_digits", by_lost_digits(panels)), ("calls", by_calls(panels))):
-        usable = {method: row for method, row in scores.items() if row}
+        usable = {method: row for method, row in scores.items() if len(row) >= FEWEST}
         if usable:
             found[name] = {"tiers": tiers(usable), "rank_intervals": rank_intervals(usable)}
     return found

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import gnomon
+from gnomon.harness.stability.run import Row
 
 
 def test_a_table_for_each_panel_and_the_result_as_json(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -20,6 +22,55 @@ def test_a_table_for_each_panel_and_the_result_as_json(tmp_path: Path, capfd: py
     rows = json.loads(file.read_text())["rows"]
     assert [row["integrator"] for row in rows] == ["gnomon:RK4", "gnomon:DOP853"]
     assert rows[0]["data"]["imaginary"]["stable"][0][1] == pytest.approx(8**0.5, rel=1e-3)
+
+
+def measured(file: Path, *integrators: str, depth: str = "normal") -> int:
+    words = [word for integrator in integrators for word in ("--integrator", integrator)]
+    return gnomon("stability", *words, "--panel", "linear", "--depth", depth, "--out", str(file))
+
+
+def test_the_same_command_resumes_and_another_one_adds(tmp_path: Path) -> None:
+    """Changed seconds of processor time in the file show that a row was kept."""
+    file = tmp_path / "stability.json"
+    assert measured(file, "gnomon:RK4") == 0
+    whole = json.loads(file.read_text())
+    whole["rows"][0]["seconds"] = 123.0
+    file.write_text(json.dumps(whole))
+    assert measured(file, "gnomon:Heun", "gnomon:RK4") == 0
+    rows = json.loads(file.read_text())["rows"]
+    assert [(row["integrator"], row["seconds"] == 123.0) for row in rows] == [
+        ("gnomon:RK4", True),
+        ("gnomon:Heun", False),
+    ]
+
+
+def test_an_interruption_keeps_what_was_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*given: Any, former: list[Any]) -> None:
+        given[4](Row("gnomon:RK4", "linear", 1.0, {"refused": "planted"}, []))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gnomon.harness.stability.run.measured", interrupted)
+    file = tmp_path / "stability.json"
+    assert measured(file, "gnomon:RK4") != 0
+    assert [row["integrator"] for row in json.loads(file.read_text())["rows"]] == ["gnomon:RK4"]
+
+
+@pytest.mark.parametrize("change", ["depth", "sources", "shape", "text"])
+def test_a_file_that_says_something_else_is_refused_and_stays(
+    change: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "stability.json"
+    assert measured(file, "gnomon:RK4") == 0
+    whole = json.loads(file.read_text())
+    if change == "sources":
+        whole["environment"]["sources"] = "0"
+    if change == "shape":
+        whole["rows"][0]["more"] = 1
+    file.write_text("a letter" if change == "text" else json.dumps(whole))
+    before = file.read_bytes()
+    assert measured(file, "gnomon:RK4", depth="high" if change == "depth" else "normal") == 2
+    assert "name another file with --out" in capfd.readouterr().err
+    assert file.read_bytes() == before
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import pytest
 from changed_methods import changed
 from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.registry.lookup import find_one
+from gnomon.harness.stability import tiers
 from gnomon.harness.stability.digits import calls_at, digits, hard_variants, horizon, lost
 from gnomon.harness.stability.subjects import trials_of
 
@@ -76,8 +77,29 @@ def test_hard_variants_take_each_case_once_before_the_next_round() -> None:
     cases = [name for name, _ in known]
     assert len(set(cases[: len(set(cases))])) == len(set(cases)) >= 7
     assert len(known) >= 29
-    assert ("double_pendulum", "upright") in known[:8]
+    assert ("double_pendulum", "upright") in known[:10]
     assert not any("long" in variant or "engines" in variant for _, variant in known)
+
+
+@pytest.mark.parametrize(
+    "name", ["gnomon:Boris", "gnomon:RATTLE", "gnomon:Exponential Runge-Kutta 4", "gnomon:Moreau [time stepping]"]
+)
+def test_a_method_for_one_form_is_measured_on_hard_variants_of_that_form(name: str) -> None:
+    found = digits.measured(find_one(name), 0.5)
+    assert found["complete"] >= 2
+    assert digits.sentences(found)
+
+
+def test_gravitating_and_rigid_bodies_have_cases_enough_for_the_tiers() -> None:
+    for name in ("rebound:IAS15", "gnomon:RKMK 4"):
+        assert len({case for case, _ in hard_variants(find_one(name))}) >= tiers.FEWEST
+
+
+def test_a_solution_without_any_error_loses_no_digit() -> None:
+    """A block that holds: its error is zero, which has no logarithm."""
+    assert (
+        lost(trials_of(find_one("gnomon:Moreau [time stepping]"), "block_incline_friction", "holds"), 5.0)["lost"] >= 0
+    )
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 
@@ -34,22 +35,33 @@ def test_chance_does_not_make_an_order() -> None:
     assert wrong <= 0.12 * len(pairs)
 
 
-def test_every_method_of_a_later_tier_is_separated_from_the_best_of_each_earlier_one() -> None:
+def test_every_method_of_a_later_tier_is_separated_from_one_of_the_tier_before_and_no_two_of_a_tier_are() -> None:
     rng = np.random.default_rng(2)
     table = {f"m{k}": {f"c{j}": k / 3 + rng.normal() / 3 for j in range(9)} for k in range(8)}
+    values = {method: np.array(list(row.values())) for method, row in table.items()}
     found = tiers(table)
-    mean = {method: np.mean(list(row.values())) for method, row in table.items()}
     assert len(found) > 1
-    for place, tier in enumerate(found):
-        best = min(tier, key=lambda method: mean[method])
-        for method in (one for later in found[place + 1 :] for one in later):
-            assert separated(np.array(list(table[best].values())), np.array(list(table[method].values())))
+    assert sorted(method for tier in found for method in tier) == sorted(table)
+    for before, tier in itertools.pairwise([[], *found]):
+        assert not any(separated(values[one], values[other]) for one in tier for other in tier)
+        assert not before or all(any(separated(values[one], values[other]) for one in before) for other in tier)
 
 
-def test_cases_that_were_not_measured_are_left_out_and_two_shared_cases_are_too_few() -> None:
-    some = {"case 0": 3.0, "case 1": 3.0}
-    assert tiers({"a": scores(0.0, 0.0, 0.0), "b": some}) == [["a", "b"]]
+def test_easy_cases_alone_put_no_method_before_others() -> None:
+    """The method with the least mean was measured on two cases only: nothing can be said of it, and it hides no other."""
+    table = {"few": {"case 0": 0.0, "case 1": 0.0}, "good": scores(0.1, 0.2, 0.1, 0.2), "bad": scores(9, 8, 9, 8)}
+    assert tiers(table) == [["good"], ["bad"]]
     assert tiers({}) == []
+
+
+def test_methods_that_are_better_than_each_other_in_a_circle_are_in_one_tier() -> None:
+    """Each pair shares other cases, so that no order is possible."""
+    table = {
+        "a": {"1": 0.0, "2": 0.0, "3": 0.0, "7": 1.0, "8": 1.0, "9": 1.0},
+        "b": {"1": 1.0, "2": 1.0, "3": 1.0, "4": 0.0, "5": 0.0, "6": 0.0},
+        "c": {"4": 1.0, "5": 1.0, "6": 1.0, "7": 0.0, "8": 0.0, "9": 0.0},
+    }
+    assert tiers(table) == [["a", "b", "c"]]
 
 
 def row(lost: float | None, calls: float | None, complete: bool = True) -> dict[str, object]:
