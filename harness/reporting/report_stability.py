@@ -104,7 +104,7 @@ def _colour(names: Sequence[str], channel: Any = alt.Color) -> Any:
 
 
 def _names(names: Sequence[str], labels: bool = True, grid: bool = True) -> alt.Y:
-    axis = alt.Axis(labels=labels, labelLimit=230, labelColor=INK, ticks=False, domain=False, grid=grid)
+    axis = alt.Axis(labels=labels, labelLimit=340, labelColor=INK, ticks=False, domain=False, grid=grid)
     return alt.Y("integrator:N", title=None, sort=list(names), axis=axis, scale=alt.Scale(domain=list(names)))
 
 
@@ -130,7 +130,7 @@ def _row(column: Mapping[str, Any], mark: Mapping[str, Any], low: float, high: f
 def _column(column: Mapping[str, Any], low: float, high: float, names: Sequence[str], labels: bool) -> alt.LayerChart:
     scale = alt.Scale(domain=[low, high], nice=False, zero=False)
     ticks = {"tickMinStep": 1, "labelExpr": DECADES} if column["decades"] else {"tickCount": 5}
-    axis = alt.Axis(titleLimit=WIDTH + 10, titleFontSize=11, labelFlush=False, orient="top", **ticks)
+    axis = alt.Axis(titleLimit=WIDTH + 10, titleFontSize=11, labelFlush=False, labelSeparation=5, orient="top", **ticks)
     x = alt.X("at:Q", title=_lines(column["title"]), scale=scale, axis=axis)
     base = alt.Chart(alt.NamedData(column["id"])).encode(y=_names(names, labels), tooltip=TOOLTIP)
     colour = _colour(names)
@@ -222,7 +222,7 @@ def _regions(rows: Sequence[Mapping[str, Any]]) -> alt.FacetChart | None:
     names = _integrators(bars)
     ticks = {"tickCount": 4, "grid": True}
     chart = (
-        alt.Chart(alt.NamedData("bars"))
+        alt.Chart()
         .mark_rect(strokeWidth=0.7)
         .encode(
             stroke=_colour(names, alt.Stroke),

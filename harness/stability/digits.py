@@ -63,12 +63,26 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         median = "more than it has" if data["median"] is None else f"{data['median']:.1f} digits"
         found.append(f"{how} on hard motions: it loses {median} in the median of {data['complete']}, beyond those that the"
                      f" problem loses, {done[worst]:.1f} on {worst}.")  # fmt: skip
+    found += _failures({name: row for name, row in rows.items() if row["failed"] and row["complete"]})
     for name, row in rows.items():
-        if row["failed"] and row["complete"]:
-            found.append(f"Not for {name}: {row['failed']}.")
-        elif row.get("horizon") is not None and row["horizon"] < row["horizon_of_problem"]:
-            found.append(f"Not for {name} after {row['horizon']:.2f} of its span: its error is then above {INACCURATE:g};"
+        horizon = None if row["failed"] and row["complete"] else row.get("horizon")
+        if horizon is not None and horizon < row["horizon_of_problem"]:
+            found.append(f"Not for {name} after {horizon:.2f} of its span: its error is then above {INACCURATE:g};"
                          f" that of rounding the start, after {row['horizon_of_problem']:.2f}.")  # fmt: skip
+    return found
+
+
+def _failures(rows: Mapping[str, Any]) -> list[str]:
+    """One sentence for all variants that a method solves too badly, and one for each other reason."""
+    bad = {name: row["error"] for name, row in rows.items() if "error" in row}
+    found = []
+    if bad:
+        low, high = min(bad.values()), max(bad.values())
+        errors = f"error is {low:.2g}" if len(bad) == 1 else f"errors are {low:.2g} to {high:.2g}"
+        found.append(f"Not for {', '.join(bad)}: its smallest {errors}.")
+    reasons = dict.fromkeys(row["failed"] for name, row in rows.items() if name not in bad)
+    for reason in reasons:
+        found.append(f"Not for {', '.join(name for name, row in rows.items() if row['failed'] == reason)}: {reason}.")
     return found
 
 

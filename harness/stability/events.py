@@ -119,24 +119,34 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         ("grazing_fall", "grazing events of free fall"),
         ("two_in_one_step", "two events close together"),
     ):
+        kept, lost = [], []
         for setting, rows in _by_setting(data[name]):
             missed = [row for row in rows if row["found"] < row["starts"]]
             if missed:
                 worst = max(missed, key=lambda row: (row["size"], -row["found"]))
-                found.append(f"Not for {what} from a size of {worst['size']:g} down at setting {setting:g}:"
-                             f" {worst['found']} of {worst['starts']} found.")  # fmt: skip
+                lost.append(f"{worst['size']:g} at setting {setting:g} ({worst['found']} of {worst['starts']} found)")
             else:
-                found.append(f"Use it for {what} down to a size of {min(row['size'] for row in rows):g} at setting"
-                             f" {setting:g}: {rows[-1]['found']} of {rows[-1]['starts']} found.")  # fmt: skip
+                least = min(row["size"] for row in rows)
+                kept.append(f"{least:g} at setting {setting:g} ({rows[-1]['found']} of {rows[-1]['starts']} found)")
+        if kept:
+            found.append(f"Use it for {what} down to a size of {', '.join(kept)}.")
+        if lost:
+            found.append(f"Not for {what} from a size of {', '.join(lost)} down.")
+    invented = []
     for setting, rows in _by_setting(data["invented"]):
         worst = max(rows, key=lambda row: row["extra"])
         if worst["extra"]:
-            found.append(f"Not for guards that are nearly reached at setting {setting:g}: {worst['extra']} events"
-                         f" invented in {worst['starts']} motions {worst['size']:g} below the guard.")  # fmt: skip
-    for row in data["zeno"]:
-        if row.get("missing") or row.get("extra"):
-            found.append(f"Not for events that accumulate at setting {row['setting']:g}: {row['missing']} of"
-                         f" {row['events']} missed, {row['extra']} invented.")  # fmt: skip
+            invented.append(f"at setting {setting:g} {worst['extra']} events are invented in {worst['starts']} motions"
+                            f" {worst['size']:g} below the guard")  # fmt: skip
+    if invented:
+        found.append(f"Not for guards that are nearly reached: {', '.join(invented)}.")
+    missed = [
+        f"at setting {row['setting']:g} {row['missing']} of {row['events']} are missed, {row['extra']} invented"
+        for row in data["zeno"]
+        if row.get("missing") or row.get("extra")
+    ]
+    if missed:
+        found.append(f"Not for events that accumulate: {', '.join(missed)}.")
     return found
 
 

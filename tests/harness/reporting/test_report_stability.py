@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -91,3 +92,14 @@ def test_every_figure_can_be_drawn_and_names_its_integrators(cells: bool) -> Non
     assert all(name in drawn["stability_linear"] for name in NAMES)
     assert NAMES[0] in drawn["stability_regions"]
     assert "7/10" in drawn["stability_linear"] or not cells
+
+
+def test_each_region_has_its_own_bars_only() -> None:
+    """The share of the whole that each method's colour fills: a method with a smaller disc has fewer bars."""
+    content = found(mark("imaginary", 0.7))
+    small = euler_region()
+    small["modulus"] = (3 * np.array(small["modulus"])).tolist()  # a disc of a third of the radius
+    content["rows"][0]["data"], content["rows"][1]["data"] = {"region": euler_region()}, {"region": small}
+    drawn = vl_convert.vegalite_to_svg(stability_charts(content)["stability_regions"].to_dict())
+    groups = re.findall(r'<g class="mark-rect [^>]*aria-roledescription="rect mark container">(.*?)</g>', drawn)
+    assert [group.count("<path") for group in groups] == [len(_bars(euler_region())), len(_bars(small))]
