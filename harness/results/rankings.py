@@ -2,7 +2,8 @@
 
 The ranking at an error is by the area under the performance profile: the mean over the default cases of the logarithm of
 the ratio to the fastest, where a ratio above MOST and a case that is not solved count as MOST. Everything is computed from
-the measurements that are there; what a longer time limit or other numbers would give is not known from them.
+the measurements that are there; what other default numbers would give is not known from them. A longer time limit can add
+no solve that is faster than the limit was, so that its largest effect is known.
 """
 
 import itertools
@@ -13,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.contract.status import STOPPED
 from gnomon.harness.results.analysis import CLAIM, compared, times_to
 from gnomon.harness.results.profiles import OURS
 
@@ -21,11 +23,12 @@ MOST = 1e3
 LIMIT_SHARE = 0.1
 """The share of its time limit that a solve may take, in the ranking with a shorter limit."""
 
-KIND, ERROR, LAUNCH, LIMIT = (
+KIND, ERROR, LAUNCH, LIMIT, LONGER = (
     "one kind of system left out",
     "another error measure",
     "one launch left out",
     "a tenth of the time limit",
+    "any longer time limit, at most",
 )
 
 
@@ -76,7 +79,8 @@ def without_ours(compared_: Comparison) -> Comparison:
 
 def alternatives(frame: pd.DataFrame, equal: pd.DataFrame, kinds: Mapping[str, Sequence[str]]) -> Alternatives:
     """The default variants compared again: without each kind of system, with two other error measures, without each
-    launch, and without solves that took more than a tenth of their time limit.
+    launch, without solves that took more than a tenth of their time limit, and with all that the limit stopped solved just
+    then.
 
     `frame`: `analysis.tidy`, `equal`: `analysis.equal_error` of it, `kinds`: the cases of each kind.
     """
@@ -96,6 +100,30 @@ def alternatives(frame: pd.DataFrame, equal: pd.DataFrame, kinds: Mapping[str, S
         }
     quick = ~(frame["seconds_median"] > LIMIT_SHARE * frame["limit_seconds"].astype(float))
     found[LIMIT, LIMIT] = _again(frame[quick])
+    found[LONGER, LONGER] = _at_the_limit(base, _own(equal), frame)
+    return found
+
+
+def _at_the_limit(base: Comparison, equal: pd.DataFrame, frame: pd.DataFrame) -> Comparison:
+    """The comparison if each integrator that the time limit stopped on a case reached every error there, at the limit.
+
+    With a longer limit a solve takes longer than that, or fails: its ranking is between this one and that of `base`.
+    """
+    names = ("case", "integrator_id", "library", "limit_seconds")
+    stopped: dict[tuple[str, str, str], float] = {}
+    rows = frame[frame["status"].isin(STOPPED) & frame["limit_seconds"].notna()]
+    for *key, limit in zip(*(rows[name].tolist() for name in names), strict=True):
+        case, name, library = key
+        stopped[case, name, library] = min(float(limit), stopped.get((case, name, library), math.inf))
+    fastest = equal.groupby(["target", "case"])["seconds"].min().to_dict()
+    found = {}
+    for target, pairs in base.items():
+        reached = {(pair.case, pair.name) for pair in pairs}
+        found[target] = list(pairs) + [
+            Pair(case, name, library, max(1.0, limit / fastest.get((target, case), limit)))
+            for (case, name, library), limit in stopped.items()
+            if (case, name) not in reached
+        ]
     return found
 
 

@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 import synthetic
 from gnomon.harness.results import analysis, rankings, store
-from gnomon.harness.results.rankings import ERROR, KIND, LAUNCH, LIMIT
+from gnomon.harness.results.rankings import ERROR, KIND, LAUNCH, LIMIT, LONGER
 from scipy.stats import kendalltau
 
 SHARE = 0.003
@@ -142,7 +142,7 @@ def test_rankings_are_those_that_other_code_finds_in_the_exported_rows(
     frame = analysis.tidy(store.load(results))
     equal = analysis.equal_error(frame)
     changed = rankings.alternatives(frame, equal, KINDS)
-    assert {kind for kind, _ in changed} >= {KIND, ERROR, LIMIT}
+    assert {kind for kind, _ in changed} >= {KIND, ERROR, LIMIT, LONGER}
     rows = exported(results, tmp_path)
     found: dict[str, list[float]] = {kind: [] for kind, _ in changed}
     for target in TARGETS:
@@ -153,8 +153,18 @@ def test_rankings_are_those_that_other_code_finds_in_the_exported_rows(
             base, rel=1e-12
         )
         for change, one in changed.items():
+            if change[0] == LONGER:
+                stopped = {
+                    (row["case"], row["integrator_id"]): float(row["limit_seconds"])
+                    for row in rows
+                    if row["status"] in ("timeout", "skipped")
+                }
+                assert stopped
+                after = stopped | base
+            else:
+                after = independent_times(*changed_rows(rows, change), target)
             tau = rankings.kendall(rankings.scores(pairs), rankings.scores(one.get(target, ())))
-            expected = independent_tau(base, independent_times(*changed_rows(rows, change), target))
+            expected = independent_tau(base, after)
             assert tau == pytest.approx(expected, abs=1e-12, nan_ok=True), (change, target)
             found[change[0]].append(tau)
     assert min(found[KIND]) < 1
@@ -195,3 +205,25 @@ def test_the_smallest_tau_of_a_kind_of_change_is_shown() -> None:
     reversed_ = rankings.comparison(_rows(a=[4.0, 4.0, 4.0], b=[2.0, 2.0, 2.0], c=[1.0, 1.0, 1.0]))
     (row,) = rankings.taus(base, {(KIND, "same"): base, (KIND, "reversed"): reversed_}, (1e-6,)).to_dict("records")
     assert (row["tau"], row["worst"], row["count"]) == (-1.0, "reversed", 2)
+
+
+def test_what_the_limit_stopped_is_solved_at_the_limit_and_never_before() -> None:
+    """A method that was stopped after 2 s is in the best case the second on a case whose fastest takes 1 s, and the
+    first on a case that nobody else solves; where it has solved the case, nothing changes."""
+    equal = _rows(a=[1.0, 1.0], b=[4.0])
+    frame = pd.DataFrame(
+        [
+            {"case": case, "integrator_id": name, "library": name, "status": status, "limit_seconds": limit}
+            for case, name, status, limit in (
+                ("case 1", "b", "timeout", 2.0),
+                ("case 1", "b", "skipped", 3.0),
+                ("case 0", "b", "skipped", 2.0),
+                ("case 2", "b", "timeout", 2.0),
+                ("case 1", "c", "refused", 2.0),
+            )
+        ]
+    )
+    found = rankings._at_the_limit(rankings.comparison(equal), equal, frame)[1e-6]
+    assert {(pair.case, pair.name): pair.ratio for pair in found} == {
+        ("case 0", "a"): 1.0, ("case 0", "b"): 4.0, ("case 1", "a"): 1.0, ("case 1", "b"): 2.0, ("case 2", "b"): 1.0,
+    }  # fmt: skip
