@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import figures, style, tables
+from gnomon.harness.reporting.figures_kinds import kinds_charts
 from gnomon.harness.reporting.figures_profiles import profile_charts
 from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
 from gnomon.harness.reporting.images import write_images
@@ -71,6 +72,7 @@ def map_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
 def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
     """Every chart of the page but the work-precision diagrams, by name; charts without data are left out."""
     charts: dict[str, alt.TopLevelMixin] = {**profile_charts(run.equal, run.reduced)}
+    charts |= kinds_charts(run.equal, run.matrix, run.kinds)
     asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & (run.reduced["status"] == Status.OK)]
     asked = asked[asked["setting"] > asked["conditioning"].fillna(0)]
     if len(asked):

@@ -4,6 +4,7 @@ A figure has a row for each integrator and a column for each quantity.
 """
 
 import math
+import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -84,7 +85,7 @@ def _charts(figures: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> di
         marks = [mark | {"integrator": row["integrator"]} for row in own for mark in row.get("marks", ())]
         columns = [column for column in figure["columns"] if any(mark["column"] == column["id"] for mark in marks)]
         if columns:
-            charts[f"stability_{panel}"] = (_cells if figure["cells"] else _intervals)(columns, marks)
+            charts[f"stability_{panel}"] = (_cells if figure["cells"] else intervals)(columns, marks)
     regions = _regions([row for row in rows if row["panel"] == "linear"])
     if regions is not None:
         charts["stability_regions"] = regions
@@ -108,8 +109,13 @@ def _names(names: Sequence[str], labels: bool = True, grid: bool = True) -> alt.
     return alt.Y("integrator:N", title=None, sort=list(names), axis=axis, scale=alt.Scale(domain=list(names)))
 
 
-def _intervals(columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, Any]]) -> alt.HConcatChart:
-    """Points with intervals; text alone where there is no number."""
+def intervals(
+    columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, Any]], width: int = WIDTH
+) -> alt.HConcatChart:
+    """A row for each integrator: points with intervals; text alone where there is no number.
+
+    `columns` and `marks` as in `stability.panel`, each mark with its "integrator"; `width` in pixels of a column.
+    """
     names = _integrators(marks)
     parts: list[alt.LayerChart] = []
     data: dict[str, list[dict[str, Any]]] = {}
@@ -117,7 +123,7 @@ def _intervals(columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str
         own = [mark for mark in marks if mark["column"] == column["id"]]
         low, high = _ends(column, own)
         data[column["id"]] = [_row(column, mark, low, high) for mark in own]
-        parts.append(_column(column, low, high, names, labels=not parts))
+        parts.append(_column(column, low, high, names, width, labels=not parts))
     return dressed(alt.hconcat(*parts, spacing=14, datasets=data))
 
 
@@ -127,11 +133,13 @@ def _row(column: Mapping[str, Any], mark: Mapping[str, Any], low: float, high: f
     return {"integrator": mark["integrator"], "text": mark["text"], "told": told, "edge": low} | numbers
 
 
-def _column(column: Mapping[str, Any], low: float, high: float, names: Sequence[str], labels: bool) -> alt.LayerChart:
+def _column(
+    column: Mapping[str, Any], low: float, high: float, names: Sequence[str], width: int, labels: bool
+) -> alt.LayerChart:
     scale = alt.Scale(domain=[low, high], nice=False, zero=False)
     ticks = {"tickMinStep": 1, "labelExpr": DECADES} if column["decades"] else {"tickCount": 5}
-    axis = alt.Axis(titleLimit=WIDTH + 10, titleFontSize=11, labelFlush=False, labelSeparation=5, orient="top", **ticks)
-    x = alt.X("at:Q", title=_lines(column["title"]), scale=scale, axis=axis)
+    axis = alt.Axis(titleLimit=width + 10, titleFontSize=11, labelFlush=False, labelSeparation=5, orient="top", **ticks)
+    x = alt.X("at:Q", title=_lines(column["title"], width), scale=scale, axis=axis)
     base = alt.Chart(alt.NamedData(column["id"])).encode(y=_names(names, labels), tooltip=TOOLTIP)
     colour = _colour(names)
     bars = base.transform_filter("isValid(datum.low)").mark_rule(strokeWidth=5, opacity=0.45)
@@ -142,7 +150,7 @@ def _column(column: Mapping[str, Any], low: float, high: float, names: Sequence[
         points.encode(x=x, color=colour),
         words.encode(x=alt.X("edge:Q", scale=scale), text="told:N"),
     )
-    return alt.layer(*layers).properties(width=WIDTH, height=ROW * len(names))
+    return alt.layer(*layers).properties(width=width, height=ROW * len(names))
 
 
 def _ends(column: Mapping[str, Any], marks: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
@@ -178,13 +186,14 @@ def _short(text: str) -> str:
     return text if len(text) <= 30 else text[:29] + "…"
 
 
-def _lines(title: str) -> list[str]:
-    """A title in two lines, broken at a space near its middle."""
-    spaces = [i for i, letter in enumerate(title) if letter == " "]
-    if len(title) <= 26 or not spaces:
-        return [title]
-    middle = min(spaces, key=lambda i: abs(i - len(title) / 2))
-    return [title[:middle], title[middle + 1 :]]
+def _lines(title: str, width: int) -> list[str]:
+    """A title in lines of about equal length that fit into a column of so many pixels, a letter taking 6.5 of them."""
+    count = len(textwrap.wrap(title, int(width / 6.5)))
+    return next(
+        lines
+        for letters in range(len(title) // count, len(title) + 1)
+        if len(lines := textwrap.wrap(title, max(letters, 1))) <= count
+    )
 
 
 def _cells(columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, Any]]) -> alt.LayerChart:

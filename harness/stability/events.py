@@ -140,13 +140,13 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
                             f" {worst['size']:g} below the guard")  # fmt: skip
     if invented:
         found.append(f"Not for guards that are nearly reached: {', '.join(invented)}.")
-    missed = [
+    accumulated = [
         f"at setting {row['setting']:g} {row['missing']} of {row['events']} are missed, {row['extra']} invented"
         for row in data["zeno"]
         if row.get("missing") or row.get("extra")
     ]
-    if missed:
-        found.append(f"Not for events that accumulate: {', '.join(missed)}.")
+    if accumulated:
+        found.append(f"Not for events that accumulate: {', '.join(accumulated)}.")
     return found
 
 
