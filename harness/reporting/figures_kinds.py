@@ -53,7 +53,7 @@ def kind_marks(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, 
         if case in kind_of:
             ratios.setdefault((name, kind_of[case]), []).append((float(ratio), bool(tied)))
     found = []
-    for (name, kind), count in cases.items():
+    for (name, kind), count in sorted(cases.items()):
         known = ratios.get((name, kind), [])
         values = [ratio for ratio, _ in known]
         mark = {"integrator": name, "column": kind, "at": None, "low": None, "high": None, "text": f"none of {count}"}
