@@ -12,7 +12,7 @@ EXTRAS ?= dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates solutions publish test test-all mutants verification lint types unit bench docs clean
+.PHONY: report certificates solutions publish test test-all mutants stability verification lint types unit bench docs clean
 
 # A first page after minutes, from the suite `quick`; the whole run then continues in the same file, and writes its page
 # again every two minutes, at its end and after Ctrl-C.
@@ -54,6 +54,10 @@ test-all: lint types
 # Verifies that each of some 120 changes of the code makes a test fail, and says what survived: 20 minutes of one core.
 mutants: $(INSTALLED)
 	$(BIN)/python tests/mutation/mutate.py
+
+# All panels of all integrators, full grids: hours. The same command resumes; the next `make report` shows it.
+stability: $(INSTALLED)
+	$(BIN)/gnomon stability --depth high --out $(LOCAL)/stability.json
 
 # What `gnomon verify` finds of planted faults, and whether it fails what is right. Hours; the same command resumes.
 verification: $(INSTALLED)

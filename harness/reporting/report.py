@@ -8,15 +8,15 @@ from typing import Any
 from gnomon.cases.core.case import Case
 from gnomon.harness.reporting import tables
 from gnomon.harness.reporting.report_charts import (
-    other_charts,
     page_charts,
+    panel_charts,
     remove_figures,
+    run_charts,
     work_problems,
     write_figures,
 )
 from gnomon.harness.reporting.report_pack import packed_json, packed_vega
 from gnomon.harness.reporting.report_run import Run
-from gnomon.harness.reporting.report_stability import stability_charts
 from gnomon.harness.reporting.report_words import page_words
 from gnomon.harness.results import opening, store
 from gnomon.harness.results.visible import code, markdown
@@ -47,9 +47,9 @@ def write_report(
         run = Run.read(database, cases)
         folder.mkdir(parents=True, exist_ok=True)
         work = work_problems(run)
-        charts = other_charts(run)
+        charts = run_charts(run)
         words = page_words(run, beside or (run.path.parent, folder, folder.parent), work)
-        charts |= stability_charts(words["stability"])
+        charts |= panel_charts(words["stability"])
     page = folder / "index.html"
     with diskcache.whole(page) as part:
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")

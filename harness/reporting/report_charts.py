@@ -4,7 +4,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Set
+from collections.abc import Mapping, Set
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ import altair as alt
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import figures, style, tables
+from gnomon.harness.reporting import figures, report_stability, style, tables
 from gnomon.harness.reporting.figures_kinds import kinds_charts
 from gnomon.harness.reporting.figures_profiles import profile_charts
 from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
@@ -20,6 +20,7 @@ from gnomon.harness.reporting.images import write_images
 from gnomon.harness.reporting.kept_parts import kept
 from gnomon.harness.reporting.report_pack import columnar, columns
 from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.reporting.report_stability import stability_charts
 from gnomon.harness.results import analysis
 
 FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an ulp of the input"
@@ -69,8 +70,17 @@ def map_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
     return charts
 
 
-def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
-    """Every chart of the page but the work-precision diagrams, by name; charts without data are left out."""
+Specifications = dict[str, dict[str, Any]]
+"""Vega-Lite specifications of charts, by name."""
+
+
+def specifications(charts: Mapping[str, alt.TopLevelMixin]) -> Specifications:
+    """Those of charts that are right: they are not validated, which takes longer than all else."""
+    return {name: chart.to_dict(validate=False) for name, chart in charts.items()}
+
+
+def run_charts(run: Run) -> Specifications:
+    """Every chart of a run but the work-precision diagrams; charts without data are left out."""
     charts: dict[str, alt.TopLevelMixin] = {**profile_charts(run.equal, run.reduced)}
     charts |= kinds_charts(run.equal, run.matrix, run.kinds)
     asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & (run.reduced["status"] == Status.OK)]
@@ -83,10 +93,19 @@ def other_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
         charts["hierarchy"] = figures.hierarchy_chart(levels[levels["error"] > 0])
     if len(run.policies):
         charts["policies"] = figures.policy_chart(run.policies)
+    return specifications(charts)
+
+
+def panel_charts(found: Mapping[str, Any] | None) -> Specifications:
+    """`stability_charts`, kept on disk: Altair takes seconds for them."""
+    if found is None:
+        return {}
+    given = json.dumps([alt.__version__, found.get("figures"), found["rows"]])
+    charts: Specifications = kept((report_stability.__name__,), given, lambda: specifications(stability_charts(found)))
     return charts
 
 
-def page_charts(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLevelMixin]) -> dict[str, Any]:
+def page_charts(run: Run, work: dict[str, Problems], charts: Specifications) -> dict[str, Any]:
     """The data of the page's script: specifications, the points of each problem, and the map of verdicts.
 
     The two work-precision specifications have all integrators; the page reduces them to those of a problem.
@@ -104,7 +123,7 @@ def page_charts(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLe
         }
         for name, problems in work.items()
     }
-    others = {name: columnar(chart.to_dict(validate=False)) for name, chart in charts.items()}
+    others = {name: columnar(chart) for name, chart in charts.items()}
     return {"work": {"specs": specs, "cases": cases}, "others": others, "map": _map(run)}
 
 
@@ -160,14 +179,13 @@ def _map(run: Run) -> dict[str, Any]:
     return {**look, "verdicts": verdicts, "letters": style.LETTERS, "rows": rows}
 
 
-def write_figures(run: Run, work: dict[str, Problems], charts: dict[str, alt.TopLevelMixin], folder: Path) -> None:
+def write_figures(run: Run, work: dict[str, Problems], charts: Specifications, folder: Path) -> None:
     """Write every chart as SVG and PNG: work-precision of the default variants against time, and all others.
 
     Figures of an earlier report that this one does not have are removed: the files that its manifest lists, no others.
     """
     specification = work_precision(run.look, "time")
-    charts = charts | map_charts(run)
-    wanted: dict[str, dict[str, Any]] = {name: chart.to_dict(validate=False) for name, chart in charts.items()}
+    wanted = charts | specifications(map_charts(run))
     for name, problems in work.items():
         for label, problem in problems.items():
             if not label.startswith("default"):

@@ -233,7 +233,7 @@ def test_page_in_a_browser(browser: Browser, page: Path, tmp_path: Path, width: 
     assert browser.value("document.documentElement.scrollWidth") == width
 
     shown = browser.value(SCROLLED)
-    assert shown == 2, "work-precision and tolerances"
+    assert shown == 3, "kinds of system, work-precision and tolerances"
     assert browser.value("gnomonCharts") == {"built": shown, "failed": 0, "ready": True}
     drawn = """[...document.querySelectorAll('.chart[data-state="built"]')].every(
         (figure) => figure.querySelectorAll("svg path, svg line").length > 30)"""
