@@ -72,8 +72,9 @@ def stability(
             if to is not None and rows:
                 run.write(rows, depth, to)
     asked = {each.id for each in found}
+    rows = [row for row in rows if row.integrator in asked and row.panel in chosen]
     for name, each in chosen.items():
-        out.print(panel_table(each.title, [row for row in rows if row.panel == name and row.integrator in asked]))
+        out.print(panel_table(each.title, [row for row in rows if row.panel == name]))
     for what, found_tiers in run.tiers_of(rows).items():
         for place, tier in enumerate(found_tiers["tiers"], 1):
             out.print(escape(f"tier {place} by {what.replace('_', ' ')}: {', '.join(tier)}"), highlight=False)

@@ -13,8 +13,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import figures, report_stability, style, tables
-from gnomon.harness.reporting.figures_kinds import kinds_charts
-from gnomon.harness.reporting.figures_profiles import profile_charts
+from gnomon.harness.reporting.figures_profiles import kinds_charts, profile_charts
 from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
 from gnomon.harness.reporting.images import write_images
 from gnomon.harness.reporting.kept_parts import kept

@@ -138,7 +138,8 @@ def kept(path: Path, depth: str) -> list[Row]:
         return []
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-        rows = [Row(**row) for row in found["rows"]]
+        own, rows = lookup.own(), [Row(**row) for row in found["rows"]]
+        rows = [row for row in rows if row.integrator in own and row.panel in panels()]
         made = found["schema"], found["depth"], found["environment"]
     except (ValueError, TypeError, KeyError, RecursionError):
         raise ValueError(f"{path}: no result of `gnomon stability`; name another file with --out") from None
@@ -146,8 +147,7 @@ def kept(path: Path, depth: str) -> list[Row]:
         raise ValueError(
             f"{path}: measured at another depth, on another machine, or by other versions; name another file with --out"
         )
-    own = lookup.own()
-    return [row for row in rows if row.integrator in own and row.panel in panels()]
+    return rows
 
 
 def write(rows: Sequence[Row], depth: str, path: Path) -> None:

@@ -39,10 +39,11 @@ def process_pool(workers: int, method: str = "forkserver") -> Iterator[ProcessPo
     try:
         yield pool
     except BaseException:
-        started = list((pool._processes or {}).values())
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in started:
+        for process in list((pool._processes or {}).values()):
             process.kill()
+        pool.shutdown(
+            cancel_futures=True
+        )  # it waits for its thread, which would else close a pipe that Python's exit uses
         raise
     finally:
         pool.shutdown()

@@ -44,6 +44,13 @@ def test_the_same_command_resumes_and_another_one_adds(tmp_path: Path) -> None:
     ]
 
 
+def test_what_was_measured_before_is_no_result_of_a_command_that_measured_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "stability.json"
+    assert measured(file, "gnomon:RK4") == 0
+    assert measured(file, "gnomon:DOP853") == 2, "it chooses its own steps, so that the panel does not apply"
+    assert len(json.loads(file.read_text())["rows"]) == 2
+
+
 def test_an_interruption_keeps_what_was_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*given: Any, former: list[Any]) -> None:
         given[4](Row("gnomon:RK4", "linear", 1.0, {"refused": "planted"}, []))
@@ -55,7 +62,7 @@ def test_an_interruption_keeps_what_was_measured(tmp_path: Path, monkeypatch: py
     assert [row["integrator"] for row in json.loads(file.read_text())["rows"]] == ["gnomon:RK4"]
 
 
-@pytest.mark.parametrize("change", ["depth", "sources", "shape", "text"])
+@pytest.mark.parametrize("change", ["depth", "sources", "shape", "panel", "text"])
 def test_a_file_that_says_something_else_is_refused_and_stays(
     change: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -66,6 +73,8 @@ def test_a_file_that_says_something_else_is_refused_and_stays(
         whole["environment"]["sources"] = "0"
     if change == "shape":
         whole["rows"][0]["more"] = 1
+    if change == "panel":
+        whole["rows"][0]["panel"] = []
     file.write_text("a letter" if change == "text" else json.dumps(whole))
     before = file.read_bytes()
     assert measured(file, "gnomon:RK4", depth="high" if change == "depth" else "normal") == 2

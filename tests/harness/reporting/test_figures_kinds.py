@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 import pytest
 import vl_convert
-from gnomon.harness.reporting.figures_kinds import kind_marks, kinds_charts
+from gnomon.harness.reporting.figures_profiles import kind_marks, kinds_charts
 from gnomon.harness.results.analysis import compared
 
 MEMBERS = {"Orbits": ["one", "two", "three"], "Impacts: and more": ["four"]}
