@@ -20,6 +20,7 @@ from gnomon.harness.stability.solving import multiples, processor_seconds, solve
 from gnomon.harness.stability.subjects import Budget
 from gnomon.harness.studies.growth import (
     DECADES,
+    LAWS,
     Subject,
     by_octaves,
     named,
@@ -75,7 +76,7 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
             found.append(f"Not for {over}: its energy is lost (error {_size(energy)}).")
         elif energy["class"] == "no error":
             found.append(f"Use it for {over}: its energy has no error.")
-        elif energy["class"] in ("bounded", "sqrt t"):
+        elif _slow(energy):
             found.append(f"Use it for {over}: its energy error is {_law(energy)}, {_size(energy)} at the end.")
         else:
             found.append(f"Not for much more than {over}: its energy error grows as {_law(energy)}, {_size(energy)}"
@@ -237,11 +238,19 @@ def brouwer(energy: Mapping[str, Any]) -> str:
     """Whether round-off makes the energy a random walk: kept, not kept, or undecided with the interval of the power."""
     if energy["low"] is None:
         return "not kept" if energy["class"] == "lost" else "undecided"
-    interval = f"(power {energy['low']:.2f} to {energy['high']:.2f})"
+    words = {True: "kept", False: "not kept", None: "undecided"}
+    return f"{words[_slow(energy)]} (power {energy['low']:.2f} to {energy['high']:.2f})"
+
+
+def _slow(energy: Mapping[str, Any]) -> bool | None:
+    """Whether the energy error grows no faster than a random walk; None if the interval of the power does not say."""
+    if energy["low"] is None:
+        return None
     laws = possible(energy["low"], energy["high"])
-    if laws in (["sqrt t"], ["bounded"], ["bounded", "sqrt t"]):
-        return f"kept {interval}"
-    return f"undecided {interval}" if "sqrt t" in laws or "bounded" in laws else f"not kept {interval}"
+    if not laws:
+        return bool(energy["high"] < LAWS["sqrt t"])
+    slow = [law for law in laws if LAWS[law] <= LAWS["sqrt t"]]
+    return None if 0 < len(slow) < len(laws) else bool(slow)
 
 
 def _position(case: Case, times: Floats, start: Floats, states: Floats) -> dict[str, Any]:

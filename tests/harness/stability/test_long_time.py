@@ -187,6 +187,8 @@ def interval(low: float, high: float) -> dict[str, Any]:
 def test_brouwers_law_is_kept_not_kept_or_undecided() -> None:
     assert brouwer(interval(0.4, 0.6)).startswith("kept")
     assert brouwer(interval(0.9, 1.1)).startswith("not kept")
+    assert brouwer(interval(0.72, 0.82)).startswith("not kept")
+    assert brouwer(interval(0.11, 0.33)).startswith("kept"), "slower than a random walk"
     assert brouwer(interval(0.3, 1.2)).startswith("undecided")
     assert brouwer({"low": None, "high": None, "class": "lost"}) == "not kept"
 
