@@ -16,6 +16,7 @@ import numpy as np
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.stability.panel import Column, Mark, panel
+from gnomon.harness.stability.solving import within
 from gnomon.harness.stability.subjects import Budget, accepts, trials_of
 from gnomon.harness.verification.trials import Trials
 
@@ -45,6 +46,8 @@ CHAOTIC = (("double_pendulum", "upright"), ("bouncing_ball_table", "chaotic"))
 FEWEST = 2
 MANY_SECONDS = 10.0
 """Processor seconds from which all hard variants share the time; with fewer the first two have half each at least."""
+SOLVE_SECONDS = 30.0
+"""Processor seconds after which a solve is stopped: a method whose steps shrink to nothing would take hours."""
 TARGET = 1e-6
 """Relative error at which calls of the right-hand side are compared."""
 INACCURATE = 0.1
@@ -183,7 +186,8 @@ def lost(trials: Trials, seconds: float) -> dict[str, Any]:
             break
         began, tried = time.process_time(), tried + 1
         try:
-            errors, calls = solved(trials, setting)
+            with within(SOLVE_SECONDS):
+                errors, calls = solved(trials, setting)
         except Refused as reason:
             refusal = str(reason)
             continue

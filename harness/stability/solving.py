@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 
 import numpy as np
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, solver_of
 
 
 def solved(integrator: Integrator, problem: Problem, setting: float, starts: Floats) -> Solution:
@@ -34,3 +38,23 @@ def processor_seconds(run: Callable[[], object]) -> float:
     began = time.process_time()
     run()
     return time.process_time() - began
+
+
+@contextmanager
+def within(seconds: float) -> Iterator[None]:
+    """Raises Refused in the block after so many seconds of processor time, once Python code runs: compiled code is not
+    stopped, but the limit of its panel ends its process. No limit outside the main thread, where no signal arrives."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        raise Refused(f"no answer within {seconds:g} s of processor time")
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)

@@ -72,6 +72,19 @@ def test_the_panel_counts_what_it_measured_and_says_what_is_lost(monkeypatch: py
     assert any("beyond those that the problem loses" in text for text in digits.sentences(found))
 
 
+def hangs(states: Any) -> Any:
+    while True:
+        pass
+
+
+def test_a_solve_without_end_is_stopped_and_the_other_settings_are_solved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """SciPy's Radau takes steps of 1e-10 periods on an orbit of eccentricity 0.999999, for hours."""
+    monkeypatch.setattr("gnomon.harness.stability.digits.SOLVE_SECONDS", 0.05)
+    found = row(planted(states=hangs))
+    assert found["failed"] == "no answer within 0.05 s of processor time"
+    assert found["settings"] == found["of"]
+
+
 def test_failures_are_told_together_each_reason_once() -> None:
     bad = {"complete": True, "lost": None, "horizon": 0.5, "horizon_of_problem": 1.0}
     rows: dict[str, Any] = {f"k/{n}": bad | {"error": 10.0**n, "failed": f"error {n}"} for n in range(3)}
