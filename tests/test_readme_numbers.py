@@ -56,6 +56,14 @@ def test_what_verification_finds_is_what_was_measured() -> None:
     assert not measured["not_measured"]
 
 
+def test_the_published_stability_is_of_so_many_integrators() -> None:
+    published = json.loads((REPORTS / "stability.json").read_text())
+    (count, depth) = _said(r"its eight panels of (\d+) integrators at depth (\w+)")
+    assert int(count) == len({row["integrator"] for row in published["rows"]})
+    assert depth == published["depth"]
+    assert len(published["panels"]) == 8
+
+
 @pytest.fixture(scope="module")
 def page() -> dict[str, Any]:
     """The data of the published page."""

@@ -1,0 +1,49 @@
+"""The published stability.json: whole, of the shape that the page reads, and in agreement with theory."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from gnomon.harness.registry import lookup
+from gnomon.harness.reporting import sidecars
+from gnomon.harness.stability.panel import IDS, panels
+from gnomon.harness.stability.run import Row, tiers_of
+
+PUBLISHED = Path(__file__).parents[3] / "reports" / "stability.json"
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, Any]:
+    """What the page would show; a file of another shape is refused here."""
+    return dict(sidecars.read(PUBLISHED))
+
+
+def test_every_integrator_has_a_row_of_each_panel_at_the_full_grids(found: dict[str, Any]) -> None:
+    assert found["depth"] == "high"
+    measured = {(row["integrator"], row["panel"]) for row in found["rows"]}
+    integrators = {name for name, _ in measured}
+    assert integrators >= set(lookup.own())
+    assert measured == {(name, panel) for name in integrators for panel in IDS}
+
+
+def test_limits_are_those_of_theory(found: dict[str, Any]) -> None:
+    """Of the exponential series up to the order: sqrt 8 for RK4, sqrt 3 for RK3; 2 for Verlet; none for Gauss methods."""
+    rows = {row["integrator"]: row["data"] for row in found["rows"] if row["panel"] == "linear"}
+    for name, limit in (("gnomon:RK4", math.sqrt(8)), ("gnomon:RK3", math.sqrt(3)), ("rebound:leapfrog", 2.0)):
+        assert rows[name]["imaginary"]["stable"][0][1] == pytest.approx(limit, rel=1e-3)
+    gauss = rows["gnomon:Gauss 2-stage"]["imaginary"]
+    assert gauss["stable"] == [[0.0, gauss["scanned_to"]]]
+
+
+def test_sentences_and_tiers_follow_from_the_numbers(found: dict[str, Any]) -> None:
+    rows = [Row(**row) for row in found["rows"]]
+    for row in rows:
+        if row.reason is None:
+            assert list(row.sentences) == panels()[row.panel].sentences(row.data), (row.integrator, row.panel)
+    again = tiers_of(rows)
+    assert {name: one["tiers"] for name, one in again.items()} == {
+        name: one["tiers"] for name, one in found["tiers"].items()
+    }
