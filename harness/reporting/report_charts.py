@@ -74,7 +74,7 @@ Specifications = dict[str, dict[str, Any]]
 
 
 def specifications(charts: Mapping[str, alt.TopLevelMixin]) -> Specifications:
-    """Those of charts that are right: they are not validated, which takes longer than all else."""
+    """Those of these charts. They are not validated against the schema of Vega-Lite, which would take most of the time."""
     return {name: chart.to_dict(validate=False) for name, chart in charts.items()}
 
 

@@ -186,7 +186,7 @@ def lost(trials: Trials, seconds: float) -> dict[str, Any]:
             break
         began, tried = time.process_time(), tried + 1
         try:
-            with within(SOLVE_SECONDS):
+            with within(SOLVE_SECONDS, Refused(f"no answer within {SOLVE_SECONDS:g} s of processor time")):
                 errors, calls = solved(trials, setting)
         except Refused as reason:
             refusal = str(reason)

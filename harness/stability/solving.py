@@ -12,7 +12,7 @@ from types import FrameType
 
 import numpy as np
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, solver_of
 
 
 def solved(integrator: Integrator, problem: Problem, setting: float, starts: Floats) -> Solution:
@@ -41,15 +41,15 @@ def processor_seconds(run: Callable[[], object]) -> float:
 
 
 @contextmanager
-def within(seconds: float) -> Iterator[None]:
-    """Raises Refused in the block after so many seconds of processor time, once Python code runs: compiled code is not
-    stopped, but the limit of its panel ends its process. No limit outside the main thread, where no signal arrives."""
+def within(seconds: float, error: BaseException) -> Iterator[None]:
+    """Raises the error in the block after so many seconds of processor time, once Python code runs: compiled code is not
+    stopped. No limit outside the main thread, where no signal arrives."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
 
     def stop(number: int, frame: FrameType | None) -> None:
-        raise Refused(f"no answer within {seconds:g} s of processor time")
+        raise error
 
     before = signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, seconds)

@@ -36,7 +36,7 @@ def tiers(scores: Mapping[str, Mapping[str, float]]) -> list[list[str]]:
 
     The first tier are the methods from which no other is separated as better, the next one those of the others, and so on:
     each method is separated from one of the tier before, and no two of a tier are. Within a tier methods are sorted by
-    name. Methods with less than `FEWEST` cases are left out: they cannot be separated from any.
+    name. Methods with fewer than `FEWEST` cases are left out: they cannot be separated from any.
     """
     cases = sorted({case for row in scores.values() for case in row})
     table = {

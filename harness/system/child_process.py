@@ -41,9 +41,8 @@ def process_pool(workers: int, method: str = "forkserver") -> Iterator[ProcessPo
     except BaseException:
         for process in list((pool._processes or {}).values()):
             process.kill()
-        pool.shutdown(
-            cancel_futures=True
-        )  # it waits for its thread, which would else close a pipe that Python's exit uses
+        # Waits for the thread of the pool, which would else close a pipe that Python's exit uses.
+        pool.shutdown(cancel_futures=True)
         raise
     finally:
         pool.shutdown()

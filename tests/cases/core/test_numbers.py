@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import random
-import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -18,6 +16,7 @@ from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import OutOfReachError, Range, show
 from gnomon.harness.running.plan import FOUNDATION
+from gnomon.harness.stability.solving import within
 from gnomon.reference.numerics import certified
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.precision import exact, working
@@ -263,26 +262,10 @@ class TooLongError(BaseException):
     """A BaseException, so that no code under test catches it."""
 
 
-@contextmanager
-def limited(seconds: float) -> Iterator[None]:
-    """Raise TooLongError in the body after `seconds` of processor time."""
-
-    def stop(*_: object) -> None:
-        raise TooLongError
-
-    before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, before)
-
-
 def what_is_wrong(name: str, place: str, value: str) -> str | None:
     """What is wrong with the exact motion for this number; None if it is computed, or refused by case, name and value."""
     try:
-        with limited(MOST_SECONDS):
+        with within(MOST_SECONDS, TooLongError()):
             case = given(name, place, value).rounded()
             states = [case.exact(case.times[i]) for i in (0, 31, 63)]
     except ValueError as refusal:
@@ -394,7 +377,7 @@ def test_any_two_numbers_are_computed_or_refused_by_name(name: str) -> None:
         start = [numbers.get(n, x) for n, x in zip(labels, kind.default_state, strict=True)]
         parameters: dict[str, Any] = {n: x for n, x in numbers.items() if n not in (*labels, "span")}
         try:
-            with limited(MOST_SECONDS):
+            with within(MOST_SECONDS, TooLongError()):
                 case = get(name, initial_state=start, span=numbers.get("span"), **parameters).rounded()
                 assert all(mpmath.isfinite(x) for i in (0, 63) for x in case.exact(case.times[i])), numbers
         except ValueError as refusal:

@@ -54,6 +54,12 @@ def test_easy_cases_alone_put_no_method_before_others() -> None:
     assert tiers({}) == []
 
 
+def test_two_shared_cases_are_too_few() -> None:
+    """Each has four cases; the second is far worse on the two that they share."""
+    table = {"a": {"1": 0.0, "2": 0.0, "3": 0.0, "4": 0.0}, "b": {"3": 9.0, "4": 9.0, "5": 0.0, "6": 0.0}}
+    assert tiers(table) == [["a", "b"]]
+
+
 def test_methods_that_are_better_than_each_other_in_a_circle_are_in_one_tier() -> None:
     """Each pair shares other cases, so that no order is possible."""
     table = {
