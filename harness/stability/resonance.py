@@ -2,7 +2,7 @@
 
 Resonances: on q'' = -w^2 (x - x^2) a step turns the phase by an angle that the matrix of the linear problem gives. Where
 it is 2 pi/3 or 2 pi/4, the nonlinear terms of successive steps add up, and a small motion may grow until it escapes
-(Skeel and Srinivas, SIAM Journal on Scientific Computing 22, 2000). Methods without a linear limit have resonances too.
+(Schlick, Mandziuk, Skeel and Srinivas, Journal of Computational Physics 140, 1998). Methods without a linear limit have resonances too.
 
 Nonlinear limit: the linear limit over the largest modulus of an eigenvalue of the Jacobian along the exact motion predicts
 the step at which a motion fails. It holds where the fast motion is a nearly linear vibration, elsewhere the ratio is shown.
