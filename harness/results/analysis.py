@@ -12,6 +12,7 @@ from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.convergence_order import line, slopes, why_no_line
 from gnomon.harness.results.schema import MEASUREMENT_COLUMNS, TIMES
+from gnomon.harness.results.values import DELAYED
 
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 PROBLEM = ["case", "variant", "formulation"]
@@ -43,8 +44,8 @@ NEVER_RAN = (*CANNOT_RUN, NOT_RUN)
 def tidy(rows: pd.DataFrame) -> pd.DataFrame:
     """The store's rows with empty strings for missing names, and columns of numbers as floats.
 
-    `seconds_net` is `seconds_median` without the null call (`null_seconds`), at least a tenth of it; it is the time
-    that all comparisons use. If the null call was not measured, the two are equal. Of a problem that ran on several
+    `null_seconds` becomes that of `null_calls`. `seconds_net` is `seconds_median` without the null call, at least a tenth
+    of it; it is the time that all comparisons use. If the null call was not measured, the two are equal. Of a problem that ran on several
     machines the times of one count (see `one_machine`). If one launch of a trial was solved
     from turned starts, the errors of its other launches become nan: those are of one orientation only.
     """
@@ -58,9 +59,11 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
         *("error_phase", "error_shape", "turns", "events_missing", "events_extra", "events_time_error"),
         *("rhs_calls", "steps", "seconds_median", "seconds_low", "seconds_high", "prepare_seconds"),
         *("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start"),
+        *("null_work", "first_seconds", "delay_seconds"),
     ):
         frame[column] = pd.to_numeric(frame[column], errors="coerce").astype(float)
     frame = one_machine(frame)
+    frame = frame.assign(null_seconds=null_calls(frame), null_work=0.0)
     frame["seconds_net"] = net(frame["seconds_median"], frame["null_seconds"])
     turned = frame.groupby("trial_key")["turned_starts"].transform("max") > 0
     aside = turned & frame["turned_starts"].isna()
@@ -82,6 +85,41 @@ def one_machine(frame: pd.DataFrame) -> pd.DataFrame:
     chosen = frame[PROBLEM].merge(most, on=PROBLEM, how="left")["machine"].to_numpy()
     times = [name for name in TIMES if name in frame]
     return frame.assign(**{name: frame[name].where(frame["machine"] == chosen) for name in times})
+
+
+def null_calls(frame: pd.DataFrame) -> pd.Series:
+    """The times of the null calls without the work in them (`null_work`), at the cost of the work of the series.
+
+    With a time a + c w for w right-hand sides (or steps), c is the slope from the null call to the setting with the most
+    work of the series, where it has at least twice that of the null call. Else, and where the work of a null call is not
+    known, the time stays whole.
+    """
+    null, work = frame["null_seconds"], frame["null_work"]
+    if not (work > 0).any():
+        return null
+    taken = frame["rhs_calls"].fillna(frame["steps"])
+    taken = taken.groupby(frame["trial_key"]).transform("max")  # later launches do not count right-hand sides
+    cost = (frame["seconds_median"] - null) / (taken - work)
+    usable = cost.notna() & (taken >= 2 * work) & frame["status"].isin(SCORED)
+    series = [frame[column] for column in (*SERIES, "machine")]
+    most = taken.where(usable).groupby(series).transform("max")
+    slope = cost.where(usable & (taken == most)).groupby(series).transform("median").clip(lower=0.0)
+    return (null - slope * work).clip(lower=0.0).fillna(null)
+
+
+def waited(frame: pd.DataFrame) -> tuple[int, int, int]:
+    """The number of timed measurements; of those that waited for a processor for more than `DELAYED` of their time in each
+    of their repeats; and of those where the system did not tell, or the file is older."""
+    timed = frame[frame["seconds_median"].notna()]
+    delayed = timed["delay_seconds"] > DELAYED * timed["seconds_median"]
+    return len(timed), int(delayed.sum()), int(timed["delay_seconds"].isna().sum())
+
+
+def first_uses(rows: pd.DataFrame) -> dict[str, tuple[float, str]]:
+    """By integrator, the seconds of its first use and the case that they were measured on."""
+    known = rows[rows["first_seconds"].notna()].drop_duplicates("integrator_id", keep="last")
+    columns = (known[name].tolist() for name in ("integrator_id", "first_seconds", "case"))
+    return {name: (seconds, case) for name, seconds, case in zip(*columns, strict=True)}
 
 
 def net(seconds: pd.Series, null: pd.Series) -> pd.Series:

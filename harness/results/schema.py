@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from gnomon.harness.contract.declared import declared
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 OLDEST_VERSION = 1
 """The oldest schema that can be read; a run that continues such a file migrates it."""
 APPLICATION_ID = 0x676E6F6D  # "gnom": distinguishes results files from other SQLite files
@@ -19,8 +19,8 @@ TABLES: dict[str, dict[str, str]] = _FOUND["tables"]
 TRIAL_COLUMNS, MEASUREMENT_COLUMNS = TABLES["trials"], TABLES["measurements"]
 TIMES = tuple(name for name in MEASUREMENT_COLUMNS if "seconds" in name and name != "limit_seconds")
 """The columns of measured times, which are compared on one machine only."""
-SINCE_2: dict[str, list[str]] = _FOUND["since_2"]
-"""The columns that schema 1 lacks, apart from the checksums."""
+SINCE: dict[int, dict[str, list[str]]] = {int(version): tables for version, tables in _FOUND["since"].items()}
+"""By schema, the columns that older ones lack, apart from the checksums, which are new in schema 2."""
 _PRIMARY_KEYS: dict[str, str] = _FOUND["primary_keys"]
 _HEAD, _NUMBER = struct.Struct("<cq"), struct.Struct("<cqd")
 _NOTHING = _HEAD.pack(b"n", 0)
@@ -47,7 +47,8 @@ def made(version: int = SCHEMA_VERSION) -> Iterator[tuple[str, str, str]]:
     """The structure of a file of this version: kind, name and SQL of its tables and its index."""
     for table in TABLES:
         kinds = [f'"{name}" {TABLES[table][name]}' for name in columns(table, version)]
-        kinds += ["checksum INTEGER"] if version > 1 else []
+        if version > 1:  # a migration appends columns: those of schema 3 come after the checksum
+            kinds.insert(len(columns(table, min(version, 2))), "checksum INTEGER")
         kinds += [f"PRIMARY KEY ({_PRIMARY_KEYS[table]})"] if table in _PRIMARY_KEYS else []
         yield "table", table, f"CREATE TABLE {table} ({', '.join(kinds)})"
     yield "index", "measured", "CREATE INDEX measured ON measurements (trial_key, launch)"
@@ -55,7 +56,7 @@ def made(version: int = SCHEMA_VERSION) -> Iterator[tuple[str, str, str]]:
 
 def columns(table: str, version: int) -> list[str]:
     """The columns of a table in a file of this version, without the checksum."""
-    lacking = SINCE_2.get(table, ()) if version < SCHEMA_VERSION else ()
+    lacking = {name for since, tables in SINCE.items() if since > version for name in tables.get(table, ())}
     return [name for name in TABLES[table] if name not in lacking]
 
 
@@ -65,10 +66,13 @@ def migrate(db: sqlite3.Connection) -> None:
         db.execute("BEGIN IMMEDIATE")
         if version(db) == SCHEMA_VERSION:
             return  # another process was faster
+        for since in range(version(db) + 1, SCHEMA_VERSION + 1):
+            for table in TABLES:
+                for name in SINCE[since].get(table, ()):
+                    db.execute(f"ALTER TABLE {table} ADD COLUMN {name} {TABLES[table][name]}")
+                if since == 2:
+                    db.execute(f"ALTER TABLE {table} ADD COLUMN checksum INTEGER")
         for table in TABLES:
-            for name in SINCE_2.get(table, ()):
-                db.execute(f"ALTER TABLE {table} ADD COLUMN {name} {TABLES[table][name]}")
-            db.execute(f"ALTER TABLE {table} ADD COLUMN checksum INTEGER")
             seal_all(db, table)
         db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
@@ -101,15 +105,17 @@ def seal_all(db: sqlite3.Connection, table: str) -> None:
 
 def verify(db: sqlite3.Connection, table: str) -> None:
     """Raise Damaged if values of a row do not match its checksum; names the first one. Schema 1 has no checksums."""
-    if version(db) < SCHEMA_VERSION:
+    found = version(db)
+    if found < 2:
         return
-    damaged = db.execute(f"SELECT rowid FROM {table} WHERE checksum IS NOT {_checksum_of(table)} LIMIT 1").fetchone()
+    right = _checksum_of(table, found)
+    damaged = db.execute(f"SELECT rowid FROM {table} WHERE checksum IS NOT {right} LIMIT 1").fetchone()
     if damaged is not None:
         raise Damaged(f"table {table}, row {damaged[0]}: its values do not match its checksum")
 
 
-def _checksum_of(table: str) -> str:
-    names = ", ".join(f'"{name}"' for name in TABLES[table])
+def _checksum_of(table: str, version: int = SCHEMA_VERSION) -> str:
+    names = ", ".join(f'"{name}"' for name in columns(table, version))
     return f"row_checksum({names})"
 
 

@@ -31,11 +31,14 @@ class Known(NamedTuple):
     """Whether its errors come from turned starts."""
     timed: bool = True
     """Whether its time was recorded."""
+    first: bool = False
+    """Whether the first use of its integrator was timed."""
 
-    def settles(self, limit_seconds: float, turned: bool = False, timed: bool = False) -> bool:
+    def settles(self, limit_seconds: float, turned: bool = False, timed: bool = False, first: bool = False) -> bool:
         """Whether the trial need not run again. It must if it was interrupted, if a lower limit ended it, or if the run
-        wants `turned` starts and the error is that of one start, or times and there is none."""
-        if self.status in SCORED and ((turned and not self.turned) or (timed and not self.timed)):
+        wants `turned` starts and the error is that of one start, or times or the `first` use and there is none."""
+        lacking = (turned and not self.turned) or (timed and not self.timed) or (first and not self.first)
+        if self.status in SCORED and lacking:
             return False
         if self.status == Status.INTERRUPTED:
             return False
@@ -108,11 +111,11 @@ class Store:
         """The last measurement of every trial and launch, by (trial_key, launch)."""
         rows = self._connection.execute(
             "SELECT trial_key, launch, status, coalesce(rhs_calls, steps), limit_seconds, turned_starts IS NOT NULL,"
-            " seconds_median IS NOT NULL FROM measurements ORDER BY measurement"
+            " seconds_median IS NOT NULL, first_seconds IS NOT NULL FROM measurements ORDER BY measurement"
         )
         return {
-            (key, launch): Known(Status(status), work, limit, bool(turned), bool(timed))
-            for key, launch, status, work, limit, turned, timed in rows
+            (key, launch): Known(Status(status), work, limit, bool(turned), bool(timed), bool(first))
+            for key, launch, status, work, limit, turned, timed, first in rows
         }
 
     def interruptions(self) -> dict[tuple[str, int], int]:

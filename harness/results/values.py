@@ -13,6 +13,8 @@ from gnomon.reference.numerics.precision import shortened
 
 TRIES = 3
 """Number of attempts at a trial with a short limit before it is a timeout: a stall of the machine is not a timeout."""
+DELAYED = 0.02
+"""A call that waited for a processor for more than this share of its time is repeated, and what stays so is marked."""
 MOST_LAUNCHES, MOST_ORDER, MOST_DIMENSION = 10**6, 10**3, 10**6
 _FRACTION = re.compile(r"[+-]?[0-9]{1,4300}(/0*[1-9][0-9]{0,4200})?")
 """A number as `str` writes a Fraction, of no more digits than Python converts."""

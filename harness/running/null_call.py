@@ -1,21 +1,25 @@
-"""The null call of a series: the same calls, over almost no time span.
+"""The null call of a series: the same calls, over almost no time span, without the work of steps.
 
-It measures the cost of a call apart from the integration: entering the library, allocating arrays, delivering samples,
-and, if the library is called once for each sample, those 64 calls. It is measured through `prepare` and `solve` only,
-on the problem with its sample times multiplied by 2^-30, which every step control crosses in one step. It therefore
-includes the first step of an adaptive method, or one step for each sample if the method stops at samples. A method of
-fixed steps takes one step for each sample too; there the time with two steps is measured as well, and the difference,
-which is the time of the steps, is subtracted.
+It is the cost of a call apart from the integration: entering the library, allocating arrays, delivering samples, and, if
+the library is called once for each sample, those 64 calls. It is measured through `prepare` and `solve` only, on the
+problem with its sample times multiplied by 2^-30. These calls still take steps, which are free for no method: 64 where
+a method stops at each sample, one or a few where samples are interpolated.
+
+A method of fixed steps is timed with one step and with two steps for each sample, and the difference, which is the time
+of the steps, is subtracted here. An adaptive method crosses each interval in one step at any setting. Its work there is
+counted instead, and `results.analysis` subtracts it at the cost that the series measured over the whole span.
 """
 
 import contextlib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from time import perf_counter_ns
+from typing import Protocol
 
 import numpy as np
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Steps, solver_of
+from gnomon.harness.contract import validation
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Steps, solver_of
 
 SHRUNK = 2.0**-30
 """A power of two: the scaled times are exact, and multiples of their interval if the original times are."""
@@ -23,42 +27,63 @@ FEWEST, MOST, BLOCK_SECONDS = 5, 40, 0.002
 """Minimum and maximum number of timed calls, and seconds after which no further call is timed."""
 
 
-def null_seconds(
-    integrator: Integrator, problem: Callable[[], Problem], setting: float, starts: Iterator[Floats]
-) -> float | None:
-    """Seconds of the null call, the median over calls from different `starts`; None if the integrator fails on it."""
-    shrunk = replace(problem(), times=problem().times * SHRUNK)
-    settings = [setting]
-    if isinstance(integrator.sweep, Steps):
-        settings = [shrunk.interval, shrunk.interval / 2]
+class Problems(Protocol):
+    """A new problem at each call, with equations that count their calls or without."""
+
+    def __call__(self, *, counted: bool) -> Problem: ...
+
+
+def null_call(
+    integrator: Integrator, problem: Problems, setting: float, starts: Iterator[Floats]
+) -> tuple[float | None, int | None]:
+    """Seconds of the null call, the median over calls from different `starts`, and the work that they include.
+
+    The work is in right-hand sides, or steps where those are not counted; 0 for fixed steps, None where unknown. Both
+    are None if the integrator fails on it.
+    """
+
+    def shrunk(counted: bool) -> Problem:
+        found = problem(counted=counted)
+        return replace(found, times=found.times * SHRUNK)
+
+    plain, fixed = shrunk(counted=False), isinstance(integrator.sweep, Steps)
     solvers: list[Solver] = []
     try:
-        for each in settings:
-            solvers.append(solver_of(integrator, replace(shrunk, times=shrunk.times.copy()), each))
-            _seconds(solvers[-1], next(starts))
+        for each in (plain.interval, plain.interval / 2) if fixed else (setting,):
+            solvers.append(solver_of(integrator, replace(plain, times=plain.times.copy()), each))
+            _, solution = _call(solvers[-1], next(starts))
         rows: list[list[float]] = []
         while len(rows) < FEWEST or (len(rows) < MOST and float(np.sum(rows)) < BLOCK_SECONDS):
-            rows.append([_seconds(solver, next(starts)) for solver in solvers])
+            rows.append([_call(solver, next(starts))[0] for solver in solvers])
+        once, *twice = np.median(np.array(rows), axis=0).tolist()
+        if fixed:
+            return max(2 * once - twice[0], 0.0), 0
+        if not integrator.counts_rhs:
+            return once, None if solution.steps is None else validation.count(solution.steps, "steps")
+        counted = shrunk(counted=True)
+        solvers.append(solver_of(integrator, counted, setting))
+        before = counted.buffer[-1]
+        _call(solvers[-1], next(starts))
+        return once, validation.count(counted.buffer[-1] - before, "right-hand sides")
     except MemoryError:
         raise
     except Exception:  # a failure on this artificial problem is not a result of the integrator
-        return None
+        return None, None
     finally:
         for solver in solvers:
             with contextlib.suppress(Exception):
                 solver.close()
-    once, *twice = np.median(np.array(rows), axis=0).tolist()
-    return max(2 * once - twice[0], 0.0) if twice else float(once)
 
 
-def _seconds(solver: Solver, start: Floats) -> float:
+def _call(solver: Solver, start: Floats) -> tuple[float, Solution]:
+    """The seconds of a call, and what it returns."""
     state, solve = start[np.newaxis].copy(), solver.solve
     if solver.reset is not None:
         solver.reset()
     process = os.getpid()
     began = perf_counter_ns()
-    solve(state)
+    solution = solve(state)
     seconds = (perf_counter_ns() - began) * 1e-9
     if os.getpid() != process:
         os._exit(1)  # this process is a copy that the integrator forked
-    return seconds
+    return seconds, solution

@@ -16,7 +16,7 @@ from gnomon.cases.core.numbers import is_pattern, matching, nearest
 from gnomon.harness.contract import environment, sources
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
-from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.problem import accepted_form, takes
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup
@@ -71,6 +71,8 @@ class Suite:
     """The integrators that run if none is named; empty for all."""
     rest: Suite | None = None
     """How it runs the cases outside `FOUNDATION`; None if like the others."""
+    first_use: bool = False
+    """Whether the first use of each integrator is timed, once; it takes some seconds of each."""
     timed: bool = True
     """Whether times are recorded; else a run has errors alone."""
     shard: tuple[int, int] = (1, 1)
@@ -306,6 +308,20 @@ def launches(series: Series, suite: Suite, near_duplicates: bool = True) -> int:
     """How often a suite launches a series: once for hard variants, and for near-duplicate methods unless these are named."""
     often = series.case.variant is None and (near_duplicates or series.integrator.primary)
     return suite.of(series.case).launches if often else 1
+
+
+def wants_first_use(series: Series, suite: Suite, launch: int) -> bool:
+    """Whether the first use of an integrator is timed at the first trial of this launch: of the first default variant in
+    FOUNDATION that the integrator takes. A new process must be able to import the integrator."""
+    wanted = suite.first_use and suite.timed and launch == 1
+    own = series.formulation is None and series.case.variant is None and not series.label
+    importable = lookup.reference(series.integrator)[0] != "__main__"
+    return wanted and own and importable and series.case.name == _first_case(series.integrator)
+
+
+@cache
+def _first_case(integrator: Integrator) -> str | None:
+    return next((name for name in FOUNDATION if takes(integrator, cases.get(name))), None)
 
 
 def choose(

@@ -241,16 +241,12 @@ class Pool:
     def _handle(self, slot: _Slot, message: Message) -> bool:
         """Act on one message; returns False if the slot is no longer in use."""
         stage = message.stage
-        limit, request = slot.job.limit_seconds, slot.request
-        if stage in ("prepared", "turning"):
+        limit = slot.job.limit_seconds
+        if stage in ("prepared", "calling"):
             self._stage(slot, "run", limit + GRACE_SECONDS)
             return True
-        if stage in ("counted", "null"):
+        if stage in ("counted", "extra"):
             self._stage(slot, "prepare", self.prepare_seconds)
-            return True
-        if stage == "ran":
-            # the timed calls together take block_seconds, or are one call that takes up to the limit
-            self._stage(slot, "time", limit + 4 * request.block_seconds + GRACE_SECONDS)
             return True
         if stage == "compiling":
             if slot.stage != "prepare":  # in nested compilations the outermost one has the interrupted stage

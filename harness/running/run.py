@@ -202,7 +202,8 @@ class PlannedRun:
             for launch in range(1, self.suite.launches + 1):
                 known = self.history.get((trial.key, launch))
                 turned = symmetric and suite.turned and launch == 1
-                if known is not None and not known.settles(limit_seconds, turned, suite.timed):
+                first = trial is trials[0] and plan.wants_first_use(series, suite, launch)
+                if known is not None and not known.settles(limit_seconds, turned, suite.timed, first):
                     del self.history[trial.key, launch]
 
     def _scorer(self, spec: CaseSpec, series: Series) -> Scorer:

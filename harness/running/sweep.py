@@ -10,7 +10,7 @@ from gnomon.harness.contract.status import CANNOT_RUN, SCORED, Status
 from gnomon.harness.registry.lookup import reference
 from gnomon.harness.results.schema import TIMES
 from gnomon.harness.results.store import Known
-from gnomon.harness.running.plan import Series, Suite, Trial
+from gnomon.harness.running.plan import Series, Suite, Trial, wants_first_use
 from gnomon.harness.running.worker import FEWEST_CALLS, Request, Task
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
@@ -183,7 +183,8 @@ class Sweep:
         if self.series.case.variant is None:
             turned = suite.turned and self.launch == 1 and len(self.task.turned) > 0
             slow, null = suite.slow_seconds, suite.timed
-            return Request(setting, count, suite.block_seconds, suite.repeats, slow, turned, null)
+            first = setting == self.trials[0].setting and wants_first_use(self.series, suite, self.launch)
+            return Request(setting, count, suite.block_seconds, suite.repeats, slow, turned, null, first)
         fewest = min(FEWEST_CALLS, suite.repeats)
         return Request(setting, count, 0.0, fewest, min(suite.slow_seconds, REPEATED_SECONDS))
 

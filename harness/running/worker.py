@@ -1,10 +1,11 @@
 """The child process of one series: prepares and times one trial after another; `pool` requests them, and kills it.
 
 The parent (`pool`) sets a deadline for each stage and kills a worker that passes it. For each request the worker sends
-messages (see `messages`): `prepared` and `counted` during the counting run, `prepared` and `ran` during the warm-up,
-`turning` before each turned start, `null` before the null call, and at the end `done` (an Outcome) or `failed` (status,
-reason). A method that switches to another one during a call may compile then. `compiling` and `compiled` mark this: the
-call is repeated, so that compiling does not count as time of the trial.
+messages (see `messages`): `prepared` and `counted` during the counting run, `prepared` before the warm-up, `calling`
+before each further call (of short calls before one in many), `extra` before the null call and before the first use, and
+at the end `done` (an Outcome) or `failed` (status, reason). A method that switches to another one during a call may
+compile then. `compiling` and `compiled` mark this: the call is repeated, so that compiling does not count as time of the
+trial.
 """
 
 import contextlib
@@ -16,8 +17,10 @@ import sys
 import time
 import traceback
 import types
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
 from multiprocessing.connection import Connection
 from time import perf_counter_ns
 from typing import Any, TypeVar
@@ -30,9 +33,11 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable
 from gnomon.harness.kernels.generated_modules import WATCHERS
 from gnomon.harness.registry import lookup
-from gnomon.harness.running import messages
+from gnomon.harness.running import messages, timed_call
 from gnomon.harness.running.messages import Garbled, Message
-from gnomon.harness.running.null_call import null_seconds
+from gnomon.harness.running.first_use import first_seconds
+from gnomon.harness.running.null_call import null_call
+from gnomon.harness.running.timed_call import Call
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
 from gnomon.harness.scoring.reference_solution import CaseSpec
@@ -47,8 +52,14 @@ CLOCKS = {
 """The clocks as they were when this module was loaded, before any integrator of a user's own."""
 FEWEST_CALLS = 3
 """Minimum number of timed calls of a trial that is not slow: one outlier would decide the median of fewer."""
+MOST_REPEATS = 5
+"""How often a call that waited for a processor is repeated."""
+ANNOUNCED_SECONDS = 0.01
+"""Calls that take longer than this together are announced, each with a deadline of its own: the message takes 0.1 ms."""
 COUNTING_ULPS = 1000
 """Unit, in ulps, of the perturbations of counting runs: those of timed calls are multiples of an ulp, all smaller."""
+MAYBE_SECONDS = ("reset_seconds", "null_seconds", "delay_seconds", "first_seconds")
+"""The times of an Outcome that need not be there."""
 _OUTPUT_BYTES = 4000
 
 
@@ -77,7 +88,7 @@ class Request:
 
     `count`: whether to count right-hand sides. `block_seconds`, `repeats`: limits of the time and the number of timed
     calls together. `slow_seconds`: a trial that takes longer is timed once. `turned`: whether to solve from the turned
-    starts too. `null`: whether to time the null call of the series.
+    starts too. `null`: whether to time the null call of the series; `first`: whether to time the first use.
     """
 
     setting: float
@@ -87,6 +98,7 @@ class Request:
     slow_seconds: float
     turned: bool = False
     null: bool = False
+    first: bool = False
     place: int = 0
     """Index of the setting in its sweep. It selects the start of the counting run, which is the same in every run."""
     number: int = 0
@@ -111,8 +123,9 @@ def outcome_of(message: Message, task: Task) -> Outcome:
         raise Garbled("an answer without times")
     times = tuple(messages.number({"seconds": each}, "seconds") for each in seconds)
     try:
-        counts = {n: None if content[n] is None else validation.count(content[n], n) for n in ("steps", "rhs_calls")}
-        maybe = {name: _optional(content[name], float) for name in ("reset_seconds", "null_seconds")}
+        names = ("steps", "rhs_calls", "null_work")
+        counts = {n: None if content[n] is None else validation.count(content[n], n) for n in names}
+        maybe = {name: _optional(content[name], float) for name in MAYBE_SECONDS}
         events = None if content["events"] is None else tuple((float(t), str(n)) for t, n in content["events"])
         return Outcome(
             states,
@@ -122,11 +135,11 @@ def outcome_of(message: Message, task: Task) -> Outcome:
             counts["rhs_calls"],
             times,
             messages.number(content, "prepare_seconds"),
-            maybe["reset_seconds"],
-            {str(name): str(value) for name, value in dict(content["options"]).items()},
-            str(content["output"]),
-            maybe["null_seconds"],
-            turned,
+            options={str(name): str(value) for name, value in dict(content["options"]).items()},
+            output=str(content["output"]),
+            null_work=counts["null_work"],
+            turned=turned,
+            **maybe,
         )
     except (KeyError, TypeError, ValueError, Unusable) as error:
         raise Garbled(f"an answer that cannot be read ({type(error).__name__})") from None
@@ -209,8 +222,10 @@ class _Series:
 
     compilations, calling = 0, False
     """The number of compilations in this process, and whether a call is in progress."""
-    null: float | None = None
-    """Seconds of the null call; None before it is measured or if the integrator fails on it."""
+    unannounced = 0.0
+    """Seconds of the calls since the parent last set a deadline."""
+    null: tuple[float | None, int | None] = None, None
+    """Seconds of the null call and the work that they include; None before it is measured, and where it fails."""
     null_measured = False
 
     def __init__(self, task: Task, say: _Speaker) -> None:
@@ -249,9 +264,8 @@ class _Series:
         try:
             seconds = counted_seconds
             if others is None or (counted_seconds < request.slow_seconds and request.repeats > 1):
-                warm = self._compiled(lambda: _Call(solver, next(self.perturbed), self.task))
+                warm = self._compiled(lambda: self._call(solver, next(self.perturbed)))
                 seconds, others = warm.seconds, warm.states
-            self.say("ran")
             calls, scored, others = self._timed(solver, request, seconds, others)
             _verify_clocks()
             validation.possible(scored.solution.steps, scored.seconds, "steps")
@@ -265,10 +279,14 @@ class _Series:
         finally:
             solver.close()
         if request.null and not self.null_measured:
-            self.say("null")
+            self.say("extra")
             self.null_measured = True
-            self.null = null_seconds(self.integrator, lambda: self.problem(False), request.setting, self.perturbed)
-        resets = [call.reset_seconds for call in calls if call.reset_seconds is not None]
+            self.null = null_call(self.integrator, self.problem, request.setting, self.perturbed)
+        first = None
+        if request.first:
+            self.say("extra")
+            task = self.task
+            first = first_seconds(task.integrator, task.spec, request.setting, Path(task.output).parent)
         return Outcome(
             scored.states,
             scored.solution.stopped,
@@ -277,26 +295,34 @@ class _Series:
             rhs_calls,
             tuple(call.seconds for call in calls),
             prepare_seconds,
-            float(np.median(resets)) if resets else None,
+            _median(call.reset_seconds for call in calls),
             options,
             _read_output(self.task.output),
-            self.null,
+            *self.null,
             turned,
+            _median(call.delay_seconds for call in calls),
+            first,
         )
 
     def _turned(self, solver: Solver) -> Floats:
         """The solutions (n, 64, dim_y) from the turned starts, each by a call like the timed one."""
-        found = []
-        for start in self.task.turned:
-            self.say("turning")
-            found.append(_Call(solver, start, self.task).states)
-        return np.array(found)
+        return np.array([self._call(solver, start).states for start in self.task.turned])
 
     def _prepared(self) -> None:
         """End a preparation. Collecting what a compiler left takes 0.1 s and more: done here, it is not timed."""
         gc.collect()
         gc.freeze()
         self.say("prepared")
+        self.unannounced = 0.0
+
+    def _call(self, solver: Solver, start: Floats, keep: bool = True) -> Call:
+        """A call, with a deadline of its own unless all calls since the last deadline were short."""
+        if self.unannounced > ANNOUNCED_SECONDS:
+            self.say("calling")
+            self.unannounced = 0.0
+        call = Call(solver, start, (len(self.task.times), len(start)), keep)
+        self.unannounced += call.seconds + (call.reset_seconds or 0.0)
+        return call
 
     def _compiling(self, begins: bool) -> None:
         self.compilations += begins
@@ -329,9 +355,9 @@ class _Series:
         while len(self.counting_starts) <= request.place:
             self.counting_starts.append(next(self.counting))
 
-        def counting() -> "tuple[_Call, int]":
+        def counting() -> tuple[Call, int]:
             before = problem.buffer[-1]
-            call = _Call(solver, self.counting_starts[request.place], self.task)
+            call = self._call(solver, self.counting_starts[request.place])
             return call, validation.count(problem.buffer[-1] - before, "right-hand sides")
 
         call, counted = self._compiled(counting)
@@ -341,75 +367,70 @@ class _Series:
 
     def _timed(
         self, solver: Solver, request: Request, estimate: float, others: Floats | None
-    ) -> "tuple[list[_Call], _Call, Floats | None]":
+    ) -> tuple[list[Call], Call, Floats | None]:
         """All timed calls, the one that is scored, and the states of a call from a perturbed initial state.
 
-        A slow trial, or one with `repeats` 1, is timed in one call. If this call takes less than half of the estimate,
+        The time of a call that waited for a processor is replaced (see `_undelayed`), its states are not. A slow trial, or one with `repeats` 1, is timed in one call. If this call takes less than half of the estimate,
         the method may have kept results from the same start at another setting: calls from new starts are timed then.
         """
         slow = estimate > request.slow_seconds or request.repeats == 1
-        calls: list[_Call] = []
+        calls: list[Call] = []
+        timed = partial(self._undelayed, solver) if request.repeats > 1 else lambda call: call
         gc.collect()
         gc.disable()
         try:
             if not slow:
-                calls.append(_Call(solver, next(self.perturbed), self.task))
-                others = calls[0].states
-            scored = self._compiled(lambda: _Call(solver, self.task.start, self.task))
-            calls.append(scored)
+                early = self._call(solver, next(self.perturbed))
+                calls.append(timed(early))
+                others = early.states
+            scored = self._compiled(lambda: self._call(solver, self.task.start))
+            calls.append(timed(scored))
             spent = sum(call.seconds for call in calls)
             fewest = 1 if slow and scored.seconds > estimate / 2 else FEWEST_CALLS
             while len(calls) < fewest or (not slow and spent < request.block_seconds and len(calls) < request.repeats):
-                again = _Call(solver, next(self.perturbed), self.task, keep=slow)
+                again = self._call(solver, next(self.perturbed), keep=slow)
                 if slow:  # the states of the counting run come from another preparation
                     others = again.states
-                calls.append(again)
+                calls.append(timed(again))
                 spent += again.seconds
         finally:
             gc.enable()
         return calls, scored, others
 
+    def _undelayed(self, solver: Solver, call: Call) -> Call:
+        """The call or, if it waited for a processor, the one that waited for the least share of its time among it and its
+        repeats, which end with one that did not wait. They are from new starts: remembered answers save nothing."""
+        for _ in range(MOST_REPEATS):
+            if not call.delayed:
+                break
+            again = self._call(solver, next(self.perturbed), keep=False)
+            call = min(call, again, key=lambda one: (one.delay_seconds or 0.0) / one.seconds)
+        return call
+
     def _suspect(self, solver: Solver, states: Floats) -> None:
         """Refuse a solution that does not depend on the start. Rounding can make those from starts an ulp apart equal;
         this compares with a start much farther away."""
-        far = _Call(solver, probe_state(self.case, self.formulation, self.task.sizes), self.task)
+        far = self._call(solver, probe_state(self.case, self.formulation, self.task.sizes))
         if np.array_equal(far.states, states) and np.any(states != 0):
             raise Refused("returned the same states from different initial states: nothing was integrated")
 
 
-class _Call:
-    """One call of `solve`, timed; its states are copied before anything can overwrite them."""
-
-    def __init__(self, solver: Solver, start: Floats, task: Task, keep: bool = True) -> None:
-        state = start[np.newaxis].copy()
-        solve, self.reset_seconds = solver.solve, None
-        if solver.reset is not None:
-            began = perf_counter_ns()
-            solver.reset()
-            self.reset_seconds = (perf_counter_ns() - began) * 1e-9
-        process = os.getpid()
-        began = perf_counter_ns()
-        solution = solve(state)
-        self.seconds = (perf_counter_ns() - began) * 1e-9
-        if os.getpid() != process:
-            os._exit(1)  # this process is a copy that the integrator forked: it would repeat the trial, and fork again
-        if not keep:
-            return
-        self.solution = validation.checked(solution, (1, len(task.times), len(start)))
-        self.states = self.solution.states[0]
-
-
 def _verify_clocks() -> None:
     """Raise Unusable if an integrator replaced a clock: measured times would mean nothing."""
-    used = {"perf_counter_ns": perf_counter_ns}
+    used = {"perf_counter_ns": (perf_counter_ns, timed_call.perf_counter_ns)}
     for name, clock in CLOCKS.items():
-        if not (
-            getattr(time, name, None) is clock is used.get(name, clock) and isinstance(clock, types.BuiltinFunctionType)
-        ):
+        same = all(one is clock for one in (getattr(time, name, None), *used.get(name, ())))
+        if not (same and isinstance(clock, types.BuiltinFunctionType)):
             raise Unusable(f"replaced time.{name}: times from a replaced clock are invalid")
 
 
-def _did_nothing(call: _Call, start: Floats, rhs_calls: int | None) -> bool:
+def _median(values: Iterable[float | None]) -> float | None:
+    """The median of the values that are known; None if none is."""
+    known = [value for value in values if value is not None]
+    return float(np.median(known)) if known else None
+
+
+def _did_nothing(call: Call, start: Floats, rhs_calls: int | None) -> bool:
     """Whether the call returned the initial state, without a right-hand side and without a step."""
     return not rhs_calls and not call.solution.steps and bool(np.all(call.states == start))
 

@@ -10,7 +10,7 @@ class Outcome:
     """What a trial measured. `states` (64, dim_y) is the solution from the exact initial state, without perturbation.
 
     `turned` (n, 64, dim_y) are the solutions from the turned starts, None if they were not requested. Times are in
-    seconds; those of the timed calls are `seconds`.
+    seconds; those of the timed calls are `seconds`. The others are explained in results/schema.toml.
     """
 
     states: Floats
@@ -24,4 +24,7 @@ class Outcome:
     options: dict[str, str] = field(default_factory=dict)
     output: str = ""
     null_seconds: float | None = None
+    null_work: int | None = None
     turned: Floats | None = None
+    delay_seconds: float | None = None
+    first_seconds: float | None = None

@@ -74,6 +74,9 @@ class Scorer:
             "prepare_seconds": outcome.prepare_seconds,
             "reset_seconds": outcome.reset_seconds,
             "null_seconds": outcome.null_seconds,
+            "null_work": outcome.null_work,
+            "delay_seconds": outcome.delay_seconds,
+            "first_seconds": outcome.first_seconds,
             "output": outcome.output or None,
         }
         states = self.decoded(outcome.states)

@@ -172,6 +172,23 @@ def queued_seconds(guard: int) -> float:
     return 0.0
 
 
+def run_delays() -> dict[str, int] | None:
+    """By thread of this process and of its children in KEPT: the nanoseconds that it was ready to run while others had the
+    processor. None where the system does not provide it."""
+    found: dict[str, int] = {}
+    for process in ("self", *KEPT):
+        folder = f"/proc/{process}/task"
+        with contextlib.suppress(OSError):
+            for thread in os.listdir(folder):
+                with contextlib.suppress(OSError, ValueError, IndexError):  # a thread may just have ended
+                    descriptor = os.open(f"{folder}/{thread}/schedstat", os.O_RDONLY)  # faster than `open`
+                    try:
+                        found[thread] = int(os.read(descriptor, 100).split()[1])
+                    finally:
+                        os.close(descriptor)
+    return found or None
+
+
 KEPT: set[int] = set()
 """Children of this process that serve several trials: `end_children` leaves them, and a guard ends them at last."""
 

@@ -23,7 +23,7 @@ from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.analysis import CLAIM, LEAST_SHARE
 from gnomon.harness.running import plan
-from gnomon.harness.running.null_call import null_seconds
+from gnomon.harness.running.null_call import null_call
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.studies.benchmarks import spread
@@ -189,8 +189,8 @@ class _Series:
         ends = perf_counter() + BLOCK_SECONDS
         while not seconds or perf_counter() < ends:
             seconds.append(self._seconds(solver))
-        null = null_seconds(self.trials.integrator, self.trials.problem, setting, self.starts) or 0.0
-        return {"seconds": min(seconds), "null": null, "error": error, "named": self.trials.named(setting)}
+        null, _ = null_call(self.trials.integrator, self.trials.problem, setting, self.starts)
+        return {"seconds": min(seconds), "null": null or 0.0, "error": error, "named": self.trials.named(setting)}
 
     def _longest(self) -> float:
         """The finest setting at which a call takes at most LONGEST seconds, at least the usual one."""

@@ -13,7 +13,7 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
 from gnomon.harness.kernels.generated_modules import announced
-from gnomon.harness.running import worker
+from gnomon.harness.running import timed_call, worker
 
 END_SECONDS = 300.0
 """Longer than any limit under which a planted integrator runs: one that hangs and is not killed ends by itself."""
@@ -72,7 +72,7 @@ class HalfAMillisecond(Sound):
     passed: ClassVar = 0
 
     def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        worker.perf_counter_ns = lambda: HalfAMillisecond.passed  # type: ignore[attr-defined]
+        worker.perf_counter_ns = timed_call.perf_counter_ns = lambda: HalfAMillisecond.passed  # type: ignore[attr-defined]
         worker._verify_clocks = lambda: None  # it would notice the replaced clock
         sound = runge_kutta(problem, setting)
 
@@ -103,6 +103,31 @@ class Hangs(Sound):
             return sound(initial_states)
 
         return solve
+
+
+class Busy(Sound):
+    """A call takes 0.27 s of processor time, one of equations that count takes 0.57 s."""
+
+    name = "busy"
+    seconds, counted_seconds = 0.27, 0.57
+
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
+        sound, busy = runge_kutta(problem, setting), self.counted_seconds if problem.counted else self.seconds
+
+        def solve(initial_states: Any) -> Solution:
+            ends = time.process_time() + busy
+            while time.process_time() < ends:
+                pass
+            return sound(initial_states)
+
+        return solve
+
+
+class Busier(Busy):
+    """A call takes 0.9 s of processor time after a counting run of 0.3 s."""
+
+    name = "busier"
+    seconds, counted_seconds = 0.9, 0.3
 
 
 class Compiles(Sound):

@@ -31,6 +31,7 @@ def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) 
     fixed |= dict.fromkeys(
         ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start")
     )
+    fixed |= dict.fromkeys(("null_work", "first_seconds", "delay_seconds"))
     return analysis.tidy(pd.concat(launches).assign(**(fixed | columns)))
 
 
@@ -275,6 +276,40 @@ def test_times_are_compared_without_their_null_call() -> None:
     reduced = analysis.settings(costly[costly["launch"] == 0])
     np.testing.assert_allclose(reduced["seconds"], [2e-5, 3e-5, 5e-5, 9e-5, 17e-5], rtol=1e-9)
     assert set(reduced["overhead"]) == {1e-4}
+
+
+CALL, STEP, STAGES = 1e-4, 2e-6, 12
+"""Seconds of a call and of a right-hand side; right-hand sides of a step."""
+
+
+@pytest.mark.parametrize("forced", [0, 1, 64], ids=["fixed steps", "interpolates", "stops at samples"])
+def test_the_steps_in_a_null_call_are_free_for_no_method(forced: int) -> None:
+    """A method that stops at samples takes 64 steps in a null call, up to half of those of a whole call; one that
+    interpolates takes one. The time of fixed steps has none. All three pay the same for the call."""
+    steps = np.maximum([70, 90, 150, 300, 700], forced)
+    columns = {"rhs_calls": STAGES * steps, "steps": None, "null_work": STAGES * forced}
+    seconds = CALL + STEP * STAGES * steps
+    whole = _rows("one", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10], [0.0] * 5).iloc[:5].drop(columns="seconds_net")
+    whole = whole.assign(seconds_median=seconds, null_seconds=CALL + STEP * STAGES * forced, **columns)
+    later = whole.assign(launch=1, rhs_calls=None)  # later launches do not count right-hand sides
+    frame = analysis.tidy(pd.concat([whole, later]))
+    np.testing.assert_allclose(frame["null_seconds"], CALL, rtol=1e-9)
+    np.testing.assert_allclose(frame["seconds_net"], np.tile(STEP * STAGES * steps, 2), rtol=1e-9)
+    pd.testing.assert_frame_equal(analysis.tidy(frame), frame)
+
+
+def test_a_null_call_whose_work_cannot_be_told_from_that_of_the_whole_stays_whole() -> None:
+    """A cost a right-hand side from less than twice the work would be noise; and one from a file without counts unknown."""
+    rows = _rows("one", [1e-2, 1e-4], [2e-4, 2.1e-4], rhs_calls=100, null_seconds=1e-4, null_work=60)
+    assert set(rows["null_seconds"]) == {1e-4}
+    assert set(_rows("one", [1e-2, 1e-4], [2e-4, 9e-4], rhs_calls=900, null_seconds=1e-4)["null_seconds"]) == {1e-4}
+
+
+def test_a_measurement_that_waited_for_a_processor_is_counted() -> None:
+    """On a file without delays, or a system that does not tell, nothing is known."""
+    rows = _rows("one", [1e-2, 1e-4], [1.0, 1.0], delay_seconds=[0.0, 0.02, 0.03, math.nan])
+    rows["seconds_median"] = 1.0
+    assert analysis.waited(rows) == (4, 1, 1)
 
 
 def test_a_time_without_its_null_call_is_positive() -> None:

@@ -37,11 +37,23 @@ PRAGMA application_id = 0x676E6F6D;
 PRAGMA user_version = 1;
 """
 """The tables of schema 1, as revision 2a1f7fd creates them."""
+SCHEMA_2 = """
+ALTER TABLE measurements ADD COLUMN null_seconds REAL; ALTER TABLE measurements ADD COLUMN turned_starts INTEGER;
+ALTER TABLE measurements ADD COLUMN error_low REAL; ALTER TABLE measurements ADD COLUMN error_high REAL;
+ALTER TABLE measurements ADD COLUMN error_unturned REAL; ALTER TABLE measurements ADD COLUMN error_start REAL;
+ALTER TABLE runs ADD COLUMN checksum INTEGER; ALTER TABLE environment ADD COLUMN checksum INTEGER;
+ALTER TABLE trials ADD COLUMN checksum INTEGER; ALTER TABLE planned ADD COLUMN checksum INTEGER;
+ALTER TABLE measurements ADD COLUMN checksum INTEGER; ALTER TABLE settings_changed ADD COLUMN checksum INTEGER;
+ALTER TABLE sampled_states ADD COLUMN checksum INTEGER;
+PRAGMA user_version = 2;
+"""
+"""How revision cc04ee6 migrates these tables to schema 2."""
+LACKING = [name for tables in schema.SINCE.values() for name in tables["measurements"]]
 
 
-@pytest.fixture
-def older(synthetic_results: Path, tmp_path: Path) -> Path:
-    """The synthetic results in a file of schema 1."""
+@pytest.fixture(params=[1, 2])
+def older(synthetic_results: Path, tmp_path: Path, request: pytest.FixtureRequest) -> Path:
+    """The synthetic results in a file of an older schema."""
     path = tmp_path / "older.sqlite"
     with sqlite3.connect(path) as db:
         db.executescript(SCHEMA_1)
@@ -49,24 +61,30 @@ def older(synthetic_results: Path, tmp_path: Path) -> Path:
         for table in schema.TABLES:
             names = ", ".join(f'"{row[1]}"' for row in db.execute(f"PRAGMA main.table_info({table})"))
             db.execute(f"INSERT INTO main.{table} ({names}) SELECT {names} FROM new.{table}")
+        if request.param == 2:
+            db.executescript(SCHEMA_2)
+            for table in schema.TABLES:
+                rows = db.execute(f"SELECT rowid, * FROM {table}").fetchall()
+                sums = [(schema._row_checksum(*values), row) for row, *values, _ in rows]
+                db.executemany(f"UPDATE {table} SET checksum = ? WHERE rowid = ?", sums)
     db.close()
     return path
 
 
 def without(frame: pandas.DataFrame) -> pandas.DataFrame:
-    return frame.drop(columns=list(schema.SINCE_2["measurements"]))
+    return frame.drop(columns=LACKING)
 
 
-def test_a_file_of_schema_1_is_read_with_null_for_what_it_lacks(older: Path, synthetic_results: Path) -> None:
+def test_a_file_of_an_older_schema_is_read_with_null_for_what_it_lacks(older: Path, synthetic_results: Path) -> None:
     found, expected = store.load(older), store.load(synthetic_results)
     assert list(found.columns) == list(expected.columns)
-    assert found[list(schema.SINCE_2["measurements"])].isna().all(axis=None)
+    assert found[LACKING].isna().all(axis=None)
     pandas.testing.assert_frame_equal(without(found), without(expected))
     assert store.runs(older) == store.runs(synthetic_results)
     assert len(store.states(older)) == len(store.states(synthetic_results)) > 0
 
 
-def test_a_run_that_continues_a_file_of_schema_1_migrates_it(older: Path) -> None:
+def test_a_run_that_continues_a_file_of_an_older_schema_migrates_it(older: Path) -> None:
     before, states = store.load(older), store.states(older)
     with store.Store(older) as results:
         number = results.begin_run("quick", "", {})
@@ -85,17 +103,18 @@ def test_a_run_that_continues_a_file_of_schema_1_migrates_it(older: Path) -> Non
 
 
 def test_a_migration_that_fails_leaves_the_file_as_it_was(older: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_values: object) -> int:
-        raise ArithmeticError
+    def fail(*_arguments: object) -> None:
+        raise sqlite3.OperationalError("the disk is full")
 
-    content = store.load(older)
-    monkeypatch.setattr(schema, "_row_checksum", fail)
+    content, before = store.load(older), sqlite3.connect(older)
+    kept = schema.version(before), [row[1] for row in before.execute("PRAGMA table_info(runs)")]
+    before.close()
+    monkeypatch.setattr(schema, "seal_all", fail)
     with pytest.raises(ValueError, match="cannot be written"):
         store.Store(older)
     monkeypatch.undo()
     with sqlite3.connect(older) as db:
-        assert schema.version(db) == 1
-        assert "checksum" not in {row[1] for row in db.execute("PRAGMA table_info(runs)")}
+        assert (schema.version(db), [row[1] for row in db.execute("PRAGMA table_info(runs)")]) == kept
     pandas.testing.assert_frame_equal(store.load(older), content)
 
 

@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 from gnomon.cases import get
 from gnomon.harness.contract import validation
+from gnomon.harness.contract.integrator import Solution, Solver
 from gnomon.harness.contract.validation import Unusable
-from gnomon.harness.running import worker
-from gnomon.harness.running.worker import FEWEST_CALLS, Request, _Series
+from gnomon.harness.results.values import DELAYED
+from gnomon.harness.running import timed_call, worker
+from gnomon.harness.running.worker import ANNOUNCED_SECONDS, FEWEST_CALLS, MOST_REPEATS, Request, _Series
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
 
 START = np.zeros(2)
@@ -25,21 +27,38 @@ def never_called(initial_states: Any) -> NoReturn:
     raise AssertionError
 
 
+def call_of(seconds: float, start: Any, delay: float | None = None) -> Any:
+    return SimpleNamespace(
+        seconds=seconds,
+        states=start,
+        number=int(start[0]),
+        reset_seconds=None,
+        delay_seconds=delay,
+        delayed=(delay or 0.0) > DELAYED * seconds,
+    )
+
+
+def planted_series(monkeypatch: pytest.MonkeyPatch, call: Any) -> _Series:
+    """A series on START whose calls are those of `call(start)`."""
+    series = object.__new__(_Series)
+    series.task = SimpleNamespace(start=START, times=np.zeros(64))  # type: ignore[assignment]
+    series.perturbed = (np.full(2, float(k)) for k in itertools.count(1))
+    series.say = lambda stage, **content: None  # type: ignore[assignment]
+    monkeypatch.setattr(worker, "Call", lambda solver, start, shape, keep=True: call(start))
+    return series
+
+
 def timed(
     monkeypatch: pytest.MonkeyPatch, seconds: list[float], estimate: float, slow: float, block: float, repeats: int
 ) -> tuple[list[int], int, Any]:
     """The starts of the calls (0: the exact initial state; 1, 2, ...: perturbed), the start of the scored call, `others`."""
     given = iter(seconds)
 
-    class Call:
-        def __init__(self, solve: Any, start: Any, task: Any, keep: bool = True) -> None:
-            assert not gc.isenabled()
-            self.seconds, self.states, self.number = next(given), start, int(start[0])
+    def call(start: Any) -> Any:
+        assert not gc.isenabled()
+        return call_of(next(given), start)
 
-    series = object.__new__(_Series)
-    series.task = SimpleNamespace(start=START)  # type: ignore[assignment]
-    series.perturbed = (np.full(2, float(k)) for k in itertools.count(1))
-    monkeypatch.setattr(worker, "_Call", Call)
+    series = planted_series(monkeypatch, call)
     request = Request(0.1, False, block, repeats, slow)
     calls, scored, others = series._timed(None, request, estimate, None)  # type: ignore[arg-type]
     assert gc.isenabled()
@@ -75,6 +94,91 @@ def test_a_call_that_is_quick_because_results_were_kept_is_followed_by_calls_fro
     assert timed(monkeypatch, [1.1], 2.0, slow=1.0, block=99.0, repeats=repeats)[0] == [0]
 
 
+def announced(monkeypatch: pytest.MonkeyPatch, seconds: float, estimate: float, repeats: int) -> list[bool]:
+    """Whether each timed call of a trial was announced."""
+    found: list[bool] = []
+
+    def call(start: Any) -> Any:
+        found.append("calling" in said)
+        said.clear()
+        return call_of(seconds, start)
+
+    said: list[str] = []
+    series = planted_series(monkeypatch, call)
+    series.say = lambda stage, **content: said.append(stage)  # type: ignore[assignment]
+    series._timed(None, Request(0.1, False, 99.0, repeats, 0.02), estimate, None)  # type: ignore[arg-type]
+    return found
+
+
+def test_each_long_call_has_a_deadline_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three calls of .45 s after a counting run of .95 s were a timeout under a limit of 1 s. The first has the deadline that
+    its preparation set. Of short calls many have one deadline, as each message takes time of a processor."""
+    assert announced(monkeypatch, 0.45, 0.95, repeats=9) == [False, True, True]
+    short = announced(monkeypatch, ANNOUNCED_SECONDS / 20, 1e-3, repeats=60)
+    assert len(short) == 60
+    assert 1 <= sum(short) <= 3
+
+
+def delayed_calls(monkeypatch: pytest.MonkeyPatch, delays: list[float | None], repeats: int = 9) -> Any:
+    """The calls of a slow trial, of a second each, that waited for a processor so long; its scored call; all starts."""
+    given, starts = iter(delays), []
+
+    def call(start: Any) -> Any:
+        starts.append(int(start[0]))
+        return call_of(1.0, start, next(given))
+
+    series = planted_series(monkeypatch, call)
+    calls, scored, _ = series._timed(None, Request(0.1, False, 0.0, repeats, 0.5), 1.0, None)  # type: ignore[arg-type]
+    return [one.delay_seconds for one in calls], scored, starts
+
+
+def test_a_call_that_waited_for_a_processor_is_repeated_from_new_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its time is that of the repeat, and its states count: they are of the exact initial state."""
+    most = DELAYED * 1.0
+    delays, scored, starts = delayed_calls(monkeypatch, [0.3, 2 * most, most, 0.0])
+    assert (delays, starts, scored.number) == ([most], [0, 1, 2], 0)
+    assert delayed_calls(monkeypatch, [most, 0.0])[2] == [0], "not repeated"
+    assert delayed_calls(monkeypatch, [None, 0.0])[2] == [0], "the system does not tell"
+    assert delayed_calls(monkeypatch, [0.3, 0.0], repeats=1)[2] == [0], "a run for errors alone"
+
+
+def test_of_calls_that_all_waited_the_least_delayed_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    delays, _, starts = delayed_calls(monkeypatch, [0.5, 0.4, 0.3, 0.6, 0.5, 0.4, 0.0])
+    assert (delays, len(starts)) == ([0.3], 1 + MOST_REPEATS)
+
+
+@pytest.mark.parametrize(
+    ("readings", "seconds"),
+    [
+        ([{"1": 5_000_000}, {"1": 9_000_000}], 0.004),
+        ([{"1": 5_000_000}, {"1": 5_000_000, "2": 3_000_000}], 0.003),
+        ([{"1": 5_000_000, "2": 7_000_000}, {"1": 6_000_000}], 0.001),
+        ([None, None], None),
+    ],
+    ids=["one thread", "a new thread", "an ended thread", "unknown"],
+)
+def test_the_delay_of_a_call_is_read_outside_of_its_time(
+    monkeypatch: pytest.MonkeyPatch, readings: list[dict[str, int] | None], seconds: float | None
+) -> None:
+    """On a simulated clock, on which a reading takes a second and the call 0.1 s."""
+    clock, given = [0], iter(readings)
+
+    def read() -> dict[str, int] | None:
+        clock[0] += 10**9
+        return next(given)
+
+    def solve(initial_states: Any) -> Any:
+        clock[0] += 10**8
+        return Solution(np.zeros((1, 64, 2)))
+
+    monkeypatch.setattr(timed_call, "perf_counter_ns", lambda: clock[0])
+    monkeypatch.setattr(timed_call, "run_delays", read)
+    call = timed_call.Call(Solver(solve), START, (64, 2))
+    assert call.seconds == pytest.approx(0.1)
+    assert call.delay_seconds == (None if seconds is None else pytest.approx(seconds))
+    assert call.delayed is (seconds is not None and seconds > DELAYED * 0.1)
+
+
 @pytest.mark.parametrize(
     ("counted", "repeats", "estimate"), [(0.25, 9, 0.5), (2.0, 9, 2.0), (0.25, 1, 0.25)], ids=["quick", "slow", "once"]
 )
@@ -88,14 +192,11 @@ def test_a_quick_trial_is_warmed_up_with_plain_equations(
         found.append(seconds)
         raise LookupError
 
-    series = object.__new__(_Series)
-    series.task, series.perturbed = SimpleNamespace(start=START), iter([START])  # type: ignore[assignment]
+    series = planted_series(monkeypatch, lambda start: call_of(0.5, start))
     series.integrator = SimpleNamespace(prepare=lambda problem, setting: never_called)  # type: ignore[assignment]
-    series.say = lambda stage, **content: None  # type: ignore[assignment]
     monkeypatch.setattr(series, "problem", lambda counted: None)
     monkeypatch.setattr(series, "_count", lambda setting: (7, counted, START))
     monkeypatch.setattr(series, "_timed", noted)
-    monkeypatch.setattr(worker, "_Call", lambda solve, start, task: SimpleNamespace(seconds=0.5, states=start))
     with pytest.raises(LookupError):
         series.run(Request(0.1, True, 99.0, repeats, 1.0))
     assert found == [estimate]
@@ -108,16 +209,14 @@ def test_right_hand_sides_of_the_preparation_are_not_counted(monkeypatch: pytest
         given.buffer[-1] += 5
         return never_called
 
-    def call(solve: Any, start: Any, task: Any) -> Any:
+    def call(start: Any) -> Any:
         problem.buffer[-1] += 7
-        return SimpleNamespace(seconds=0.5, states=start)
+        return call_of(0.5, start)
 
-    series = object.__new__(_Series)
-    series.task, series.counting_starts = SimpleNamespace(start=START), [START]  # type: ignore[assignment]
+    series = planted_series(monkeypatch, call)
+    series.counting_starts = [START]
     series.integrator = SimpleNamespace(prepare=prepare, counts_rhs=True)  # type: ignore[assignment]
-    series.say = lambda stage, **content: None  # type: ignore[assignment]
     monkeypatch.setattr(series, "problem", lambda counted: problem)
-    monkeypatch.setattr(worker, "_Call", call)
     assert series._count(Request(0.1, True, 0.0, 1, 0.0))[:2] == (7, 0.5)
 
 
@@ -125,19 +224,16 @@ def test_counting_runs_start_from_the_state_of_their_setting(monkeypatch: pytest
     """When they took the next unused start of timed calls, counts of SciPy's DOP853 differed by 1.9 % between two runs."""
     starts: list[float] = []
 
-    def call(solve: Any, start: Any, task: Any) -> Any:
+    def call(start: Any) -> Any:
         starts.append(float(start[0]))
-        return SimpleNamespace(seconds=0.5, states=start)
+        return call_of(0.5, start)
 
     for places in ((0, 1, 2, 3), (2, 0)):  # another worker continues in the middle of a sweep
-        series = object.__new__(_Series)
-        series.task = SimpleNamespace(start=START)  # type: ignore[assignment]
+        series = planted_series(monkeypatch, call)
         series.perturbed = iter([])
         series.counting, series.counting_starts = (np.full(2, float(k)) for k in itertools.count(1)), []
         series.integrator = SimpleNamespace(prepare=lambda *_: never_called, counts_rhs=True)  # type: ignore[assignment]
-        series.say = lambda stage, **content: None  # type: ignore[assignment]
         monkeypatch.setattr(series, "problem", lambda counted: SimpleNamespace(buffer=np.zeros(3)))
-        monkeypatch.setattr(worker, "_Call", call)
         for place in places:
             series._count(Request(0.1, True, 0.0, 1, 0.0, place=place))
     assert starts == [1.0, 2.0, 3.0, 4.0, 3.0, 1.0]
@@ -154,7 +250,13 @@ def test_counting_runs_start_where_no_timed_call_does() -> None:
 
 def test_a_replaced_clock_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     worker._verify_clocks()
-    for module, name in ((time, "perf_counter"), (time, "monotonic"), (worker, "perf_counter_ns")):
+    replaced = (
+        (time, "perf_counter"),
+        (time, "monotonic"),
+        (worker, "perf_counter_ns"),
+        (timed_call, "perf_counter_ns"),
+    )
+    for module, name in replaced:
         with monkeypatch.context() as patch:
             patch.setattr(module, name, lambda: 0)
             with pytest.raises(Unusable, match=f"replaced time.{name}: times from a replaced clock are invalid"):

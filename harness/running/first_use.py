@@ -1,0 +1,59 @@
+"""The first use of an integrator: import of its library, preparation and first call, in a new process with empty caches.
+
+Later preparations find the library in the process, and compiled code on disk (in-house methods, compiled equations) or
+in the process (JAX); some libraries compile at each preparation (heyoka).
+"""
+
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+from time import perf_counter_ns
+
+from gnomon.harness.contract.integrator import solver_of
+from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.registry import lookup
+from gnomon.harness.scoring.reference_solution import CaseSpec
+
+MOST_SECONDS = 50.0
+"""Below the deadline of a preparation: what takes longer is not measured, and the trial keeps its outcome."""
+CACHES = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "JAX_COMPILATION_CACHE_DIR")
+"""The variables of the environment that say where compiled code is kept."""
+
+
+def first_seconds(integrator: tuple[str, str], spec: CaseSpec, setting: float, folder: Path) -> float | None:
+    """Seconds of the first use; None where the new process fails or takes longer than MOST_SECONDS.
+
+    `integrator` is a reference (see `registry.lookup`). The empty caches are in a new folder in `folder`.
+    """
+    with tempfile.TemporaryDirectory(dir=folder) as empty, suppress(OSError, subprocess.SubprocessError, ValueError):
+        places = {name: str(Path(empty) / name) for name in CACHES}
+        paths = {"PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
+        done = subprocess.run(
+            [sys.executable, "-m", __name__],
+            input=pickle.dumps((integrator, spec, setting)),
+            env=os.environ | places | paths,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            timeout=MOST_SECONDS,
+            check=True,
+        )
+        return float(done.stdout.split()[-1])
+    return None
+
+
+def measured(reference: tuple[str, str], spec: CaseSpec, setting: float) -> float:
+    """Seconds of the first use, which is in this process."""
+    case, formulation = spec.build()
+    start = initial_state(case, formulation)[None]
+    began = perf_counter_ns()
+    integrator = lookup.dereference(*reference)
+    solver_of(integrator, problem_of(case, integrator.accepts, formulation), setting)(start)
+    return (perf_counter_ns() - began) * 1e-9
+
+
+if __name__ == "__main__":
+    print(measured(*pickle.load(sys.stdin.buffer)))
