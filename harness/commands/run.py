@@ -199,6 +199,7 @@ def _summarize(
 ) -> None:
     from gnomon.harness.commands.run_table import run_table, shortcomings
     from gnomon.harness.registry.lookup import users_own
+    from gnomon.harness.reporting.tables import waited_text
     from gnomon.harness.results.store import load
 
     frame = load(path)
@@ -207,6 +208,7 @@ def _summarize(
         Output(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(frame))
     counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
     out.print(f"{len(frame)} measurements: {counts}", highlight=False)
+    out.print(waited_text(frame), highlight=False)
     interrupted = frame[frame["status"] == Status.INTERRUPTED]
     if len(interrupted):
         reasons = ", ".join(interrupted["reason"].unique()[:3])

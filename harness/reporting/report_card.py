@@ -9,7 +9,15 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.registry import lookup
-from gnomon.harness.reporting.tables import Cell, Row, other_side, ratio_text, short_text, time_text
+from gnomon.harness.reporting.tables import (
+    Cell,
+    Row,
+    first_use_text,
+    other_side,
+    ratio_text,
+    short_text,
+    time_text,
+)
 from gnomon.harness.results.analysis import NEVER_RAN, TARGETS
 from gnomon.harness.results.rankings import standings
 from gnomon.harness.running.own_equations import lines
@@ -114,6 +122,7 @@ def card(
     at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & (equal["target"] == TARGETS[1])]
     counts, (hard, _) = standings(at), solved(matrix)
     preparing = at.groupby("integrator_id")["preparation"].median()
+    firsts = at.groupby("integrator_id")[["first_use", "first_case"]].first().to_dict("index")
     laws: dict[str, list[str]] = {}
     for row in (growth or {"rows": []})["rows"]:
         laws.setdefault(f"gnomon:{row['name']}", []).append(str(row["law"]))
@@ -132,7 +141,9 @@ def card(
             if speed is None
             else Cell(f"{speed['wins']}", f"of {speed['reached']}", value=speed["wins"]),
             Cell("–") if speed is None else Cell(f"{ratio_text(speed['ratio'])} ×", value=speed["ratio"]),
-            Cell(time_text(prepared := preparing.get(name, math.nan)), value=prepared),
+            Cell("–")
+            if name not in firsts
+            else Cell(time_text(preparing[name]), first_use_text(*firsts[name].values()), value=preparing[name]),
             _median(digits, "{:.1f}"),
             _median(lost, "{:.1f}"),
             _order(slopes.get(str(name)), bench.get(str(name))),

@@ -40,6 +40,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "machines": machines_text(run.frame),
         "launches": launches_text(run.frame),
         "scatter": scatter_text(run.frame),
+        "waited": tables.waited_text(run.frame),
         "views": views(run, problems, growth, orders),
         "own": f"{OURS}:",
         "card_heads": report_card.CARD,

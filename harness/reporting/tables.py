@@ -9,10 +9,13 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, preparations, records
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, first_uses, preparations, records, waited
 from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.values import DELAYED
 
 PROBLEM_AND_NAME = ("case", "formulation", "integrator_id")
+PREPARING = ["preparation", "first_use", "first_case"]
+"""The columns of `analysis.equal_error` on the time before the first timed call."""
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
 
@@ -62,9 +65,26 @@ def overhead_text(seconds: float) -> str:
     return f" + {time_text(seconds)} a call" if math.isfinite(seconds) else ""
 
 
-def preparation_text(seconds: float) -> str:
-    """The time of preparation, which the time beside it does not include; empty where none was measured."""
-    return f"prepared in {time_text(seconds)}" if math.isfinite(seconds) else ""
+def preparation_text(seconds: float, first_use: float = math.nan, case: str = "") -> str:
+    """The time of preparation, which the time beside it does not include, and of the first use, measured on a case; empty
+    where no preparation was measured."""
+    if not math.isfinite(seconds):
+        return ""
+    return f"prepared in {time_text(seconds)} with filled caches, {first_use_text(first_use, case)}"
+
+
+def first_use_text(seconds: float, case: str) -> str:
+    """The time of the first use of an integrator, which was measured on a case."""
+    return f"{time_text(seconds)} at first use (on {case})" if math.isfinite(seconds) else "first use not measured"
+
+
+def waited_text(frame: pd.DataFrame) -> str:
+    """How many measurements of a run waited for a processor."""
+    timed, delayed, unknown = waited(frame)
+    text = (
+        f"{delayed} of {counted(timed, 'timed measurement')} include more than {DELAYED:.0%} of waiting for a processor"
+    )
+    return text.replace("%", " %") + (f"; of {unknown} it is not known" if unknown else "")
 
 
 def spread_text(row: Mapping[str, Any]) -> str:
@@ -156,7 +176,11 @@ def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Ro
             others = ", ".join(tied[1:4]) + (" …" if len(tied) > 4 else "")
             bound = "≤ " if at[0]["at_loosest"] else ""
             time = bound + time_text(at[0]["seconds"]) + overhead_text(at[0]["overhead"])
-            notes = [time, preparation_text(at[0]["preparation"]), f"on a par: {others}" if others else ""]
+            notes = [
+                time,
+                preparation_text(*(at[0][name] for name in PREPARING)),
+                f"on a par: {others}" if others else "",
+            ]
             notes += [_beside(at)] if sides else []
             cells.append(Cell(str(at[0]["integrator_id"]), " · ".join(filter(None, notes))))
         rows.append(Row(case, cells, note=formulation))
@@ -191,7 +215,8 @@ def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
             ranked = side.nlargest(shown, ["wins", "reached"])
             chosen |= {name for name, _ in [*ranked[ranked["wins"] > 0].index, *ranked.index[:1]]}
     found = {(str(name), target): row for (name, target), row in counts.to_dict("index").items()}
-    preparing = own.drop_duplicates(["integrator_id", "case"]).groupby("integrator_id")["preparation"].median()
+    by_name = own.drop_duplicates(["integrator_id", "case"]).groupby("integrator_id")
+    preparing = by_name.agg({"preparation": "median", "first_use": "first", "first_case": "first"})
     rows = []
     for name in sorted(chosen):
         cells, wins = [], []
@@ -200,7 +225,7 @@ def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
             wins.append(int(at["wins"]))
             note = f"reaches {at['reached']} of {cases.get(target, 0)} · {ratio_text(at['ratio'])}\N{NO-BREAK SPACE}×"
             cells.append(Cell(f"fastest on {at['wins']}" if at["wins"] else "–", note, "" if at["reached"] else "none"))
-        rows.append((-wins[1], -sum(wins), Row(name, cells, note=preparation_text(preparing[name]))))
+        rows.append((-wins[1], -sum(wins), Row(name, cells, note=preparation_text(*preparing.loc[name, PREPARING]))))
     return [row for *_, row in sorted(rows, key=lambda each: each[:2])]
 
 
@@ -229,6 +254,7 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, li
     reached = _by_key(equal[equal["variant"] == ""], *PROBLEM_AND_NAME, "target")
     ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
     preparing = preparations(ran).groupby(list(PROBLEM_AND_NAME)).first().to_dict()
+    firsts = first_uses(reduced).to_dict("index")
     found: dict[str, list[tuple[Any, Row]]] = {}
     for case, formulation, name in sorted(_by_key(ran, *PROBLEM_AND_NAME)):
         cells, place = [], [math.inf] * len(TARGETS)
@@ -244,7 +270,9 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, li
             aside = f" ·{overhead_text(at['overhead'])} · {spread}" if math.isfinite(at["overhead"]) else f" · {spread}"
             cells.append(Cell(text, ratio, "best" if at["tied"] else "", aside))
         preparation = preparing[case, formulation, name]
-        cells.append(Cell(time_text(preparation)) if math.isfinite(preparation) else Cell("–", kind="none"))
+        known = firsts.get(name, {"first_use": math.nan, "first_case": ""})
+        note = first_use_text(known["first_use"], str(known["first_case"]))
+        cells.append(Cell(time_text(preparation), note) if math.isfinite(preparation) else Cell("–", kind="none"))
         row = Row(str(name), cells, group=str(formulation))
         found.setdefault(case, []).append(((formulation, place[1], place[0], place[2]), row))
     return {case: [row for _, row in sorted(rows, key=lambda pair: pair[0])] for case, rows in found.items()}

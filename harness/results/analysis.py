@@ -115,11 +115,11 @@ def waited(frame: pd.DataFrame) -> tuple[int, int, int]:
     return len(timed), int(delayed.sum()), int(timed["delay_seconds"].isna().sum())
 
 
-def first_uses(rows: pd.DataFrame) -> dict[str, tuple[float, str]]:
-    """By integrator, the seconds of its first use and the case that they were measured on."""
+def first_uses(rows: pd.DataFrame) -> pd.DataFrame:
+    """By integrator, the seconds of its first use, `first_use`, and the case that they were measured on, `first_case`."""
     known = rows[rows["first_seconds"].notna()].drop_duplicates("integrator_id", keep="last")
-    columns = (known[name].tolist() for name in ("integrator_id", "first_seconds", "case"))
-    return {name: (seconds, case) for name, seconds, case in zip(*columns, strict=True)}
+    known = known.rename(columns={"first_seconds": "first_use", "case": "first_case"})
+    return known.set_index("integrator_id")[["first_use", "first_case"]]
 
 
 def net(seconds: pd.Series, null: pd.Series) -> pd.Series:
@@ -212,14 +212,15 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     `seconds` is the median over launches of the time without the null call, `low` and `high` the range, `overhead` the
     median of the null calls, nan if none was measured. `at_loosest`: the loosest setting reaches the target already, so
     the time is an upper bound. `tied`: within a factor of 1.2 of the fastest. `preparation` is the time of `prepare`,
-    which the other times exclude (see `preparations`), `machine` where the times were measured.
+    which the other times exclude (see `preparations`), `first_use` and `first_case` those of `first_uses`, `machine`
+    where the times were measured.
 
     The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
     table = times_to(frame, targets)
     timed = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0) & frame["seconds_net"].notna()]
     table = table.join(timed.groupby(SERIES)["machine"].first(), on=list(SERIES))
-    return compared(table).join(preparations(frame), on=list(SERIES))
+    return compared(table).join(preparations(frame), on=list(SERIES)).join(first_uses(frame), on="integrator_id")
 
 
 def times_to(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:

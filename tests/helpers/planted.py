@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
 import numpy as np
@@ -128,6 +129,21 @@ class Busier(Busy):
 
     name = "busier"
     seconds, counted_seconds = 0.9, 0.3
+
+
+class SlowAtFirst(Sound):
+    """Prepares for 0.4 s where the folder for compiled code has nothing of it, and leaves something there."""
+
+    name = "slow at first"
+    seconds = 0.4
+
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
+        kept = Path(os.environ.get("NUMBA_CACHE_DIR", "/nowhere")) / "slow at first"
+        if kept.parent.name == "NUMBA_CACHE_DIR" and not kept.exists():
+            kept.parent.mkdir(parents=True)
+            kept.touch()
+            time.sleep(self.seconds)
+        return super().prepare(problem, setting)
 
 
 class Compiles(Sound):

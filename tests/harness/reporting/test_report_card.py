@@ -29,6 +29,8 @@ def _equal(*rows: tuple[str, str, float]) -> pd.DataFrame:
     return table.assign(
         target=1e-6, variant="", formulation="", library=table["integrator_id"].str[0], tied=table["ratio"] < 1.2,
         preparation=table["case"].map({"a": 0.01, "b": 0.03, "c": math.nan}),
+        first_use=0.5,
+        first_case="a",
     )  # fmt: skip
 
 
@@ -176,7 +178,7 @@ def test_every_integrator_on_one_line() -> None:
         "cases": ("2", ""),
         "fastest at 1e-6": ("1", "of 2"),
         "time over the fastest’s": ("2.0 ×", ""),
-        "preparation": ("20.0 ms", ""),
+        "preparation": ("20.0 ms", "500 ms at first use (on a)"),
         "digits at best": ("10.0", ""),
         "short of attainable": ("2.0", ""),
         "order": ("3.95", "on 2, declared 4"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 from gnomon.harness.reporting import tables
@@ -55,7 +56,9 @@ def _equal(*rows: tuple[str, str, float, float, float, bool]) -> pd.DataFrame:
     low, high = table["seconds"] * 0.9, table["seconds"] * 1.1
     preparation = table["integrator_id"].map({"x:one": 0.03, "x:two": 0.02})
     known = {"library": library, "low": low, "high": high, "overhead": math.nan, "preparation": preparation}
-    return table.assign(tied=table["ratio"] < 1.2, **known)
+    one = table["integrator_id"] == "x:one"
+    firsts = {"first_use": np.where(one, 4.2, math.nan), "first_case": np.where(one, "a", None)}
+    return table.assign(tied=table["ratio"] < 1.2, **known, **firsts)
 
 
 EQUAL = _equal(
@@ -73,9 +76,12 @@ def test_the_fastest_is_named_with_its_time_and_all_on_a_par() -> None:
     first, second, third = tables.fastest(EQUAL, [("a", ""), ("b", ""), ("d", "")])
     assert (first.cells[SIX].text, first.cells[SIX].note) == (
         "x:one",
-        "1.00 ms · prepared in 30.0 ms · on a par: x:two",
+        "1.00 ms · prepared in 30.0 ms with filled caches, 4.20 s at first use (on a) · on a par: x:two",
     )
-    assert (second.cells[SIX].text, second.cells[SIX].note) == ("x:two", "≤ 2.00 ms · prepared in 20.0 ms")
+    assert (second.cells[SIX].text, second.cells[SIX].note) == (
+        "x:two",
+        "≤ 2.00 ms · prepared in 20.0 ms with filled caches, first use not measured",
+    )
     assert third.cells[SIX].text == first.cells[0].text == "not reached"
 
 
@@ -88,8 +94,8 @@ def test_over_all_cases_wins_are_counted_and_ratios_are_medians() -> None:
     }
     assert tables.overall(EQUAL)[0].head == "x:two"
     assert {row.head: row.note for row in tables.overall(EQUAL)} == {
-        "x:one": "prepared in 30.0 ms",
-        "x:two": "prepared in 20.0 ms",
+        "x:one": "prepared in 30.0 ms with filled caches, 4.20 s at first use (on a)",
+        "x:two": "prepared in 20.0 ms with filled caches, first use not measured",
         "y:three": "",
     }
 
@@ -108,9 +114,12 @@ def test_times_of_a_case_say_whether_they_are_bounds_and_from_how_many_launches(
         [{"case": "a", "integrator_id": "x:no", "variant": "", "formulation": "", "status": "refused"}]
     )
     never = never.assign(library="x", prepare_seconds=math.nan)
-    ran = pd.concat([names.assign(prepare_seconds=0.013), never]).assign(setting=1e-6)
+    ran = pd.concat([names.assign(prepare_seconds=0.013), never]).assign(setting=1e-6, first_seconds=math.nan)
+    ran.loc[ran["integrator_id"] == "x:two", "first_seconds"] = 2.5
     rows = {row.head: row for row in tables.equal_error_rows(EQUAL, ran)["a"]}
     assert [row.cells[-1].text for row in rows.values()] == ["13.0 ms"] * 3 + ["–"], "what they prepare is beside it"
+    firsts = [row.cells[-1].note for row in rows.values()]
+    assert firsts == ["first use not measured", "2.50 s at first use (on b)", "first use not measured", ""]
     assert list(rows) == ["x:one", "x:two", "y:three", "x:no"]
     cells = {name: row.cells[SIX] for name, row in rows.items()}
     assert [cell.note for cell in cells.values()] == ["fastest", "on a par", "3.0 ×", ""]
@@ -121,9 +130,11 @@ def test_times_of_a_case_say_whether_they_are_bounds_and_from_how_many_launches(
 def test_a_time_without_its_null_call_has_that_beside_it() -> None:
     named = EQUAL.assign(overhead=342e-6)
     first, *_ = tables.fastest(named, [("a", "")])
-    assert first.cells[SIX].note == "1.00 ms + 342 µs a call · prepared in 30.0 ms · on a par: x:two"
+    assert first.cells[SIX].note == (
+        "1.00 ms + 342 µs a call · prepared in 30.0 ms with filled caches, 4.20 s at first use (on a) · on a par: x:two"
+    )
     ran = named[["case", "integrator_id", "library"]].drop_duplicates().assign(variant="", formulation="", status="ok")
-    ran = ran.assign(prepare_seconds=0.013, setting=1e-6)
+    ran = ran.assign(prepare_seconds=0.013, setting=1e-6, first_seconds=math.nan)
     rows = {row.head: row for row in tables.equal_error_rows(named, ran)["a"]}
     assert rows["x:one"].cells[SIX].aside == " · + 342 µs a call · 900 µs – 1.10 ms"
 

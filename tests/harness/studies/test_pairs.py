@@ -114,7 +114,8 @@ def test_the_report_claims_what_was_measured(published: Path) -> None:
     assert found is not None
     reached, short, missed = found["pairs"]
     assert (reached["ratio"], reached["range"], reached["note"]) == ("3.00", "2.00 – 5.00", "")
-    assert (reached["first_prepare"], reached["second_prepare"]) == ("prepared in 30.0 ms", "prepared in 200 ms")
+    assert reached["first_prepare"].startswith("prepared in 30.0 ms")
+    assert reached["second_prepare"].startswith("prepared in 200 ms")
     assert short["note"] == "15 % of the time of o is overhead of its call; no difference is claimed"
     assert missed["note"] == "not so accurate: x"
     assert found["singles"][0]["median"] == "3.00 ms"

@@ -1,0 +1,74 @@
+"""The first use of an integrator is measured once, in a new process with empty caches, and disturbs nothing."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import planted
+import pytest
+from gnomon.harness.registry import lookup
+from gnomon.harness.results import store
+from gnomon.harness.running import plan
+from gnomon.harness.running.first_use import CACHES, first_seconds
+from gnomon.harness.running.run import run
+from gnomon.harness.scoring.reference_solution import CaseSpec
+
+from gnomon import cases
+
+SUITE = replace(plan.suite("quick").within(20.0), first_use=True)
+SHORT = CaseSpec.of(planted.Short().rounded())
+
+
+@pytest.fixture(autouse=True)
+def first_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plan, "_first_case", lambda _integrator: planted.Short().name)
+
+
+def measured(folder: Path, suite: plan.Suite) -> Any:
+    run(folder, suite, plan.choose(["planted:Short"], False), [planted.SlowAtFirst()])
+    return store.load(folder, superseded=True)
+
+
+def test_it_is_measured_at_the_first_trial_of_a_series_once(tmp_path: Path) -> None:
+    """Without it first, as in a suite that does not measure it: only the first trial is run again, and no second time."""
+    without = measured(tmp_path, replace(SUITE, first_use=False))
+    assert without["first_seconds"].isna().all()
+    found = measured(tmp_path, SUITE)
+    (again,) = found[found["first_seconds"].notna()].to_dict("records")
+    assert len(found) == len(without) + 1
+    assert again["setting"] == without["setting"].max()
+    assert again["first_seconds"] >= planted.SlowAtFirst.seconds
+    assert len(measured(tmp_path, SUITE)) == len(found)
+
+
+def test_its_caches_are_empty_and_end_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And those of this process are neither used nor changed."""
+    for name in CACHES:
+        monkeypatch.setenv(name, str(tmp_path / "kept"))
+    seconds = [
+        first_seconds(lookup.reference(planted.SlowAtFirst()), SHORT, planted.Short().rounded().times[0], tmp_path)
+        for _ in range(2)
+    ]
+    assert all(each is not None and each >= planted.SlowAtFirst.seconds for each in seconds)
+    assert not os.listdir(tmp_path)
+
+
+def test_what_fails_in_a_new_process_has_no_time(tmp_path: Path) -> None:
+    for kind in (planted.Raises, planted.Aborts):
+        assert first_seconds(lookup.reference(kind()), SHORT, 0.1, tmp_path) is None
+
+
+@pytest.mark.parametrize("integrator", ["gnomon:RK4", "rebound:IAS15", "pybullet:stepSimulation [configured]"])
+def test_the_case_of_an_integrator_is_one_that_it_takes(integrator: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()
+    (found,) = lookup.find(integrator)
+    series = [one for one in plan.pairs(plan.choose(plan.FOUNDATION, True), [found]) if one.left_out is None]
+    wanted = [one for one in series if plan.wants_first_use(one, SUITE, 1)]
+    assert len(wanted) == 1
+    assert wanted[0].case.variant is None
+    assert wanted[0].case.name in cases.names()
+    assert not any(plan.wants_first_use(one, SUITE, 2) for one in series)
+    assert not any(plan.wants_first_use(one, SUITE.untimed(), 1) for one in series)
