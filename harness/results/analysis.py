@@ -91,8 +91,8 @@ def null_calls(frame: pd.DataFrame) -> pd.Series:
     """The times of the null calls without the work in them (`null_work`), at the cost of the work of the series.
 
     With a time a + c w for w right-hand sides (or steps), c is the slope from the null call to the setting with the most
-    work of the series, where it has at least twice that of the null call. Else, and where the work of a null call is not
-    known, the time stays whole.
+    work of the series, of those that did not wait for a processor and have at least twice the work of the null call. If
+    there is none, and where the work of a null call is not known, the time stays whole.
     """
     null, work = frame["null_seconds"], frame["null_work"]
     if not (work > 0).any():
@@ -100,7 +100,7 @@ def null_calls(frame: pd.DataFrame) -> pd.Series:
     taken = frame["rhs_calls"].fillna(frame["steps"])
     taken = taken.groupby(frame["trial_key"]).transform("max")  # later launches do not count right-hand sides
     cost = (frame["seconds_median"] - null) / (taken - work)
-    usable = cost.notna() & (taken >= 2 * work) & frame["status"].isin(SCORED)
+    usable = cost.notna() & (taken >= 2 * work) & frame["status"].isin(SCORED) & ~delayed(frame)
     series = [frame[column] for column in (*SERIES, "machine")]
     most = taken.where(usable).groupby(series).transform("max")
     slope = cost.where(usable & (taken == most)).groupby(series).transform("median").clip(lower=0.0)
@@ -108,11 +108,15 @@ def null_calls(frame: pd.DataFrame) -> pd.Series:
 
 
 def waited(frame: pd.DataFrame) -> tuple[int, int, int]:
-    """The number of timed measurements; of those that waited for a processor for more than `DELAYED` of their time in each
-    of their repeats; and of those where the system did not tell, or the file is older."""
+    """The number of timed measurements; of those that are `delayed`; of those where the system did not tell, or the file is
+    older."""
     timed = frame[frame["seconds_median"].notna()]
-    delayed = timed["delay_seconds"] > DELAYED * timed["seconds_median"]
-    return len(timed), int(delayed.sum()), int(timed["delay_seconds"].isna().sum())
+    return len(timed), int(delayed(timed).sum()), int(timed["delay_seconds"].isna().sum())
+
+
+def delayed(frame: pd.DataFrame) -> pd.Series:
+    """Whether each measurement waited for a processor for more than `DELAYED` of its time."""
+    return frame["delay_seconds"] > DELAYED * frame["seconds_median"]
 
 
 def first_uses(rows: pd.DataFrame) -> pd.DataFrame:

@@ -227,3 +227,13 @@ def test_shares_are_of_the_trials_that_could_run() -> None:
 def test_a_count_has_its_noun_in_the_right_number() -> None:
     assert [tables.counted(n, "case") for n in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
     assert [tables.counted(n, "library") for n in (1, 5)] == ["1 library", "5 libraries"]
+
+
+def test_the_measurements_that_waited_for_a_processor_are_counted() -> None:
+    """What is not known is said, so that it does not count as no wait."""
+    frame = pd.DataFrame({"seconds_median": [1.0, 1.0, 1.0], "delay_seconds": [0.0, 0.1, 0.2]})
+    assert tables.waited_text(frame).startswith("2 of 3 timed measurements")
+    assert "not known" not in tables.waited_text(frame)
+    older = frame.assign(delay_seconds=[None, None, 0.2]).astype(float)
+    assert tables.waited_text(older).startswith("1 of 3 timed measurements")
+    assert tables.waited_text(older).endswith("of 2 it is not known")

@@ -295,6 +295,9 @@ def test_the_steps_in_a_null_call_are_free_for_no_method(forced: int) -> None:
     frame = analysis.tidy(pd.concat([whole, later]))
     np.testing.assert_allclose(frame["null_seconds"], CALL, rtol=1e-9)
     np.testing.assert_allclose(frame["seconds_net"], np.tile(STEP * STAGES * steps, 2), rtol=1e-9)
+    waits = np.array([0.0, 0.0, 0.0, 0.0, 1.0])  # the cost of a right-hand side comes from times without waits
+    busy = analysis.tidy(whole.assign(seconds_median=seconds + waits, delay_seconds=waits))
+    np.testing.assert_allclose(busy["null_seconds"], CALL, rtol=1e-9)
     pd.testing.assert_frame_equal(analysis.tidy(frame), frame)
 
 

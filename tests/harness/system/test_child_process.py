@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -36,6 +38,31 @@ def test_the_wait_of_a_guards_child_is_read_from_the_kernel() -> None:
         guard.kill()
         guard.communicate()
     assert child_process.queued_seconds(guard.pid) == 0.0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_delays_are_read_for_each_thread_and_for_programs_that_are_driven(monkeypatch: pytest.MonkeyPatch) -> None:
+    ended = threading.Event()
+    thread = threading.Thread(target=ended.wait)
+    thread.start()
+    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as program:
+        monkeypatch.setattr(child_process, "KEPT", {program.pid})
+        found = child_process.run_delays()
+        assert program.stdin is not None
+        program.stdin.write(b"\n")
+    ended.set()
+    thread.join()
+    assert found is not None
+    assert {str(os.getpid()), str(thread.native_id), str(program.pid)} <= found.keys()
+    assert min(found.values()) >= 0
+
+
+def test_where_the_system_has_no_delays_they_are_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(path: str) -> list[str]:
+        raise FileNotFoundError(path)
+
+    monkeypatch.setattr(os, "listdir", fail)
+    assert child_process.run_delays() is None
 
 
 def test_the_parent_handles_ctrl_c_again() -> None:
