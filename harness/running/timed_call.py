@@ -5,8 +5,10 @@ from time import perf_counter_ns
 
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Solver
-from gnomon.harness.results.values import DELAYED
 from gnomon.harness.system.child_process import run_delays
+
+RESOLUTION = 1e-9
+"""Seconds: a call may take none on a coarse clock."""
 
 
 class Call:
@@ -36,9 +38,9 @@ class Call:
             self.states = self.solution.states[0]
 
     @property
-    def delayed(self) -> bool:
-        """Whether it waited for more than `DELAYED` of its time."""
-        return (self.delay_seconds or 0.0) > DELAYED * self.seconds
+    def waited(self) -> float:
+        """The share of its time that it waited for a processor; 0 where that is not known."""
+        return (self.delay_seconds or 0.0) / max(self.seconds, RESOLUTION)
 
 
 def _waited(before: dict[str, int] | None, after: dict[str, int] | None) -> float | None:

@@ -33,6 +33,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable
 from gnomon.harness.kernels.generated_modules import WATCHERS
 from gnomon.harness.registry import lookup
+from gnomon.harness.results.values import DELAYED
 from gnomon.harness.running import messages, timed_call
 from gnomon.harness.running.first_use import first_seconds
 from gnomon.harness.running.messages import Garbled, Message
@@ -370,12 +371,13 @@ class _Series:
     ) -> tuple[list[Call], Call, Floats | None]:
         """All timed calls, the one that is scored, and the states of a call from a perturbed initial state.
 
-        The time of a call that waited for a processor is replaced (see `_undelayed`), its states are not. A slow trial, or one with `repeats` 1, is timed in one call. If this call takes less than half of the estimate,
-        the method may have kept results from the same start at another setting: calls from new starts are timed then.
+        The time of a call that waited for a processor is replaced (see `_undelayed`), its states are not. A slow trial,
+        or one with `repeats` 1, is timed in one call. If this call takes less than half of the estimate, the method may
+        have kept results from the same start at another setting: calls from new starts are timed then.
         """
         slow = estimate > request.slow_seconds or request.repeats == 1
         calls: list[Call] = []
-        timed = partial(self._undelayed, solver) if request.repeats > 1 else lambda call: call
+        timed = partial(self._undelayed, solver, MOST_REPEATS if request.repeats > 1 else 0)
         gc.collect()
         gc.disable()
         try:
@@ -397,14 +399,13 @@ class _Series:
             gc.enable()
         return calls, scored, others
 
-    def _undelayed(self, solver: Solver, call: Call) -> Call:
+    def _undelayed(self, solver: Solver, repeats: int, call: Call) -> Call:
         """The call or, if it waited for a processor, the one that waited for the least share of its time among it and its
         repeats, which end with one that did not wait. They are from new starts: remembered answers save nothing."""
-        for _ in range(MOST_REPEATS):
-            if not call.delayed:
+        for _ in range(repeats):
+            if call.waited <= DELAYED:
                 break
-            again = self._call(solver, next(self.perturbed), keep=False)
-            call = min(call, again, key=lambda one: (one.delay_seconds or 0.0) / one.seconds)
+            call = min(call, self._call(solver, next(self.perturbed), keep=False), key=lambda one: one.waited)
         return call
 
     def _suspect(self, solver: Solver, states: Floats) -> None:

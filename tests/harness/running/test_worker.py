@@ -34,7 +34,7 @@ def call_of(seconds: float, start: Any, delay: float | None = None) -> Any:
         number=int(start[0]),
         reset_seconds=None,
         delay_seconds=delay,
-        delayed=(delay or 0.0) > DELAYED * seconds,
+        waited=(delay or 0.0) / seconds,
     )
 
 
@@ -176,7 +176,7 @@ def test_the_delay_of_a_call_is_read_outside_of_its_time(
     call = timed_call.Call(Solver(solve), START, (64, 2))
     assert call.seconds == pytest.approx(0.1)
     assert call.delay_seconds == (None if seconds is None else pytest.approx(seconds))
-    assert call.delayed is (seconds is not None and seconds > DELAYED * 0.1)
+    assert call.waited == pytest.approx((seconds or 0.0) / 0.1)
 
 
 @pytest.mark.parametrize(
