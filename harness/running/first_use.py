@@ -17,6 +17,7 @@ from gnomon.harness.contract.integrator import solver_of
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.registry import lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.system.child_process import run_delays
 
 MOST_SECONDS = 50.0
 """Below the deadline of a preparation: what takes longer is not measured, and the trial keeps its outcome."""
@@ -46,13 +47,18 @@ def first_seconds(integrator: tuple[str, str], spec: CaseSpec, setting: float, f
 
 
 def measured(reference: tuple[str, str], spec: CaseSpec, setting: float) -> float:
-    """Seconds of the first use, which is in this process."""
+    """Seconds of the first use, which is in this process, without those that its main thread waited for a processor."""
     case, formulation = spec.build()
     start = initial_state(case, formulation)[None]
-    began = perf_counter_ns()
+    began, delay = perf_counter_ns(), _delay()
     integrator = lookup.dereference(*reference)
     solver_of(integrator, problem_of(case, integrator.accepts, formulation), setting)(start)
-    return (perf_counter_ns() - began) * 1e-9
+    return (perf_counter_ns() - began - (_delay() - delay)) * 1e-9
+
+
+def _delay() -> int:
+    """Nanoseconds that the main thread was ready to run while others had the processor; 0 where that is not known."""
+    return (run_delays() or {}).get(str(os.getpid()), 0)
 
 
 if __name__ == "__main__":

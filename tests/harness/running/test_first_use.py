@@ -11,7 +11,7 @@ import planted
 import pytest
 from gnomon.harness.registry import lookup
 from gnomon.harness.results import store
-from gnomon.harness.running import plan
+from gnomon.harness.running import first_use, plan
 from gnomon.harness.running.first_use import CACHES, first_seconds
 from gnomon.harness.running.run import run
 from gnomon.harness.scoring.reference_solution import CaseSpec
@@ -54,6 +54,15 @@ def test_its_caches_are_empty_and_end_with_it(tmp_path: Path, monkeypatch: pytes
     ]
     assert all(each is not None and each >= planted.SlowAtFirst.seconds for each in seconds)
     assert not os.listdir(tmp_path)
+
+
+def test_waits_for_a_processor_are_not_in_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A compilation of 2 s took 20 s on a machine with load 14. Here the process waits for most of a simulated time."""
+    readings = iter([5 * 10**9, 95 * 10**9])
+    clock = iter([0, 100 * 10**9])
+    monkeypatch.setattr(first_use, "perf_counter_ns", lambda: next(clock))
+    monkeypatch.setattr(first_use, "run_delays", lambda: {str(os.getpid()): next(readings), "another": 7})
+    assert first_use.measured(lookup.reference(planted.Sound()), SHORT, 0.08437502384185791) == pytest.approx(10.0)
 
 
 def test_what_fails_in_a_new_process_has_no_time(tmp_path: Path) -> None:
