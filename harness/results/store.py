@@ -27,15 +27,22 @@ class Known(NamedTuple):
     work: int | None
     """Number of right-hand sides, or of steps if those were not counted."""
     limit_seconds: float | None
+    seconds: float | None = None
+    """The 10 % quantile of the timed calls; None if no time was recorded."""
     turned: bool = False
     """Whether its errors come from turned starts."""
-    timed: bool = True
-    """Whether its time was recorded."""
+
+    @classmethod
+    def of(cls, row: Mapping[str, Any]) -> Self:
+        """What is known from a row of measurements, without the columns that are null."""
+        work = row.get("steps") if row.get("rhs_calls") is None else row["rhs_calls"]
+        turned = row.get("turned_starts") is not None
+        return cls(Status(row["status"]), work, row.get("limit_seconds"), row.get("seconds_low"), turned)
 
     def settles(self, limit_seconds: float, turned: bool = False, timed: bool = False) -> bool:
         """Whether the trial need not run again. It must if it was interrupted, if a lower limit ended it, or if the run
         wants `turned` starts and the error is that of one start, or times and there is none."""
-        if self.status in SCORED and ((turned and not self.turned) or (timed and not self.timed)):
+        if self.status in SCORED and ((turned and not self.turned) or (timed and self.seconds is None)):
             return False
         if self.status == Status.INTERRUPTED:
             return False
@@ -106,14 +113,9 @@ class Store:
 
     def history(self) -> dict[tuple[str, int], Known]:
         """The last measurement of every trial and launch, by (trial_key, launch)."""
-        rows = self._connection.execute(
-            "SELECT trial_key, launch, status, coalesce(rhs_calls, steps), limit_seconds, turned_starts IS NOT NULL,"
-            " seconds_median IS NOT NULL FROM measurements ORDER BY measurement"
-        )
-        return {
-            (key, launch): Known(Status(status), work, limit, bool(turned), bool(timed))
-            for key, launch, status, work, limit, turned, timed in rows
-        }
+        names = ("trial_key", "launch", "status", "rhs_calls", "steps", "limit_seconds", "seconds_low", "turned_starts")
+        rows = self._connection.execute(f"SELECT {', '.join(names)} FROM measurements ORDER BY measurement")
+        return {row[:2]: Known.of(dict(zip(names, row, strict=True))) for row in rows}
 
     def interruptions(self) -> dict[tuple[str, int], int]:
         """Number of interruptions from outside of each trial and launch, by (trial_key, launch)."""
