@@ -94,7 +94,7 @@ def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) ->
 
     named = lookup.find_all(names or suite.integrators) if names or not commands else ()
     if suite.primary and not names:
-        named = [one for one in named if one.primary]
+        named = tuple(one for one in named if one.primary)
     found = (*named, *_programs(commands))
     for one in found if names else ():
         reason = lookup.missing(one)
