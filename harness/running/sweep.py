@@ -135,7 +135,7 @@ class Sweep:
     def _predicted(self, setting: float) -> str | None:
         """Why a setting would pass the limit by far; None if it would not, or if nothing was counted or timed.
 
-        Counts are extrapolated by their smallest growth; a count takes as long as the fastest that was measured here.
+        Counts are extrapolated by their smallest growth; each takes as long as the fastest that this series had so far.
         """
         if self.launch > 1 or not math.isfinite(self._fastest):
             return None
@@ -143,7 +143,9 @@ class Sweep:
         ratios = [after / count for (_, count), (_, after) in itertools.pairwise(self._counted[-3:])]
         if isinstance(self.series.integrator.sweep, Steps):  # the work is proportional to the number of steps
             ratios.append(before / setting)
-        expected = work * max(min(ratios, default=1.0), 1.0)
+        elif len(ratios) < 2:  # a first count may be that of a solution that missed a pericentre
+            ratios.append(1.0)
+        expected = work * max(min(ratios), 1.0)
         seconds = expected * self._fastest
         if seconds < TIMES_THE_LIMIT * self.limit_seconds:
             return None

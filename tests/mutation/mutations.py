@@ -620,8 +620,8 @@ RECORDS = (
         "sweep: counts that fell predict lower ones",
         "harness/running/sweep.py",
         "Sweep._predicted",
-        "max(min(ratios, default=1.0), 1.0)",
-        "min(ratios, default=1.0)",
+        "max(min(ratios), 1.0)",
+        "min(ratios)",
         (f"{ON_RUNNING}/test_sweep.py::test_a_count_that_fell_predicts_none_below_it",),
     ),
     Mutation(

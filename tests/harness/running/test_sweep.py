@@ -203,6 +203,14 @@ def test_a_tolerance_is_predicted_by_the_smallest_growth_so_far(scorer: Scorer) 
     assert log.statuses == ["ok"] * 4 + ["skipped"] * 4, ".6 grows by 1.2 to .72, and .9 by 1.5"
 
 
+def test_a_jump_of_the_first_count_predicts_nothing(scorer: Scorer) -> None:
+    """The loosest tolerance of an adaptive method may miss a pericentre: the growth after it is not that of the method."""
+    log = Log(scorer, integrator=WithTolerance())
+    work = [10, 1000, 1200, 1440, 1728, 2074, 2488, 2986]
+    log.run(lambda _: (work[len(log.rows)] / 1000 * FAR / 10, work[len(log.rows)]))
+    assert log.statuses == ["ok"] * 8
+
+
 def test_a_count_that_fell_predicts_none_below_it(scorer: Scorer) -> None:
     """A tighter tolerance takes at least as many right-hand sides: a count that falls is chance."""
     history = {(str(k), 1): known("ok", n, n / 2000 * FAR) for k, n in enumerate((4000, 2000))}
