@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 UV := $(shell command -v uv 2>/dev/null)
 SOURCES := $(shell find reference cases harness src -type f -not -path '*/__pycache__/*')
-# The suite to report on: `make report SUITE=foundation` runs the twelve cases that exercise every form
+# The suite to report on: `make report SUITE=full` runs what is published, five launches and near-duplicate methods too
 SUITE ?= standard
 # The optional libraries to compare with: make report EXTRAS=dev,peers
 EXTRAS ?= dev
@@ -14,8 +14,8 @@ INSTALLED := $(VENV)/installed-$(EXTRAS)
 
 .PHONY: report certificates solutions publish test test-all mutants stability verification lint types unit bench docs clean
 
-# A first page after minutes, from the suite `quick`; the whole run then continues in the same file, and writes its page
-# again every two minutes, at its end and after Ctrl-C.
+# A first page within a minute of the installation, from the suite `quick`; the whole run then continues in the same file,
+# and writes its page again every two minutes, at its end and after Ctrl-C.
 report: $(INSTALLED)
 	$(BIN)/gnomon run --suite quick --out runs/$(SUITE).sqlite --report $(LOCAL)
 	$(BIN)/gnomon certify --to runs/certificates.json --independent $(LOCAL)/checks.json
@@ -33,7 +33,7 @@ solutions: $(INSTALLED)
 
 # Measures nothing; refuses with one line if something is missing or was made with other sources than these.
 publish: $(INSTALLED)
-	$(BIN)/python -m gnomon.harness.reporting.publication runs/$(SUITE).sqlite --from $(LOCAL) --to reports
+	$(BIN)/python -m gnomon.harness.reporting.publication runs/full.sqlite --from $(LOCAL) --to reports
 
 test: lint types unit
 

@@ -71,7 +71,7 @@ def measured(path: Path, processes: int = 2) -> list[Measured]:
     return [
         Measured(
             sum(each[0] for each in of),
-            seconds_of(of[0][2], of[0][3]) + seconds_of(of[0][2], "again") * (len(of) - 1),
+            sum(seconds_of(each[2], each[3]) for each in of),
             sum(each[1] for each in of),
         )
         for _, of in sorted(found.items())

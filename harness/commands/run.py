@@ -44,7 +44,7 @@ def run(
     library: options.Libraries = None,
     family: options.Families = None,
     kind: options.Kinds = None,
-    suite: Annotated[str, typer.Option(help="standard, foundation, quick or catalogue.")] = "standard",
+    suite: Annotated[str, typer.Option(help="standard, quick, foundation, full or catalogue.")] = "standard",
     out_path: Annotated[
         Path, typer.Option("--out", help="The results: a folder or a file.sqlite.", parser=options.as_path)
     ] = Path("runs"),
@@ -78,10 +78,8 @@ def run(
     options.validate_workers(workers)
     chosen_suite = part(_suite(suite, case, limit), shard, timing)
     integrators = selection.integrators_of(_integrators(integrator or [], command or [], chosen_suite), library, kind)
-    chosen = options.chosen(case or list(chosen_suite.cases), chosen_suite.variants, parameters)
+    chosen = options.chosen(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
     chosen = selection.cases_of(chosen, family, kind)
-    if not case:
-        chosen = [one for one in chosen if chosen_suite.takes(one[0])]
     options.ensure_results(out_path)
     named = bool(case or integrator or command)
     page = _page(report, out_path, chosen)
@@ -95,6 +93,8 @@ def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) ->
     from gnomon.harness.registry import lookup
 
     named = lookup.find_all(names or suite.integrators) if names or not commands else ()
+    if suite.primary and not names:
+        named = tuple(one for one in named if one.primary)
     found = (*named, *_programs(commands))
     for one in found if names else ():
         reason = lookup.missing(one)

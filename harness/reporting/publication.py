@@ -1,6 +1,6 @@
 """The published report: writes reports/ from earlier measurements. Nothing is measured here.
 
-`make publish` is `python -m gnomon.harness.reporting.publication runs/standard.sqlite --from reports/local --to reports`.
+`make publish` is `python -m gnomon.harness.reporting.publication runs/full.sqlite --from reports/local --to reports`.
 """
 
 import argparse
@@ -23,7 +23,7 @@ MADE_BY = {
     "checks.json": "make report",
 }
 """The files that the page shows beside the results, and the command that makes each."""
-SUITE = "standard"
+SUITE = "full"
 SOURCES = ("reference", "cases", "harness", "src", "pyproject.toml")
 """What must be equal in a revision and the working tree; documents and tests may differ."""
 
@@ -58,10 +58,14 @@ def _finished(database: Path) -> list[str | None]:
     """The revisions of the runs whose measurements count. Raises ValueError if trials are still to be run."""
     runs, frame = store.runs(database), store.load(database)
     if not any(run["suite"] == SUITE and run["ended"] for run in runs) or not runs[-1]["ended"]:
-        raise ValueError(f"{database}: holds no finished run of the suite {SUITE}; `make report` resumes it")
+        raise ValueError(
+            f"{database}: holds no finished run of the suite {SUITE}; `make report SUITE={SUITE}` resumes it"
+        )
     cut_short = int((frame["status"] == Status.INTERRUPTED).sum())
     if cut_short:
-        raise ValueError(f"{database}: {cut_short} trials were interrupted; `make report` runs them again")
+        raise ValueError(
+            f"{database}: {cut_short} trials were interrupted; `make report SUITE={SUITE}` runs them again"
+        )
     return [run["environment"].get("revision") for run in runs if run["run"] in set(frame["run"])]
 
 

@@ -297,7 +297,7 @@ def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
 
     `verdict` is "ok" (every setting that ran), "partly" (some), or the most frequent status if no setting is ok.
     `skipped` (a predicted time above the limit) and `interrupted` (ended from outside) are no failures of the
-    integrator, and do not count.
+    integrator, and count only if all settings ended so.
     """
     rows = []
     for key, series in _series(reduced, "status", "reason", "error_max"):
@@ -305,7 +305,8 @@ def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
         good = [row["error_max"] for row in series if row["status"] == Status.OK]
         broken = [row for row in series if row["status"] not in NOT_BROKEN]
         shown = (broken or [row for row in series if row["status"] != Status.OK])[:1]
-        verdict = Status.OK if good and not broken else PARTLY if good else next(iter(counts))
+        frequent = Counter(row["status"] for row in broken or series).most_common(1)[0][0]
+        verdict = Status.OK if good and not broken else PARTLY if good else frequent
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
         record |= {"verdict": verdict, "settings_ok": len(good), "settings": len(series), "counts": counts}
         record["best"] = min(good, default=math.nan)

@@ -28,6 +28,8 @@ CALLS_FACTOR = 1.1
 """A series is worse above this ratio of right-hand sides: counts are exact on one machine, and vary by .3 % between
 builds."""
 ORDER_LOSS = 0.3
+NEAR_LIMIT = 1 / 3
+"""A setting that took more than this share of the time limit in the base may pass the limit on a slower machine."""
 RANK = {status: rank for rank, status in enumerate(SCORED)}
 ANSWERED = (*SCORED, Status.REFUSED, Status.CRASHED, Status.OUT_OF_MEMORY)
 """The statuses that the integrator determines; the clock, the machine or the plan determine the others."""
@@ -119,7 +121,8 @@ def _why_not(row: Any, hangs: bool) -> str | None:
     if status in STOPPED:
         if row.limit_seconds_after < row.limit_seconds:
             return f"the trial is {status} under a lower limit than the base had"
-        lasting = row.status == Status.OK and row.limit_seconds_after >= row.limit_seconds and hangs
+        near = row.seconds_median > NEAR_LIMIT * row.limit_seconds_after
+        lasting = row.status == Status.OK and row.limit_seconds_after >= row.limit_seconds and hangs and not near
         return None if lasting else f"the trial is {status} in the run"
     if row.status in SCORED and status in SCORED and row.turned_starts != row.turned_starts_after:
         return "errors are medians over turned starts in one of the two alone"

@@ -27,17 +27,27 @@ class Known(NamedTuple):
     work: int | None
     """Number of right-hand sides, or of steps if those were not counted."""
     limit_seconds: float | None
+    seconds: float | None = None
+    """The 10 % quantile of the timed calls without waits for a processor; None if no time was recorded."""
     turned: bool = False
     """Whether its errors come from turned starts."""
-    timed: bool = True
-    """Whether its time was recorded."""
     first: bool = False
     """Whether the first use of its integrator was timed."""
+
+    @classmethod
+    def of(cls, row: Mapping[str, Any]) -> Self:
+        """What is known from a row of measurements, without the columns that are null."""
+        work = row.get("steps") if row.get("rhs_calls") is None else row["rhs_calls"]
+        turned, first = row.get("turned_starts") is not None, row.get("first_seconds") is not None
+        seconds = row.get("seconds_low")
+        if seconds is not None:  # waits for a processor are no cost of the method
+            seconds = max(seconds - (row.get("delay_seconds") or 0.0), 0.0)
+        return cls(Status(row["status"]), work, row.get("limit_seconds"), seconds, turned, first)
 
     def settles(self, limit_seconds: float, turned: bool = False, timed: bool = False, first: bool = False) -> bool:
         """Whether the trial need not run again. It must if it was interrupted, if a lower limit ended it, or if the run
         wants `turned` starts and the error is that of one start, or times or the `first` use and there is none."""
-        lacking = (turned and not self.turned) or (timed and not self.timed) or (first and not self.first)
+        lacking = (turned and not self.turned) or (timed and self.seconds is None) or (first and not self.first)
         if self.status in SCORED and lacking:
             return False
         if self.status == Status.INTERRUPTED:
@@ -109,14 +119,10 @@ class Store:
 
     def history(self) -> dict[tuple[str, int], Known]:
         """The last measurement of every trial and launch, by (trial_key, launch)."""
-        rows = self._connection.execute(
-            "SELECT trial_key, launch, status, coalesce(rhs_calls, steps), limit_seconds, turned_starts IS NOT NULL,"
-            " seconds_median IS NOT NULL, first_seconds IS NOT NULL FROM measurements ORDER BY measurement"
-        )
-        return {
-            (key, launch): Known(Status(status), work, limit, bool(turned), bool(timed), bool(first))
-            for key, launch, status, work, limit, turned, timed, first in rows
-        }
+        names = ["trial_key", "launch", "status", "rhs_calls", "steps", "limit_seconds"]
+        names += ["seconds_low", "delay_seconds", "turned_starts", "first_seconds"]
+        rows = self._connection.execute(f"SELECT {', '.join(names)} FROM measurements ORDER BY measurement")
+        return {row[:2]: Known.of(dict(zip(names, row, strict=True))) for row in rows}
 
     def interruptions(self) -> dict[tuple[str, int], int]:
         """Number of interruptions from outside of each trial and launch, by (trial_key, launch)."""

@@ -29,10 +29,10 @@ def predicted_seconds(series: Series, suite: Suite, near_duplicates: bool = True
 
 
 def launch_seconds(series: Series, suite: Suite, launch: int) -> float:
-    """Seconds that one launch of a series takes."""
+    """Seconds that one launch of a series takes; later ones solve from no turned starts."""
     case, own = series.case, suite.of(series.case)
-    kind = kind_of(case.variant is not None, own.limit(case), own.turned and case.turning is not None)
-    return seconds_of(series.integrator.library, kind if launch == 1 else "again")
+    turned = own.turned and case.turning is not None and launch == 1
+    return seconds_of(series.integrator.library, kind_of(case.variant is not None, own.limit(case), turned))
 
 
 def kind_of(hard: bool, limit_seconds: float, turned: bool) -> str:

@@ -49,7 +49,7 @@ class Suite:
 
     A trial may take `limit_seconds` on a default variant and `variant_limit_seconds` on another one, up to
     `long_limit_seconds` if the span is long. These limits are several times what the started trials take on a quiet
-    machine (see `sweep.SECONDS_EACH`). The timed calls of a trial take `block_seconds` together; there are at most
+    machine. The timed calls of a trial take `block_seconds` together; there are at most
     `repeats` of them.
     """
 
@@ -69,6 +69,10 @@ class Suite:
     """Whether a default variant with a rotational symmetry is solved from turned starts too, in its first launch."""
     integrators: tuple[str, ...] = ()
     """The integrators that run if none is named; empty for all."""
+    primary: bool = False
+    """Whether near-duplicate methods run only if they are named."""
+    hardest: tuple[str, ...] = ()
+    """The hard variants, as case/variant, that it runs unless the user names cases; empty for all if `variants`."""
     rest: Suite | None = None
     """How it runs the cases outside `FOUNDATION`; None if like the others."""
     first_use: bool = False
@@ -80,11 +84,16 @@ class Suite:
 
     def of(self, case: Case) -> Suite:
         """How this suite runs a case."""
-        return self if self.rest is None or case.name in FOUNDATION else self.rest
+        return self._of(case.name)
 
-    def takes(self, case: Case) -> bool:
-        """Whether it runs this variant of the case: some suites run default variants only."""
-        return case.variant is None or self.of(case).variants
+    def _of(self, name: str) -> Suite:
+        return self if self.rest is None or name in FOUNDATION else self.rest
+
+    def names(self) -> list[str]:
+        """What it runs unless the user names cases: the default variants of its cases, then hard variants."""
+        own = self.cases or cases.names()
+        hard = [f"{name}/{v.name}" for name in own if self._of(name).variants for v in cases.case_class(name).variants]
+        return [*own, *(self.hardest or hard)]
 
     def within(self, limit_seconds: float) -> Suite:
         """The same suite with one time limit for every trial."""
@@ -109,7 +118,7 @@ class Suite:
 
 
 def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
-    lists: dict[str, Any] = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators")}
+    lists: dict[str, Any] = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators", "hardest")}
     return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
 
 

@@ -112,8 +112,9 @@ class Pool:
         self._dying: list[Any] = []
         self._pausing = False
 
-    def run(self, jobs: Iterable[Job], interlude: Interlude | None = None) -> None:
-        """Run all jobs. After an exception (Ctrl-C too) the workers are killed and it is raised to the caller.
+    def run(self, jobs: Iterable[Job | None], interlude: Interlude | None = None) -> None:
+        """Run all jobs; at None the next one waits for a job under way. After an exception (Ctrl-C too) the workers are
+        killed and it is raised to the caller.
 
         If the `interlude` is due, no further request is sent until all workers have answered and its work is done.
         """
@@ -126,10 +127,14 @@ class Pool:
                     interlude.take()
                     self._resume()
                 while not (exhausted or self._pausing) and len(self._slots) < self.workers:
-                    job = next(waiting, None)
-                    exhausted = job is None
-                    if job is not None:
-                        self._start(job)
+                    try:
+                        job = next(waiting)
+                    except StopIteration:
+                        exhausted = True
+                        break
+                    if job is None:
+                        break
+                    self._start(job)
                 if not self._slots:
                     return
                 self._listen()

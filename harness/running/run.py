@@ -179,8 +179,12 @@ class PlannedRun:
         self.results.plan(self.number, rows)
         self.results.add_all(self.number, left_out)
 
-    def sweeps(self) -> Iterator[Sweep]:
-        """Every launch of every series that has trials to run. All series are launched once before any is repeated."""
+    def sweeps(self) -> Iterator[Sweep | None]:
+        """Every launch of every series that has trials to run. All series are launched once before any is repeated.
+
+        A launch begins after the one before it of its series, whose settings it repeats; None while all that are left wait
+        for that.
+        """
         launches = [
             (launch, one, trials, scorer)
             for launch in range(1, self.suite.launches + 1)
@@ -188,11 +192,22 @@ class PlannedRun:
             if launch <= plan.launches(one, self.suite, self.near_duplicates)
         ]
         pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
-        costs = [launch_seconds(one, self.suite, launch) for launch, one, *_ in pending]
-        self.progress.begin("series", len(pending), sum(costs))
-        for (launch, one, trials, scorer), cost in zip(pending, costs, strict=True):
-            suite, advance = self.suite.of(one.case), partial(self.progress.advance, cost)
-            yield Sweep(one, trials, scorer, suite, launch, self.history, self._record, advance, self.interruptions)
+        self.progress.begin("series", len(pending), sum(launch_seconds(one, self.suite, n) for n, one, *_ in pending))
+        under_way = set[str]()
+
+        def finished(one: Series, cost: float) -> None:
+            under_way.remove(one.id)
+            self.progress.advance(cost)
+
+        while pending:
+            place = next((k for k, (_, one, *_) in enumerate(pending) if one.id not in under_way), None)
+            if place is None:
+                yield None
+                continue
+            launch, one, trials, scorer = pending.pop(place)
+            under_way.add(one.id)
+            suite, ended = self.suite.of(one.case), partial(finished, one, launch_seconds(one, self.suite, launch))
+            yield Sweep(one, trials, scorer, suite, launch, self.history, self._record, ended, self.interruptions)
 
     def reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:
         """Remove from the history what this run must measure again of these trials."""
@@ -213,5 +228,4 @@ class PlannedRun:
 
     def _record(self, measurement: Mapping[str, Any], options: Any, states: Any) -> None:
         self.results.add(self.number, measurement, options, states)
-        key = (measurement["trial_key"], measurement["launch"])
-        self.history[key] = Known(measurement["status"], measurement.get("rhs_calls") or measurement.get("steps"), None)
+        self.history[measurement["trial_key"], measurement["launch"]] = Known.of(measurement)

@@ -1,6 +1,7 @@
 """One launch of one series: requests its trials from cheap to expensive, scores the outcomes, skips what is too slow."""
 
 import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -14,40 +15,14 @@ from gnomon.harness.running.plan import Series, Suite, Trial, wants_first_use
 from gnomon.harness.running.worker import FEWEST_CALLS, Request, Task
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
-from gnomon.harness.scoring.score import Scorer, above_text
+from gnomon.harness.scoring.score import Scorer
 from numpy.typing import NDArray
 
-SECONDS_EACH = {
-    "gnomon": 2e-7,
-    "gnomon:Taylor": 2e-6,
-    "heyoka": 4e-6,
-    "sksundae": 2e-5,
-    "diffrax": 2e-5,
-    "diffrax:Kvaerno5": 1e-4,
-    "rebound": 1e-6,
-    "rebound:BS [ODE mode]": 6e-7,
-    "rebound:IAS15": 4e-5,
-    "rebound:BS": 4e-5,
-    "scipy": 2e-5,
-    "scipy:odeint": 5e-6,
-    "scipy:ode dop853": 5e-6,
-    "scipy:ode vode Adams": 5e-6,
-    "scipy:Radau": 1e-4,
-    "scipy:BDF": 1.5e-4,
-    "scipy:RK45 [events]": 1e-4,
-    "scipy:DOP853 [events]": 1e-4,
-    "scipy:LSODA [events]": 1.5e-4,
-    "scipy:Radau [events]": 1.5e-4,
-    "pybullet": 4e-5,
-}
-"""An upper estimate, in seconds, of one right-hand side (of one step, if right-hand sides are not counted), by
-integrator id or library. It is above the largest, and one to six times the median, of the processor times measured on a
-busy machine for ten cases from the pendulum to the tops. Which trials are skipped follows from these numbers and from
-counts, which are the same on every machine; with measured times it would differ between runs. Trials of libraries
-without an entry all run, until one passes the limit."""
-RELAUNCHED_SECONDS = 0.08
-"""Trials above this by the same estimate are launched once: they are never Pareto-optimal, and would dominate the run
-time."""
+TIMES_THE_LIMIT = 3.0
+"""A setting is left out if its predicted time is at least this number of times the limit."""
+TIMEOUTS_IN_A_ROW = 3
+"""Timeouts of as many settings one after another end a sweep. One alone does not: a loose tolerance may be the one that
+hangs, for example near a pericentre."""
 REPEATED_SECONDS = 0.001
 """Trials of hard variants above this are timed in one call. For shorter ones a single call is too slow by 5 to 10 % in
 the median, and below 30 microseconds by half in one of ten, since its code was just loaded."""
@@ -94,22 +69,22 @@ class Sweep:
         self._waiting = list(self.trials)
         self._current: Trial | None = None
         self._counted: list[tuple[float, int]] = []
+        self._fastest = math.inf
+        self._timeouts: list[float] = []
         self._places = {trial.key: place for place, trial in enumerate(self.trials)}
-        integrator = self.series.integrator
-        self._seconds_each = SECONDS_EACH.get(integrator.id, SECONDS_EACH.get(integrator.library, 0.0))
         self._stopped: str | None = None
 
     def next(self) -> Request | None:
-        """The request for the next trial that must run. Those that earlier runs measured, and those not to be relaunched,
-        are passed over; those that would pass the limit are recorded as skipped."""
+        """The request for the next trial that must run. Those that earlier runs measured are passed over, and in later
+        launches those that the first one did not score; those that would pass the limit are recorded as skipped."""
         while self._waiting:
             trial = self._waiting.pop(0)
             assert trial.setting is not None
             known = self.history.get((trial.key, self.launch))
             if known is not None:
-                self._note(known.status, known.work, trial.setting)
+                self._note(trial.setting, known)
                 continue
-            if self.launch > 1 and not self._to_relaunch(trial):
+            if self.launch > 1 and not self._scored_before(trial):
                 continue
             reason = self._stopped or self._predicted(trial.setting)
             if reason is not None:
@@ -128,11 +103,8 @@ class Sweep:
         try:
             measurement, states = self.scorer.measure(outcome, tolerance)
         except Exception as error:  # an unexpected outcome of one trial must not end the other trials
-            self._note(Status.CRASHED, None)
             self._add(trial, {"status": Status.CRASHED, "reason": f"its outcome cannot be scored: {error!r}"})
             return
-        work = outcome.steps if outcome.rhs_calls is None else outcome.rhs_calls
-        self._note(measurement["status"], work, trial.setting)
         self._add(trial, measurement, outcome.options, states if self.launch == 1 else None)
 
     def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
@@ -141,7 +113,6 @@ class Sweep:
         before = self.interruptions.get((trial.key, self.launch), 0)
         if status == Status.INTERRUPTED and before >= MOST_INTERRUPTIONS:
             status, reason = Status.CRASHED, f"{reason}, as {before} times before"
-        self._note(status, None)
         self._add(trial, {"status": status, "reason": reason, "output": output or None, "repeats": tries})
 
     def _taken(self) -> Trial:
@@ -149,32 +120,44 @@ class Sweep:
         trial, self._current = self._current, None
         return trial
 
-    def _note(self, status: Status, work: int | None, setting: float | None = None) -> None:
-        if status in (Status.TIMEOUT, *CANNOT_RUN):
-            self._stopped = f"the setting before it ended as {status}"
-        if work is not None and setting is not None:
-            self._counted.append((setting, work))
+    def _note(self, setting: float, known: Known) -> None:
+        """Take account of a measurement, of this run or an earlier one, for the settings after it."""
+        if known.status in CANNOT_RUN:
+            self._stopped = f"the setting before it ended as {known.status}"
+        self._timeouts = [*self._timeouts, setting] if known.status == Status.TIMEOUT else []
+        if len(self._timeouts) == TIMEOUTS_IN_A_ROW and self.launch == 1:
+            settings = ", ".join(f"{each:.3g}" for each in self._timeouts)
+            self._stopped = f"the {TIMEOUTS_IN_A_ROW} settings before it ended as timeout: {settings}"
+        if known.work:
+            self._counted.append((setting, known.work))
+            self._fastest = min(self._fastest, (known.seconds or math.inf) / known.work)
 
     def _predicted(self, setting: float) -> str | None:
-        """Why a setting would pass the limit, extrapolated by the smallest growth of the counts; None if it would not."""
-        if not self._counted or not self._seconds_each:
+        """Why a setting would pass the limit by far; None if it would not, or if nothing was counted or timed.
+
+        Counts are extrapolated by their smallest growth; each takes as long as the fastest that this series had so far.
+        """
+        if self.launch > 1 or not math.isfinite(self._fastest):
             return None
         before, work = self._counted[-1]
-        ratios = [after / max(count, 1) for (_, count), (_, after) in itertools.pairwise(self._counted[-3:])]
+        ratios = [after / count for (_, count), (_, after) in itertools.pairwise(self._counted[-3:])]
         if isinstance(self.series.integrator.sweep, Steps):  # the work is proportional to the number of steps
             ratios.append(before / setting)
-        most = self.limit_seconds / self._seconds_each
-        expected = work * max(min(ratios, default=1.0), 1.0)
-        if expected <= most:
+        elif len(ratios) < 2:  # a first count may be that of a solution that missed a pericentre
+            ratios.append(1.0)
+        expected = work * max(min(ratios), 1.0)
+        seconds = expected * self._fastest
+        if seconds < TIMES_THE_LIMIT * self.limit_seconds:
             return None
         what = "right-hand sides" if self.series.integrator.counts_rhs else "steps"
-        return f"predicted {above_text(expected, most)} {what}, above the {most:.2g} of a limit of {self.limit_seconds:g} s"
+        return (
+            f"predicted {seconds:.3g} s, at least {TIMES_THE_LIMIT:g} times the limit of {self.limit_seconds:g} s:"
+            f" {expected:.3g} {what}, by their smallest growth, of {self._fastest:.3g} s each, the fastest measured"
+        )
 
-    def _to_relaunch(self, trial: Trial) -> bool:
+    def _scored_before(self, trial: Trial) -> bool:
         first = self.history.get((trial.key, 1))
-        if first is None or first.status not in SCORED:
-            return False
-        return (first.work or 0) * self._seconds_each <= RELAUNCHED_SECONDS
+        return first is not None and first.status in SCORED
 
     def _request(self, setting: float) -> Request:
         """The request for a trial. Default variants are timed precisely; on the others a few calls suffice, as their
@@ -192,4 +175,6 @@ class Sweep:
         row = {"trial_key": trial.key, "launch": self.launch, "limit_seconds": self.limit_seconds, **measurement}
         if not self.suite.timed:
             row = {name: value for name, value in row.items() if name not in TIMES}
+        assert trial.setting is not None
+        self._note(trial.setting, Known.of(row))
         self.record(row, options, states)

@@ -42,7 +42,7 @@ def write(path: Path) -> Path:
         }
         if REVISION is not None:
             environment["revision"] = REVISION
-        run = store.begin_run("standard", "gnomon run", environment)
+        run = store.begin_run("full", "gnomon run", environment)
         for name, (title, section, dimension, variants) in CASES.items():
             for variant in variants:
                 for integrator in INTEGRATORS:

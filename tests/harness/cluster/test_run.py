@@ -14,6 +14,7 @@ import pytest
 from gnomon.harness.cluster import identity
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.status import STOPPED
 from gnomon.harness.registry import lookup
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
@@ -129,14 +130,16 @@ def test_workers_and_scheduler_are_killed_and_nothing_is_lost_or_repeated(
 
 @pytest.mark.slow
 def test_the_quick_suite_on_two_dask_workers_is_that_of_two_processes(tmp_path: Path) -> None:
-    """Every trial: all cases and installed libraries of the suite, the settings that the limit leaves out included."""
+    """All cases and installed libraries of the suite; the clock decides which trials the limit ends, and those after them."""
     frames = []
     for name, more in (("here", ()), ("there", ("--dask", "local"))):
         path = tmp_path / f"{name}.sqlite"
         assert gnomon("run", "--suite", "quick", "--timing", "none", "--workers", "2", "--out", str(path), *more) == 0
         frames.append(answers(store.load(path)))
-    assert len(frames[0]) > 300
-    assert frames[1].equals(frames[0])
+    assert frames[1]["trial_key"].equals(frames[0]["trial_key"])
+    ended = frames[0]["status"].isin(STOPPED) | frames[1]["status"].isin(STOPPED)
+    assert (~ended).sum() > 300
+    assert frames[1][~ended].equals(frames[0][~ended])
 
 
 def measurements(path: Path) -> list[tuple[Any, ...]]:

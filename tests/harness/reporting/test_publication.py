@@ -61,7 +61,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
         revision = commit("a = 1")
         Path("runs").mkdir()
         patched.setattr(synthetic, "REVISION", revision)
-        synthetic.write(Path("runs/standard.sqlite"))
+        synthetic.write(Path("runs/full.sqlite"))
         sidecars(Path("reports/local"), revision)
     return folder
 
@@ -75,7 +75,7 @@ def tree(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def publish() -> int:
-    return publication.main(["runs/standard.sqlite", "--from", "reports/local", "--to", "reports"])
+    return publication.main(["runs/full.sqlite", "--from", "reports/local", "--to", "reports"])
 
 
 @needs_git
@@ -97,7 +97,7 @@ def remove(name: str) -> Callable[[], None]:
 
 
 def unfinished() -> None:
-    with Store(Path("runs/standard.sqlite")) as results:
+    with Store(Path("runs/full.sqlite")) as results:
         results.begin_run("catalogue", "gnomon run", {"revision": git("rev-parse", "--short=12", "HEAD")})
 
 
@@ -114,10 +114,10 @@ def of_an_edited_tree() -> None:
     ("spoil", "words"),
     [
         *((remove(name), (name, "missing", command)) for name, command in publication.MADE_BY.items()),
-        (lambda: Path("runs/standard.sqlite").unlink(), ("standard.sqlite", "no results here")),
-        (unfinished, ("standard.sqlite", "no finished run")),
-        (edited, ("standard.sqlite", "not that of these sources")),
-        (lambda: commit("a = 3") and None, ("standard.sqlite", "not that of these sources")),
+        (lambda: Path("runs/full.sqlite").unlink(), ("full.sqlite", "no results here")),
+        (unfinished, ("full.sqlite", "no finished run")),
+        (edited, ("full.sqlite", "not that of these sources")),
+        (lambda: commit("a = 3") and None, ("full.sqlite", "not that of these sources")),
         (of_an_edited_tree, ("benchmarks.json", "not that of these sources")),
         (lambda: sidecars(Path("reports/local"), None), ("benchmarks.json", "of revision unknown")),
         (lambda: Path("reports/local/checks.json").write_text("[1]") and None, ("checks.json", "make it again")),

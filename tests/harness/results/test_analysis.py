@@ -233,9 +233,12 @@ def test_verdicts() -> None:
     broken = _rows("broken", [1e-2, 1e-4], [1.0, 2.0])
     broken.loc[broken["setting"] == 1, ["status", "reason"]] = ["diverged", "why"]
     never = _rows("never", [2.0, 1.0], [1.0, 2.0], status="inaccurate")
-    matrix = analysis.status_matrix(analysis.settings(pd.concat([good, cut, broken, never])))
+    hung = _rows("hung", [math.nan] * 3, [math.nan] * 3, status="skipped")
+    hung.loc[hung["setting"] == 1, "status"] = "timeout"
+    matrix = analysis.status_matrix(analysis.settings(pd.concat([good, cut, broken, never, hung])))
     verdicts = matrix.set_index("integrator_id")["verdict"].to_dict()
-    assert verdicts == {"l:good": "ok", "l:cut": "ok", "l:broken": "partly", "l:never": "inaccurate"}
+    answered = {"l:good": "ok", "l:cut": "ok", "l:broken": "partly", "l:never": "inaccurate"}
+    assert verdicts == answered | {"l:hung": "timeout"}, "what was not started is no failure"
     assert matrix.set_index("integrator_id").loc["l:broken", "reason"] == "why"
 
 

@@ -156,6 +156,16 @@ def test_a_timeout_is_a_regression_once_it_was_tried_three_times_under_the_limit
     assert verdict.not_compared.total() == (0 if regression else 3)
 
 
+@pytest.mark.parametrize(("share", "regression"), [(0.2, True), (0.5, False)])
+def test_a_setting_near_the_limit_in_the_base_may_pass_it_on_a_slower_machine(
+    base: Any, share: float, regression: bool
+) -> None:
+    rows = chosen(base)[chosen(base)["status"] == "ok"].iloc[[-1]]
+    before = changed(base, rows, seconds_median=share * rows["limit_seconds"])
+    run = changed(before, rows, status="timeout", repeats=3, error_max=np.nan)
+    assert bool(compare(before, run).regressions) == regression
+
+
 def test_a_missing_series_is_a_regression_unless_it_is_allowed(base: Any) -> None:
     run = base.drop(chosen(base).index)
     run = run[~((run["integrator"] == "RK4") & (run["case"] == "kepler_orbit") & (run["variant"] == "default"))]

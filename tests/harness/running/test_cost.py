@@ -56,7 +56,7 @@ def test_shards_do_not_depend_on_the_order_of_options(series: list[plan.Series])
 def test_more_launches_cost_more(series: list[plan.Series]) -> None:
     (one,) = (each for each in series if each.id == "pendulum_simple/default | standard | gnomon:RK4")
     once, often = (cost.predicted_seconds(one, replace(SUITE, launches=n)) for n in (1, 5))
-    assert often - once == pytest.approx(4 * cost.COSTS["again"]["gnomon"])
+    assert often - once == pytest.approx(4 * cost.COSTS["short"]["gnomon"])
 
 
 @pytest.mark.parametrize("shard", ["0/3", "4/3", "3", "1/0", "-1/2", "1/2/3", "one/two", "1/99999999"])

@@ -301,17 +301,39 @@ def test_the_quick_suite_has_a_method_of_every_library_and_several_for_each_of_i
         assert len({one.integrator.library for one in able}) >= 2, name
 
 
-def test_the_standard_suite_has_every_case_and_takes_the_foundation_further() -> None:
-    suite = plan.suite("standard")
-    chosen = plan.choose(suite.cases, suite.variants)
-    assert {case.name for case, _ in chosen} == set(cases.names())
+@pytest.mark.parametrize("name", ["standard", "full", "catalogue"])
+def test_these_suites_have_every_case_and_take_the_foundation_further(name: str) -> None:
+    suite = plan.suite(name)
+    assert set(cases.names()) < set(suite.names())
     inside, outside = cases.get("pendulum_simple"), cases.get("bead_leaving_sphere")
     assert suite.of(inside) is suite
     assert suite.of(inside).limit(inside) > suite.of(outside).limit(outside)
     assert suite.of(outside).launches == 1
-    hard_inside, hard_outside = cases.get("pendulum_simple", "long_1e4"), cases.get("bead_leaving_sphere", "near_top")
-    assert suite.takes(outside)
-    assert suite.takes(hard_inside)
-    assert not suite.takes(hard_outside)
-    assert plan.suite("catalogue").takes(hard_outside)
     assert suite.within(2.0).of(outside).limit(outside) == 2.0
+
+
+def test_suites_differ_in_their_hard_variants() -> None:
+    """Each has what the ones before it have: run into one file, it adds what is missing."""
+    inside, outside = "pendulum_simple/long_1e4", "bead_leaving_sphere/near_top"
+    named = {name: set(plan.suite(name).names()) for name in ("foundation", "standard", "full", "catalogue")}
+    assert {name: (inside in found, outside in found) for name, found in named.items()} == {
+        "foundation": (True, False), "standard": (False, False), "full": (True, False), "catalogue": (True, True)
+    }  # fmt: skip
+    assert named["standard"] < named["full"] < named["catalogue"]
+    assert named["foundation"] < named["full"]
+
+
+def test_the_standard_suite_has_two_hard_variants_of_each_foundation_case_that_has_two() -> None:
+    """None is longer than the rule in suites.toml allows."""
+    suite = plan.suite("standard")
+    for name in plan.FOUNDATION:
+        hard = [cases.get(*each.split("/")) for each in suite.hardest if each.startswith(f"{name}/")]
+        assert all(float(case.span) <= 1e4 * case.time_scale for case in hard)
+        short = [
+            v
+            for v in cases.case_class(name).variants
+            if float((c := cases.get(name, v.name)).span) <= 1e4 * c.time_scale
+        ]
+        assert len(hard) == min(2, len(short))
+    assert {each.split("/")[0] for each in suite.hardest} <= set(plan.FOUNDATION)
+    assert suite.names()[len(cases.names()) :] == list(suite.hardest)

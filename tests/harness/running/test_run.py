@@ -64,13 +64,12 @@ def test_each_fault_has_its_status_at_every_setting(frame: Any, kind: Any, statu
     assert rows["reason"].str.contains(reason).all()
 
 
-def test_a_hang_is_a_timeout_and_ends_its_series(frame: Any) -> None:
+def test_hangs_are_timeouts_and_three_in_a_row_end_their_series(frame: Any) -> None:
     rows = of(frame, planted.Hangs)
     first = list(rows["status"]).index("timeout")
-    assert set(rows["status"][:first]) == {"ok"}
-    assert set(rows["status"][first + 1 :]) == {"skipped"}
+    assert list(rows["status"]) == ["ok"] * first + ["timeout"] * 3 + ["skipped"] * (5 - first)
     assert "2 s" in rows["reason"][first]
-    assert rows["reason"][first + 1 :].str.contains("timeout").all()
+    assert rows["reason"][first + 3 :].str.contains("the 3 settings before it ended as timeout").all()
 
 
 def test_compiling_during_a_call_does_not_count_towards_the_limit(tmp_path: Path) -> None:
@@ -104,7 +103,7 @@ def test_a_hang_is_a_regression(tmp_path: Path) -> None:
 
 def test_a_hang_while_preparing_is_a_timeout(frame: Any) -> None:
     rows = of(frame, planted.HangsInPrepare)
-    assert list(rows["status"]) == ["timeout"] + ["skipped"] * 7
+    assert list(rows["status"]) == ["timeout"] * 3 + ["skipped"] * 5
     assert "not prepared" in rows["reason"][0]
 
 
@@ -208,6 +207,15 @@ def test_the_second_run_repeats_nothing(tmp_path: Path) -> None:
     before = measurements(path)
     assert measurements(run(tmp_path, SUITE, chosen, [planted.Sound()])) == before
     assert len(store.load(path)) == len(before)
+
+
+def test_every_launch_of_a_series_repeats_the_first_one(tmp_path: Path) -> None:
+    """Also with more workers than series: a launch that began beside the first one found nothing to repeat."""
+    suite = replace(SUITE, launches=3)
+    path = run(tmp_path, suite, plan.choose([CASE], False), [planted.Sound()], workers=2)
+    launches = {launch: [key for key, each in measurements(path) if each == launch] for launch in (1, 2, 3)}
+    assert launches[1] == launches[2] == launches[3]
+    assert len(launches[1]) == 8
 
 
 @pytest.mark.parametrize(("slow_seconds", "repeats"), [(0.0, 1), (0.0004, 1), (0.0006, 4), (10.0, 4)])
