@@ -25,7 +25,7 @@ import numpy as np
 from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.installed import Installed
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Tolerance, Unsupported
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.equations import gather
 
@@ -100,7 +100,7 @@ def compiled(
 
     `text`: the source of the equations, with the numbers that it uses: with other numbers it is another function. `sizes`: the
     numbers of components, samples and parameters. `ensemble`: so many starts at once, 0 for one that is no array of starts.
-    Raises Refused where JAX cannot evaluate the equations.
+    Raises Unsupported where JAX cannot evaluate the equations.
     """
     import diffrax
     import jax
@@ -124,11 +124,14 @@ def compiled(
     start = (ensemble, dimension) if ensemble else (dimension,)
     with jax.enable_x64(True):
         shapes = [jax.ShapeDtypeStruct(shape, float) for shape in (start, (samples + 1,), (parameters,), ())]
+        function = jax.vmap(solve, (0, None, None, None)) if ensemble else solve
         try:
-            function = jax.vmap(solve, (0, None, None, None)) if ensemble else solve
-            return jax.jit(function).lower(*shapes).compile()
+            traced = jax.jit(function).lower(*shapes)
         except jax.errors.TracerBoolConversionError:
-            raise Refused("the equations branch on what they compute, which JAX does not compile") from None
+            raise Unsupported("the equations branch on what they compute, which JAX does not compile") from None
+        except Exception as error:  # equations of a user's own may raise anything
+            raise Unsupported(f"JAX cannot evaluate the equations: {type(error).__name__}: {error}") from None
+        return traced.compile()
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Tsit5, Dopri8, Kvaerno5)

@@ -27,14 +27,17 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from traceback import extract_tb
 from typing import Any, ClassVar
 
 import numpy as np
+from gnomon.cases.core import arithmetic
 from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.installed import Installed
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solver, Tolerance, Unsupported
 from gnomon.harness.contract.validation import require_positive
+from gnomon.harness.kernels import traced
 
 ENSEMBLE, BATCH = 16, 8
 """From ENSEMBLE trajectories on they are integrated in batches of BATCH: the lanes of its vectors, 8 with AVX-512."""
@@ -118,13 +121,13 @@ class FastTaylor(Taylor):
 def system(problem: Problem, powers: bool) -> list[tuple[Any, Any]]:
     """The problem's equations as pairs (variable, derivative) of heyoka's expressions.
 
-    With `powers` every 1/(u sqrt(u)) is written u^(-3/2). Raises Refused where the equations use a function that heyoka
-    does not have.
+    With `powers` every 1/(u sqrt(u)) is written u^(-3/2). Raises Unsupported where the equations cannot be evaluated in
+    expressions: they branch, use abs or a function that heyoka does not have, or raise an exception.
     """
     import heyoka
 
     assert isinstance(problem.form, FirstOrder)
-    functions = {name: either(heyoka, name) for name in FUNCTIONS if hasattr(heyoka, name)}
+    functions = {name: either(getattr(heyoka, name), name) for name in FUNCTIONS if hasattr(heyoka, name)}
     under_roots: list[Any] = []
 
     def sqrt(u: Any) -> Any:
@@ -133,12 +136,17 @@ def system(problem: Problem, powers: bool) -> list[tuple[Any, Any]]:
         return root(u)
 
     functions["sqrt"], root = sqrt, functions["sqrt"]
-    try:
-        equations = rebind(problem.form.equations, functions)
-    except ValueError as error:
-        raise Refused(str(error)) from None
     variables = tuple(heyoka.expression(f"y{i}") for i in range(problem.dimension))
-    derivatives = equations(heyoka.time, variables, tuple(problem.parameters.tolist()))
+    numbers, trace = tuple(problem.parameters.tolist()), traced.Trace(problem.dimension, 0)
+    nodes = {name: either(function, name) for name, function in trace.functions.items()}
+    try:
+        # Symbols that refuse a branch come first: an expression of heyoka is true and unequal to every number.
+        rebind(problem.form.equations, nodes)(trace.t, trace.state, numbers)
+        derivatives = rebind(problem.form.equations, functions)(heyoka.time, variables, numbers)
+    except Exception as error:  # equations of a user's own may raise anything
+        frames = extract_tb(error.__traceback__)
+        line = [frame.line for frame in frames if frame.filename not in (arithmetic.__file__, traced.__file__)][-1]
+        raise Unsupported(f"heyoka has no expression for `{line}`: {type(error).__name__}: {error}") from None
     # A derivative may be a plain number: that of a clock, a constant force.
     found = [dy if isinstance(dy, heyoka.expression) else heyoka.expression(float(dy)) for dy in derivatives]
     if powers:
@@ -146,12 +154,12 @@ def system(problem: Problem, powers: bool) -> list[tuple[Any, Any]]:
     return list(zip(variables, found, strict=True))
 
 
-def either(heyoka: Any, name: str) -> Callable[..., Any]:
-    """A function of numbers (the sine of a latitude) or of expressions; heyoka's functions take only expressions."""
-    symbolic, numeric = getattr(heyoka, name), getattr(math, name)
+def either(symbolic: Callable[..., Any], name: str) -> Callable[..., Any]:
+    """A function of numbers (the sine of a latitude) or of symbols."""
+    numeric = getattr(math, name)
 
     def function(*arguments: Any) -> Any:
-        chosen = symbolic if any(isinstance(x, heyoka.expression) for x in arguments) else numeric
+        chosen = numeric if all(isinstance(x, int | float) for x in arguments) else symbolic
         return chosen(*arguments)
 
     return function

@@ -1,21 +1,21 @@
 """SciPy's solve_ivp with its event location, on hybrid problems: one call from each event to the next."""
 
-from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
-from gnomon.harness.adapters.installed import Installed
-from gnomon.harness.adapters.scipy_ivp import jacobian_of, options_of, recorded
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Tolerance
+from gnomon.harness.adapters import scipy_ivp
+from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, called_from_python, options_of, recorded
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver
 from gnomon.harness.kernels.equations import function_kernel
 
 PROBE = 1e-9
 """Fraction of a time scale after which a guard that is zero at the start of the motion is evaluated again."""
 
 
-class SolveIvpEvents(Installed):
-    """A method of `scipy.integrate.solve_ivp` with terminal events; `method` is its name there.
+class SolveIvpEvents(SolveIvp):
+    """A method of `scipy.integrate.solve_ivp` with terminal events.
 
     SciPy detects a sign change of a guard between the ends of a step. Right after an event the guard is zero at the restart
     and would fire at once, so its value there is replaced by one with the sign of the side that it comes from. SciPy tests
@@ -23,18 +23,13 @@ class SolveIvpEvents(Installed):
     must have different signs`, an error of SciPy that stays `crashed` (Radau, two starts of forty from rest).
     """
 
-    library = "scipy"
     accepts = (Hybrid,)
-    sampling = "dense output"
     policy = "events"
-    sweep = Tolerance(1e-3, 1e-13)
-    method: ClassVar[str]
-    takes_jacobian: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         form, options = problem.form, options_of(self.method, setting)
         assert isinstance(form, Hybrid)
-        sides = {mode.name: Side(problem, form, mode, self.takes_jacobian) for mode in form.modes}
+        sides = {mode.name: Side(self, problem, form, mode) for mode in form.modes}
 
         def solve(initial_states: Floats) -> Solution:
             states = np.full((len(initial_states), len(problem.times), problem.dimension), np.nan)
@@ -52,23 +47,16 @@ class SolveIvpEvents(Installed):
 class Side:
     """One mode as SciPy calls it: its right-hand side, its Jacobian where it is used, the guards of its transitions."""
 
-    def __init__(self, problem: Problem, form: Hybrid, mode: Mode, takes_jacobian: bool) -> None:
+    def __init__(self, method: SolveIvp, problem: Problem, form: Hybrid, mode: Mode) -> None:
         dimension, numbers = problem.dimension, len(problem.parameters)
         self.buffer = np.array([*problem.parameters, *mode.constants, 0.0])
-        count = len(self.buffer) - 1
-        self.array = function_kernel(mode.equations, dimension, count, dimension, problem.counted).array
-        self.options: dict[str, Any] = {}
-        if takes_jacobian:
-            self.options["jac"] = jacobian_of(FirstOrder(mode.equations), dimension, self.buffer)
+        kernel = function_kernel(mode.equations, dimension, len(self.buffer) - 1, dimension, problem.counted)
+        self.equations, self.options = method.given(kernel, FirstOrder(mode.equations), dimension, self.buffer)
         self.transitions = tuple(transition for transition in form.transitions if transition.mode == mode.name)
-        parameters = problem.buffer
-        self.guards = [
-            Guard(transition, function_kernel(transition.guard, dimension, numbers, 1).array, parameters)
-            for transition in self.transitions
-        ]
-
-    def equations(self, t: float, y: Floats) -> Any:
-        return self.array(t, np.ascontiguousarray(y), self.buffer)
+        self.guards = []
+        for transition in self.transitions:
+            guard = function_kernel(transition.guard, dimension, numbers, 1)
+            self.guards.append(Guard(transition, called_from_python(guard, 1, problem.buffer)))
 
     def counted(self) -> float:
         """The number of right-hand sides since the last call of this function."""
@@ -81,13 +69,13 @@ class Guard:
 
     terminal = True
 
-    def __init__(self, transition: Transition, array: Callable[..., Any], parameters: Floats) -> None:
+    def __init__(self, transition: Transition, function: Function) -> None:
         self.direction = float(transition.direction)
-        self.array, self.parameters = array, parameters
+        self.function = function
         self.start, self.latched = 0.0, 0.0
 
     def value(self, t: float, y: Floats) -> float:
-        return float(self.array(t, np.ascontiguousarray(y), self.parameters)[0])
+        return float(self.function(t, y)[0])
 
     def __call__(self, t: float, y: Floats) -> float:
         return self.latched if self.latched and t == self.start else self.value(t, y)
@@ -157,33 +145,20 @@ def set_latch(guard: Guard, side: Side, t: float, y: Floats, fired: bool, after_
         guard.latch(t, armed=ahead > 0)
 
 
-class RK45(SolveIvpEvents):
+class RK45(SolveIvpEvents, scipy_ivp.RK45):
     """Dormand and Prince's 5(4) pair, events on its interpolant. J. Comput. Appl. Math. 6 (1980) 19."""
 
-    name = method = "RK45"
-    order = 5
 
-
-class DOP853(SolveIvpEvents):
+class DOP853(SolveIvpEvents, scipy_ivp.DOP853):
     """Dormand and Prince's 8(5,3) pair, events on its interpolant. Hairer, Norsett, Wanner (1993), II.10."""
 
-    name = method = "DOP853"
-    order = 8
 
-
-class Radau(SolveIvpEvents):
+class Radau(SolveIvpEvents, scipy_ivp.Radau):
     """Implicit Runge-Kutta of the Radau IIA family, events on its interpolant. Hairer, Wanner (1996), IV.8."""
 
-    name = method = "Radau"
-    order = 5
-    takes_jacobian = True
 
-
-class LSODA(SolveIvpEvents):
+class LSODA(SolveIvpEvents, scipy_ivp.LSODA):
     """ODEPACK's Adams and BDF methods, switched automatically. Petzold, SIAM J. Sci. Stat. Comput. 4 (1983) 136."""
-
-    name = method = "LSODA"
-    takes_jacobian = True
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (RK45, DOP853, Radau, LSODA)

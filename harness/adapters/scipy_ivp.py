@@ -34,48 +34,48 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
-from gnomon.harness.kernels.equations import ARRAY_SIGNATURE, OPTIONS, compiled, right_hand_side
-from gnomon.harness.kernels.straight_line import jacobian_text, module_text
+from gnomon.harness.kernels.equations import Kernel, right_hand_side
+from gnomon.harness.kernels.straight_line import jacobian_kernel
 
 ABSOLUTE = 1e-3
 """atol over rtol."""
 SMALLEST = 100 * float(np.finfo(float).eps)
 """The smallest rtol that SciPy does not change."""
 
-JACOBIAN = """\
-{kernel}
-import numpy as np
-
-@njit({options})
-def array(t, y, p):
-    out = np.empty({size})
-    kernel(t, y, p, out)
-    return out
-"""
+Function = Callable[[float, Floats], Floats]
+"""Of (t, y)."""
 
 
 class SolveIvp(Installed):
     """A method of `scipy.integrate.solve_ivp`; `method` is its name there."""
 
     library = "scipy"
-    accepts = (FirstOrder,)
+    accepts: ClassVar[tuple[type, ...]] = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
     method: ClassVar[str]
     takes_jacobian: ClassVar[bool] = False
 
+    def given(
+        self, kernel: Kernel, form: FirstOrder, dimension: int, buffer: Floats
+    ) -> tuple[Function, dict[str, Function | None]]:
+        """The equations as SciPy calls them, and the option `jac` where the method takes a Jacobian."""
+        function = called_from_python(kernel, dimension, buffer)
+        if not self.takes_jacobian:
+            return function, {}
+        jacobian = jacobian_of(form, dimension, buffer)
+        if jacobian is not None:
+            return function, {"jac": jacobian}
+        return lambda t, y: function(t, np.ascontiguousarray(y)), {"jac": None}
+
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
 
-        options = options_of(self.method, setting)
-        function = right_hand_side_of(problem)
-        finite = right_hand_side(replace(problem, counted=False)).array
+        assert isinstance(problem.form, FirstOrder)
         buffer, times = problem.buffer, problem.times
-        if self.takes_jacobian:
-            assert isinstance(problem.form, FirstOrder)
-            options["jac"] = jacobian_of(problem.form, problem.dimension, buffer)
-            if options["jac"] is None:
-                at_any, function = function, lambda t, y: at_any(t, np.ascontiguousarray(y))
+        function, jacobian = self.given(right_hand_side(problem), problem.form, problem.dimension, buffer)
+        options = options_of(self.method, setting) | jacobian
+        finite = right_hand_side(replace(problem, counted=False)).array
 
         def solve_one(start: Floats, samples: Floats) -> tuple[None, str | None]:
             if not np.isfinite(finite(problem.t0, start, buffer)).all():
@@ -98,34 +98,36 @@ def options_of(method: str, setting: float) -> dict[str, Any]:
     return {"method": method, "rtol": setting, "atol": ABSOLUTE * setting}
 
 
-def right_hand_side_of(problem: Problem) -> Callable[[float, Floats], Floats]:
-    """The compiled right-hand side as SciPy calls it; it counts its calls if `problem.counted`.
+def right_hand_side_of(problem: Problem) -> Function:
+    """The compiled right-hand side as SciPy calls it; it counts its calls if `problem.counted`."""
+    return called_from_python(right_hand_side(problem), problem.dimension, problem.buffer)
 
-    The array of derivatives is made in Python: numba takes 200 ns longer (of 700) to return one.
+
+def called_from_python(kernel: Kernel, size: int, buffer: Floats) -> Function:
+    """A kernel as a function of (t, y), y contiguous, that returns a new array (size,).
+
+    The array is made in Python: numba takes 200 ns longer (of 700) to return one.
     """
-    kernel, buffer, dimension, empty = right_hand_side(problem).pointer, problem.buffer, problem.dimension, np.empty
+    pointer, empty = kernel.pointer, np.empty
 
     def function(t: float, y: Floats) -> Floats:
-        derivatives = empty(dimension)
-        kernel(t, y, buffer, derivatives)
-        return derivatives
+        values = empty(size)
+        pointer(t, y, buffer, values)
+        return values
 
     return function
 
 
-def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Callable[[float, Floats], Floats] | None:
+def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Function | None:
     """The compiled Jacobian (dim, dim) of equations whose parameters are all of `buffer` but its last element.
 
     None where the equations cannot be traced.
     """
-    try:
-        text = jacobian_text(form, dimension, len(buffer) - 1)
-    except ValueError:
+    kernel = jacobian_kernel(form, dimension, len(buffer) - 1)
+    if kernel is None:
         return None
-    array = compiled(
-        JACOBIAN.format(kernel=module_text(text), options=OPTIONS, size=dimension**2), "array", ARRAY_SIGNATURE
-    )
-    return lambda t, y: array(t, np.ascontiguousarray(y), buffer).reshape(dimension, dimension)  # type: ignore[no-any-return]
+    function = called_from_python(kernel, dimension**2, buffer)
+    return lambda t, y: function(t, y).reshape(dimension, dimension)
 
 
 def recorded(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from gnomon.cases.core.arithmetic import FUNCTIONS
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.equations import OPTIONS, address
+from gnomon.harness.kernels.equations import OPTIONS, Kernel, address
 from gnomon.harness.kernels.traced import Node, ReducedTrace, Value, sequence, traced
 
 
@@ -13,6 +13,14 @@ def jacobian_text(form: FirstOrder, dimension: int, parameters: int) -> str:
     """Source text of `kernel(t, y, p, out)`: df/dy row by row, exact. Raises ValueError where equations branch."""
     trace = ReducedTrace(dimension, parameters)
     return function_text(jacobian(traced(form, trace), trace.state))
+
+
+def jacobian_kernel(form: FirstOrder, dimension: int, parameters: int) -> Kernel | None:
+    """The same compiled; None where the equations cannot be traced (a branch, abs)."""
+    try:
+        return Kernel(module_text(jacobian_text(form, dimension, parameters)))
+    except ValueError:
+        return None
 
 
 def counting_text(form: FirstOrder, dimension: int, parameters: int) -> str:

@@ -91,3 +91,12 @@ def test_a_start_that_is_not_finite_has_no_states() -> None:
 def test_equations_that_branch_are_refused() -> None:
     with pytest.raises(Refused, match="branch on what they compute"):
         Tsit5().prepare(problem(sliding, 1, TIMES), 1e-6)
+
+
+def looked_up(t: Any, y: Any, p: Any) -> Any:
+    return ({0.0: 1.0}[y[0]],)
+
+
+def test_equations_that_raise_are_refused_with_what_they_raise() -> None:
+    with pytest.raises(Refused, match="TypeError: unhashable"):
+        Tsit5().prepare(problem(looked_up, 1, TIMES), 1e-6)

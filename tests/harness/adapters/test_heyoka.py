@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from math import atan2, hypot, log, sin
 from typing import Any
 
@@ -11,8 +12,9 @@ from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.registry import get
 from gnomon.cases.orbits.kepler_orbit import KeplerOrbit
 from gnomon.harness.adapters.heyoka import INTEGRATORS, FastTaylor, Taylor, system
-from gnomon.harness.contract.integrator import Problem, Refused
+from gnomon.harness.contract.integrator import Problem, Refused, Unsupported
 from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.running.solve import solve
 
 heyoka = pytest.importorskip("heyoka", reason="heyoka is optional: pip install 'gnomon[peers]'")
 
@@ -195,3 +197,57 @@ def test_an_ensemble_reports_that_it_stopped() -> None:
     solution = Taylor().prepare(toy(lost), 1e-9)(np.tile([1.0, 0.0], (16, 1)))
     assert solution.stopped is not None
     assert np.isnan(solution.states[:, 9:]).all()
+
+
+def with_abs(t: Any, state: Values) -> Values:
+    x, v = state
+    return v, -abs(x) * x
+
+
+def one_sided(t: Any, state: Values) -> Values:
+    x, v = state
+    return v, -1.0 if x > 0 else 1.0
+
+
+def equal_to_a_number(t: Any, state: Values) -> Values:
+    x, v = state
+    return v, 5.0 if x == 0.0 else -x
+
+
+def true_of_a_number(t: Any, state: Values) -> Values:
+    x, v = state
+    return v, -x if v else -1.0
+
+
+def looked_up(t: Any, state: Values) -> Values:
+    x, v = state
+    return v, {0.0: x}[v]
+
+
+OPAQUE = {
+    with_abs: "abs",
+    one_sided: "x > 0",
+    equal_to_a_number: "x == 0.0",
+    true_of_a_number: "if v",
+    looked_up: "[v]",
+}
+
+
+@every
+@pytest.mark.parametrize("equations", OPAQUE, ids=lambda equations: equations.__name__)
+def test_equations_without_an_expression_are_unsupported_by_name(policy: type[Taylor], equations: Any) -> None:
+    """An expression of heyoka is true and unequal to every number: of two branches it would take one in silence."""
+    with pytest.raises(Unsupported, match=re.escape(OPAQUE[equations])):
+        solve(equations, 0.0, [1.2, 0.0], [0.5, 1.0], 1e-9, policy())
+
+
+def test_a_branch_on_a_parameter_is_taken() -> None:
+    """heyoka is given the parameters as numbers."""
+    states = solve(signed, 0.0, [2.0], [1.0], 1e-14, Taylor(), parameters=[-1.0])
+    assert states[0, 0] == pytest.approx(2 * np.exp(-1), rel=1e-13)
+
+
+def signed(t: Any, state: Values, parameters: Values) -> Values:
+    (y,) = state
+    (w,) = parameters
+    return (w * y,) if w < 0 else (-w * y,)

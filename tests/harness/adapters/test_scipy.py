@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from math import log, sin
 from types import SimpleNamespace
@@ -301,6 +302,44 @@ def options_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch) 
     return dict(solve.options), used[-1]
 
 
+def calls_in(function: Any, *arguments: Any) -> list[str]:
+    """The names of the Python and C functions that one call of `function` enters."""
+    found: list[str] = []
+
+    def note(frame: Any, event: str, argument: Any) -> None:
+        if event == "call":
+            found.append(frame.f_code.co_qualname)
+        elif event == "c_call" and argument is not sys.setprofile:
+            found.append(argument.__name__)
+
+    sys.setprofile(note)
+    try:
+        function(*arguments)
+    finally:
+        sys.setprofile(None)
+    return found
+
+
+@pytest.mark.parametrize("integrator", scipy_events.INTEGRATORS, ids=lambda kind: kind.name)
+def test_with_events_right_hand_sides_are_called_as_without(
+    integrator: type[scipy_events.SolveIvpEvents], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What SciPy is given makes the same calls: one way is not slower than the other."""
+    given: list[Any] = []
+
+    def noted(function: Any, *arguments: Any, **options: Any) -> Any:
+        given.append(function)
+        return solve_ivp(function, *arguments, **options)
+
+    monkeypatch.setattr("scipy.integrate.solve_ivp", noted)
+    (without,) = (kind for kind in scipy_ivp.INTEGRATORS if kind.name == integrator.name)
+    for kind, name in ((without, "pendulum_simple"), (integrator, "bouncing_ball")):
+        case = get(name).rounded()
+        kind().prepare(problem_of(case, kind.accepts), 1e-4)(initial_state(case)[None])
+    first, second = (calls_in(function, 0.0, np.ones(2)) for function in (given[0], given[-1]))
+    assert first == second != []
+
+
 @pytest.mark.parametrize("integrator", scipy_events.INTEGRATORS, ids=lambda kind: kind.name)
 def test_the_options_recorded_with_events_are_those_of_each_segment(
     integrator: type[scipy_events.SolveIvpEvents], monkeypatch: pytest.MonkeyPatch
@@ -346,7 +385,7 @@ def test_samples_follow_the_given_times(integrator: type[Integrator]) -> None:
 
 def latched(direction: int, place: float, speed: float, fired: bool, after_event: bool) -> float:
     """The value at the start of a segment of a guard that is the position itself."""
-    guard = Guard(SimpleNamespace(direction=direction), lambda t, y, p: y[:1], np.zeros(0))  # type: ignore[arg-type]
+    guard = Guard(SimpleNamespace(direction=direction), lambda t, y: y[:1])  # type: ignore[arg-type]
     side = SimpleNamespace(equations=lambda t, y: np.array([speed]))
     y = np.array([place])
     set_latch(guard, side, 1.0, y, fired, after_event, PROBE)  # type: ignore[arg-type]
