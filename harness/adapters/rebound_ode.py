@@ -25,23 +25,15 @@ from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
+from gnomon.harness.kernels.c_structures import ARRAYS_BEHIND_POINTERS
 from gnomon.harness.kernels.equations import OPTIONS, address, right_hand_side
 
 SOURCE = """\
 {source}
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
-
-@intrinsic
-def pointer_at(typing_context, address):
-    def code(context, builder, signature, arguments):
-        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
-    return types.voidptr(address), code
-
+{arrays}
 @njit({options})
 def derivatives(ode, out, y, t):
-    parameters = carray(pointer_at(carray(ode, {word} + 1)[{word}]), {parameters}, types.float64)
+    parameters = floats_at(carray(ode, {word} + 1)[{word}], {parameters})
     kernel(t, carray(y, {dimension}), parameters, carray(out, {dimension}))
 """
 """The right-hand side as REBOUND calls it: (ode, derivatives, state, time)."""
@@ -100,6 +92,7 @@ def c_pointer(problem: Problem) -> Any:
 
     source = SOURCE.format(
         source=right_hand_side(problem).source,
+        arrays=ARRAYS_BEHIND_POINTERS,
         options=OPTIONS,
         word=ODE.ref.offset // ctypes.sizeof(ctypes.c_void_p),
         parameters=len(problem.buffer),

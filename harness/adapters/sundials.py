@@ -1,0 +1,383 @@
+"""SUNDIALS by its C interface: CVODE's Adams methods of orders 1 to 12 and BDF of orders 1 to 5, and IDA's BDF.
+
+The libraries are those in the wheel of scikit-sundae. `sksundae` drives the same ones through that binding, from Python.
+
+How it is driven, and why:
+
+- Right-hand side and Jacobian are compiled, with the signatures of C: no call passes through Python but one a sample.
+- Adams iterates by the fixed point, BDF and IDA by Newton's method with a dense matrix, as the manual of SUNDIALS recommends
+  for problems that are not stiff and for stiff ones. Where equations cannot be traced the Jacobian is by its differences.
+- Samples in the mode `CV_NORMAL`: steps go past a sample, which comes from the polynomial of the step, of its order.
+- The setting is `rtol`; `atol` = .1 `rtol`, the ratio of the binding's defaults, in SI units; SUNDIALS has none.
+- IDA solves F(t, y, y') = 0, here y' - f(t, y) with the Jacobian c - df/dy and the slope at the start.
+- A derivative that is not finite is returned as an error from which SUNDIALS recovers by a shorter step.
+- `mxstep` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
+
+Compiled functions read addresses in `N_Vector` and `SUNMatrix` as the macros of SUNDIALS do, NV_DATA_S and SM_DATA_D. Both
+places are compared with what the library says before the first call, and only the VERSIONS that were tried are driven.
+
+Traps: towards a singularity it takes ever smaller steps, up to the limit. A start is not tested, so that its right-hand side
+is evaluated even where it is not finite.
+"""
+
+import ctypes
+import os
+import re
+import weakref
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from functools import cache
+from importlib.metadata import files, version
+from importlib.util import find_spec
+from typing import Any, ClassVar
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.installed import Installed
+from gnomon.harness.adapters.scipy_ode import STEPS
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
+from gnomon.harness.contract.validation import require_positive
+from gnomon.harness.kernels.c_structures import ARRAYS_BEHIND_POINTERS
+from gnomon.harness.kernels.equations import INNER, OPTIONS, Kernel, address, right_hand_side
+from gnomon.harness.kernels.straight_line import jacobian_kernel
+
+ABSOLUTE = 0.1
+"""atol over rtol."""
+VERSIONS = ("7.9.0",)
+"""The versions of SUNDIALS whose C interface was tried."""
+DATA = 1
+"""The word of the content of a vector and of a matrix that is the address of its numbers, where indices have 32 bits."""
+
+SIGNATURES = {
+    "SUNDIALSGetVersion": "i pi", "SUNContext_Create": "i ip", "SUNContext_ClearErrHandlers": "i p",
+    "SUNContext_Free": "i p", "N_VMake_Serial": "p ipp", "N_VGetArrayPointer": "p p", "N_VDestroy": "v p",
+    "SUNDenseMatrix": "p iip", "SUNDenseMatrix_Data": "p p", "SUNMatDestroy": "v p", "SUNLinSol_Dense": "p ppp",
+    "SUNLinSolFree": "i p", "SUNNonlinSol_FixedPoint": "p pip", "SUNNonlinSolFree": "i p",
+    "CVodeCreate": "p ip", "IDACreate": "p p", "CVodeInit": "i ppdp", "IDAInit": "i ppdpp", "CVodeReInit": "i pdp",
+    "IDAReInit": "i pdpp", "CVode": "i pdppi", "IDASolve": "i pdpppi", "CVodeSetNonlinearSolver": "i pp",
+} | {
+    f"{solver}{name}": signature for solver in ("CVode", "IDA") for name, signature in {
+        "Free": "v p", "SStolerances": "i pdd", "SetUserData": "i pp", "SetMaxNumSteps": "i pl",
+        "SetLinearSolver": "i ppp", "SetJacFn": "i pp", "GetNumSteps": "i pp", "GetReturnFlagName": "p l",
+    }.items()
+}  # fmt: skip
+"""Of the functions called: the type of the result and those of the arguments."""
+NORMAL = 1
+"""The mode of calls: steps up to a time or past it, and the state there."""
+TYPES = {"i": ctypes.c_int, "l": ctypes.c_long, "d": ctypes.c_double, "p": ctypes.c_void_p, "v": None}
+
+FUNCTION = """\
+{source}
+from math import isfinite
+{arrays}
+@njit({inner})
+def numbers(structure, count):
+    return floats_at(words_at(carray(structure, 1)[0], {data} + 1)[{data}], count)
+
+@njit({options})
+def function({arguments}):
+    out = numbers({out}, {count})
+    kernel(t, numbers(y, {dimension}), carray(user, {parameters}), out)
+{then}
+    for x in out:
+        if not isfinite(x):
+            return 1
+    return 0
+"""
+"""A function that SUNDIALS calls: a compiled kernel, and what remains to be done with the numbers that it wrote."""
+
+TRANSPOSED = """\
+    for i in range({dimension}):
+        for j in range(i):
+            out[{dimension} * i + j], out[{dimension} * j + i] = out[{dimension} * j + i], out[{dimension} * i + j]
+"""
+"""A matrix of SUNDIALS is stored by columns."""
+MINUS_SLOPE = """\
+    slopes = numbers(slope, {dimension})
+    for i in range({dimension}):
+        out[i] = slopes[i] - out[i]
+"""
+C_MINUS = """\
+    for i in range({dimension} * {dimension}):
+        out[i] = -out[i]
+    for i in range({dimension}):
+        out[{dimension} * i + i] += c
+"""
+
+Restart = Callable[[Floats], None]
+"""Of a start."""
+Advance = Callable[[float], int]
+"""Of a time; returns the code of SUNDIALS."""
+
+
+class Sundials(Installed):
+    """A solver of SUNDIALS. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363."""
+
+    library = "sksundae"
+    accepts = (FirstOrder,)
+    sampling = "dense output"
+    sweep = Tolerance(1e-3, 1e-13)
+
+    def versions(self) -> Mapping[str, str]:
+        return {"scikit-sundae": version("scikit-sundae")}
+
+
+class Native(Sundials):
+    """A solver driven by its C interface; the names of its functions begin with `solver`."""
+
+    policy = "native"
+    solver: ClassVar[str]
+
+    def versions(self) -> Mapping[str, str]:
+        return {**super().versions(), "SUNDIALS": interface(self.solver)[1]}
+
+    @abstractmethod
+    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Restart, Advance]:
+        """Create the solver's memory and give it the equations; the options are those that differ from its defaults."""
+
+    def prepare(self, problem: Problem, setting: float) -> Solver:
+        if find_spec("sksundae") is None:
+            raise ImportError("sksundae is not installed")
+        require_positive(setting, "tolerance")
+        session = Session(self.solver, problem.dimension)
+        options, restart, advance = self.connect(session, problem)
+        options |= {"rtol": setting, "atol": ABSOLUTE * setting, "max_num_steps": STEPS}
+        session.set("SStolerances", setting, ABSOLUTE * setting)
+        session.set("SetUserData", problem.buffer.ctypes.data)
+        session.set("SetMaxNumSteps", STEPS)
+        times, state, reached = problem.times.tolist(), session.state, session.reached
+
+        def solve_one(
+            start: Floats,
+            samples: Floats,
+            alive: object = problem.buffer,  # C holds its address
+        ) -> tuple[int, str | None]:
+            if not session.close.alive:
+                raise RuntimeError("called after close; prepare again")
+            reached.value = problem.t0
+            state[:] = start
+            restart(state)
+            for time, sample in zip(times, samples, strict=True):
+                code = advance(time)
+                if code < 0:
+                    return session.steps(), f"{session.named(code)} at t = {reached.value:g}"
+                sample[:] = state
+            return session.steps(), None
+
+        return Solver(each_start(problem, solve_one), options, close=session.close)
+
+
+class Adams(Native):
+    """CVODE's Adams-Moulton methods of variable order and step, iterated by the fixed point."""
+
+    name: ClassVar[str] = "CVODE Adams"
+    solver = "CVode"
+    method: ClassVar[int] = 1
+
+    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Restart, Advance]:
+        fixed_point = session.created("SUNNonlinSol_FixedPoint", session.y, 0, free="SUNNonlinSolFree")
+        motion = self.begun(session, problem)
+        session.set("SetNonlinearSolver", fixed_point)
+        return {"nonlinear_solver": "fixed point"}, *motion
+
+    def begun(self, session: "Session", problem: Problem) -> tuple[Restart, Advance]:
+        session.begin(self.method)
+        slope = c_function(right_hand_side(problem), problem, "t, y, slope, user", "slope")
+        session.set("Init", slope, problem.t0, session.y)
+        cvode, memory, y, reached = session.c["CVode"], session.memory, session.y, ctypes.byref(session.reached)
+
+        def advance(time: float) -> int:
+            code: int = cvode(memory, time, y, reached, NORMAL)
+            return code
+
+        return lambda _: session.set("ReInit", problem.t0, y), advance
+
+
+class Bdf(Adams):
+    """CVODE's backward differentiation formulas of variable order and step, iterated by Newton's method."""
+
+    name, method = "CVODE BDF", 2
+
+    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Restart, Advance]:
+        dense = session.dense()
+        motion = self.begun(session, problem)
+        arguments = "t, y, slope, matrix, user, free1, free2, free3"
+        return {"jac": session.newton(dense, problem, arguments, TRANSPOSED)}, *motion
+
+
+class Ida(Native):
+    """IDA's backward differentiation formulas of variable order and step, for implicit equations."""
+
+    name, solver = "IDA", "IDA"
+
+    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Restart, Advance]:
+        dense, slope = session.dense(), np.zeros(problem.dimension)
+        slopes = session.vector(slope)
+        session.begin()
+        kernel, buffer, t0, y = right_hand_side(problem), problem.buffer, problem.t0, session.y
+        residual = c_function(kernel, problem, "t, y, slope, left, user", "left", MINUS_SLOPE)
+        session.set("Init", residual, t0, y, slopes)
+        arguments = "t, c, y, slope, left, matrix, user, free1, free2, free3"
+        options = {"jac": session.newton(dense, problem, arguments, TRANSPOSED + C_MINUS)}
+        solve, memory, reached, python = session.c["IDASolve"], session.memory, ctypes.byref(session.reached), kernel.pointer
+
+        def restart(state: Floats) -> None:
+            python(t0, state, buffer, slope)
+            session.set("ReInit", t0, y, slopes)
+
+        def advance(time: float) -> int:
+            code: int = solve(memory, time, reached, y, slopes, NORMAL)
+            return code
+
+        return options, restart, advance
+
+
+class Session:
+    """What SUNDIALS holds for one problem: freed by `close`, or where nothing refers to it any more.
+
+    `state` (dimension,) is the memory of the vector `y`. `reached`: the time at which the last call ended.
+    """
+
+    def __init__(self, solver: str, dimension: int) -> None:
+        silence()
+        self.solver, self.dimension, self.c = solver, dimension, interface(solver)[0]
+        held = ExitStack()
+        self._held, self.close = held, weakref.finalize(self, held.close)
+        self.context, self.memory, self.reached = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_double()
+        verify("SUNContext_Create", self.c["SUNContext_Create"](0, ctypes.byref(self.context)))
+        held.callback(self.c["SUNContext_Free"], ctypes.byref(self.context))
+        verify("SUNContext_ClearErrHandlers", self.c["SUNContext_ClearErrHandlers"](self.context))
+        self.state = np.zeros(dimension)
+        self.y = self.vector(self.state)
+
+    def created(self, name: str, *arguments: Any, free: str) -> int:
+        """The address that a constructor returns. Raises MemoryError where it returns none."""
+        found: int | None = self.c[name](*arguments, self.context)
+        if not found:
+            raise MemoryError(f"SUNDIALS: {name} returned no object")
+        self._held.callback(self.c[free], found)
+        return found
+
+    def vector(self, values: Floats) -> int:
+        """A vector whose numbers are `values`."""
+        found = self.created("N_VMake_Serial", self.dimension, values.ctypes.data, free="N_VDestroy")
+        self._held.callback(lambda _: None, values)  # C holds its address
+        verify_place(found, self.c["N_VGetArrayPointer"](found))
+        return found
+
+    def dense(self) -> tuple[int, int]:
+        """A dense linear solver, and its matrix."""
+        matrix = self.created("SUNDenseMatrix", self.dimension, self.dimension, free="SUNMatDestroy")
+        verify_place(matrix, self.c["SUNDenseMatrix_Data"](matrix))
+        return self.created("SUNLinSol_Dense", self.y, matrix, free="SUNLinSolFree"), matrix
+
+    def begin(self, *method: int) -> None:
+        """Create the solver's memory, which is freed before all else."""
+        self.memory.value = self.c[f"{self.solver}Create"](*method, self.context)
+        if not self.memory.value:
+            raise MemoryError(f"SUNDIALS: {self.solver}Create returned no object")
+        self._held.callback(self.c[f"{self.solver}Free"], ctypes.byref(self.memory))
+
+    def newton(self, dense: tuple[int, int], problem: Problem, arguments: str, then: str) -> str | None:
+        """Iterate by Newton's method, with the compiled Jacobian: "compiled", None where the equations have none."""
+        self.set("SetLinearSolver", *dense)
+        assert isinstance(problem.form, FirstOrder)
+        kernel = jacobian_kernel(problem.form, problem.dimension, len(problem.parameters))
+        if kernel is None:
+            return None
+        self.set("SetJacFn", c_function(kernel, problem, arguments, "matrix", then))
+        return "compiled"
+
+    def set(self, name: str, *arguments: Any) -> None:
+        """Call a function of the solver. Raises RuntimeError where it does not return 0."""
+        verify(f"{self.solver}{name}", self.c[f"{self.solver}{name}"](self.memory, *arguments))
+
+    def steps(self) -> int:
+        """The number of steps since the start."""
+        found = ctypes.c_long()
+        self.set("GetNumSteps", ctypes.byref(found))
+        return found.value
+
+    def named(self, code: int) -> str:
+        """The name that the solver has for what it returned."""
+        return name_of(self.solver, code)
+
+
+def verify(name: str, code: int) -> None:
+    if code:
+        raise RuntimeError(f"SUNDIALS: {name} returned {code}")
+
+
+def verify_place(structure: int, data: int) -> None:
+    """Raise RuntimeError where the numbers of a vector or a matrix are not where compiled functions read them."""
+    words = ctypes.POINTER(ctypes.c_void_p)
+    content = ctypes.cast(structure, words)[0]
+    if ctypes.cast(content, words)[DATA] != data:
+        raise RuntimeError("this build of SUNDIALS has another layout of vectors and matrices; use its binding")
+
+
+def c_function(kernel: Kernel, problem: Problem, arguments: str, out: str, then: str = "") -> int:
+    """The address of a C function that computes the kernel at (t, y) into `out`, and then goes on with it.
+
+    `out` is the name of a vector or of the matrix among the `arguments`.
+    """
+    types = {"t": "float64", "c": "float64", "user": "CPointer(float64)"}
+    source = FUNCTION.format(
+        source=kernel.source,
+        arrays=ARRAYS_BEHIND_POINTERS,
+        options=OPTIONS,
+        inner=INNER,
+        arguments=arguments,
+        out=out,
+        data=DATA,
+        dimension=problem.dimension,
+        count=problem.dimension ** (2 if out == "matrix" else 1),
+        parameters=len(problem.buffer),
+        then=then.format(dimension=problem.dimension),
+    )
+    given = ", ".join(types.get(name, "CPointer(uintp)") for name in arguments.split(", "))
+    return address(source, "function", f"int32({given})")
+
+
+def silence() -> None:
+    """SUNDIALS repeats on standard error what its return code says; its log is chosen before it is loaded."""
+    for level in ("ERROR", "WARNING"):
+        os.environ.setdefault(f"SUNLOGGER_{level}_FILENAME", os.devnull)
+
+
+@cache
+def interface(solver: str) -> tuple[dict[str, Any], str]:
+    """The functions of a solver's library, and the version of SUNDIALS. Raises ImportError where it cannot be driven."""
+    silence()
+    part = {"CVode": "cvode", "IDA": "ida"}[solver]
+    found = [file for name in ("core", part) for file in files("scikit-sundae") or () if f"sundials_{name}" in file.name]
+    if len(found) != 2:
+        raise ImportError(f"this scikit-sundae comes without libraries of SUNDIALS; its wheels have them")
+    loaded = [ctypes.CDLL(str(file.locate())) for file in found]
+    functions = {}
+    for name, signature in SIGNATURES.items():
+        function = next((getattr(one, name) for one in loaded if hasattr(one, name)), None)
+        if function is None:
+            continue
+        result, _, arguments = signature.partition(" ")
+        function.restype, function.argtypes = TYPES[result], [TYPES[kind] for kind in arguments]
+        functions[name] = function
+    text = ctypes.create_string_buffer(64)
+    verify("SUNDIALSGetVersion", functions["SUNDIALSGetVersion"](text, len(text)))
+    version = text.value.decode()
+    if version not in VERSIONS:
+        raise ImportError(
+            f"SUNDIALS {version}: its C interface was tried with {', '.join(VERSIONS)} only; the binding runs"
+        )
+    return functions, version
+
+
+@cache
+def name_of(solver: str, code: int) -> str:
+    """The name of a return code. SUNDIALS allocates it; each is asked for once."""
+    found: bytes = ctypes.string_at(interface(solver)[0][f"{solver}GetReturnFlagName"](code))
+    return found.decode()
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (Adams, Bdf, Ida)
