@@ -1,11 +1,12 @@
-"""SUNDIALS through scikit-sundae: CVODE's Adams methods of orders 1 to 12 and BDF of orders 1 to 5, and IDA's BDF.
+"""SUNDIALS through its binding scikit-sundae, in Python: CVODE's Adams methods of orders 1 to 12 and BDF of orders 1 to 5, and
+IDA's BDF. `sundials` drives the same libraries by their C interface, which takes a tenth of the time.
 
 How it is driven, and why:
 
 - Samples from `solve` with all times: steps go past a sample, which comes from the polynomial of the step, of its order.
 - The setting is `rtol`; `atol` = .1 `rtol`, the ratio of its defaults (1e-5 and 1e-6), in SI units.
-- All iterate by Newton's method with a dense matrix: the fixed point that the manual of SUNDIALS names for Adams is not offered
-  here. They get the compiled Jacobian, as it recommends; where equations cannot be traced it takes differences.
+- All iterate by Newton's method with a dense matrix: the binding has no option for the fixed point, which the manual of
+  SUNDIALS names for Adams. They get the compiled Jacobian, as it recommends; where equations cannot be traced it takes differences.
 - IDA solves F(t, y, y') = 0, here y' - f(t, y) with the Jacobian c - df/dy and the slope at the start.
 - The right-hand side is compiled. It is called through Python, with the state as an array that may not be written, which the
   compiled function does not take: the state is copied.
@@ -16,23 +17,18 @@ steps, without a limit of their number: a time between is added. It does not tel
 takes ever smaller steps: the time limit of the trial ends it.
 """
 
-import os
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
-from importlib.metadata import version
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.adapters.scipy_ivp import jacobian_of
 from gnomon.harness.adapters.scipy_ode import STEPS
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
+from gnomon.harness.adapters.sundials import ABSOLUTE, Sundials, silence
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, each_start
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.equations import right_hand_side
-
-ABSOLUTE = 0.1
-"""atol over rtol."""
 
 Equations = Callable[[float, Floats, Floats], None]
 """Of (t, y, out), which it fills."""
@@ -40,25 +36,18 @@ Solve = Callable[[Floats, Floats], Any]
 """Of (times, start); returns what scikit-sundae does."""
 
 
-class Sundials(Installed):
-    """A solver of SUNDIALS. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363."""
+class Binding(Sundials):
+    """A solver of SUNDIALS by its binding. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363."""
 
-    library = "sksundae"
-    accepts = (FirstOrder,)
-    sampling = "dense output"
-    sweep = Tolerance(1e-3, 1e-13)
-
-    def versions(self) -> Mapping[str, str]:
-        return {"scikit-sundae": version("scikit-sundae")}
+    policy = "binding"
+    primary = False  # the same methods by their C interface are faster
 
     @abstractmethod
     def solver(self, function: Equations, jacobian: Equations | None, options: dict[str, Any]) -> Solve:
         """A function of (times, start). `function` fills f(t, y), `jacobian` df/dy; keys are added to `options`."""
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        # SUNDIALS repeats on standard error what its return code says; its log is chosen before it is loaded.
-        for level in ("ERROR", "WARNING"):
-            os.environ.setdefault(f"SUNLOGGER_{level}_FILENAME", os.devnull)
+        silence()
         import sksundae  # noqa: F401 - without the library the status is `not_installed`
 
         require_positive(setting, "tolerance")
@@ -92,7 +81,7 @@ class Sundials(Installed):
         return Solver(each_start(problem, solve_one), options)
 
 
-class Adams(Sundials):
+class Adams(Binding):
     """CVODE's Adams-Moulton methods of variable order and step."""
 
     name: ClassVar[str] = "CVODE Adams"
@@ -117,7 +106,7 @@ class Bdf(Adams):
     name, method = "CVODE BDF", "BDF"
 
 
-class Ida(Sundials):
+class Ida(Binding):
     """IDA's backward differentiation formulas of variable order and step, for implicit equations."""
 
     name = "IDA"

@@ -22,7 +22,6 @@ is evaluated even where it is not finite.
 
 import ctypes
 import os
-import re
 import weakref
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
@@ -39,7 +38,7 @@ from gnomon.harness.adapters.scipy_ode import STEPS
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.c_structures import ARRAYS_BEHIND_POINTERS
-from gnomon.harness.kernels.equations import INNER, OPTIONS, Kernel, address, right_hand_side
+from gnomon.harness.kernels.equations import INNER, OPTIONS, Kernel, address, compiled, right_hand_side
 from gnomon.harness.kernels.straight_line import jacobian_kernel
 
 ABSOLUTE = 0.1
@@ -105,10 +104,32 @@ C_MINUS = """\
         out[{dimension} * i + i] += c
 """
 
-Restart = Callable[[Floats], None]
-"""Of a start."""
-Advance = Callable[[float], int]
-"""Of a time; returns the code of SUNDIALS."""
+FOLLOW = """\
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+@intrinsic
+def called(typing_context, function, memory, time, {rest}):
+    def code(context, builder, signature, arguments):
+        kinds = [context.get_value_type(kind) for kind in signature.args[1:]]
+        pointer = ir.FunctionType(ir.IntType(32), kinds).as_pointer()
+        return builder.call(builder.inttoptr(arguments[0], pointer), arguments[1:])
+    return types.int32(function, memory, time, {rest}), code
+
+@njit({options})
+def follow(function, memory, {rest}, times, state, samples):
+    for k in range(len(times)):
+        code = called(function, memory, times[k], {rest})
+        if code < 0:
+            return code
+        samples[k] = state
+    return 0
+"""
+"""The loop over samples: the C function at an address is called for each time, and the state copied."""
+
+Motion = tuple[Callable[[], None], tuple[int, ...]]
+"""What begins again from `state`, and the arguments of the function that advances, after the time."""
 
 
 class Sundials(Installed):
@@ -124,16 +145,17 @@ class Sundials(Installed):
 
 
 class Native(Sundials):
-    """A solver driven by its C interface; the names of its functions begin with `solver`."""
+    """A solver driven by its C interface; its functions begin with `solver`, and `advance` is the one that takes steps."""
 
     policy = "native"
     solver: ClassVar[str]
+    advance: ClassVar[str]
 
     def versions(self) -> Mapping[str, str]:
         return {**super().versions(), "SUNDIALS": interface(self.solver)[1]}
 
     @abstractmethod
-    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Restart, Advance]:
+    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
         """Create the solver's memory and give it the equations; the options are those that differ from its defaults."""
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
@@ -141,12 +163,20 @@ class Native(Sundials):
             raise ImportError("sksundae is not installed")
         require_positive(setting, "tolerance")
         session = Session(self.solver, problem.dimension)
-        options, restart, advance = self.connect(session, problem)
+        options, (restart, rest) = self.connect(session, problem)
         options |= {"rtol": setting, "atol": ABSOLUTE * setting, "max_num_steps": STEPS}
         session.set("SStolerances", setting, ABSOLUTE * setting)
         session.set("SetUserData", problem.buffer.ctypes.data)
         session.set("SetMaxNumSteps", STEPS)
-        times, state, reached = problem.times.tolist(), session.state, session.reached
+        advance = ctypes.cast(session.c[self.advance], ctypes.c_void_p).value, session.memory.value, *rest
+        names = ", ".join(f"a{k}" for k in range(len(rest)))
+        words = ", ".join(["uint64"] * len(advance))
+        follow = compiled(
+            FOLLOW.format(rest=names, options=OPTIONS),
+            "follow",
+            f"int64({words}, float64[::1], float64[::1], float64[:, ::1])",
+        )
+        state, reached = session.state, session.reached
 
         def solve_one(
             start: Floats,
@@ -155,15 +185,10 @@ class Native(Sundials):
         ) -> tuple[int, str | None]:
             if not session.close.alive:
                 raise RuntimeError("called after close; prepare again")
-            reached.value = problem.t0
-            state[:] = start
-            restart(state)
-            for time, sample in zip(times, samples, strict=True):
-                code = advance(time)
-                if code < 0:
-                    return session.steps(), f"{session.named(code)} at t = {reached.value:g}"
-                sample[:] = state
-            return session.steps(), None
+            state[:], reached.value = start, problem.t0
+            restart()
+            code = follow(*advance, problem.times, state, samples)
+            return session.steps(), f"{session.named(code)} at t = {reached.value:g}" if code < 0 else None
 
         return Solver(each_start(problem, solve_one), options, close=session.close)
 
@@ -172,26 +197,21 @@ class Adams(Native):
     """CVODE's Adams-Moulton methods of variable order and step, iterated by the fixed point."""
 
     name: ClassVar[str] = "CVODE Adams"
-    solver = "CVode"
+    solver = advance = "CVode"
     method: ClassVar[int] = 1
 
-    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Restart, Advance]:
+    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
         fixed_point = session.created("SUNNonlinSol_FixedPoint", session.y, 0, free="SUNNonlinSolFree")
         motion = self.begun(session, problem)
         session.set("SetNonlinearSolver", fixed_point)
-        return {"nonlinear_solver": "fixed point"}, *motion
+        return {"nonlinear_solver": "fixed point"}, motion
 
-    def begun(self, session: "Session", problem: Problem) -> tuple[Restart, Advance]:
+    def begun(self, session: "Session", problem: Problem) -> Motion:
         session.begin(self.method)
         slope = c_function(right_hand_side(problem), problem, "t, y, slope, user", "slope")
         session.set("Init", slope, problem.t0, session.y)
-        cvode, memory, y, reached = session.c["CVode"], session.memory, session.y, ctypes.byref(session.reached)
-
-        def advance(time: float) -> int:
-            code: int = cvode(memory, time, y, reached, NORMAL)
-            return code
-
-        return lambda _: session.set("ReInit", problem.t0, y), advance
+        arguments = session.y, ctypes.addressof(session.reached), NORMAL
+        return lambda: session.set("ReInit", problem.t0, session.y), arguments
 
 
 class Bdf(Adams):
@@ -199,19 +219,19 @@ class Bdf(Adams):
 
     name, method = "CVODE BDF", 2
 
-    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Restart, Advance]:
+    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
         dense = session.dense()
         motion = self.begun(session, problem)
         arguments = "t, y, slope, matrix, user, free1, free2, free3"
-        return {"jac": session.newton(dense, problem, arguments, TRANSPOSED)}, *motion
+        return {"jac": session.newton(dense, problem, arguments, TRANSPOSED)}, motion
 
 
 class Ida(Native):
     """IDA's backward differentiation formulas of variable order and step, for implicit equations."""
 
-    name, solver = "IDA", "IDA"
+    name, solver, advance = "IDA", "IDA", "IDASolve"
 
-    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Restart, Advance]:
+    def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
         dense, slope = session.dense(), np.zeros(problem.dimension)
         slopes = session.vector(slope)
         session.begin()
@@ -220,17 +240,12 @@ class Ida(Native):
         session.set("Init", residual, t0, y, slopes)
         arguments = "t, c, y, slope, left, matrix, user, free1, free2, free3"
         options = {"jac": session.newton(dense, problem, arguments, TRANSPOSED + C_MINUS)}
-        solve, memory, reached, python = session.c["IDASolve"], session.memory, ctypes.byref(session.reached), kernel.pointer
 
-        def restart(state: Floats) -> None:
-            python(t0, state, buffer, slope)
+        def restart() -> None:
+            kernel.pointer(t0, session.state, buffer, slope)
             session.set("ReInit", t0, y, slopes)
 
-        def advance(time: float) -> int:
-            code: int = solve(memory, time, reached, y, slopes, NORMAL)
-            return code
-
-        return options, restart, advance
+        return options, (restart, (ctypes.addressof(session.reached), y, slopes, NORMAL))
 
 
 class Session:
@@ -351,9 +366,11 @@ def interface(solver: str) -> tuple[dict[str, Any], str]:
     """The functions of a solver's library, and the version of SUNDIALS. Raises ImportError where it cannot be driven."""
     silence()
     part = {"CVode": "cvode", "IDA": "ida"}[solver]
-    found = [file for name in ("core", part) for file in files("scikit-sundae") or () if f"sundials_{name}" in file.name]
+    found = [
+        file for name in ("core", part) for file in files("scikit-sundae") or () if f"sundials_{name}" in file.name
+    ]
     if len(found) != 2:
-        raise ImportError(f"this scikit-sundae comes without libraries of SUNDIALS; its wheels have them")
+        raise ImportError("this scikit-sundae comes without libraries of SUNDIALS; its wheels have them")
     loaded = [ctypes.CDLL(str(file.locate())) for file in found]
     functions = {}
     for name, signature in SIGNATURES.items():

@@ -16,11 +16,12 @@ from gnomon.harness.adapters import (
     scipy_ode,
     scipy_odeint,
     sksundae,
+    sundials,
 )
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import problem_of
 
-MODULES = (scipy_ivp, scipy_ode, scipy_odeint, rebound_nbody, rebound_ode, heyoka, sksundae, diffrax)
+MODULES = (scipy_ivp, scipy_ode, scipy_odeint, rebound_nbody, rebound_ode, heyoka, sundials, sksundae, diffrax)
 ALL = tuple(kind for module in MODULES for kind in module.INTEGRATORS)
 every = pytest.mark.parametrize("integrator", ALL, ids=lambda kind: kind().id)
 

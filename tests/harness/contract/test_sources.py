@@ -60,9 +60,10 @@ METHODS = (
     ("scipy:DOP853", 1e-10),
     ("scipy:Radau", 1e-8),
     ("heyoka:Taylor", 1e-10),
-    ("sksundae:CVODE Adams", 1e-8),
-    ("sksundae:CVODE BDF", 1e-8),
-    ("sksundae:IDA", 1e-8),
+    ("sksundae:CVODE Adams [native]", 1e-8),
+    ("sksundae:CVODE BDF [native]", 1e-8),
+    ("sksundae:IDA [native]", 1e-8),
+    ("sksundae:CVODE BDF [binding]", 1e-8),
     ("diffrax:Tsit5", 1e-8),
 )
 
