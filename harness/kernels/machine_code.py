@@ -24,6 +24,7 @@ from gnomon.harness.kernels.numba_cache import machine
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding
 from numba import _dispatcher, _dynfunc, types
+from numba.core import sigutils
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 from numba.core.typeconv.rules import default_type_manager
@@ -93,7 +94,9 @@ def compiled(source: str, name: str, signature: str) -> Compiled:
             dispatcher = getattr(load_module(source), name)
             if signature:
                 dispatcher.compile(signature)
-            (result,) = dispatcher.overloads.values()
+                result = dispatcher.overloads[sigutils.normalize_signature(signature)[0]]
+            else:
+                (result,) = dispatcher.overloads.values()
             cachefolder.store_or_warn(folder, file, packed(result))
         begin = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
         return Compiled(begin, result.entry_point, result.signature.args)

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.kernels import machine_code, numba_cache
-from gnomon.harness.kernels.equations import C_SIGNATURE, IMPORTS, OPTIONS, kernel
+from gnomon.harness.kernels.equations import C_SIGNATURE, IMPORTS, OPTIONS, SIGNATURE, kernel
 from gnomon.reference.storage import cachefolder
 
 SOURCE = "\n".join(
@@ -225,6 +225,18 @@ def test_a_c_function_is_loaded_too(kept: Path, monkeypatch: pytest.MonkeyPatch)
     forget()
     monkeypatch.setattr(machine_code, "load_module", None)
     assert call(machine_code.address(SOURCE, "doubled", C_SIGNATURE)) == 7.0
+
+
+def test_one_function_is_compiled_for_python_and_for_c(kept: Path) -> None:
+    """In either sequence, as the Jacobian of equations that two integrators use."""
+    for first, second in ((C_SIGNATURE, SIGNATURE), (SIGNATURE, C_SIGNATURE)):
+        source = f"{SOURCE}\n# {first}"
+        codes = [machine_code.compiled(source, "doubled", signature) for signature in (first, second)]
+        assert len({code.address for code in codes}) == 2
+    assert call(machine_code.address(source, "doubled", C_SIGNATURE)) == 7.0
+    out = np.zeros(1)
+    machine_code.function(source, "doubled", SIGNATURE)(1.0, np.array([3.0]), np.zeros(0), out)
+    assert out[0] == 7.0
 
 
 def test_arrays_are_returned_by_a_process_that_has_compiled_nothing(kept: Path) -> None:
