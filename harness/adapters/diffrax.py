@@ -34,7 +34,8 @@ ABSOLUTE = 0.01
 STEPS = 500_000
 """The limit of steps: some seconds."""
 ENSEMBLE = 8
-"""From so many trajectories on they are integrated together, which is another compilation."""
+"""From so many trajectories on they are integrated together, which is another compilation. Two together took Dopri8 3.5 times
+as long as one by one, eight 1.1 times, a hundred less than half (pendulum, 1e-6, processor time)."""
 
 
 class Tsit5(Installed):
@@ -70,10 +71,11 @@ class Tsit5(Installed):
             steps, reasons = 0, []
             with jax.enable_x64(True):
                 for k, start in enumerate([initial_states] if many else initial_states):
-                    found, taken, result = function(start, *given)
+                    found, taken, right, result = function(start, *given)
                     states[slice(None) if many else k] = found
                     steps += int(np.sum(taken))
-                    reasons += [reason for reason in np.atleast_1d(diffrax.RESULTS[result]) if reason]
+                    failed = np.flatnonzero(~np.asarray(right))[:1]
+                    reasons += [diffrax.RESULTS[jax.tree.map(lambda x, i=i: x.ravel()[i], result)] for i in failed]
             states[~np.isfinite(states)] = np.nan
             return Solution(states, steps, str(reasons[0]) if reasons else None)
 
@@ -96,7 +98,7 @@ class Kvaerno5(Tsit5):
 def compiled(
     method: str, equations: Callable[..., Any], text: str, sizes: tuple[int, int, int], ensemble: int = 0
 ) -> Any:
-    """A compiled function of (start, times with that of the start, parameters, tolerance): states, steps, result.
+    """A compiled function of (start, times with that of the start, parameters, tolerance): states, steps, success, result.
 
     `text`: the source of the equations, with the numbers that it uses: with other numbers it is another function. `sizes`: the
     numbers of components, samples and parameters. `ensemble`: so many starts at once, 0 for one that is no array of starts.
@@ -118,7 +120,7 @@ def compiled(
             ODETerm(slope), solver, grid[0], grid[-1], None, start, parameters,
             saveat=SaveAt(ts=grid[1:]), stepsize_controller=controller, max_steps=STEPS, throw=False,
         )  # fmt: skip
-        return found.ys, found.stats["num_accepted_steps"], found.result
+        return found.ys, found.stats["num_accepted_steps"], diffrax.is_successful(found.result), found.result
 
     dimension, samples, parameters = sizes
     start = (ensemble, dimension) if ensemble else (dimension,)

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from breadth import tenth
 from gnomon.cases.core.registry import get
-from gnomon.harness.adapters import heyoka, scipy_ivp, scipy_ode, scipy_odeint
+from gnomon.harness.adapters import diffrax, heyoka, scipy_ivp, scipy_ode, scipy_odeint
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.events.hybrid import Dop853Events
@@ -132,18 +132,21 @@ def test_dop853_against_scipy(benchmark: Any, problem: Problem, peer: type[Integ
     compare(benchmark, (Dop853(), peer()), problem, (1e-3, 1e-6), DECADES, 3)
 
 
-TRAJECTORIES = 10_000
 TOGETHER = [10.0 ** (-k / 2) for k in range(12, 28, 2)]
 
 
 @pytest.mark.slow
-def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
-    """1e4 pendulums, each of another amplitude, both sides on all the cores that this process may use.
+@pytest.mark.parametrize(
+    ("peer", "way", "trajectories"), [(heyoka.FastTaylor, "in batches", 10_000), (diffrax.Dopri8, "by vmap", 1000)]
+)
+def test_an_ensemble(benchmark: Any, peer: type[Integrator], way: str, trajectories: int) -> None:
+    """Pendulums, each of another amplitude, both sides on all the cores that this process may use.
 
-    The error is the largest of eight of them, spread over the amplitudes.
+    The error is the largest of eight of them, spread over the amplitudes. For diffrax they are fewer, as it takes 1 to 5 ms
+    each: from 100 on its time for one does not depend on their number.
     """
-    needs_heyoka()
-    count, tolerances, turns = (64, TOGETHER[-3:], 1) if benchmark.disabled else (TRAJECTORIES, TOGETHER, 3)
+    pytest.importorskip(peer.library, reason=f"{peer.library} is not installed: make bench EXTRAS=dev,peers")
+    count, tolerances, turns = (64, TOGETHER[-3:], 1) if benchmark.disabled else (trajectories, TOGETHER, 3)
     case = get("pendulum_simple", "speed").rounded()
     starts = np.column_stack([np.linspace(0.5, 2.5, count), np.zeros(count)])
     scored = np.linspace(0, count - 1, 8).astype(int)
@@ -165,12 +168,12 @@ def test_an_ensemble_against_heyoka_in_batches(benchmark: Any) -> None:
             found.solvers.append(solver)
         return found
 
-    pair = GaussFast(), heyoka.FastTaylor()
+    pair = GaussFast(), peer()
     sides = side(pair[0]), side(pair[1])
     errors = (1e-6, 1e-9, 1e-12)
     times, nulls = at_equal_error(sides, starts, errors, turns)
     prepares = median(sides[0].prepares), median(sides[1].prepares)
-    group, problem = f"against {pair[1].id} in batches", "1e4 pendulums, a trajectory"
+    group, problem = f"against {pair[1].id} {way}", f"1e{len(str(trajectories)) - 1} pendulums, a trajectory"
     benchmark.extra_info["rows"] = rows(group, problem, pair, errors, times, nulls, prepares, count)
     benchmark.pedantic(sides[0].solvers[0].solve, (starts,), rounds=1)
     assert any(one and other for one, other in times), "no comparison was possible"

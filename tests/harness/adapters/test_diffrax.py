@@ -71,6 +71,18 @@ def test_an_ensemble_has_the_states_of_each_alone() -> None:
     alone = [solve(start[None].copy()) for start in starts]
     assert together.states == pytest.approx(np.concatenate([each.states for each in alone]), abs=1e-12)
     assert together.steps == sum(each.steps or 0 for each in alone)
+    assert together.stopped is None
+
+
+def test_the_one_of_an_ensemble_that_fails_is_the_reason() -> None:
+    """y' = y^2 from y0 > 0 is infinite at t = 1 / y0."""
+    starts = np.full((ENSEMBLE, 1), -1.0)
+    starts[5] = 1.0
+    found = solver_of(Tsit5(), problem(escaping, 1, [0.5, 2.0]), 1e-6)(starts)
+    assert np.isnan(found.states[5, 1, 0])
+    assert np.delete(found.states, 5, axis=0)[:, 1, 0] == pytest.approx(-1 / 3, rel=1e-4)
+    assert found.stopped is not None
+    assert found.stopped.startswith("The maximum number of solver steps")
 
 
 def test_samples_that_were_not_reached_are_nan_with_the_reason() -> None:
