@@ -4,20 +4,19 @@ The libraries are those in the wheel of scikit-sundae. `sksundae` drives the sam
 
 How it is driven, and why:
 
-- Right-hand side and Jacobian are compiled, with the signatures of C: no call passes through Python but one a sample.
+- Right-hand side and Jacobian are compiled, with the signatures of C, and so is the loop over samples: Python is entered once a solve.
 - Adams iterates by the fixed point, BDF and IDA by Newton's method with a dense matrix, as the manual of SUNDIALS recommends
   for problems that are not stiff and for stiff ones. Where equations cannot be traced the Jacobian is by its differences.
 - Samples in the mode `CV_NORMAL`: steps go past a sample, which comes from the polynomial of the step, of its order.
 - The setting is `rtol`; `atol` = .1 `rtol`, the ratio of the binding's defaults, in SI units; SUNDIALS has none.
 - IDA solves F(t, y, y') = 0, here y' - f(t, y) with the Jacobian c - df/dy and the slope at the start.
 - A derivative that is not finite is returned as an error from which SUNDIALS recovers by a shorter step.
-- `mxstep` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
+- `max_num_steps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
 
 Compiled functions read addresses in `N_Vector` and `SUNMatrix` as the macros of SUNDIALS do, NV_DATA_S and SM_DATA_D. Both
 places are compared with what the library says before the first call, and only the VERSIONS that were tried are driven.
 
-Traps: towards a singularity it takes ever smaller steps, up to the limit. A start is not tested, so that its right-hand side
-is evaluated even where it is not finite.
+Traps: towards a singularity it takes ever smaller steps, up to the limit: the time limit of the trial ends it.
 """
 
 import ctypes
@@ -43,7 +42,7 @@ from gnomon.harness.kernels.straight_line import jacobian_kernel
 
 ABSOLUTE = 0.1
 """atol over rtol."""
-VERSIONS = ("7.9.0",)
+VERSIONS = ("7.5.0", "7.9.0")
 """The versions of SUNDIALS whose C interface was tried."""
 DATA = 1
 """The word of the content of a vector and of a matrix that is the address of its numbers, where indices have 32 bits."""
@@ -176,7 +175,7 @@ class Native(Sundials):
             "follow",
             f"int64({words}, float64[::1], float64[::1], float64[:, ::1])",
         )
-        state, reached = session.state, session.reached
+        state, reached, times = session.state, session.reached, np.ascontiguousarray(problem.times)
 
         def solve_one(
             start: Floats,
@@ -187,7 +186,7 @@ class Native(Sundials):
                 raise RuntimeError("called after close; prepare again")
             state[:], reached.value = start, problem.t0
             restart()
-            code = follow(*advance, problem.times, state, samples)
+            code = follow(*advance, times, state, samples)
             return session.steps(), f"{session.named(code)} at t = {reached.value:g}" if code < 0 else None
 
         return Solver(each_start(problem, solve_one), options, close=session.close)
