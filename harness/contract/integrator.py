@@ -188,6 +188,8 @@ class Integrator(ABC):
     """What the method claims to conserve to round-off at any step size: the symplectic form (symplectic), volume in phase
     space, reversal of time (reversible), linear and angular momentum where the forces conserve them, rotations on their
     group (attitude), the constraint."""
+    jacobian: str = "exact"
+    """How the method gets Jacobians: exact, which includes none, or differences (of one side or both)."""
     primary: ClassVar[bool] = True
     """False for a near-duplicate method: a suite runs it only on the default variants, in one launch, unless it is
     named."""

@@ -63,6 +63,7 @@ _RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
     "sweep": (lambda value: isinstance(value, Tolerance | Steps), "it is a Tolerance(...) or a Steps(...)"),
     "counts_rhs": (lambda value: isinstance(value, bool), "it is True or False"),
     "primary": (lambda value: isinstance(value, bool), "it is True or False"),
+    "jacobian": (lambda value: value in ("exact", "differences"), "it is exact or differences"),
     "conserves": (
         lambda value: isinstance(value, tuple) and all(isinstance(word, str) for word in value),
         "it is a tuple of texts",

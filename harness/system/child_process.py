@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
+from time import monotonic
 from typing import Any, NoReturn
 
 from gnomon.harness.system.locks import temporary_folder
@@ -189,6 +190,36 @@ def run_delays() -> dict[str, int] | None:
     return found or None
 
 
+def processor_seconds(process: int) -> float:
+    """Processor time of a process and of its descendants, in seconds; 0 where the system does not list them (not Linux)."""
+    seconds, waiting = 0.0, [process]
+    while waiting:
+        number = waiting.pop()
+        with contextlib.suppress(OSError, ValueError, IndexError):  # it has ended
+            fields = Path(f"/proc/{number}/stat").read_text().rpartition(") ")[2].split()
+            seconds += sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
+            waiting += _children(number)
+    return seconds
+
+
+ASLEEP = 10.0
+"""A process that sleeps may take so many times its processor time."""
+
+
+class TimeLimit:
+    """Processor time that a process has from now on, and ASLEEP times as long by the clock."""
+
+    def __init__(self, process: int, seconds: float) -> None:
+        self.process, self.seconds = process, seconds
+        self.used, self.deadline = processor_seconds(process), monotonic() + ASLEEP * seconds
+
+    def over(self) -> str | None:
+        """Which limit was passed; None while there is time."""
+        if processor_seconds(self.process) - self.used > self.seconds:
+            return f"no answer within {self.seconds:g} s of processor time"
+        return f"no answer within {ASLEEP * self.seconds:g} s" if monotonic() > self.deadline else None
+
+
 KEPT: set[int] = set()
 """Children of this process that serve several trials: `end_children` leaves them, and a guard ends them at last."""
 
@@ -219,10 +250,10 @@ def _kill(process: int) -> None:
         os.kill(process, signal.SIGKILL)
 
 
-def _children() -> list[int]:
-    """The children of this process, of any of its threads; none where the system does not list them."""
+def _children(process: int | str = "self") -> list[int]:
+    """The children of a process, of any of its threads; none where the system does not list them."""
     found: list[int] = []
-    for path in Path("/proc/self/task").glob("*/children"):
+    for path in Path(f"/proc/{process}/task").glob("*/children"):
         with contextlib.suppress(OSError):
             found += map(int, path.read_text().split())
     return found

@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection, wait
 from time import monotonic
 from typing import Any
 
-from gnomon.harness.system.child_process import guarded, queued_seconds
+from gnomon.harness.system.child_process import TimeLimit, guarded
 
 LONGEST_MESSAGE = 2**24
 Send = Callable[[Any], None]
@@ -27,7 +27,7 @@ class Job(ABC):
     pending: list[str]
     """The parts without an answer, in sequence."""
     limit: float
-    """Seconds, without waits for the processor, within which the next message is to come."""
+    """Processor seconds within which the next message is to come, see `TimeLimit`."""
 
     @abstractmethod
     def work(self, send: Send) -> None:
@@ -41,6 +41,10 @@ class Job(ABC):
     def lose(self, why: str) -> None:
         """Take the first part from `pending`, which hangs or ends the process; the others are tried in a new one."""
 
+    def late(self, why: str) -> None:
+        """The first part has no answer in time: take it from `pending`, or leave it there to be tried again."""
+        self.lose(why)
+
     def stop(self) -> None:
         """Take all parts from `pending`: the time of `run` is over."""
         self.pending.clear()
@@ -48,6 +52,10 @@ class Job(ABC):
 
 class Lost(Exception):  # noqa: N818 - an answer, not an error of this program
     """No more messages come from a process; the message says why."""
+
+
+class Late(Lost):
+    """The next message does not come in time."""
 
 
 class _Child:
@@ -65,8 +73,7 @@ class _Child:
 
     def allow(self, seconds: float) -> None:
         """The next message is to come within so many seconds from now."""
-        self.limit, self.deadline = seconds, monotonic() + seconds
-        self.queued = queued_seconds(self.process.pid)
+        self.limit = TimeLimit(self.process.pid, seconds)
 
     def messages(self) -> Iterator[Any]:
         """The messages that have come. Raises Lost if no more will."""
@@ -76,11 +83,9 @@ class _Child:
         except (EOFError, OSError):
             self.process.join(1.0)  # a process that sent too long a message is still there
             raise Lost(f"its process ended with exit code {self.process.exitcode}") from None
-        if monotonic() > self.deadline:
-            waited = queued_seconds(self.process.pid) - self.queued
-            if waited <= 1e-3:
-                raise Lost(f"no answer within {self.limit:g} s")
-            self.deadline, self.queued = self.deadline + waited, self.queued + waited  # the machine was busy
+        over = self.limit.over()
+        if over is not None:
+            raise Late(over)
 
     def end(self) -> None:
         if self.process.is_alive():
@@ -105,8 +110,8 @@ def run(jobs: Sequence[Job], workers: int, ends: float = math.inf) -> None:
             while waiting and len(running) < workers:
                 job = waiting.pop(0)
                 running.append((job, _Child(job)))
-            nearest = min([ends, *(child.deadline for _, child in running)])
-            wait([child.connection for _, child in running], max(0.0, min(nearest - monotonic(), 1.0)))
+            pause = min([ends - monotonic(), 1.0, *(child.limit.seconds for _, child in running)])
+            wait([child.connection for _, child in running], max(0.0, pause))
             for job, child in list(running):
                 lost = None
                 try:
@@ -114,13 +119,13 @@ def run(jobs: Sequence[Job], workers: int, ends: float = math.inf) -> None:
                         job.receive(message)
                         child.allow(job.limit)
                 except Lost as why:
-                    lost = str(why)
+                    lost = why
                 if job.pending and lost is None and monotonic() <= ends:
                     continue
                 running.remove((job, child))
                 child.end()
                 if job.pending and lost is not None:
-                    job.lose(lost)
+                    (job.late if isinstance(lost, Late) else job.lose)(str(lost))
                 if job.pending and monotonic() > ends:
                     job.stop()
                 elif job.pending:

@@ -15,6 +15,9 @@ def limitations() -> dict[str, str]:
         found["memory limit of trials"] = "none: the system enforces no limit of the address space (RLIMIT_AS)"
         found["processes of an integrator"] = "not killed if they leave the process group of their worker"
         found["waits for the processor"] = "not measured: on a busy machine they count towards time limits"
+        found["processor time of an integrator"] = (
+            "not measured by `gnomon verify`: a hang ends after ten times its limit"
+        )
     if not cachefolder.KEEPS:
         found["kept results"] = "none, as no folder can be verified: each process computes and compiles anew"
     return found

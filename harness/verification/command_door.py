@@ -25,7 +25,7 @@ from gnomon.harness.verification import protocol
 from gnomon.harness.verification.conversation import Conversation
 
 DESCRIBE_SECONDS = 60.0
-"""Time that a program has to start and to describe itself: some languages compile then."""
+"""Processor time that a program has to start and to describe itself: some languages compile then."""
 
 _running: dict[tuple[Sequence[str], str], Conversation] = {}
 """The programs of this process, by command and folder."""
@@ -46,6 +46,7 @@ class CommandIntegrator(Integrator):
             "sweep": found.sweep,
             "counts_rhs": found.counts_rhs,
             "conserves": found.conserves,
+            "jacobian": found.jacobian,
             "accepts": tuple(protocol.FORMS[form] for form in found.forms),
         }
         self.__dict__.update(declared)
@@ -108,7 +109,7 @@ class CommandIntegrator(Integrator):
 def from_command(command: str | Sequence[str], seconds: float | None = None) -> CommandIntegrator:
     """The integrator that `command` starts: a command line, or its words. It is run once, to describe itself.
 
-    `seconds`: the time limit of one problem, for use outside a run, whose workers have limits of their own. Raises
+    `seconds`: the processor time of one problem (see `TimeLimit`), for use outside a run, whose workers have limits of their own. Raises
     ValueError if the program cannot be started or does not describe itself.
     """
     shown = command if isinstance(command, str) else shlex.join(command)
@@ -125,8 +126,8 @@ def from_command(command: str | Sequence[str], seconds: float | None = None) -> 
         described = asked.ask(protocol.describe_line(), DESCRIBE_SECONDS)
         asked.close()
         made = CommandIntegrator(words, os.getcwd(), described, seconds)
-    except TimeoutError:
-        raise ValueError(f"--command {shown!r}: does not describe itself within {DESCRIBE_SECONDS:g} s") from None
+    except TimeoutError as over:
+        raise ValueError(f"--command {shown!r}: does not describe itself: {over}") from None
     except Unusable as error:
         raise ValueError(f"--command {shown!r}: asked to describe itself, {error}") from None
     declaration.validate(made, f"--command {shown!r}")

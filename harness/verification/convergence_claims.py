@@ -8,15 +8,11 @@ import numpy as np
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed
 from gnomon.harness.verification.doors import Stepped
-from gnomon.harness.verification.trials import HALF_ULP, SHORTEST, Answer, Floats, Trials
+from gnomon.harness.verification.trials import SHORT, SHORTEST, TIGHT, Answer, Floats, Trials
 from scipy.special import stdtrit
 
 TINY = 20
 """Halvings of the span to one of which a step is a 64th: its length is some 1e-8 time scales."""
-TIGHT = 1e-4
-"""Tolerances up to this: at looser ones the estimate of a local error need not be close to it."""
-SHORT = 6
-"""Halvings of the span for `tolerance_short` and `order_short`: one sampling interval of the whole span."""
 HALVED = 7
 """Step sizes of `order_short`, each half of the one before."""
 MARGIN = 0.5
@@ -172,15 +168,15 @@ def _tolerance_applies(trials: Trials) -> str | None:
     return "its setting is a step size" if trials.steps else None
 
 
-def allowed_error(trials: Trials, tolerance: float, answer: Answer, halvings: int = 0) -> float:
-    """The error that the local errors of all steps may add up to, with round-off.
+def allowed_error(trials: Trials, tolerance: float, answer: Answer, halvings: int = 0, last: bool = False) -> float:
+    """The error that the local errors of all steps may add up to at the samples, or at the last one, with round-off.
 
     Each step may add `tolerance` times the size of the state in each component, so sqrt(dim) times that in the norm; the
-    exact motion carries it to a sample with at most the growth that the conditioning shows.
+    exact motion carries it to a sample with at most its growth. Infinite where neither steps nor calls are counted.
     """
-    growth = max(1.0, trials.conditioning(halvings) / HALF_ULP)
-    work = max(answer.work or 0, len(trials.reference.times))
-    return work * math.sqrt(len(trials.start)) * tolerance * growth + answer.roundoff
+    growth = trials.growth(halvings)
+    largest = float(growth[-1] if last else np.max(growth))
+    return trials.steps_of(answer) * math.sqrt(len(trials.start)) * tolerance * largest + answer.roundoff
 
 
 def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 1.0, share: float = 0.0) -> Finding:
@@ -192,19 +188,23 @@ def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 
         return not_applicable(f"no solution at {named}: {alone.why}")
     apart = float(np.max(trials.distance(states, alone.states)))
     at_steps = roundings * alone.roundoff + share * alone.error
-    allowed = at_steps if trials.steps else 2 * allowed_error(trials, alone.setting, alone)
+    # Samples between steps have the error of an interpolant besides.
+    allowed = at_steps if trials.steps else 2 * max(alone.error, allowed_error(trials, alone.setting, alone))
+    if not allowed < math.inf:
+        return not_applicable("it counts neither steps nor right-hand sides: its tolerance bounds no error")
     if apart <= allowed:
         return passed(f"{apart:.2g}")
     return failed(named, f"{what} within {allowed:.2g} of the solution from the start alone", f"{apart:.2g}")
 
 
-def _dense(trials: Trials) -> bool:
+def dense(trials: Trials) -> bool:
+    """Whether samples are interpolated between steps."""
     return trials.integrator.sampling == "dense output"
 
 
 def _error_of_steps(trials: Trials, answer: Answer) -> float:
     """The error that the steps of an adaptive method leave: with dense output the last one, as an interpolant adds its own."""
-    return answer.last if _dense(trials) else answer.error
+    return answer.last if dense(trials) else answer.error
 
 
 def _over_tolerance(trials: Trials, answers: Sequence[tuple[float, Answer]], halvings: int) -> Finding:
@@ -213,13 +213,13 @@ def _over_tolerance(trials: Trials, answers: Sequence[tuple[float, Answer]], hal
         if answer.declined:
             continue
         error = _error_of_steps(trials, answer)
-        allowed = allowed_error(trials, tolerance, answer, halvings)
+        allowed = allowed_error(trials, tolerance, answer, halvings, last=dense(trials))
         if not allowed < LARGEST_ERROR:
             continue
         counted += 1
         if not error <= allowed:
-            where = " at the last sample" if _dense(trials) else ""
-            work = f"{answer.work} steps or right-hand sides"
+            where = " at the last sample" if dense(trials) else ""
+            work = f"{trials.steps_of(answer):.0f} steps at most"
             return failed(f"tolerance {tolerance:g}", f"error{where} below {allowed:.2g} with {work}", f"{error:.2g}")
     return passed() if counted else not_applicable("no setting whose tolerance bounds the error")
 

@@ -8,10 +8,9 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
-from time import monotonic
 
 from gnomon.harness.contract.validation import Unusable
-from gnomon.harness.system.child_process import KEPT, die_with_parent
+from gnomon.harness.system.child_process import KEPT, TimeLimit, die_with_parent
 
 MOST_BYTES = 2**22
 """The longest line that a program may write."""
@@ -47,14 +46,14 @@ class Conversation:
     def ask(self, line: str, seconds: float | None = None) -> str:
         """The line with which the program answers.
 
-        After `seconds`, if given, and after any wrong answer, the program is killed. Raises Unusable if there is no answer,
-        and TimeoutError.
+        After `seconds` of processor time, if given (see `TimeLimit`), and after any wrong answer, the program is killed.
+        Raises Unusable if there is no answer, and TimeoutError.
         """
         try:
             if self._unread:
                 raise Unusable("wrote more than one line for a problem")
             self._write(line.encode() + b"\n")
-            return self._read(None if seconds is None else monotonic() + seconds)
+            return self._read(None if seconds is None else TimeLimit(self._program.pid, seconds))
         except BaseException:
             self.kill()
             raise
@@ -68,14 +67,16 @@ class Conversation:
         except BrokenPipeError:
             raise Unusable(f"{self._end()} before it read a problem") from None
 
-    def _read(self, deadline: float | None) -> str:
+    def _read(self, limit: TimeLimit | None) -> str:
         assert self._program.stdout is not None
         descriptor = self._program.stdout.fileno()
         pieces: list[bytes] = []
         length = 0
         while True:
-            if deadline is not None and not select.select([descriptor], [], [], max(0.0, deadline - monotonic()))[0]:
-                raise TimeoutError("no answer within its time limit")
+            while limit is not None and not select.select([descriptor], [], [], min(limit.seconds, 1.0))[0]:
+                over = limit.over()
+                if over is not None:
+                    raise TimeoutError(over)
             piece = os.read(descriptor, 2**16)
             if not piece:
                 cut = " within a line" if pieces else ""

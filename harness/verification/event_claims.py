@@ -9,8 +9,8 @@ from gnomon.harness.contract.integrator import Steps
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.scoring.events import EventScore, score_events
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.convergence_claims import TIGHT, above_line, allowed_error
-from gnomon.harness.verification.trials import HALF_ULP, SHORTEST, Answer, Trials
+from gnomon.harness.verification.convergence_claims import above_line, allowed_error
+from gnomon.harness.verification.trials import HALF_ULP, SHORTEST, TIGHT, Answer, Trials
 
 WITHIN = 0.75
 """The first event is in this share of a short span: the motion after it counts."""

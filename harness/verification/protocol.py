@@ -39,6 +39,7 @@ class Description:
     sampling: str = "grid"
     conserves: tuple[str, ...] = ()
     version: str = ""
+    jacobian: str = "exact"
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,7 @@ def description(line: str) -> Description:
         _text(found, "sampling", "grid"),
         _texts(found, "conserves"),
         _text(found, "version", ""),
+        _text(found, "jacobian", "exact"),
     )
 
 

@@ -13,8 +13,8 @@ from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, per
 from gnomon.harness.contract.integrator import Floats, Problem, Refused
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.convergence_claims import MARGIN, SHORT, TIGHT, allowed_error, same_solution
-from gnomon.harness.verification.trials import Answer, Trials
+from gnomon.harness.verification.convergence_claims import MARGIN, allowed_error, dense, same_solution
+from gnomon.harness.verification.trials import SHORT, TIGHT, Answer, Trials
 
 TURNED = 3
 """Turned starts that are solved."""
@@ -41,7 +41,7 @@ def _has_turning(trials: Trials) -> str | None:
 def _allowed(trials: Trials, answer: Answer) -> float:
     """The error that a setting may have from any start of the same kind of motion."""
     if not trials.steps:
-        return allowed_error(trials, answer.setting, answer)
+        return allowed_error(trials, answer.setting, answer, last=dense(trials))
     order = trials.integrator.order
     assert order is not None
     usable = [a for a in trials.answers() if a.error < LARGEST_ERROR]
@@ -63,7 +63,8 @@ def _turned(trials: Trials) -> Finding:
     starts, exact = trials.reference.turned_starts[:TURNED], trials.reference.turned_exact
     solutions = trials.solutions(trials.problem(), answer.setting, list(starts))
     for number, (states, right) in enumerate(zip(solutions, exact, strict=False), 1):
-        error = float(np.max(trials.distance(states, right)))
+        errors = trials.distance(states, right)
+        error = float(errors[-1] if dense(trials) and not trials.steps else np.max(errors))
         if not error <= allowed:
             where = f"{trials.named(answer.setting)}, turned start {number}"
             return failed(

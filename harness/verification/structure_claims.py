@@ -1,24 +1,28 @@
 """Claims of structure: what an integrator declares to conserve at any step size (`Integrator.conserves`)."""
 
+from __future__ import annotations
+
 import math
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from gnomon.cases.core.forms import Separable
 from gnomon.harness.contract.integrator import Problem, Steps
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.trials import HALF_ULP, Trials
+from gnomon.harness.verification.trials import HALF_ULP, Answer, Trials
 
 DIFFERENCE = 2.0**-17
 """Central differences over this share of the size and over twice of it, extrapolated: rounding leaves about 1e-11, and
 truncation less, also where a pericentre makes third derivatives a thousand times as large."""
 DECLINED = 6
-"""Steps, each half of the one before, that an integrator may decline before the longest counts as its failure."""
+"""Steps, each half of the one before, at which an integrator may decline or not converge."""
 STEPS = 4
 """Steps whose map is differentiated."""
 SYMPLECTIC = 1e-7
 """Ten thousand times the error of one difference: for the growth of rounding in four steps, and products."""
+HIGH = 8
+"""The order of a method that declares none, for the fall of its defects."""
 ROUNDINGS = 64
 """Roundings in a step, at most, that change an invariant: stages, iterations and sums."""
 
@@ -43,17 +47,20 @@ def _canonical(trials: Trials) -> str | None:
 @claim("symplectic", _declares("symplectic", _canonical))
 def _symplectic(trials: Trials) -> Finding:
     """J^T W J = W for the map of a few coarse steps, J from central differences in scaled coordinates."""
-    halvings, problem = _coarse(trials)
     sizes, n = trials.reference.sizes, len(trials.start)
     offsets = [DIFFERENCE, -DIFFERENCE, 2 * DIFFERENCE, -2 * DIFFERENCE]
     starts = [trials.start + offset * sizes * np.eye(n)[i] for i in range(n) for offset in offsets]
-    ends = np.array([states[STEPS - 1] for states in trials.solutions(problem, problem.interval, starts)])
-    near, nears, far, fars = np.moveaxis(ends.reshape(n, len(offsets), n), 1, 0)
-    jacobian = ((8 * (near - nears) - (far - fars)) / (12 * DIFFERENCE * sizes)).T
     zero, one = np.zeros((n // 2, n // 2)), np.eye(n // 2)
     form = np.block([[zero, one], [-one, zero]]) * np.outer(sizes, sizes)
-    defect = float(np.max(np.abs(jacobian.T @ form @ jacobian - form)) / np.max(np.abs(form)))
-    return _within(problem.interval, defect, SYMPLECTIC, "J^T W J = W", halvings)
+
+    def defect(halvings: int, problem: Problem) -> _Defect:
+        ends = np.array([states[STEPS - 1] for states in trials.solutions(problem, problem.interval, starts)])
+        near, nears, far, fars = np.moveaxis(ends.reshape(n, len(offsets), n), 1, 0)
+        jacobian = ((8 * (near - nears) - (far - fars)) / (12 * DIFFERENCE * sizes)).T
+        found = float(np.max(np.abs(jacobian.T @ form @ jacobian - form)) / np.max(np.abs(form)))
+        return _Defect(problem.interval, halvings, found, SYMPLECTIC)
+
+    return _judged(trials, (defect(*coarse) for coarse in _coarse(trials)), "J^T W J = W")
 
 
 def _has_reversal(trials: Trials) -> str | None:
@@ -63,20 +70,24 @@ def _has_reversal(trials: Trials) -> str | None:
 @claim("reversible", _declares("reversible", _has_reversal))
 def _reversible(trials: Trials) -> Finding:
     """The distance from the start after the way there, reversal of the velocities, and the way back."""
-    halvings, problem = _coarse(trials)
-    there = trials.solutions(problem, problem.interval, [trials.start])[0][-1]
-    turned = trials.case.reversed(tuple(there.tolist()))
     home = trials.case.reversed(tuple(trials.start.tolist()))
-    if not np.all(np.isfinite(there)) or turned is None or home is None:
-        return not_applicable(f"no finite states at h = {problem.interval:.6g}")
-    state, parameters = turned
-    numbers = np.array([float(parameters[p.name]) for p in trials.case.parameter_list])
-    way_back = replace(problem, parameters=numbers)
-    back = trials.solutions(way_back, problem.interval, [np.array(state, dtype=np.float64)])[0][-1]
-    apart = float(trials.distance(back[None], np.array([home[0]], dtype=np.float64))[0])
-    growth = max(1.0, trials.conditioning(halvings) / HALF_ULP)
-    allowed = trials.roundoff(2 * len(problem.times), halvings) * growth * ROUNDINGS
-    return _within(problem.interval, apart, allowed, "return to the start", halvings)
+    assert home is not None
+
+    def defect(halvings: int, problem: Problem) -> _Defect:
+        there = trials.solutions(problem, problem.interval, [trials.start])[0][-1]
+        turned = trials.case.reversed(tuple(there.tolist())) if np.all(np.isfinite(there)) else None
+        if turned is None:
+            return _Defect(problem.interval, halvings, math.nan, 0.0)
+        state, parameters = turned
+        numbers = np.array([float(parameters[p.name]) for p in trials.case.parameter_list])
+        way_back = replace(problem, parameters=numbers)
+        back = trials.solutions(way_back, problem.interval, [np.array(state, dtype=np.float64)])[0][-1]
+        apart = float(trials.distance(back[None], np.array([home[0]], dtype=np.float64))[0])
+        growth = max(1.0, trials.conditioning(halvings) / HALF_ULP)
+        allowed = trials.roundoff(2 * len(problem.times), halvings) * growth * ROUNDINGS
+        return _Defect(problem.interval, halvings, apart, allowed)
+
+    return _judged(trials, (defect(*coarse) for coarse in _coarse(trials)), "return to the start")
 
 
 def _has_momentum(trials: Trials) -> str | None:
@@ -92,17 +103,20 @@ def _momenta(trials: Trials) -> list[str]:
 
 @claim("momentum", _declares("momentum", _has_momentum))
 def _momentum(trials: Trials) -> Finding:
-    answer = trials.whole(trials.settings[0])
-    if answer.states is None or math.isnan(answer.error):
-        return not_applicable(f"no solution at h = {answer.setting:.6g}: {answer.why}")
-    drifts = trials.scorer.drift(answer.states)
-    allowed = ROUNDINGS * HALF_ULP * max(answer.work or 0, len(trials.reference.times))
-    worst = max(float(np.max(drifts[name])) for name in _momenta(trials))
-    return _within(answer.setting, worst, allowed, "momentum kept", 0)
+    answers = (trials.whole(setting) for setting in trials.settings[:DECLINED])
+    usable = (a for a in answers if a.states is not None and not math.isnan(a.error))
+
+    def defect(answer: Answer) -> _Defect:
+        assert answer.states is not None
+        drifts = trials.scorer.drift(answer.states)
+        allowed = ROUNDINGS * HALF_ULP * max(answer.work or 0, len(trials.reference.times))
+        return _Defect(answer.setting, 0, max(float(np.max(drifts[name])) for name in _momenta(trials)), allowed)
+
+    return _judged(trials, map(defect, usable), "momentum kept")
 
 
-def _coarse(trials: Trials) -> tuple[int, Problem]:
-    """The longest short span with steps of one sampling interval that are within the sweep, and that the integrator does
+def _coarse(trials: Trials) -> Iterator[tuple[int, Problem]]:
+    """Short spans with steps of one sampling interval, from the longest that is within the sweep, that the integrator does
     not decline as too long (stages that do not converge): (halvings, problem)."""
     sweep = trials.integrator.sweep
     assert isinstance(sweep, Steps)
@@ -111,12 +125,34 @@ def _coarse(trials: Trials) -> tuple[int, Problem]:
     for halvings in range(longest, longest + DECLINED):
         problem = trials.problem(halvings)
         if not trials.short(halvings, problem.interval).declined:
-            return halvings, problem
-    return longest, trials.problem(longest)
+            yield halvings, problem
 
 
-def _within(setting: float, found: float, allowed: float, what: str, halvings: int) -> Finding:
-    if found <= allowed:
-        return passed(f"{found:.2g}")
-    part = f" over 1/{2**halvings} of the span" if halvings else ""
-    return failed(f"h = {setting:.6g}{part}", f"{what} to {allowed:.2g}", f"{found:.2g}")
+@dataclass(frozen=True)
+class _Defect:
+    """What a claim finds at a step size over the span divided by 2^halvings, and what is allowed."""
+
+    setting: float
+    halvings: int
+    found: float
+    allowed: float
+
+
+def _judged(trials: Trials, defects: Iterator[_Defect], what: str) -> Finding:
+    """The finding at the longest step, or at half of it and so on, where iterations do not converge.
+
+    A defect that belongs to a method falls by 2^(2 order + 1) with half the step at most, that of iterations at once.
+    """
+    first = before = next(defects, None)
+    if first is None or before is None:
+        return not_applicable(f"no solution with finite states at its {DECLINED} longest steps")
+    if first.found <= first.allowed:
+        return passed(f"{first.found:.2g}")
+    for half in defects:
+        if half.found <= half.allowed:
+            if not before.found <= half.found * 2.0 ** (2 * (trials.integrator.order or HIGH) + 2):
+                return passed(f"{half.found:.2g} at h = {half.setting:.6g}")
+            break
+        before = half
+    part = f" over 1/{2**first.halvings} of the span" if first.halvings else ""
+    return failed(f"h = {first.setting:.6g}{part}", f"{what} to {first.allowed:.2g}", f"{first.found:.2g}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,13 +18,23 @@ from gnomon.harness.contract.problem import accepted_form, names_of
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 from gnomon.harness.scoring.score import Scorer
+from gnomon.harness.system.child_process import processor_seconds
+from gnomon.harness.verification.growth import growth
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
 HALF_ULP = 2.0**-53
+ROOT_OF_ULP = 2.0**-26
 SHORTEST = 24
 """Halvings of the span, at most, for the short spans."""
+SHORT = 6
+"""Halvings of the span for `tolerance_short` and `order_short`: one sampling interval of the whole span."""
+TIGHT = 1e-4
+"""Tolerances up to this: at looser ones the estimate of a local error need not be close to it."""
+COUNTS = 6
+"""Different counts of right-hand sides from which those of a step are found: a factor 2 in all their differences by chance
+has a probability of 1/32."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +59,7 @@ DEPTHS = {
 class Answer:
     """What one call of `solve` gave: its states (64, dim), or why there are none (`refused`, `raised`).
 
+    `work`: the number of steps, or of right-hand sides where steps are not known (`steps` False).
     `error` is the largest distance from the exact motion and `last` that of the last sample; both are nan without
     states or where these are not finite. `roundoff` is the error that rounding may cause, see `Trials.roundoff`.
     `seconds`: processor time, of answers over the whole span.
@@ -59,6 +71,7 @@ class Answer:
     last: float
     roundoff: float
     work: int | None = None
+    steps: bool = False
     stopped: str | None = None
     refused: str | None = None
     raised: str | None = None
@@ -84,6 +97,7 @@ class Trials:
         self.start: Floats = reference.start
         self._whole: dict[float, Answer] = {}
         self._short: dict[tuple[int, float], Answer] = {}
+        self._growth: dict[int, Floats] = {}
 
     @classmethod
     def of(cls, integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
@@ -113,17 +127,17 @@ class Trials:
         """The answers over the whole span, up to the first setting that takes longer than this depth allows."""
         found: list[Answer] = []
         for setting in self.settings:
-            began = time.process_time()
+            began = _clock()
             found.append(self.whole(setting))
-            if time.process_time() - began > self.depth.seconds:
+            if _clock() - began > self.depth.seconds:
                 break
         return found
 
     def whole(self, setting: float) -> Answer:
         if setting not in self._whole:
-            began = time.process_time()
+            began = _clock()
             answer = self._answer(setting, 0)
-            self._whole[setting] = replace(answer, seconds=time.process_time() - began)
+            self._whole[setting] = replace(answer, seconds=_clock() - began)
         return self._whole[setting]
 
     def short(self, halvings: int, setting: float) -> Answer:
@@ -166,6 +180,50 @@ class Trials:
         """The largest conditioning over the span divided by 2^halvings, at least half an ulp."""
         count = max(1, math.ceil(len(self.reference.times) * 2.0**-halvings))
         return max(float(np.max(self.reference.conditioning[:count])), HALF_ULP)
+
+    def growth(self, halvings: int = 0) -> Floats:
+        """The largest growth of an error to each sample of the span divided by 2^halvings, shape (64,).
+
+        See `growth.growth`; what that does not find is the largest conditioning over half an ulp.
+        """
+        if halvings not in self._growth:
+            times = self.reference.times * 2.0**-halvings
+            found = growth(self.case, times, self.reference.sizes)
+            worst = max(1.0, self.conditioning(halvings) / HALF_ULP)
+            self._growth[halvings] = np.full(len(times), worst) if found is None else found
+        return self._growth[halvings]
+
+    @cached_property
+    def calls_of_a_step(self) -> int:
+        """Right-hand sides of a step, at most: what divides all differences between the counts of solutions.
+
+        If each step, also one that is rejected, has the same count, its multiples are all differences. 1 where there are too
+        few counts to tell.
+        """
+        tight = [setting for setting in self.settings if setting <= TIGHT]
+        answers = [a for a in self.answers() if a.setting <= TIGHT] + [self.short(SHORT, s) for s in tight]
+        counts = sorted({a.work for a in answers if a.work is not None and not (a.steps or a.declined)})
+        return math.gcd(*np.diff(counts).tolist()) if len(counts) >= COUNTS else 1
+
+    def steps_of(self, answer: Answer) -> float:
+        """The number of steps of an adaptive method, at most; infinite where nothing was counted."""
+        if answer.work is None:
+            return math.inf
+        least = 1 if self.integrator.sampling == "dense output" else len(self.reference.times)
+        return max(answer.work / (1 if answer.steps else self.calls_of_a_step), least)
+
+    def of_differences(self, h: float, halvings: int) -> float:
+        """The error that a Jacobian of differences may cause at a step size, where one is declared; else 0.
+
+        A difference of one side has a relative error of the root of an ulp at best. The share of a step in which a
+        Jacobian J counts is h |J|, and 1 / |J| is the time scale of the case.
+        """
+        if self.integrator.jacobian != "differences":
+            return 0.0
+        exact = np.concatenate([self.case.sample(np.zeros(1)), self.exact(halvings)])
+        path = float(np.sum(self.scorer.metric.distance(exact[1:], exact[:-1])))
+        share = min(1.0, h / self.reference.time_scale)
+        return ROOT_OF_ULP * share * path * float(np.max(self.growth(halvings)))
 
     def exact(self, halvings: int) -> Floats:
         """The exact states at the samples of a shorter span, shape (64, dim)."""
@@ -210,7 +268,14 @@ class Trials:
             times = self.reference.times if halvings == 0 else None
             errors = self.scorer.metric.distance(states, self.exact(halvings), times)
         roundoff = self.roundoff(work or len(problem.times), halvings)
+        if self.steps:
+            roundoff += self.of_differences(setting, halvings)
         error = float(np.max(errors)) if np.all(np.isfinite(errors)) else math.nan
-        return Answer(
-            setting, states, error, float(errors[-1]), roundoff, work, solution.stopped, events=solution.events
-        )
+        counted, stopped = bool(solution.steps), solution.stopped
+        last = float(errors[-1])
+        return Answer(setting, states, error, last, roundoff, work, counted, stopped, events=solution.events)
+
+
+def _clock() -> float:
+    """Processor time of this process and of the programs that it drives."""
+    return max(time.process_time(), processor_seconds(os.getpid()))

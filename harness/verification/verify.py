@@ -44,7 +44,7 @@ CASES = (
 UNCLAIMED = ("long", "engines", "speed", "turns", "orbits", "precessions", "revolutions")
 """Beginnings of names of variants that are long rather than hard."""
 CLAIM_SECONDS = {"low": 20.0, "normal": 60.0, "high": 600.0}
-"""Seconds, without waits for the processor, after which a claim on a case ends as failed: the integrator hangs."""
+"""Processor seconds after which a claim on a case is tried once more, and then ends as failed: the integrator hangs."""
 REFERENCE_SECONDS = 600.0
 FIRST = "first trial"
 
@@ -182,6 +182,8 @@ class CaseJob(Job):
     limit: float = REFERENCE_SECONDS
     ready: bool = False
     """Whether the exact motion is there: the first message says so."""
+    repeated: str | None = None
+    """What had no answer in time and is tried again."""
 
     def work(self, send: Send) -> None:
         trials = Trials.of(self.integrator, CaseSpec.of(self.case), self.depth)
@@ -201,6 +203,12 @@ class CaseJob(Job):
         hard = self.pending[0] in CLAIMS and CLAIMS[self.pending[0]].hard
         a_hang = failed("", "an answer", why, "A hang or a crash gives no answer.")
         self._row(not_applicable(f"no answer: {why}") if hard else a_hang)
+
+    def late(self, why: str) -> None:
+        if self.repeated == self.pending[0]:
+            self.lose(f"{why}, twice")
+        else:
+            self.ready, self.limit, self.repeated = False, REFERENCE_SECONDS, self.pending[0]
 
     def stop(self) -> None:
         while self.pending:
