@@ -8,7 +8,7 @@ import numpy as np
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed
 from gnomon.harness.verification.doors import Stepped
-from gnomon.harness.verification.trials import SHORT, SHORTEST, TIGHT, Answer, Floats, Trials
+from gnomon.harness.verification.trials import SHORT, SHORT_SPANS, SHORTEST, TIGHT, Answer, Floats, Trials
 from scipy.special import stdtrit
 
 TINY = 20
@@ -207,20 +207,23 @@ def _error_of_steps(trials: Trials, answer: Answer) -> float:
     return answer.last if dense(trials) else answer.error
 
 
-def _over_tolerance(trials: Trials, answers: Sequence[tuple[float, Answer]], halvings: int) -> Finding:
+def _over_tolerance(trials: Trials, answers: Sequence[tuple[int, Answer]]) -> Finding:
+    """Whether the answers, each over the span divided by 2^halvings (halvings, answer), keep to their tolerances."""
     counted = 0
-    for tolerance, answer in answers:
+    for halvings, answer in answers:
         if answer.declined:
             continue
         error = _error_of_steps(trials, answer)
-        allowed = allowed_error(trials, tolerance, answer, halvings, last=dense(trials))
+        allowed = allowed_error(trials, answer.setting, answer, halvings, last=dense(trials) or halvings > 0)
         if not allowed < LARGEST_ERROR:
             continue
         counted += 1
         if not error <= allowed:
-            where = " at the last sample" if dense(trials) else ""
+            part = f" over 1/{2**halvings} of the span" if halvings else ""
+            where = " at the last sample" if dense(trials) or halvings else ""
             work = f"{trials.steps_of(answer):.0f} steps at most"
-            return failed(f"tolerance {tolerance:g}", f"error{where} below {allowed:.2g} with {work}", f"{error:.2g}")
+            expected = f"error{where} below {allowed:.2g} with {work}"
+            return failed(f"{trials.named(answer.setting)}{part}", expected, f"{error:.2g}")
     return passed() if counted else not_applicable("no setting whose tolerance bounds the error")
 
 
@@ -230,7 +233,7 @@ def _tolerances(trials: Trials) -> list[float]:
 
 @claim("tolerance", _tolerance_applies)
 def _tolerance(trials: Trials) -> Finding:
-    return _over_tolerance(trials, [(a.setting, a) for a in trials.answers() if a.setting <= TIGHT], 0)
+    return _over_tolerance(trials, [(0, a) for a in trials.answers() if a.setting <= TIGHT])
 
 
 _hard = replace(_tolerance, **TEXTS["hard"], id="hard", hard=True)
@@ -241,7 +244,8 @@ _hard = replace(_tolerance, **TEXTS["hard"], id="hard", hard=True)
 def _tolerance_short(trials: Trials) -> Finding:
     if trials.case.hybrid is not None:
         return not_applicable("events need the whole span")
-    return _over_tolerance(trials, [(s, trials.short(SHORT, s)) for s in _tolerances(trials)], SHORT)
+    short = [(n, trials.short(n, s, end=True)) for n in SHORT_SPANS for s in _tolerances(trials)]
+    return _over_tolerance(trials, short)
 
 
 def _proportional_applies(trials: Trials) -> str | None:

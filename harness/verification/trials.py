@@ -29,7 +29,9 @@ ROOT_OF_ULP = 2.0**-26
 SHORTEST = 24
 """Halvings of the span, at most, for the short spans."""
 SHORT = 6
-"""Halvings of the span for `tolerance_short` and `order_short`: one sampling interval of the whole span."""
+"""Halvings of the span for `proportional` and `order_short`: one sampling interval of the whole span."""
+SHORT_SPANS = (SHORT, SHORT - 1, SHORT - 2)
+"""Halvings of the span for `tolerance_short`."""
 TIGHT = 1e-4
 """Tolerances up to this: at looser ones the estimate of a local error need not be close to it."""
 COUNTS = 6
@@ -96,8 +98,9 @@ class Trials:
         self.scorer = Scorer(case, None, reference)
         self.start: Floats = reference.start
         self._whole: dict[float, Answer] = {}
-        self._short: dict[tuple[int, float], Answer] = {}
+        self._short: dict[tuple[int, float, bool], Answer] = {}
         self._growth: dict[int, Floats] = {}
+        self._exact: dict[int, Floats] = {0: reference.exact}
 
     @classmethod
     def of(cls, integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
@@ -118,10 +121,10 @@ class Trials:
         span = float(self.reference.times[-1])
         return tuple(s for s in found if span / s < self.depth.steps * 1.01) if self.steps else found
 
-    def problem(self, halvings: int = 0, counted: bool = False) -> Problem:
-        """The problem over the span divided by 2^halvings."""
+    def problem(self, halvings: int = 0, counted: bool = False, end: bool = False) -> Problem:
+        """The problem over the span divided by 2^halvings; with `end` its one sample is there."""
         problem = replace(self.scorer.problem(self.form), counted=counted, names=names_of(self.case))
-        return replace(problem, times=problem.times * 2.0**-halvings)
+        return replace(problem, times=(problem.times[-1:] if end else problem.times) * 2.0**-halvings)
 
     def answers(self) -> list[Answer]:
         """The answers over the whole span, up to the first setting that takes longer than this depth allows."""
@@ -140,11 +143,11 @@ class Trials:
             self._whole[setting] = replace(answer, seconds=_clock() - began)
         return self._whole[setting]
 
-    def short(self, halvings: int, setting: float) -> Answer:
-        """The answer over the span divided by 2^halvings."""
-        key = (halvings, setting)
+    def short(self, halvings: int, setting: float, end: bool = False) -> Answer:
+        """The answer over the span divided by 2^halvings, with samples, or with one at its end."""
+        key = (halvings, setting, end)
         if key not in self._short:
-            self._short[key] = self._answer(setting, halvings)
+            self._short[key] = self._answer(setting, halvings, end)
         return self._short[key]
 
     def single_steps(self) -> list[tuple[float, Answer]]:
@@ -182,12 +185,13 @@ class Trials:
         return max(float(np.max(self.reference.conditioning[:count])), HALF_ULP)
 
     def growth(self, halvings: int = 0) -> Floats:
-        """The largest growth of an error to each sample of the span divided by 2^halvings, shape (64,).
+        """The largest growth of an error to each sample, shape (64,), or over the span divided by 2^halvings to each eighth
+        of it, shape (8,).
 
         See `growth.growth`; what that does not find is the largest conditioning over half an ulp.
         """
         if halvings not in self._growth:
-            times = self.reference.times * 2.0**-halvings
+            times = self.reference.times[7::8] * 2.0**-halvings if halvings else self.reference.times
             found = growth(self.case, times, self.reference.sizes)
             worst = max(1.0, self.conditioning(halvings) / HALF_ULP)
             self._growth[halvings] = np.full(len(times), worst) if found is None else found
@@ -200,8 +204,7 @@ class Trials:
         If each step, also one that is rejected, has the same count, its multiples are all differences. 1 where there are too
         few counts to tell.
         """
-        tight = [setting for setting in self.settings if setting <= TIGHT]
-        answers = [a for a in self.answers() if a.setting <= TIGHT] + [self.short(SHORT, s) for s in tight]
+        answers = [self.short(n, s, end=True) for n in SHORT_SPANS for s in self.settings if s <= TIGHT]
         counts = sorted({a.work for a in answers if a.work is not None and not (a.steps or a.declined)})
         return math.gcd(*np.diff(counts).tolist()) if len(counts) >= COUNTS else 1
 
@@ -209,7 +212,7 @@ class Trials:
         """The number of steps of an adaptive method, at most; infinite where nothing was counted."""
         if answer.work is None:
             return math.inf
-        least = 1 if self.integrator.sampling == "dense output" else len(self.reference.times)
+        least = 1 if self.integrator.sampling == "dense output" or answer.states is None else len(answer.states)
         return max(answer.work / (1 if answer.steps else self.calls_of_a_step), least)
 
     def of_differences(self, h: float, halvings: int) -> float:
@@ -223,11 +226,13 @@ class Trials:
         exact = np.concatenate([self.case.sample(np.zeros(1)), self.exact(halvings)])
         path = float(np.sum(self.scorer.metric.distance(exact[1:], exact[:-1])))
         share = min(1.0, h / self.reference.time_scale)
-        return ROOT_OF_ULP * share * path * float(np.max(self.growth(halvings)))
+        return ROOT_OF_ULP * share * path * max(1.0, self.conditioning(halvings) / HALF_ULP)
 
     def exact(self, halvings: int) -> Floats:
         """The exact states at the samples of a shorter span, shape (64, dim)."""
-        return self.reference.exact if halvings == 0 else self.case.sample(self.reference.times * 2.0**-halvings)
+        if halvings not in self._exact:
+            self._exact[halvings] = self.case.sample(self.reference.times * 2.0**-halvings)
+        return self._exact[halvings]
 
     def solved(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[tuple[Solution, int]]:
         """(solution, right-hand sides) from each start, by one `solve` in turn. Raises what the integrator raises."""
@@ -253,8 +258,8 @@ class Trials:
             solver.reset()
         return validation.checked(solver(start[None].copy()), (1, len(problem.times), problem.dimension))
 
-    def _answer(self, setting: float, halvings: int) -> Answer:
-        problem = self.problem(halvings, counted=self.integrator.counts_rhs)
+    def _answer(self, setting: float, halvings: int, end: bool = False) -> Answer:
+        problem = self.problem(halvings, counted=self.integrator.counts_rhs, end=end)
         nothing = Answer(setting, None, math.nan, math.nan, math.nan)
         try:
             ((solution, calls),) = self.solved(problem, setting, [self.start])
@@ -266,7 +271,7 @@ class Trials:
         states = solution.states[0]
         with np.errstate(all="ignore"):
             times = self.reference.times if halvings == 0 else None
-            errors = self.scorer.metric.distance(states, self.exact(halvings), times)
+            errors = self.scorer.metric.distance(states, self.exact(halvings)[-len(states) :], times)
         roundoff = self.roundoff(work or len(problem.times), halvings)
         if self.steps:
             roundoff += self.of_differences(setting, halvings)
