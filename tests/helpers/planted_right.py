@@ -27,13 +27,13 @@ class Pair:
     estimate: tuple[float, ...]
     order: int
     local: int
-    tightest: float = 1e-12
+    tightest: float = 1e-10
 
 
 PAIRS: Mapping[str, Pair] = {
     "Dormand-Prince": Pair(right_methods.C, right_methods.A, right_methods.E, 5, 5),
     "Bogacki-Shampine": Pair(
-        (0, 1 / 2, 3 / 4, 1), ((), (1 / 2,), (0, 3 / 4), (2 / 9, 1 / 3, 4 / 9)), (-5 / 72, 1 / 12, 1 / 9, -1 / 8), 3, 3, 1e-9
+        (0, 1 / 2, 3 / 4, 1), ((), (1 / 2,), (0, 3 / 4), (2 / 9, 1 / 3, 4 / 9)), (-5 / 72, 1 / 12, 1 / 9, -1 / 8), 3, 3, 1e-7
     ),
     # The result is that of order 4: no local extrapolation, so that each step may spend the whole tolerance.
     "Fehlberg": Pair(
@@ -128,7 +128,7 @@ def adaptive(divide: float = 1.0) -> list[Integrator]:
             way,
             name=f"{name} / {divide:g}",
             order=way.pair.order,
-            sweep=Tolerance(1e-3, way.pair.tightest),
+            sweep=Tolerance(1e-3, 1e-7 if way.unit else way.pair.tightest),
             dense_order=3 if way.dense else None,
         )
         for name, way in ways.items()
@@ -143,7 +143,7 @@ def radau(f: Any, t0: float, y0: Any, times: Any, tolerance: float) -> Any:
     return states
 
 
-right_radau = from_solve(radau, name="Radau", order=5, sweep=Tolerance(1e-3, 1e-9), dense_order=3)
+right_radau = from_solve(radau, name="Radau", order=5, sweep=Tolerance(1e-3, 1e-8), dense_order=3)
 
 
 def ros2(f: Any, t: float, y: Any, h: float) -> Any:
