@@ -186,10 +186,10 @@ def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 
     named = trials.named(alone.setting)
     if alone.states is None or alone.declined or math.isnan(alone.error):
         return not_applicable(f"no solution at {named}: {alone.why}")
-    apart = float(np.max(trials.distance(states, alone.states)))
+    last = dense(trials)
+    apart = float(np.max(trials.distance(states, alone.states)[-1 if last else 0 :]))
     at_steps = roundings * alone.roundoff + share * alone.error
-    # Samples between steps have the error of an interpolant besides.
-    allowed = at_steps if trials.steps else 2 * max(alone.error, allowed_error(trials, alone.setting, alone))
+    allowed = at_steps if trials.steps else 2 * allowed_error(trials, alone.setting, alone, last=last)
     if not allowed < math.inf:
         return not_applicable("it counts neither steps nor right-hand sides: its tolerance bounds no error")
     if apart <= allowed:
@@ -198,8 +198,8 @@ def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 
 
 
 def dense(trials: Trials) -> bool:
-    """Whether samples are interpolated between steps."""
-    return trials.integrator.sampling == "dense output"
+    """Whether an adaptive method interpolates: at all samples but the last the interpolant adds its own error."""
+    return not trials.steps and trials.integrator.sampling == "dense output"
 
 
 def _error_of_steps(trials: Trials, answer: Answer) -> float:

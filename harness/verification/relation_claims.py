@@ -64,7 +64,7 @@ def _turned(trials: Trials) -> Finding:
     solutions = trials.solutions(trials.problem(), answer.setting, list(starts))
     for number, (states, right) in enumerate(zip(solutions, exact, strict=False), 1):
         errors = trials.distance(states, right)
-        error = float(errors[-1] if dense(trials) and not trials.steps else np.max(errors))
+        error = float(np.max(errors[-1 if dense(trials) else 0 :]))
         if not error <= allowed:
             where = f"{trials.named(answer.setting)}, turned start {number}"
             return failed(

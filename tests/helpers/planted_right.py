@@ -160,19 +160,24 @@ def ros2(f: Any, t: float, y: Any, h: float) -> Any:
     return y + h * (1.5 * a + 0.5 * b)
 
 
-def midpoint(f: Any, t: float, y: Any, h: float) -> Any:
+def midpoint(f: Any, t: float, y: Any, h: float, iterations: int = 100) -> Any:
     """The implicit midpoint rule by fixed-point iteration, which diverges at too long a step and does not say so."""
     slope = f(t, y)
-    for _ in range(100):
+    for _ in range(iterations):
         before, slope = slope, f(t + h / 2, y + h / 2 * slope)
         if np.max(np.abs(slope - before)) <= 1e-16 * np.max(np.abs(slope)):
             break
     return y + h * slope
 
 
+def three_iterations(f: Any, t: float, y: Any, h: float) -> Any:
+    """A fault: it conserves nothing to round-off."""
+    return midpoint(f, t, y, h, 3)
+
+
 @dataclass
 class Waits:
-    """Störmer-Verlet or another step that first waits, each so many seconds of the first call of a solution."""
+    """RK4 that first waits in each solution."""
 
     seconds: float
     wait: Callable[[float], None] = time.sleep
@@ -201,7 +206,14 @@ def waiting(seconds: float, wait: Callable[[float], None] = time.sleep) -> Integ
     return from_solve(Waits(seconds, wait), name=f"RK4 after {seconds:g} s", order=4, sweep=Steps(0.25, 4))
 
 
-right_ros2 = from_step(ros2, name="ROS2", order=2)
+def with_differences(method: Integrator) -> Integrator:
+    """The method, declared to take its Jacobian from differences."""
+    method.jacobian = "differences"
+    return method
+
+
+undeclared_ros2 = from_step(ros2, name="ROS2", order=2)
+right_ros2 = with_differences(from_step(ros2, name="ROS2", order=2))
 right_midpoint = from_step(
     midpoint, name="midpoint", order=2, sweep=Steps(4.0, 9), conserves=("symplectic", "reversible")
 )

@@ -103,7 +103,12 @@ def test_doctor_names_what_macos_cannot_do_in_a_line_each(
     assert "memory limit of trials" not in capfd.readouterr().out
     monkeypatch.setattr(limitations.sys, "platform", "darwin")
     found = limitations.limitations()
-    assert list(found) == ["memory limit of trials", "processes of an integrator", "waits for the processor"]
+    assert list(found) == [
+        "memory limit of trials",
+        "processes of an integrator",
+        "waits for the processor",
+        "processor time of an integrator",
+    ]
     assert gnomon("doctor") == 0
     lines = capfd.readouterr().out.splitlines()
     for what, consequence in found.items():

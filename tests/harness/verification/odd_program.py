@@ -75,6 +75,14 @@ def main(way: str) -> None:
                 Path(os.environ["GNOMON_TEST_PIDS"]).write_text(f"{os.getpid()} {child.pid}")
             time.sleep(1000)
             return
+        elif way in ("burn", "slow"):
+            ends = time.process_time() + (1000 if way == "burn" else 0.5)
+            while time.process_time() < ends:
+                pass
+            text = answers(way, request) + "\n"
+        elif way == "wait":
+            time.sleep(1)
+            text = answers(way, request) + "\n"
         elif way == "exit":
             sys.exit(3)
         elif way == "signal":

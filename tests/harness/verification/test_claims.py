@@ -10,6 +10,7 @@ from typing import Any
 import mutants
 import numpy as np
 import planted_methods
+import planted_right
 import pytest
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Solution, Steps, Unsupported
@@ -324,3 +325,17 @@ def test_a_slow_method_is_asked_for_no_setting_after_the_first_that_is_too_long(
         return np.zeros((len(times), len(y0)))
 
     assert outcome("runs", from_solve(solve, name="slow", order=2)) == Outcome.PASSED
+
+
+@pytest.mark.parametrize(("claim", "case"), [("symplectic", "kepler_orbit"), ("reversible", "two_body")])
+def test_a_right_method_whose_iterations_do_not_converge_at_a_long_step_keeps_what_it_declares(
+    claim: str, case: str
+) -> None:
+    """At shorter steps they do, at once. A defect of the method itself falls as a power of the step, and counts."""
+    assert outcome(claim, planted_right.right_midpoint, case) == Outcome.PASSED
+    kept = planted_right.right_midpoint.conserves
+    for step, order in ((good_rk4.function, 4), (planted_right.three_iterations, 2)):
+        wrong = from_step(step, name="wrong", order=order, sweep=Steps(4.0, 9), conserves=kept)
+        finding = CLAIMS[claim].check(trials(wrong, case))
+        assert finding.outcome == Outcome.FAILED
+        assert "Refused" in finding.why

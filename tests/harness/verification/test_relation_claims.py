@@ -11,6 +11,7 @@ import pytest
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Steps, Tolerance
+from gnomon.harness.registry.declaration import validate
 from gnomon.harness.registry.lookup import find_one
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 from gnomon.harness.verification.claims import Outcome
@@ -18,6 +19,7 @@ from gnomon.harness.verification.doors import from_solve, from_step
 from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_pair, good_rk4, good_verlet
+from planted_right import right_ros2, undeclared_ros2, with_differences
 from scipy.integrate import solve_ivp
 
 RELATIONS = ("units", "rounded_times", "mirror", "permuted")
@@ -185,3 +187,20 @@ def test_equations_with_a_hidden_length_are_not_held_to_other_units() -> None:
     found = CLAIMS["units"].check(trials)
     assert found.outcome == Outcome.NOT_APPLICABLE
     assert found.why == "its equations hold in one system of units only"
+
+
+def test_a_jacobian_of_differences_is_declared() -> None:
+    """Its error is another one for other signs: the bound of the relations follows from the declaration, and still shows a
+    component that is solved in another way."""
+    assert outcome("mirror", undeclared_ros2) == Outcome.FAILED
+    for claim in (*RELATIONS, "clock", "step_order", "order_short", "quadrature"):
+        for name in ("kepler_orbit", "forced_oscillator"):
+            assert outcome(claim, right_ros2, name) != Outcome.FAILED, (claim, name)
+    assert outcome("permuted", right_ros2) == Outcome.PASSED
+    wrong = with_differences(from_step(first_component_by_euler, name="Euler in one component", order=2))
+    assert outcome("permuted", wrong) == Outcome.FAILED
+
+
+def test_a_jacobian_is_exact_or_of_differences() -> None:
+    with pytest.raises(ValueError, match="jacobian = 'numerical'; it is exact or differences"):
+        validate(type("Odd", (type(good_rk4),), {"jacobian": "numerical"})())

@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import planted_methods
+import planted_right
 import pytest
 from command_line import gnomon
 from gnomon.harness.verification.claims import Outcome, failed, not_applicable, passed
@@ -152,8 +153,32 @@ def test_a_hang_and_a_crash_are_failures_of_their_claim(monkeypatch: pytest.Monk
     assert "exit code 7" in by_claim["bad_start"].got
     assert by_claim["bad_setting"].outcome == Outcome.PASSED
     monkeypatch.setitem(CLAIM_SECONDS, "low", 0.5)
-    with pytest.raises(FirstTrialError, match=r"no answer within 0\.5 s"):
+    with pytest.raises(FirstTrialError, match=r"no answer within 0\.5 s of processor time, twice"):
         verify(planted_methods.hanging, ["pendulum_simple"], "low", ["runs"])
+
+
+def test_a_limit_is_processor_time_and_ten_times_that_for_what_sleeps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A busy machine makes a right method wait: the wait is no fault. One that only waits ends all the same."""
+    monkeypatch.setitem(CLAIM_SECONDS, "low", 0.3)
+    (row,) = verify(planted_right.waiting(0.25), ["pendulum_simple"], "low", ["repeatable"]).rows
+    assert row.finding.outcome == Outcome.PASSED, "two solutions take 0.5 s by the clock"
+    with pytest.raises(FirstTrialError, match=r"no answer within 3 s, twice"):
+        verify(planted_right.waiting(1000), ["pendulum_simple"], "low", ["repeatable"])
+    with pytest.raises(FirstTrialError, match=r"no answer within 0\.3 s of processor time, twice"):
+        verify(planted_right.waiting(1000, planted_right.burn), ["pendulum_simple"], "low", ["repeatable"])
+
+
+def test_what_has_no_answer_in_time_is_tried_once_more(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """What burns the processor once, as a machine that swaps, is right the second time."""
+    monkeypatch.setitem(CLAIM_SECONDS, "low", 0.5)
+
+    def once(seconds: float) -> None:
+        if not (tmp_path / "been").exists():
+            (tmp_path / "been").touch()
+            planted_right.burn(seconds)
+
+    (row,) = verify(planted_right.waiting(1000, once), ["pendulum_simple"], "low", ["repeatable"]).rows
+    assert row.finding.outcome == Outcome.PASSED
 
 
 @pytest.mark.parametrize(
