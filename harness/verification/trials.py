@@ -188,12 +188,14 @@ class Trials:
         """The largest growth of an error to each sample, shape (64,), or over the span divided by 2^halvings to each eighth
         of it, shape (8,).
 
-        See `growth.growth`; what that does not find is the largest conditioning over half an ulp.
+        See `growth.growth`; where that finds none it is the largest conditioning over half an ulp. Without events it is
+        multiplied by 1 + the span in time scales: the conditioning has no errors off a constraint, where a velocity stays.
         """
         if halvings not in self._growth:
             times = self.reference.times[7::8] * 2.0**-halvings if halvings else self.reference.times
             found = growth(self.case, times, self.reference.sizes)
-            worst = max(1.0, self.conditioning(halvings) / HALF_ULP)
+            drift = 0.0 if self.case.hybrid is not None else float(times[-1]) / self.reference.time_scale
+            worst = max(1.0, self.conditioning(halvings) / HALF_ULP) * (1 + drift)
             self._growth[halvings] = np.full(len(times), worst) if found is None else found
         return self._growth[halvings]
 
