@@ -190,7 +190,7 @@ def run_delays() -> dict[str, int] | None:
     return found or None
 
 
-def processor_seconds(process: int) -> float:
+def processor_time(process: int) -> float:
     """Processor time of a process and of its descendants, in seconds; 0 where the system does not list them (not Linux)."""
     seconds, waiting = 0.0, [process]
     while waiting:
@@ -211,11 +211,11 @@ class TimeLimit:
 
     def __init__(self, process: int, seconds: float) -> None:
         self.process, self.seconds = process, seconds
-        self.used, self.deadline = processor_seconds(process), monotonic() + ASLEEP * seconds
+        self.used, self.deadline = processor_time(process), monotonic() + ASLEEP * seconds
 
     def over(self) -> str | None:
         """Which limit was passed; None while there is time."""
-        if processor_seconds(self.process) - self.used > self.seconds:
+        if processor_time(self.process) - self.used > self.seconds:
             return f"no answer within {self.seconds:g} s of processor time"
         return f"no answer within {ASLEEP * self.seconds:g} s" if monotonic() > self.deadline else None
 

@@ -18,7 +18,7 @@ from gnomon.harness.contract.problem import accepted_form, names_of
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 from gnomon.harness.scoring.score import Scorer
-from gnomon.harness.system.child_process import processor_seconds
+from gnomon.harness.system.child_process import processor_time
 from gnomon.harness.verification.growth import growth
 from numpy.typing import NDArray
 
@@ -285,4 +285,4 @@ class Trials:
 
 def _clock() -> float:
     """Processor time of this process and of the programs that it drives."""
-    return max(time.process_time(), processor_seconds(os.getpid()))
+    return max(time.process_time(), processor_time(os.getpid()))
