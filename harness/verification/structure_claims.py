@@ -60,7 +60,7 @@ def _symplectic(trials: Trials) -> Finding:
         found = float(np.max(np.abs(jacobian.T @ form @ jacobian - form)) / np.max(np.abs(form)))
         return _Defect(problem.interval, halvings, found, SYMPLECTIC)
 
-    return _judged(trials, (defect(*coarse) for coarse in _coarse(trials)), "J^T W J = W")
+    return _at_the_longest(trials, (defect(*coarse) for coarse in _coarse(trials)), "J^T W J = W")
 
 
 def _has_reversal(trials: Trials) -> str | None:
@@ -87,7 +87,7 @@ def _reversible(trials: Trials) -> Finding:
         allowed = trials.roundoff(2 * len(problem.times), halvings) * growth * ROUNDINGS
         return _Defect(problem.interval, halvings, apart, allowed)
 
-    return _judged(trials, (defect(*coarse) for coarse in _coarse(trials)), "return to the start")
+    return _at_the_longest(trials, (defect(*coarse) for coarse in _coarse(trials)), "return to the start")
 
 
 def _has_momentum(trials: Trials) -> str | None:
@@ -112,7 +112,7 @@ def _momentum(trials: Trials) -> Finding:
         allowed = ROUNDINGS * HALF_ULP * max(answer.work or 0, len(trials.reference.times))
         return _Defect(answer.setting, 0, max(float(np.max(drifts[name])) for name in _momenta(trials)), allowed)
 
-    return _judged(trials, map(defect, usable), "momentum kept")
+    return _at_the_longest(trials, map(defect, usable), "momentum kept")
 
 
 def _coarse(trials: Trials) -> Iterator[tuple[int, Problem]]:
@@ -138,7 +138,7 @@ class _Defect:
     allowed: float
 
 
-def _judged(trials: Trials, defects: Iterator[_Defect], what: str) -> Finding:
+def _at_the_longest(trials: Trials, defects: Iterator[_Defect], what: str) -> Finding:
     """The finding at the longest step, or at half of it and so on, where iterations do not converge.
 
     A defect that belongs to a method falls by 2^(2 order + 1) with half the step at most, that of iterations at once.
