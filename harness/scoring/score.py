@@ -2,7 +2,7 @@
 
 The error depends on the orientation of an orbit or a body: at one setting it varies by a factor of up to 28. If a case
 has a rotational symmetry, its default variant is therefore solved from turned starts too, and the recorded errors are
-those of the start with the median error.
+those of the start with the median error. A solution that is not finite, from any of these starts, is diverged.
 """
 
 import math
@@ -30,6 +30,8 @@ CONDITIONED = 10.0
 FIRST = 4
 """Number of samples for `error_start`."""
 CLOCK_ITERATIONS = 8
+SPREAD = ("turned_starts", "error_low", "error_high")
+"""The columns of the range over turned starts."""
 _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2",
                 "asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh"}  # fmt: skip
 NUMPY = {name: getattr(np, _NUMPY_NAMES.get(name, name)) for name in FUNCTIONS}
@@ -80,9 +82,13 @@ class Scorer:
             "output": outcome.output or None,
         }
         states = self.decoded(outcome.states)
-        row |= self.score(states)
+        scored = self.score(states)
         if outcome.turned is not None:
-            row |= self.over_turned(outcome.turned) | {"error_unturned": row["error_max"]}
+            own, over = scored["error_max"], self.over_turned(outcome.turned)
+            # The median over the turned starts would hide that the solution from the case's own is lost.
+            scored = scored | {name: over[name] for name in SPREAD} if math.isnan(own) else over
+            row["error_unturned"] = own
+        row |= scored
         if outcome.stopped and row["status"] == Status.DIVERGED:
             row["reason"] = f"{outcome.stopped}; {row['reason']}"
         if outcome.events is not None and self.case.hybrid is not None:
@@ -94,15 +100,18 @@ class Scorer:
     def over_turned(self, answers: Floats) -> dict[str, Any]:
         """Status and errors of the turned start with the median error, and the range of errors over all turned starts.
 
-        `answers` (n, 64, dim_y) are the solutions from the turned starts of the reference solution. An error that is not
-        finite counts as the largest; `error_low` or `error_high` is nan if it is such an error.
+        `answers` (n, 64, dim_y) are the solutions from the turned starts of the reference solution. If an error is not
+        finite, status and errors are those of that start; `error_low` or `error_high` is nan if it is such an error.
         """
         states = [scorer.decoded(answer) for scorer, answer in zip(self._turned, answers, strict=True)]
         errors = np.array([scorer.largest_error(each) for scorer, each in zip(self._turned, states, strict=True)])
-        middle = int(np.argsort(errors, kind="stable")[len(errors) // 2])
+        order, lost = np.argsort(errors, kind="stable"), int(np.count_nonzero(np.isinf(errors)))
+        shown = int(order[-1] if lost else order[len(errors) // 2])
         low, high = np.where(np.isfinite(errors), errors, math.nan)[[np.argmin(errors), np.argmax(errors)]]
-        found = self._turned[middle].score(states[middle])
-        return found | {"turned_starts": len(errors), "error_low": float(low), "error_high": float(high)}
+        found = self._turned[shown].score(states[shown])
+        if lost:
+            found["reason"] = f"from {lost} of {len(errors)} turned starts: {found['reason']}"
+        return found | dict(zip(SPREAD, (len(errors), float(low), float(high)), strict=True))
 
     def largest_error(self, states: Floats) -> float:
         """The largest error of sampled states (64, dim), infinite if one is not finite."""

@@ -269,7 +269,7 @@ def test_a_value_above_a_limit_reads_as_one(limit: float) -> None:
 
 
 def test_errors_over_turned_starts_are_those_of_the_start_in_the_middle() -> None:
-    """Each solution is compared with the exact motion from its own start; an error that is not finite is the largest."""
+    """Each solution is compared with the exact motion from its own start."""
     case = cases.get("kepler_orbit").rounded()
     known = reference_solution(CaseSpec.of(case))
     scorer = Scorer(case, None, known)
@@ -287,11 +287,28 @@ def test_errors_over_turned_starts_are_those_of_the_start_in_the_middle() -> Non
     assert row["error_unturned"] < 1e-15, "the error of the timed call, from the start that is not turned"
     assert states is not answers
     np.testing.assert_array_equal(states, known.exact)
-    answers[int(np.argmin(sizes))] = np.nan
-    row, _ = scorer.measure(outcome, None)
-    assert row["error_max"] > np.median(sizes)
-    assert np.isnan(row["error_high"])
-    assert row["status"] == "ok"
+
+
+@pytest.mark.parametrize("lost", ["own", "turned", "both"])
+def test_a_start_whose_solution_is_not_finite_decides_the_status(lost: str) -> None:
+    """The median over the turned starts is finite in each of these: it would be ok, with an error of zero."""
+    case = cases.get("kepler_orbit").rounded()
+    known = reference_solution(CaseSpec.of(case))
+    own, answers = known.exact.copy(), known.turned_exact.copy()
+    if lost != "turned":
+        own[20:] = math.nan
+    if lost != "own":
+        answers[:4, 7:] = math.inf
+    outcome = Outcome(own, None, None, 1, 4, (0.001,), 0.0, None, turned=answers)
+    row, _ = Scorer(case, None, known).measure(outcome, 1e-6)
+    assert row["status"] == "diverged"
+    assert math.isnan(row["error_max"])
+    assert "error_over_tolerance" not in row
+    assert row.get("error_end") is None, "no error of a start that is not the recorded one"
+    assert row["turned_starts"] == len(answers)
+    assert row["error_low"] < 1e-15
+    assert math.isnan(row["error_high"]) == (lost != "own")
+    assert ("turned starts" in row["reason"]) == (lost == "turned")
 
 
 def test_where_an_integrator_stopped_stands_before_what_it_led_to(scorer: Scorer) -> None:
