@@ -73,7 +73,7 @@ def run(
     Exit code 1 if nothing was measured, or if an integrator of your own never succeeded.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.running import selection
+    from gnomon.harness.running import plan, selection
 
     options.validate_workers(workers)
     chosen_suite = part(_suite(suite, case, limit), shard, timing)
@@ -82,6 +82,7 @@ def run(
     chosen = selection.cases_of(chosen, family, kind)
     options.ensure_results(out_path)
     named = bool(case or integrator or command)
+    chosen = plan.with_timing_spans(chosen, chosen_suite)
     page = _page(report, out_path, chosen)
     path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, named, page)
     _summarize(path, {one.name for one, _ in chosen}, integrators, shard, page)

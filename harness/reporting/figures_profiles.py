@@ -12,7 +12,7 @@ from gnomon.harness.reporting.report_stability import intervals
 from gnomon.harness.reporting.style import INK, dressed, hues, records
 from gnomon.harness.results import profiles
 from gnomon.harness.results.profiles import OURS, THIRD_PARTY, Profile
-from gnomon.harness.results.rankings import MOST, third_party
+from gnomon.harness.results.rankings import MOST, RANKED, drawn, own, third_party
 
 TARGETS = {"1e-3": 1e-3, "1e-6": 1e-6, "1e-9": 1e-9}
 FACTORS = 10 ** np.linspace(0, 3, 61)
@@ -25,14 +25,13 @@ KIND_TARGET, KIND_WIDTH = 1e-6, 104
 def profile_charts(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, alt.LayerChart]:
     """By name: `profile_1e-3`, `profile_1e-6`, `profile_1e-9` and `profile_digits`; without those of few problems.
 
-    `equal`: `analysis.equal_error`; `reduced`: `analysis.settings`. Names that end in `_others` are of third-party
+    `equal`: `rankings.ranked`; `reduced`: `analysis.settings`. Names that end in `_others` are of third-party
     libraries alone, where there are in-house integrators too.
     """
     charts = _charts(equal, reduced)
     ours = reduced["library"] == OURS
     if ours.nunique() > 1:
-        others = equal[~equal["integrator_id"].isin(reduced.loc[ours, "integrator_id"])]
-        alone = _charts(others, reduced[~ours], best=False)
+        alone = _charts(third_party(equal), reduced[~ours], best=False)
         charts |= {f"{name}_others": chart for name, chart in alone.items()}
     return charts
 
@@ -45,7 +44,7 @@ def _charts(equal: pd.DataFrame, reduced: pd.DataFrame, best: bool = True) -> di
         relative = profiles.ratios(profiles.by_library(profiles.times(equal, target), names.__getitem__))
         if len(relative) >= FEWEST:
             found = profiles.profiles(relative if best else relative.drop(columns=THIRD_PARTY), FACTORS.tolist())
-            title = f"time over the fastest’s, to an error of {word}"
+            title = f"time over the least, to an error of {word}; ties are 1 ×"
             charts[f"profile_{word}"] = _chart(
                 found, np.log10(FACTORS), title, "format(pow(10, datum.value), '~g') + ' ×'"
             )
@@ -98,7 +97,7 @@ def kinds_charts(
 ) -> dict[str, alt.TopLevelMixin]:
     """By name: `kinds`, and `kinds_others` without in-house methods; empty if nothing reaches the error.
 
-    `equal`: `analysis.equal_error`, `matrix`: `analysis.status_matrix`, `members`: the cases of each kind.
+    `equal`: `rankings.ranked`, `matrix`: `analysis.status_matrix`, `members`: the cases of each kind.
     """
     charts = {}
     for name, rows in (("kinds", equal), ("kinds_others", third_party(equal))):
@@ -115,30 +114,30 @@ def kinds_charts(
 
 
 def kind_marks(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
-    """For each integrator and kind: the median, least and largest ratio of its time to the fastest's at 1e-6, over the
-    default cases that it reaches, and of how many that it can run; no mark where it can run none."""
+    """For each integrator and kind: the median, least and largest ratio of its time to the least at 1e-6, ties being equal,
+    over the default cases that it reaches, and of how many that it can run; no mark where it can run none."""
     kind_of = {case: kind for kind, cases in members.items() for case in cases}
-    own = equal[(equal["variant"] == "") & (equal["formulation"] == "") & (equal["target"] == KIND_TARGET)]
+    rows = own(equal[equal["target"] == KIND_TARGET])
+    rows = rows.assign(ratio=drawn(rows), ranked=rows["cell"] == RANKED)
     tried = matrix[(matrix["variant"] == "") & (matrix["formulation"] == "") & ~matrix["verdict"].isin(CANNOT_RUN)]
     cases = Counter(
         (name, kind_of[case])
         for name, case in zip(tried["integrator_id"], tried["case"], strict=True)
         if case in kind_of
     )
-    ratios: dict[tuple[str, str], list[tuple[float, bool]]] = {}
-    for name, case, ratio, tied in zip(*(own[key] for key in ("integrator_id", "case", "ratio", "tied")), strict=True):
-        if case in kind_of:
-            ratios.setdefault((name, kind_of[case]), []).append((float(ratio), bool(tied)))
+    known = {key: part for key, part in rows.groupby(["integrator_id", rows["case"].map(kind_of)])}
     found = []
     for (name, kind), count in sorted(cases.items()):
-        known = ratios.get((name, kind), [])
-        values = [ratio for ratio, _ in known]
         mark = {"integrator": name, "column": kind, "at": None, "low": None, "high": None, "text": f"none of {count}"}
-        if known:
-            mark |= {"at": float(np.median(values)), "low": min(values), "high": max(values)}
+        part = known.get((name, kind))
+        if part is not None:
+            low, middle, high = (float(x) for x in np.quantile(part["ratio"], [0.0, 0.5, 1.0]))
+            first = part["ranked"] & part["tied"]
+            mark |= {"at": middle, "low": low, "high": high}
             mark["text"] = (
-                f"{mark['at']:.3g} times the fastest in the median of the {len(known)} of {count} cases on which it reaches"
-                f" the error ({min(values):.3g} to {max(values):.3g}); fastest or on a par on {sum(tied for _, tied in known)}"
+                f"{middle:.3g} times the least in the median of the {len(part)} of {count} cases on which it reaches the"
+                f" error ({low:.3g} to {high:.3g}); of {part['ranked'].sum()} ranked, alone the fastest on"
+                f" {(first & (part['leaders'] == 1)).sum()} and tied on {(first & (part['leaders'] > 1)).sum()}"
             )
         found.append(mark)
     return found

@@ -1,115 +1,116 @@
 """A run in a few sentences, each counted from the same rows as the tables of the page."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.reporting.report_card import solved
-from gnomon.harness.reporting.tables import Cell, other_side, ratio_text, short_text
-from gnomon.harness.results.analysis import CLAIM, TARGETS
-from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import Comparison, comparison, library_ratios, standings, winner
+from gnomon.harness.reporting.tables import Cell, counted, error_text, ratio_text, short_text
+from gnomon.harness.results.analysis import TARGETS
+from gnomon.harness.results.rankings import (
+    ALONE,
+    CONDITIONED,
+    ONE_LAUNCH,
+    RANKED,
+    SOLVED,
+    TOO_SHORT,
+    foremost,
+    own,
+    solved,
+)  # fmt: skip
 
 
 def findings(
     equal: pd.DataFrame,
     policies: pd.DataFrame,
     kinds: Sequence[Mapping[str, Any]],
-    matrix: pd.DataFrame,
+    reduced: pd.DataFrame,
     trusted: pd.DataFrame,
-    changed: Mapping[Any, Comparison] | None = None,
 ) -> list[str]:
-    """The run in a few sentences, each counted from its rows.
+    """The run in a few sentences, each counted from its rows. `equal`: `rankings.ranked`, `reduced`: `analysis.settings`.
 
-    A sentence on which integrator or library is faster is left out if it does not hold in one of the tables `changed` (see
-    `rankings.alternatives`), and so is one on reliability that does not hold without one of the kinds of systems.
+    No integrator is named as faster or more reliable than another unless the measurements separate the two.
     """
-    tables = list((changed or {}).values())
     return [
-        *_fastest(equal, tables),
-        *_by_kind(kinds, tables),
-        *_libraries(equal, tables),
-        *_most_reliable(matrix, [row["cases"] for row in kinds] if len(kinds) > 1 else ()),
+        *_fastest(own(equal)),
+        *_by_kind(kinds),
+        *_libraries(own(equal)),
+        *_most_reliable(reduced),
         *_tolerances(trusted),
         *_engines(policies),
     ]
 
 
-def _fastest(equal: pd.DataFrame, changed: Sequence[Comparison]) -> list[str]:
+def _fastest(equal: pd.DataFrame) -> list[str]:
+    """How many cells are ranked, and why others are not; who is separated from all others in some."""
     said = []
-    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
     for target in (TARGETS[1], TARGETS[-1]):
-        rows = own[own["target"] == target]
-        counts = standings(rows)
-        if counts.empty or _others(changed, target) - {str(counts.index[0])}:
+        rows = equal[equal["target"] == target]
+        if rows.empty:
             continue
-        first, second = counts.iloc[0], counts.iloc[1:2]
-        _, beside = other_side(counts, first["library"])
-        second = beside.iloc[:1] if OURS in set(counts["library"]) else second
+        cells = Counter(rows.drop_duplicates("case")["cell"])
+        ranked = rows[rows["cell"] == RANKED]
+        alone = ranked[ranked["tied"] & (ranked["leaders"] == 1)]["integrator_id"].value_counts()
+        ties = cells[RANKED] - int(alone.sum())
+        words = [f"{name} on {count}" for name, count in sorted(alone.items(), key=lambda item: (-item[1], item[0]))]
+        why = {
+            "tie" if ties == 1 else "ties": ties,
+            "with one launch, which separates nothing": cells[ONE_LAUNCH],
+            "too short to rank": cells[TOO_SHORT],
+            "reached by one integrator alone": cells[ALONE],
+        }
+        rest = ", ".join(f"{count} {word}" for word, count in why.items() if count)
+        fastest = f"the launches separate the fastest from all others on {int(alone.sum()) or 'none'}"
         said.append(
-            f"At an error of {target:.0e}".replace("e-0", "e-")
-            + f", {first.name} is the fastest or on a par with it on {first['wins']} of the {rows['case'].nunique()}"
-            " cases where any integrator reaches it"
-            + "".join(f", {_side(counts, one)}{one.name} on {one['wins']}" for _, one in second.iterrows())
-            + "."
+            f"At an error of {_power(target)}, of the {counted(cells.total(), 'case')} where any integrator reaches it,"
+            f" {fastest}{': ' if words else ''}{', '.join(words)}{f'; {rest}' if rest else ''}."
         )
     return said
 
 
-def _side(counts: pd.DataFrame, row: pd.Series) -> str:
-    """Which side the best of the other side is, if there are two."""
-    if not counts["library"].eq(OURS).nunique() > 1:
-        return ""
-    return f"the best {'in-house' if row['library'] == OURS else 'third-party'} one "
+def _power(error: float) -> str:
+    return error_text(error).replace("1.0e", "1e")
 
 
-def _others(changed: Sequence[Comparison], target: float, cases: Sequence[str] | None = None) -> AbstractSet[str]:
-    """The integrators that are most often the fastest in the changed comparisons."""
-    found = {winner(one.get(target, ()), cases) for one in changed}
-    return {name for name in found if name is not None}
-
-
-def _by_kind(kinds: Sequence[Mapping[str, Any]], changed: Sequence[Comparison]) -> list[str]:
-    """What is most often fastest, kinds with the same answer together."""
+def _by_kind(kinds: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Who is separated from all others in the count of cells, kinds with the same answer together."""
     answers: dict[str, list[str]] = {}
     for row in kinds:
         cell: Cell = row["cells"][1]
-        if cell.kind != "none" and not _others(changed, TARGETS[1], row["cases"]) - {cell.text}:
+        if cell.kind != "none":
             head = str(row["head"]).partition(":")[0]
             answers.setdefault(cell.text, []).append(head[:1].lower() + head[1:])
-    if len(answers) < 2:
+    if not answers:
         return []
     words = [f"{name} for {_listed(heads)}" for name, heads in answers.items()]
-    return [f"By kind of system, most often the fastest at 1e-6: {'; '.join(words)}."]
+    return [
+        "By kind of system, the fastest or tied with it at 1e-6 on more cases than any other, where the cases separate"
+        f" them: {'; '.join(words)}."
+    ]
 
 
 def _listed(words: Sequence[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
-def _most_reliable(matrix: pd.DataFrame, kinds: Sequence[Sequence[str]]) -> list[str]:
-    """Of the integrators that ran on at least half of the hard variants, those that solved the largest share."""
-    share = _shares(matrix)
-    if share.empty:
+def _most_reliable(reduced: pd.DataFrame) -> list[str]:
+    """Of the integrators of which at least half of the hard variants are known, who solves more of them than all others."""
+    table = solved(reduced)
+    found = foremost({"": table})[""]
+    if len(found.counts) < 2:
         return []
-    for cases in kinds:
-        rest = _shares(matrix[~matrix["case"].isin(cases)])
-        if len(rest) and rest.get(share.index[0], 0.0) < rest.iloc[0]:
-            return []
-    each, problems = solved(matrix)
-    words = [f"{name} on {each.loc[name, 'solved']} of {each.loc[name, 'ran']}" for name in share.index[:3]]
+    first = found.first
+    near = [*first[:3], f"{len(first) - 3} more"] if len(first) > 3 else first
+    alone = f"{first[0]} is separated from all others, by the variants that are known of both"
+    claim = f"{_listed(near)} are not separated" if len(first) > 1 else alone
+    shown = found.counts.loc[list(dict.fromkeys([*first, *found.counts.index]))[:3]]
+    words = [f"{name} {held} of {known}" for name, held, known in shown.itertuples()]
     return [
-        f"Of those that accept at least half of the {problems} hard variants, most reliable (some setting is ok within the time limit): {', '.join(words)}."
+        f"A hard variant is solved by a setting with an error of at most {_power(SOLVED)}, or {CONDITIONED:g} times the"
+        f" conditioning where that is larger. Of the {len(found.counts)} integrators with a known result on at"
+        f" least half of {counted(len(table), 'hard variant')}, {claim}: of those known, {', '.join(words)}."
     ]
-
-
-def _shares(matrix: pd.DataFrame) -> pd.Series:
-    """The share that each solved, of the integrators that ran on at least half of the hard variants; the largest first."""
-    each, problems = solved(matrix)
-    most = each[each["ran"] >= problems / 2]
-    return (most["solved"] / most["ran"]).sort_values(ascending=False, kind="stable")
 
 
 def _tolerances(trusted: pd.DataFrame) -> list[str]:
@@ -126,21 +127,20 @@ def _tolerances(trusted: pd.DataFrame) -> list[str]:
     ]
 
 
-def _libraries(equal: pd.DataFrame, changed: Sequence[Comparison]) -> list[str]:
-    target = TARGETS[1]
-    found = library_ratios(comparison(equal).get(target, ()))
-    again = [library_ratios(one.get(target, ())) for one in changed]
-    slower = {
-        library: ratio
-        for library, ratio in sorted(found.items(), key=lambda item: item[1][0])
-        if all(each[library][0] >= CLAIM for each in (found, *again) if library in each)
-    }
-    if not slower:
+def _libraries(equal: pd.DataFrame) -> list[str]:
+    """On how many ranked cases the best integrator of a library is slower than the fastest, and by what median factor."""
+    rows = equal[(equal["target"] == TARGETS[1]) & (equal["cell"] == RANKED)]
+    words = []
+    for library, part in rows.groupby("library"):
+        best = part.loc[part.groupby("case")["ratio"].idxmin()]
+        slower = best.loc[best["slower"], "ratio"]
+        if len(slower):
+            words.append((float(slower.median()), f"{library} on {len(slower)} of {len(best)}, by a median factor of"))
+    if not words:
         return []
-    words = [f"{library} {ratio_text(median)} times on {count}" for library, (median, count) in slower.items()]
+    told = "; ".join(f"{text} {ratio_text(median)}" for median, text in sorted(words))
     return [
-        "At 1e-6, the time of the best integrator of each other library over that of the fastest, as a median over the"
-        f" cases that it reaches: {', '.join(words)}."
+        f"At 1e-6, the best integrator of a library is slower than the fastest, of the ranked cases it reaches: {told}."
     ]
 
 

@@ -71,8 +71,8 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     panel = environment.from_string(_source("report_case.html.j2")).module
     panels = {
         case["name"]: {
-            "times": str(panel.times(case["times"], words["targets"])),  # type: ignore[attr-defined]
-            "others": str(panel.times(case["others"], words["targets"])),  # type: ignore[attr-defined]
+            "times": str(panel.times(case["times"], words["targets"], case["span"])),  # type: ignore[attr-defined]
+            "others": str(panel.times(case["others"], words["targets"], case["span"])),  # type: ignore[attr-defined]
             "stability": str(panel.stability(case, words["own"])),  # type: ignore[attr-defined]
         }
         for case in words["cases"]

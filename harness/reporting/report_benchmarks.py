@@ -1,10 +1,13 @@
 """The results of `make bench` as rows: claims of speed in pairs, times of calls, measured orders, growth of energy errors."""
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from gnomon.harness.reporting import sidecars, tables
-from gnomon.harness.results.analysis import CLAIM
+from gnomon.harness.results.rankings import LARGEST_NULL
+from gnomon.harness.results.separation import discoveries, paired
 from gnomon.harness.studies.growth import named, possible
 from gnomon.harness.studies.orders import BINARY64, WITHIN
 
@@ -17,9 +20,6 @@ KEPT = {
     "constraint": "constraint",
 }
 """What integrators claim to conserve, in words."""
-
-OVERHEAD = 0.1
-"""No ratio is claimed if the null call takes more than this part of a call's time."""
 
 
 def benchmarks(*folders: Path) -> dict[str, Any] | None:
@@ -36,7 +36,7 @@ def benchmarks(*folders: Path) -> dict[str, Any] | None:
         "earlier": earlier,
         "launches": found["launches"],
         "environment": found["environment"],
-        "pairs": [_pair(row) for row in rows if "first" in row],
+        "pairs": _pairs([row for row in rows if "first" in row]),
         "singles": [_single(row) for row in rows if "first" not in row],
     }
 
@@ -68,7 +68,25 @@ def _measured(row: dict[str, Any]) -> dict[str, str]:
     }
 
 
-def _pair(row: dict[str, Any]) -> dict[str, str]:
+def _pairs(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
+    """The rows in words; a difference is claimed where the launches separate the two, at the false discovery rate of all."""
+    tested = [row for row in rows if row["median"] is not None and not _nulls(row)]
+    holds = discoveries([paired([math.log(ratio) for ratio in row.get("ratios", ())]) for row in tested])
+    claimed = [row for row, true in zip(tested, holds, strict=True) if true]
+    return [_pair(row, any(row is one for one in claimed)) for row in rows]
+
+
+def _nulls(row: dict[str, Any]) -> list[str]:
+    """Sides whose null call takes more of the time than what a rank allows, in words."""
+    shares = [(side, (row[f"{side}_null"] or 0.0) / row[side]) for side in ("first", "second")]
+    return [
+        f"{round(100 * share)} % of the time of {row[f'{side}_name']} is overhead of its call"
+        for side, share in shares
+        if share > LARGEST_NULL
+    ]
+
+
+def _pair(row: dict[str, Any], claimed: bool) -> dict[str, str]:
     words = {name: str(row[name]) for name in ("group", "problem", "first_name", "second_name")}
     words["level"] = f"{float(row['level']):.0e}".replace("e-0", "e-")
     for side in ("first", "second"):
@@ -78,18 +96,10 @@ def _pair(row: dict[str, Any]) -> dict[str, str]:
     missed = [str(row[f"{side}_name"]) for side in ("first", "second") if row[side] is None]
     if missed:
         return words | {"ratio": "–", "range": "", "note": f"not so accurate: {' and '.join(missed)}"}
-    ratio = row["median"]
-    notes = [
-        f"{round(100 * share)} % of the time of {row[f'{side}_name']} is overhead of its call"
-        for side in ("first", "second")
-        if (share := (row[f"{side}_null"] or 0.0) / row[side]) > OVERHEAD
-    ]
-    if 1 / CLAIM < ratio < CLAIM or notes:
-        notes.append("no difference is claimed")
     return words | {
-        "ratio": _times(ratio),
+        "ratio": _times(row["median"]),
         "range": f"{_times(row['low'])} – {_times(row['high'])}",
-        "note": "; ".join(notes),
+        "note": "" if claimed else "; ".join([*_nulls(row), "not separated"]),
     }
 
 

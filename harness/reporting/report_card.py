@@ -12,20 +12,23 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.reporting.tables import (
     Cell,
     Row,
+    counted,
     first_use_text,
-    other_side,
+    leads_cell,
     ratio_text,
     short_text,
     time_text,
 )
-from gnomon.harness.results.analysis import NEVER_RAN, TARGETS
-from gnomon.harness.results.rankings import standings
+from gnomon.harness.results.analysis import TARGETS
+from gnomon.harness.results.rankings import Foremost, foremost, leading, own, solved, standings
 from gnomon.harness.running.own_equations import lines
 
 _PAGE = declared("reporting", "templates/page.toml")
 KINDS: dict[str, list[str]] = _PAGE["kinds"]
 """Kinds of systems by the most structured form that a case offers; the first match counts."""
 CARD: list[str] = _PAGE["card"]["heads"]
+SHOWN = 3
+"""The number of integrators that a cell names with their counts."""
 
 
 def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[str, list[str]]:
@@ -39,78 +42,59 @@ def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[s
     return found
 
 
-def kind_rows(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
-    """Per kind of system, what is most often fastest at each error, and what solves most of its hard variants.
+def kind_rows(equal: pd.DataFrame, reduced: pd.DataFrame, members: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
+    """Per kind of system, who is the fastest, separated or tied, in most ranked cells at each error, and who solves most of
+    its hard variants: where it is separated from all others, else the numbers of those that are not.
 
-    The note of a cell: on how many of the cases where any integrator reaches the error it is fastest or on a par; then
-    the best of the other side (`other_side`), its median ratio of time, and on how many cases.
+    `named` are the integrators in the cells. `equal`: `rankings.ranked`, `reduced`: `analysis.settings`.
     """
-    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
+    default, hard = own(equal), solved(reduced)
+    fast = {
+        (kind, target): leading(default[default["case"].isin(cases) & (default["target"] == target)])
+        for kind, cases in members.items()
+        for target in TARGETS
+    }
+    sturdy = {kind: hard[hard.index.isin(cases, level="case")] for kind, cases in members.items()}
+    fastest, solvers = foremost(fast), foremost(sturdy)
     rows = []
-    for words, cases in members.items():
-        mine = own[own["case"].isin(cases)]
-        cells = [_choice(mine[mine["target"] == target]) for target in TARGETS]
-        rows.append({"head": words, "cases": list(cases), "cells": [*cells, _most_reliable(matrix, cases)]})
+    for kind, cases in members.items():
+        found = [fastest[kind, target] for target in TARGETS]
+        cells = [_most(one, len(fast[kind, target]), "ranked") for target, one in zip(TARGETS, found, strict=True)]
+        cells.append(_most(solvers[kind], len(sturdy[kind]), "variant"))
+        named = dict.fromkeys(name for one in (*found, solvers[kind]) for name in _shown(one))
+        rows.append({"head": kind, "cases": list(cases), "cells": cells, "named": list(named)})
     return rows
+
+
+def _most(found: Foremost, problems: int, what: str) -> Cell:
+    """The integrator that is separated from all others, else that none is, with the numbers of the first."""
+    if found.counts.empty:
+        return Cell("–", "no cell is ranked" if what == "ranked" else "no hard variant was run", "none")
+    words = ", ".join(f"{name} {held} of {known}" for name, held, known in found.counts.loc[_shown(found)].itertuples())
+    text = found.first[0] if len(found.first) == 1 else f"{len(found.first)} not separated"
+    said = f"{problems} ranked" if what == "ranked" else counted(problems, what)
+    return Cell(str(text), f"of {said}: {words or 'none'}", "none" if len(found.first) > 1 else "")
+
+
+def _shown(found: Foremost) -> list[str]:
+    """The integrators that a cell names: the first of those that hold on any problem."""
+    return [str(name) for name in found.counts.index[found.counts["held"] > 0]][:SHOWN]
 
 
 def lines_of(kinds: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     """For each integrator named in rows of `kind_rows` that this gnomon has: the lines that run it on other equations."""
-    named = dict.fromkeys(cell.text for row in kinds for cell in row["cells"])
     known = lookup.everything()
-    found = {name: lines(known[name]) for name in named if name in known}
+    found = {
+        name: lines(known[name]) for name in dict.fromkeys(n for row in kinds for n in row["named"]) if name in known
+    }
     return {name: text for name, text in found.items() if text is not None}
-
-
-def _choice(rows: pd.DataFrame) -> Cell:
-    """The integrator that is most often fastest or on a par; of several, the one that is less slow on the other cases.
-
-    Then the best of the other side: third-party beside in-house and in-house beside third-party; if there is only one
-    side, of another library. That is the one that reaches the error most often: ratios on a few easy cases do not compare.
-    """
-    if rows.empty:
-        return Cell("not reached", kind="none")
-    counts = standings(rows)
-    best = counts.iloc[0]
-    note = f"fastest on {best['wins']} of {rows['case'].nunique()}"
-    word, others = other_side(counts, best["library"])
-    if len(others):
-        rival = others.sort_values(["reached", "ratio"], ascending=[False, True], kind="stable").iloc[0]
-        note += f"; {word}{rival.name} {ratio_text(rival['ratio'])}\N{NO-BREAK SPACE}× on\N{NO-BREAK SPACE}{rival['reached']}"
-    return Cell(str(best.name), note)
-
-
-def _most_reliable(matrix: pd.DataFrame, cases: Sequence[str]) -> Cell:
-    """The integrators with an ok setting on most hard variants of the cases."""
-    each, problems = solved(matrix[matrix["case"].isin(cases)])
-    if each.empty:
-        return Cell("–", "no hard variant was run", "none")
-    best = each[each["solved"] == each["solved"].max()].index.tolist()
-    note = f"{each['solved'].max()} of {problems}"
-    if len(best) > 1:
-        note += f"; so {'does' if len(best) == 2 else 'do'} {', '.join(best[1:3])}"
-    note += f" and {len(best) - 3} more" if len(best) > 3 else ""
-    each = each.assign(library=[str(name).partition(":")[0] for name in each.index])
-    word, others = other_side(each, each.loc[best[0], "library"])
-    if word and len(others):
-        rival = others.sort_values("solved", ascending=False, kind="stable").iloc[0]
-        note += f"; {word}{rival.name} {rival['solved']}"
-    return Cell(str(best[0]), note)
-
-
-def solved(matrix: pd.DataFrame) -> tuple[pd.DataFrame, int]:
-    """By integrator, `ran`: the hard variants that it ran, and `solved`: those with an ok setting; and how many there are."""
-    ran = matrix[(matrix["variant"] != "") & (matrix["formulation"] == "") & ~matrix["verdict"].isin(NEVER_RAN)]
-    right = ran.assign(right=ran["best"].notna())
-    each = right.groupby("integrator_id").agg(solved=("right", "sum"), ran=("right", "size"))
-    return each, len(ran.drop_duplicates(["case", "variant"]))
 
 
 def card(
     equal: pd.DataFrame,
     trusted: pd.DataFrame,
     orders: pd.DataFrame,
-    matrix: pd.DataFrame,
+    reduced: pd.DataFrame,
     growth: Mapping[str, Any] | None,
     benched: Mapping[str, Any] | None,
 ) -> list[Row]:
@@ -118,28 +102,24 @@ def card(
 
     `growth` and `benched` are the laws and the orders of gnomon's own integrators, measured by `make bench`.
     """
-    own = trusted[(trusted["variant"] == "") & (trusted["formulation"] == "")]
-    at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & (equal["target"] == TARGETS[1])]
-    counts, (hard, _) = standings(at), solved(matrix)
+    at = own(equal[equal["target"] == TARGETS[1]])
+    counts, hard = standings(at).to_dict("index"), solved(reduced)
     preparing = at.groupby("integrator_id")["preparation"].median()
     firsts = at.groupby("integrator_id")[["first_use", "first_case"]].first().to_dict("index")
     laws: dict[str, list[str]] = {}
     for row in (growth or {"rows": []})["rows"]:
         laws.setdefault(f"gnomon:{row['name']}", []).append(str(row["law"]))
     bench = {f"gnomon:{row['name']}": row for row in (benched or {"rows": []})["rows"]}
-    measured = orders[(orders["variant"] == "") & (orders["formulation"] == "")].groupby("integrator_id")
-    slopes = {str(name): part for name, part in measured}
+    slopes = {str(name): part for name, part in own(orders).groupby("integrator_id")}
     rows = []
-    for name, part in own.groupby("integrator_id", sort=False):
+    for name, part in own(trusted).groupby("integrator_id", sort=False):
         good = part[part["best"].notna()]
         digits = -np.log10(good["best"].clip(lower=1e-17))
         lost = np.log10(good["best"].clip(lower=1e-17) / good["attainable"].clip(lower=1e-17)).clip(lower=0)
-        speed = counts.loc[name] if name in counts.index else None
+        speed = counts.get(name)
         cells = [
             Cell(str(len(part)), value=len(part)),
-            Cell("–", value=0)
-            if speed is None
-            else Cell(f"{speed['wins']}", f"of {speed['reached']}", value=speed["wins"]),
+            leads_cell(speed),
             Cell("–") if speed is None else Cell(f"{ratio_text(speed['ratio'])} ×", value=speed["ratio"]),
             Cell("–")
             if name not in firsts
@@ -148,10 +128,10 @@ def card(
             _median(lost, "{:.1f}"),
             _order(slopes.get(str(name)), bench.get(str(name))),
             _median(part["over_tolerance"], ""),
-            _share(hard.loc[name] if name in hard.index else None),
+            _share(hard[name].dropna() if name in hard else None, len(hard)),
             Cell("; ".join(dict.fromkeys(laws.get(str(name), ["–"])))),
         ]
-        rows.append((0 if speed is None else -speed["wins"], -len(part), str(name), cells))
+        rows.append((0 if speed is None else -speed["leads"], -len(part), str(name), cells))
     return [Row(name, cells) for *_, name, cells in sorted(rows, key=lambda row: row[:3])]
 
 
@@ -179,8 +159,10 @@ def _order(slopes: pd.DataFrame | None, bench: Mapping[str, str] | None) -> Cell
     )
 
 
-def _share(hard: pd.Series | None) -> Cell:
-    if hard is None:
+def _share(known: pd.Series | None, problems: int) -> Cell:
+    """Hard variants solved of those of which it is known; how many others there are."""
+    if known is None or known.empty:
         return Cell("–")
-    share = hard["solved"] / hard["ran"]
-    return Cell(f"{100 * share:.0f} %", f"{hard['solved']} of {hard['ran']}", value=share)
+    share, others = known.mean(), problems - len(known)
+    note = f"{known.sum():.0f} of {len(known)}" + (f"; {others} not known" if others else "")
+    return Cell(f"{100 * share:.0f} %", note, value=share)

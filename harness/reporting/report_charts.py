@@ -11,7 +11,7 @@ from typing import Any
 import altair as alt
 import numpy as np
 import pandas as pd
-from gnomon.harness.contract.status import Status
+from gnomon.harness.contract.status import SCORED
 from gnomon.harness.reporting import figures, report_stability, style, tables
 from gnomon.harness.reporting.figures_profiles import kinds_charts, profile_charts
 from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
@@ -22,6 +22,7 @@ from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_stability import stability_charts
 from gnomon.harness.results import analysis
 
+TIMED = "timing span"
 FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an ulp of the input"
 
 MANIFEST = "figures.json"
@@ -32,14 +33,17 @@ Problems = dict[str, dict[str, Any]]
 
 
 def work_problems(run: Run) -> dict[str, Problems]:
-    """The work-precision data of every problem by case: points, limits, and what it stresses; default variants first."""
-    rows = run.reduced.assign(stresses=run.reduced.get("stresses", ""))
+    """The work-precision data of every problem by case: points, limits, and what it stresses; default variants first.
+
+    A default variant that is timed over a longer span is there over both.
+    """
+    longer = analysis.settings(run.timed[run.timed["longer"]]).assign(variant=TIMED)
+    reduced = pd.concat([run.reduced, longer], ignore_index=True) if len(longer) else run.reduced
+    rows = reduced.assign(stresses=reduced.get("stresses", ""))
     problems = rows.groupby(PROBLEM, sort=False)[["conditioning", "floor", "stresses"]].agg(
         {"conditioning": "max", "floor": "max", "stresses": "first"}
     )
-    points = {
-        problem: part.drop(columns=PROBLEM) for problem, part in work_points(run.reduced, run.look).groupby(PROBLEM)
-    }
+    points = {problem: part.drop(columns=PROBLEM) for problem, part in work_points(reduced, run.look).groupby(PROBLEM)}
     found: dict[str, Problems] = {name: {} for name in run.names}
     for (case, variant, formulation), limits in problems.to_dict("index").items():
         if (case, variant, formulation) not in points:
@@ -82,8 +86,8 @@ def run_charts(run: Run) -> Specifications:
     """Every chart of a run but the work-precision diagrams; charts without data are left out."""
     charts: dict[str, alt.TopLevelMixin] = {**profile_charts(run.equal, run.reduced)}
     charts |= kinds_charts(run.equal, run.matrix, run.kinds)
-    asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & (run.reduced["status"] == Status.OK)]
-    asked = asked[asked["setting"] > asked["conditioning"].fillna(0)]
+    asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & run.reduced["status"].isin(SCORED)]
+    asked = asked[(asked["setting"] > asked["conditioning"].fillna(0)) & asked["error_max"].notna()]
     if len(asked):
         over = asked.assign(over=asked["error_max"] / asked["setting"])
         charts["tolerance"] = figures.tolerance_chart(figures.tolerance_spread(over), run.look)

@@ -34,6 +34,8 @@ class Run:
     path: Path
     frame: pd.DataFrame
     reduced: pd.DataFrame
+    timed: pd.DataFrame
+    """The rows of which times are compared (`analysis.over_timing_spans`); the others are without series over these."""
     given: Mapping[str, type[Case]] = field(default_factory=dict)
     """Cases that are not installed, by the name under which they ran."""
 
@@ -48,7 +50,8 @@ class Run:
         why = analysis.nothing_ran(frame)
         if why is not None:
             raise ValueError(f"{path}: nothing in it ran, so there is nothing to report ({why})")
-        return cls(path, frame, analysis.settings(frame), given or {})
+        rest, timed = analysis.over_timing_spans(frame)
+        return cls(path, rest, analysis.settings(rest), timed, given or {})
 
     @cached_property
     def look(self) -> pd.DataFrame:
@@ -56,17 +59,13 @@ class Run:
 
     @cached_property
     def equal(self) -> pd.DataFrame:
-        return analysis.equal_error(self.frame)
+        equal = rankings.ranked(analysis.equal_error(self.timed))
+        return equal.join(analysis.first_uses(self.frame), on="integrator_id")
 
     @cached_property
     def kinds(self) -> dict[str, list[str]]:
         """The cases of each kind of system."""
         return report_card.kinds(self.forms, self.names)
-
-    @cached_property
-    def changed(self) -> rankings.Alternatives:
-        """The comparisons of `equal` with something changed."""
-        return rankings.alternatives(self.frame, self.equal, self.kinds)
 
     @cached_property
     def matrix(self) -> pd.DataFrame:
@@ -146,10 +145,11 @@ class Run:
 
     @cached_property
     def hierarchies(self) -> pd.DataFrame:
-        """Model hierarchies; beside an in-house `fastest`, the fastest third party and its time: third, third_seconds."""
+        """Model hierarchies; beside an in-house integrator with the shortest time, that of third parties: third,
+        third_seconds."""
         # Each level looks up its times: only the rows that can be found, for a twentieth of the time.
         equal = self.equal[self.equal["target"] == model_hierarchy.COST_AT]
-        default = self.reduced[self.reduced["variant"] == ""]
+        default = self.timed[self.timed["variant"] == ""]
         spans = default.groupby("case", as_index=False)[["span", "time_scale"]].first().assign(variant="")
         all_, third = (
             model_hierarchy.hierarchies(self.cases, rows, spans) for rows in (equal, equal[equal["library"] != OURS])

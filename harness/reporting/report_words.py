@@ -38,8 +38,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "history": runs[-1],
         "environment": together([each["environment"] for each in runs]),
         "machines": machines_text(run.frame),
-        "launches": launches_text(run.frame),
-        "scatter": scatter_text(run.frame),
+        "launches": launches_text(run.timed),
+        "scatter": scatter_text(run.timed),
         "waited": tables.waited_text(run.frame),
         "views": views(run, problems, growth, orders),
         "own": f"{OURS}:",
@@ -77,8 +77,11 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
 
 def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
     """Each case with its variants and the rows of its tables."""
-    times = tables.equal_error_rows(run.equal, run.reduced)
-    others = tables.equal_error_rows(third_party(run.equal), run.reduced[run.reduced["library"] != OURS])
+    timed = analysis.settings(run.timed)
+    uses = analysis.first_uses(run.frame)
+    times = tables.equal_error_rows(run.equal, timed, uses)
+    others = tables.equal_error_rows(third_party(run.equal), timed[timed["library"] != OURS], uses)
+    spans = spans_text(timed, run.reduced)
     grown = laws(run.path, run.frame, run.frame["variant"] == "", run.classes)
     parts = analysis.anatomy(run.frame[run.frame["variant"] == ""])
     stability = tables.stability_rows(run.matrix, run.trusted, run.orders, grown, parts)
@@ -90,6 +93,7 @@ def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
             "stresses": {label: problem["stresses"] for label, problem in work[name].items()},
             "times": times.get(name, []),
             "others": others.get(name, []),
+            "span": spans.get(name, ""),
             "stability": stability.get(name, []),
         }
         for name in run.names
@@ -102,6 +106,22 @@ def machines_text(frame: pd.DataFrame) -> str:
     if count == 1:
         return "one machine"
     return f"{count} machines: a time is compared only with times of the same machine"
+
+
+def spans_text(timed: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, str]:
+    """By case over which span its default variant is timed, and the time limit of a trial there.
+
+    `timed` and `reduced`: `analysis.settings` of the rows of which times are compared, and of the others.
+    """
+    own = [table[table["variant"] == ""].groupby("case") for table in (timed, reduced)]
+    spans = [each["span"].first().astype(float) for each in own]
+    limits = own[0]["limit_seconds"].max().astype(float)
+    found = {}
+    for name, factor in (spans[0] / spans[1].reindex(spans[0].index)).items():
+        over = f"{factor:.0f} times its span, with 64 samples of that" if factor > 1 else "its span"
+        limit = f"; each trial of every integrator may take {limits[name]:g} s" if limits[name] > 0 else ""
+        found[str(name)] = f"Timed over {over}{limit}."
+    return found
 
 
 def launches_text(frame: pd.DataFrame) -> str:

@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, first_uses, preparations, records, waited
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, preparations, records, waited
 from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.rankings import ALONE, RANKED, TOO_SHORT, drawn, own, standings
 from gnomon.harness.results.values import DELAYED
 
 PROBLEM_AND_NAME = ("case", "formulation", "integrator_id")
@@ -60,9 +61,13 @@ def short_text(value: float) -> str:
     return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
 
 
-def overhead_text(seconds: float) -> str:
-    """The time of a null call, which the time beside it does not include; empty where none was measured."""
-    return f" + {time_text(seconds)} a call" if math.isfinite(seconds) else ""
+def share_text(share: float) -> str:
+    """The share of the null call in the time beside it; empty where none was measured."""
+    if not math.isfinite(share):
+        return ""
+    return (
+        f"null call {100 * share:.0f}\N{NO-BREAK SPACE}%" if share >= 0.005 else "null call below 1\N{NO-BREAK SPACE}%"
+    )
 
 
 def preparation_text(seconds: float, first_use: float = math.nan, case: str = "") -> str:
@@ -156,105 +161,122 @@ def other_side(table: pd.DataFrame, library: str) -> tuple[str, pd.DataFrame]:
 
 
 def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Row]:
-    """Per case and formulation, the fastest integrator at each target, with those that are on a par with it, and the
-    fastest of the other side: third parties beside an in-house one, and the reverse.
+    """Per case and formulation, at each error, the integrator that is separated from all others, or those that are tied; or
+    why the cell is not ranked, with the shortest times.
 
-    Times do not include the null call and the preparation, which are printed beside them.
+    Beside a ranked integrator stands the fastest of the other side, third parties beside an in-house one, and the reverse.
+    `equal`: `rankings.ranked`.
     """
-    sides = equal["library"].eq(OURS).nunique() > 1
-    own = equal[equal["variant"] == ""].sort_values("seconds")
-    found = {key: part.to_dict("records") for key, part in own.groupby(["case", "formulation", "target"], sort=False)}
+    default = equal[equal["variant"] == ""].sort_values("seconds")
+    cells = default.groupby(["case", "formulation", "target"], sort=False)
+    found = {key: part.to_dict("records") for key, part in cells}
     rows = []
     for case, formulation in problems:
-        cells = []
-        for target in TARGETS:
-            at = found.get((case, formulation, target))
-            if at is None:
-                cells.append(Cell("not reached", kind="none"))
-                continue
-            tied = [row["integrator_id"] for row in at if row["tied"]]
-            others = ", ".join(tied[1:4]) + (" …" if len(tied) > 4 else "")
-            bound = "≤ " if at[0]["at_loosest"] else ""
-            time = bound + time_text(at[0]["seconds"]) + overhead_text(at[0]["overhead"])
-            notes = [
-                time,
-                preparation_text(*(at[0][name] for name in PREPARING)),
-                f"on a par: {others}" if others else "",
-            ]
-            notes += [_beside(at)] if sides else []
-            cells.append(Cell(str(at[0]["integrator_id"]), " · ".join(filter(None, notes))))
-        rows.append(Row(case, cells, note=formulation))
+        at = [found.get((case, formulation, target)) for target in TARGETS]
+        rows.append(
+            Row(case, [_first_of(one) if one else Cell("not reached", kind="none") for one in at], note=formulation)
+        )
     return rows
 
 
+def _first_of(at: Sequence[Mapping[str, Any]]) -> Cell:
+    """What a cell says of its rows, the shortest time first."""
+    first, tied = at[0], [row for row in at if row["tied"]]
+    if first["cell"] not in (RANKED, ALONE):
+        most = float(np.max([row["null_share"] for row in tied]))  # nan if one was not measured
+        why = (share_text(most) or "null call not measured") if first["cell"] == TOO_SHORT else "one launch"
+        return Cell(first["cell"], f"{why}: {_times(tied)}", "none")
+    if len(tied) > 1:
+        return Cell(f"tie of {len(tied)}", _times(tied), "none")
+    bound = "≤ " if first["at_loosest"] else ""
+    notes = [f"{bound}{time_text(first['seconds'])}", share_text(first["null_share"])]
+    notes += [preparation_text(*(first[name] for name in PREPARING))]
+    notes += [_beside(at) if first["cell"] == RANKED else "no other reaches the error"]
+    return Cell(str(first["integrator_id"]), " · ".join(filter(None, notes)))
+
+
+def _times(rows: Sequence[Mapping[str, Any]]) -> str:
+    """The three shortest times."""
+    words = [f"{row['integrator_id']} {time_text(row['seconds'])}" for row in rows[:3]]
+    return ", ".join(words) + (f" and {len(rows) - 3} more" if len(rows) > 3 else "")
+
+
 def _beside(at: Sequence[Mapping[str, Any]]) -> str:
-    """The fastest of the side of which the first of these rows is not."""
+    """The fastest of the side of which the first of these rows is not; empty if there is none."""
     ours = at[0]["library"] == OURS
     found = next((row for row in at if (row["library"] == OURS) != ours), None)
     side = "third-party" if ours else "in-house"
-    return f"best {side}: " + (f"{found['integrator_id']} {ratio_text(found['ratio'])} ×" if found else "none")
+    return f"best {side}: {found['integrator_id']} {ratio_text(found['ratio'])}\N{NO-BREAK SPACE}×" if found else ""
 
 
 def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
-    """Over all default variants, the integrators that are most often fastest or on a par at some error, and how often.
+    """Over all default variants, in how many ranked cells an integrator is the fastest, separated or tied.
 
-    The `shown` first at each error, of in-house and of third-party integrators each, and the best of each even if it is
-    never fastest; the note says on how many cases each reaches it, and the median ratio of its time to
-    the fastest's there. The row's note is the median time of a preparation, over the cases where it reaches any error.
+    The `shown` with most at each error, of in-house and of third-party integrators each; the note says how many ranked cells
+    it reaches, and the median ratio of its time to the least, ties being equal. The row's note is the median time of a
+    preparation. Empty if no cell is ranked.
     """
-    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
-    cases = own.groupby("target")["case"].nunique()
-    grouped = own.groupby(["integrator_id", "target"])
-    counts = grouped.agg(
-        wins=("tied", "sum"), reached=("case", "nunique"), ratio=("ratio", "median"), library=("library", "first")
-    )
+    rows_ = own(equal)
+    if not (rows_["cell"] == RANKED).any():
+        return []
+    counts = {target: standings(rows_[rows_["target"] == target]) for target in TARGETS}
     chosen: set[str] = set()
-    for target in TARGETS:
-        at = counts[counts.index.get_level_values("target") == target]
+    for at in counts.values():
         for _, side in at.groupby(at["library"] == OURS):
-            ranked = side.nlargest(shown, ["wins", "reached"])
-            chosen |= {name for name, _ in [*ranked[ranked["wins"] > 0].index, *ranked.index[:1]]}
-    found = {(str(name), target): row for (name, target), row in counts.to_dict("index").items()}
-    by_name = own.drop_duplicates(["integrator_id", "case"]).groupby("integrator_id")
+            chosen |= set(side.index[side["leads"] + side["tied"] > 0][:shown])
+    by_name = rows_.drop_duplicates(["integrator_id", "case"]).groupby("integrator_id")
     preparing = by_name.agg({"preparation": "median", "first_use": "first", "first_case": "first"})
     rows = []
     for name in sorted(chosen):
-        cells, wins = [], []
-        for target in TARGETS:
-            at = found.get((name, target), {"wins": 0, "reached": 0, "ratio": math.nan})
-            wins.append(int(at["wins"]))
-            note = f"reaches {at['reached']} of {cases.get(target, 0)} · {ratio_text(at['ratio'])}\N{NO-BREAK SPACE}×"
-            cells.append(Cell(f"fastest on {at['wins']}" if at["wins"] else "–", note, "" if at["reached"] else "none"))
-        rows.append((-wins[1], -sum(wins), Row(name, cells, note=preparation_text(*preparing.loc[name, PREPARING]))))
+        found = [at.loc[name].to_dict() if name in at.index else None for at in counts.values()]
+        leads = [row["leads"] if row else 0 for row in found]
+        cells = [leads_cell(row) for row in found]
+        rows.append((-leads[1], -sum(leads), Row(name, cells, note=preparation_text(*preparing.loc[name, PREPARING]))))
     return [row for *_, row in sorted(rows, key=lambda each: each[:2])]
 
 
+def leads_cell(row: Mapping[str, Any] | None) -> Cell:
+    """In how many ranked cells an integrator is the fastest, from its row of `standings`."""
+    if row is None:
+        return Cell("–", kind="none", value=0)
+    if not row["ranked"]:
+        return Cell("not ranked", f"reaches {row['reached']}", "none", value=0)
+    text = f"alone {row['leads']}, tied {row['tied']}"
+    return Cell(text, f"of {row['ranked']} ranked · {ratio_text(row['ratio'])}\N{NO-BREAK SPACE}×", value=row["leads"])
+
+
 def libraries(equal: pd.DataFrame) -> list[Row]:
-    """The time of each library's fastest over that of the fastest of all: median over the default variants it reached."""
-    own = equal[(equal["variant"] == "") & (equal["formulation"] == "")]
+    """The time of each library's best integrator over the least of all: median over the default variants that it reaches,
+    ties being equal; and on how many ranked ones it is slower."""
+    rows_ = own(equal)
+    rows_ = rows_.assign(ratio=drawn(rows_), ranked=rows_["cell"] == RANKED)
     rows = []
-    for library in own["library"].drop_duplicates():
+    for library in rows_["library"].drop_duplicates():
         cells = []
         for target in TARGETS:
-            at = own[own["target"] == target]
-            best = at[at["library"] == library].groupby("case")["ratio"].min()
+            at = rows_[rows_["target"] == target]
+            grouped = at[at["library"] == library].groupby("case")
+            best = grouped["ratio"].min()
+            slower = int((grouped["slower"].min() & grouped["ranked"].any()).sum())
             note = f"{len(best)} of {counted(at['case'].nunique(), 'case')}"
+            ranked = int(grouped["ranked"].any().sum())
+            note += f", slower on {slower} of {ranked} ranked" if ranked else ""
             ratio = f"{ratio_text(float(best.median()))} ×" if len(best) else "–"
             cells.append(Cell(ratio, note, "" if len(best) else "none"))
         rows.append(Row(str(library), cells))
     return sorted(rows, key=lambda row: row.head != "gnomon")
 
 
-def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, list[Row]]:
-    """By case, time at equal error of every integrator that ran its default variant, fastest at 1e-6 first.
+def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame, uses: pd.DataFrame) -> dict[str, list[Row]]:
+    """By case, time at equal error of every integrator that ran its default variant, the shortest at 1e-6 first.
 
-    Times do not include the null call, which is printed with the range over launches. The last cell is the median time
-    of a preparation, which the other cells do not include.
+    Beside it stands its ratio to the fastest if it is separated from it, else why it is not; then the share of the null call
+    and the range over launches. The last cell is the median time of a preparation, which the other cells do not include.
     """
     reached = _by_key(equal[equal["variant"] == ""], *PROBLEM_AND_NAME, "target")
     ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
     preparing = preparations(ran).groupby(list(PROBLEM_AND_NAME)).first().to_dict()
-    firsts = first_uses(reduced).to_dict("index")
+    firsts = uses.to_dict("index")
     found: dict[str, list[tuple[Any, Row]]] = {}
     for case, formulation, name in sorted(_by_key(ran, *PROBLEM_AND_NAME)):
         cells, place = [], [math.inf] * len(TARGETS)
@@ -266,9 +288,8 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, li
             place[i] = float(at["seconds"])
             spread = f"{time_text(at['low'])} – {time_text(at['high'])}" if at["launches"] > 1 else "one launch"
             text = ("≤ " if at["at_loosest"] else "") + time_text(at["seconds"])
-            ratio = "fastest" if at["ratio"] == 1 else "on a par" if at["tied"] else f"{ratio_text(at['ratio'])} ×"
-            aside = f" ·{overhead_text(at['overhead'])} · {spread}" if math.isfinite(at["overhead"]) else f" · {spread}"
-            cells.append(Cell(text, ratio, "best" if at["tied"] else "", aside))
+            aside = "".join(f" · {word}" for word in (share_text(at["null_share"]), spread) if word)
+            cells.append(Cell(text, _compared(at), "best" if at["cell"] == RANKED and at["tied"] else "", aside))
         preparation = preparing[case, formulation, name]
         known = firsts.get(name, {"first_use": math.nan, "first_case": ""})
         note = first_use_text(known["first_use"], str(known["first_case"]))
@@ -276,6 +297,13 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, li
         row = Row(str(name), cells, group=str(formulation))
         found.setdefault(case, []).append(((formulation, place[1], place[0], place[2]), row))
     return {case: [row for _, row in sorted(rows, key=lambda pair: pair[0])] for case, rows in found.items()}
+
+
+def _compared(at: Mapping[str, Any]) -> str:
+    """How a time compares with the least of its cell."""
+    if at["cell"] != RANKED:
+        return str(at["cell"])
+    return f"{ratio_text(at['ratio'])} ×" if at["slower"] else "tied" if at["leaders"] > 1 else "fastest"
 
 
 def stability_rows(

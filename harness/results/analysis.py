@@ -11,7 +11,7 @@ import pandas as pd
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.convergence_order import line, slopes, why_no_line
-from gnomon.harness.results.schema import MEASUREMENT_COLUMNS, TIMES
+from gnomon.harness.results.schema import MEASUREMENT_COLUMNS, TIMES, TIMING_SPAN
 from gnomon.harness.results.values import DELAYED
 
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
@@ -21,12 +21,6 @@ ON_A_LINE = 0.1
 """A slope counts as an order if the slope between any two neighbouring points differs from it by at most this, the
 tolerance between measured and declared order. An error that passes through zero between two steps bends the line by
 whole orders."""
-
-CLAIM = 1.2
-"""Times with a ratio below this are not reported as different: launches of one program differ by 10 to 13 %."""
-
-LEAST_SHARE = 0.1
-"""Minimum of a time without its null call, as a share of the whole time: a smaller difference is measurement noise."""
 
 ERRORS = [
     *(name for name in MEASUREMENT_COLUMNS if name.startswith("error_") and name != "error_unturned"),
@@ -44,10 +38,9 @@ NEVER_RAN = (*CANNOT_RUN, NOT_RUN)
 def tidy(rows: pd.DataFrame) -> pd.DataFrame:
     """The store's rows with empty strings for missing names, and columns of numbers as floats.
 
-    `null_seconds` becomes that of `null_calls`. `seconds_net` is `seconds_median` without the null call, at least a tenth
-    of it; it is the time that all comparisons use. If the null call was not measured, the two are equal. Of a problem that ran on several
-    machines the times of one count (see `one_machine`). If one launch of a trial was solved
-    from turned starts, the errors of its other launches become nan: those are of one orientation only.
+    `null_seconds` becomes that of `null_calls`. Of a problem that ran on several machines the times of one count (see
+    `one_machine`). If one launch of a trial was solved from turned starts, the errors of its other launches become nan:
+    those are of one orientation only.
     """
     frame = rows.copy()
     for column in ("variant", "formulation", "policy", "reason", "sampling", "setting_kind", "settings_changed"):
@@ -64,12 +57,20 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
         frame[column] = pd.to_numeric(frame[column], errors="coerce").astype(float)
     frame = one_machine(frame)
     frame = frame.assign(null_seconds=null_calls(frame), null_work=0.0)
-    frame["seconds_net"] = net(frame["seconds_median"], frame["null_seconds"])
     turned = frame.groupby("trial_key")["turned_starts"].transform("max") > 0
     aside = turned & frame["turned_starts"].isna()
     if aside.any():
         frame.loc[aside, [column for column in ERRORS if column in frame]] = math.nan
     return frame
+
+
+def over_timing_spans(frame: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The rows of `tidy` without the series over timing spans, and the rows of which times are compared: the default variants
+    of cases with such series are replaced by these. The column `longer` says which are over timing spans."""
+    longer = frame["variant"].str.startswith(f"default{TIMING_SPAN}")
+    replaced = longer | ((frame["variant"] == "") & frame["case"].isin(set(frame.loc[longer, "case"])))
+    timed = pd.concat([frame[longer].assign(variant=""), frame[~replaced]], ignore_index=True)
+    return frame[~longer], timed.assign(longer=np.arange(len(timed)) < longer.sum())
 
 
 def one_machine(frame: pd.DataFrame) -> pd.DataFrame:
@@ -126,11 +127,6 @@ def first_uses(rows: pd.DataFrame) -> pd.DataFrame:
     return known.set_index("integrator_id")[["first_use", "first_case"]]
 
 
-def net(seconds: pd.Series, null: pd.Series) -> pd.Series:
-    """Times minus their null calls, if these are known; at least `LEAST_SHARE` of each time."""
-    return np.maximum(seconds - null.fillna(0.0), LEAST_SHARE * seconds)
-
-
 def nothing_ran(frame: pd.DataFrame) -> str | None:
     """The most frequent status and reason if nothing in these rows ran; None if something ran."""
     if not frame["status"].isin(NEVER_RAN).all():
@@ -142,16 +138,14 @@ def nothing_ran(frame: pd.DataFrame) -> str | None:
 
 
 def settings(frame: pd.DataFrame) -> pd.DataFrame:
-    """One row for each setting of a series, loosest first, with the medians over launches: `seconds` is the time without
-    the null call, `overhead` the null call.
+    """One row for each setting of a series, loosest first; `seconds` is the median over launches of the whole call.
 
     `seconds_low` and `seconds_high`, quantiles over the calls of one launch, are those of the first launch.
     """
     grouped = frame.sort_values("launch").groupby([*SERIES, "setting"], dropna=False, sort=False)
     reduced = grouped.first().assign(
         error_max=grouped["error_max"].max(),
-        seconds=grouped["seconds_net"].median(),
-        overhead=grouped["null_seconds"].median(),
+        seconds=grouped["seconds_median"].median(),
     )
     return reduced.reset_index().sort_values([*SERIES, "setting"], ascending=[True] * len(SERIES) + [False])
 
@@ -210,64 +204,53 @@ def preparations(rows: pd.DataFrame) -> pd.Series:
 
 
 def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
-    """Time at equal error: one row for each series and target, with the ratio to the fastest series of the same case,
-    variant and formulation.
+    """Time at equal error: one row for each series and target that it reaches.
 
-    `seconds` is the median over launches of the time without the null call, `low` and `high` the range, `overhead` the
-    median of the null calls, nan if none was measured. `at_loosest`: the loosest setting reaches the target already, so
-    the time is an upper bound. `tied`: within a factor of 1.2 of the fastest. `preparation` is the time of `prepare`,
-    which the other times exclude (see `preparations`), `first_use` and `first_case` those of `first_uses`, `machine`
-    where the times were measured.
+    `seconds` is the median over launches of the whole call, which a user waits for, `low` and `high` the range, and
+    `null_share` the share of the null call, nan if none was measured. `times` are the seconds by run and launch: a run
+    interleaves its launches, so that those with the same key are comparable in time. `at_loosest`: the loosest setting
+    reaches the target already, so the time is an upper bound. `preparation` is the time of `prepare`, which the other times
+    exclude (see `preparations`), `machine` where the times were measured.
 
     The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
-    table = times_to(frame, targets)
-    timed = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0) & frame["seconds_net"].notna()]
-    table = table.join(timed.groupby(SERIES)["machine"].first(), on=list(SERIES))
-    return compared(table).join(preparations(frame), on=list(SERIES)).join(first_uses(frame), on="integrator_id")
-
-
-def times_to(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
-    """The columns of `equal_error` from `seconds` to `overhead`, for each series and target that it reaches."""
     rows = []
     usable = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0)]
     usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
-    columns = ("launch", "setting", "error_max", "seconds_net", "null_seconds")
+    columns = ("run", "launch", "setting", "error_max", "seconds_median", "null_seconds")
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
         launches: dict[int, dict[float, float]] = {}
         errors: dict[int, dict[float, float]] = {}
         for row in series:
-            launches.setdefault(row["launch"], {})[row["setting"]] = row["seconds_net"]
+            launches.setdefault(row["launch"], {})[row["setting"]] = row["seconds_median"]
             errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
         # Slow settings are launched once: the errors are those of the launch with most settings, and a launch without
         # times near the target is ignored.
         sweep = errors[max(sorted(errors), key=lambda launch: len(errors[launch]))]
         held = credited(list(sweep.values()))
+        runs = {row["launch"]: row["run"] for row in series}
         nulls = [row["null_seconds"] for row in series if math.isfinite(row["null_seconds"])]
-        overhead = float(np.median(nulls)) if nulls else math.nan
-        timed = [[seconds.get(setting, math.nan) for setting in sweep] for seconds in launches.values()]
+        null = float(np.median(nulls)) if nulls else math.nan
+        timed = {n: [seconds.get(setting, math.nan) for setting in sweep] for n, seconds in sorted(launches.items())}
         for target in targets:
-            found = [crossing(held, seconds, target) for seconds in timed]
-            times = np.array([seconds for seconds, _ in found if math.isfinite(seconds)])
-            if len(times):
-                bound = any(loosest for _, loosest in found)
-                middle = float(np.median(times))
-                rows.append((*key, target, middle, times.min(), times.max(), len(times), bound, overhead))
-    named = [*SERIES, "target", "seconds", "low", "high", "launches", "at_loosest", "overhead"]
-    return pd.DataFrame(rows, columns=named)
-
-
-def compared(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows with `ratio` to the fastest of the same problem and target, and `tied` with it."""
-    fastest = table.groupby([*PROBLEM, "target"])["seconds"].transform("min")
-    return table.assign(ratio=table["seconds"] / fastest, tied=table["seconds"] < CLAIM * fastest)
+            found = {n: crossing(held, seconds, target) for n, seconds in timed.items()}
+            times = {(runs[n], n): seconds for n, (seconds, _) in found.items() if math.isfinite(seconds)}
+            if times:
+                bound, middle = any(loosest for _, loosest in found.values()), float(np.median([*times.values()]))
+                span = (min(times.values()), max(times.values()))
+                rows.append((*key, target, middle, *span, len(times), times, bound, null / middle))
+    named = [*SERIES, "target", "seconds", "low", "high", "launches", "times", "at_loosest", "null_share"]
+    table = pd.DataFrame(rows, columns=named)
+    machines = usable.groupby(SERIES)["machine"].first()
+    return table.join(machines, on=list(SERIES)).join(preparations(frame), on=list(SERIES))
 
 
 def trust(reduced: pd.DataFrame) -> pd.DataFrame:
     """The reliability of each series: its best error, the attainable error, and achieved error over tolerance.
 
-    The attainable error is the larger of conditioning and floor. Achieved error over tolerance includes only tolerances
-    above the attainable error; smaller ones cannot be met. If the best error is a median over `turned_starts`
+    The attainable error is the larger of conditioning and floor. Achieved error over tolerance is that of every solution
+    with an error, the inaccurate and the diverged too, whose tolerance is above the attainable error: smaller ones cannot
+    be met. If the best error is a median over `turned_starts`
     orientations, `error_low` and `error_high` are the range over these; else nan.
     """
     rows = []
@@ -283,8 +266,10 @@ def trust(reduced: pd.DataFrame) -> pd.DataFrame:
         if good:
             best = min(good, key=lambda row: row["error_max"])
             record |= {"best": best["error_max"], "at": best["setting"]} | {name: best[name] for name in spread}
-            record["attainable"] = float(np.nanmax([best["conditioning"], best["floor"], 0.0]))
-        asked = [r for r in good if r["setting_kind"] == "tolerance" and r["setting"] > record["attainable"]]
+        limits = [series[0]["conditioning"], series[0]["floor"], 0.0]
+        record["attainable"] = float(np.nanmax(limits))
+        answered = [row for row in series if row["status"] in SCORED and math.isfinite(row["error_max"])]
+        asked = [r for r in answered if r["setting_kind"] == "tolerance" and r["setting"] > record["attainable"]]
         if asked:
             over = [row["error_max"] / row["setting"] for row in asked]
             record |= {"over_tolerance": float(np.median(over)), "worst_over_tolerance": max(over)}

@@ -34,8 +34,9 @@ class Profile:
 
 def times(equal: pd.DataFrame, target: float) -> pd.DataFrame:
     """Seconds at an error: a row for each default case that some method brings to it, a column for each integrator; inf
-    where it does not reach the error. `equal`: `analysis.equal_error`."""
+    where it does not reach the error. Those that are tied take the least time. `equal`: `rankings.ranked`."""
     own = equal[(equal["target"] == target) & (equal["variant"] == "") & (equal["formulation"] == "")]
+    own = own.assign(seconds=own["seconds"].where(~own["tied"], own["seconds"] / own["ratio"]))
     return own.pivot(index="case", columns="integrator_id", values="seconds").fillna(np.inf)
 
 

@@ -1,222 +1,186 @@
-"""Rankings of integrators from a results file, and whether they survive changes of what was compared.
+"""Which integrator is the fastest: rows of `analysis.equal_error`, ranked where the launches separate them.
 
-The ranking at an error is by the area under the performance profile: the mean over the default cases of the logarithm of
-the ratio to the fastest, where a ratio above MOST and a case that is not solved count as MOST. Everything is computed from
-the measurements that are there; what other default numbers would give is not known from them. A longer time limit can add
-no solve that is faster than the limit was, so that its largest effect is known.
+A cell is a problem at one error. In each, the integrator with the least time is compared with every other; a claim is that
+it is faster. Chance can make any contender the one with the least time, so that a p value is multiplied by their number.
 """
 
-import itertools
 import math
-import statistics
-from collections.abc import Collection, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.contract.status import STOPPED
-from gnomon.harness.results.analysis import CLAIM, compared, times_to
+from gnomon.harness.contract.status import NOT_BROKEN, Status
+from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, records
 from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.separation import discoveries, paired, signs
 
 MOST = 1e3
 """The largest ratio of a performance profile."""
-LIMIT_SHARE = 0.1
-"""The share of its time limit that a solve may take, in the ranking with a shorter limit."""
+CONTENDER = 2.0
+"""An integrator whose time is within this factor of the least is a contender: as far apart as single launches of one
+program may be."""
+LARGEST_NULL = 0.1
+"""The largest share of the null call in the time of a contender with which a cell is ranked."""
+MOST_LAUNCHES = 10
+"""The launches after which an undecided pair is a tie."""
 
-KIND, ERROR, LAUNCH, LIMIT, LONGER = (
-    "one kind of system left out",
-    "another error measure",
-    "one launch left out",
-    "a tenth of the time limit",
-    "any longer time limit, at most",
-)
+SOLVED, CONDITIONED = 1e-6, 1e3
+"""A setting solves a hard variant if its error is at most SOLVED, or CONDITIONED times the conditioning if that is larger."""
 
-
-class Pair(NamedTuple):
-    """An integrator that reaches an error on a default case: the ratio of its time to the fastest's."""
-
-    case: str
-    name: str
-    library: str
-    ratio: float
-
-    @property
-    def tied(self) -> bool:
-        return self.ratio < CLAIM
+RANKED, ONE_LAUNCH, TOO_SHORT, ALONE = "ranked", "not separated", "too short to rank", "one integrator"
+"""What a cell is: those are ranked that several launches timed, on a span that is long enough; one launch separates nothing,
+and where one integrator reaches the error there is nothing to separate."""
 
 
-Comparison = Mapping[float, Sequence[Pair]]
-"""The pairs by error."""
-Alternatives = dict[tuple[str, str], Comparison]
-"""Comparisons by the kind of change and the change."""
+def ranked(equal: pd.DataFrame) -> pd.DataFrame:
+    """The rows with `ratio`, of the time to the least of its cell; `cell`, what the cell is; `slower`, whether the launches
+    separate it from the one with the least time; `tied`, and how many of its cell are (`leaders`).
 
-
-def comparison(equal: pd.DataFrame) -> Comparison:
-    """The pairs of default variants in their own formulation, from what `analysis.equal_error` returns."""
-    rows, columns = _own(equal), ("target", "case", "integrator_id", "library", "ratio")
-    found: dict[float, list[Pair]] = {}
-    for target, *pair in zip(*(rows[name].tolist() for name in columns), strict=True):
-        found.setdefault(target, []).append(Pair(*pair))
-    return found
-
-
-def third_party(equal: pd.DataFrame) -> pd.DataFrame:
-    """The rows of third-party integrators, with ratios to the fastest of these."""
-    return compared(equal[equal["library"] != OURS])
-
-
-def without_ours(compared_: Comparison) -> Comparison:
-    """`third_party` for a comparison."""
-    found = {}
-    for target, pairs in compared_.items():
-        others = [pair for pair in pairs if pair.library != OURS]
-        least: dict[str, float] = {}
-        for pair in others:
-            least[pair.case] = min(pair.ratio, least.get(pair.case, math.inf))
-        found[target] = [pair._replace(ratio=pair.ratio / least[pair.case]) for pair in others]
-    return found
-
-
-def alternatives(frame: pd.DataFrame, equal: pd.DataFrame, kinds: Mapping[str, Sequence[str]]) -> Alternatives:
-    """The default variants compared again: without each kind of system, with two other error measures, without each
-    launch, without solves that took more than a tenth of their time limit, and with all that the limit stopped solved just
-    then.
-
-    `frame`: `analysis.tidy`, `equal`: `analysis.equal_error` of it, `kinds`: the cases of each kind.
+    In a ranked cell, those are tied that are not separated; in another cell the contenders, of which none is ranked.
     """
-    base, frame = comparison(equal), _own(frame)
-    found: Alternatives = {}
-    for name, cases in kinds.items() if len(kinds) > 1 else ():
-        found[KIND, name] = {target: [one for one in pairs if one.case not in cases] for target, pairs in base.items()}
-    for column, words in (("error_end", "error at the end"), ("error_rms", "root mean square error")):
-        found[ERROR, words] = _again(frame.assign(error_max=frame[column]))
-    repeated = frame[frame.groupby("case")["launch"].transform("max") > 1]
-    often = set(repeated["case"])
-    for launch in sorted(repeated["launch"].unique()):
-        again = _again(repeated[repeated["launch"] != launch])
-        found[LAUNCH, f"launch {launch}"] = {
-            target: [one for one in base.get(target, ()) if one.case not in often] + list(again.get(target, ()))
-            for target in {**base, **again}
-        }
-    quick = ~(frame["seconds_median"] > LIMIT_SHARE * frame["limit_seconds"].astype(float))
-    found[LIMIT, LIMIT] = _again(frame[quick])
-    found[LONGER, LONGER] = _at_the_limit(base, _own(equal), frame)
+    least = equal.groupby([*PROBLEM, "target"])["seconds"].transform("min")
+    table = equal.assign(ratio=equal["seconds"] / least, cell=ONE_LAUNCH).reset_index(drop=True)
+    p, cells = np.ones(len(table)), table["cell"].to_numpy(dtype=object)
+    columns = ("ratio", "times", "null_share")
+    for places in table.groupby([*PROBLEM, "target"]).indices.values():
+        rows = list(records(table.iloc[places], columns))
+        cells[places] = _cell(rows)
+        if cells[places[0]] == RANKED:
+            p[places] = _values(rows)
+    tested = cells == RANKED
+    slower = np.zeros(len(table), dtype=bool)
+    others = tested & (table["ratio"].to_numpy() > 1)
+    slower[others] = discoveries(p[others])
+    tied = np.where(tested, ~slower, table["ratio"] < CONTENDER)
+    table = table.assign(cell=cells, slower=slower, tied=tied.astype(bool))
+    return table.assign(leaders=table.groupby([*PROBLEM, "target"])["tied"].transform("sum"))
+
+
+def _cell(rows: Sequence[Mapping[str, Any]]) -> str:
+    contenders = [row for row in rows if row["ratio"] < CONTENDER]
+    if len(rows) == 1:
+        return ALONE
+    if not all(row["null_share"] <= LARGEST_NULL for row in contenders):
+        return TOO_SHORT
+    first, *others = sorted(rows, key=lambda row: row["ratio"])
+    several = any(len(first["times"].keys() & row["times"].keys()) > 1 for row in others)
+    return RANKED if several else ONE_LAUNCH
+
+
+def _values(rows: Sequence[Mapping[str, Any]]) -> list[float]:
+    """The p value of each row's claim that the one with the least time is faster."""
+    first = min(rows, key=lambda row: row["ratio"])["times"]
+    chosen = max(sum(row["ratio"] < CONTENDER for row in rows) - 1, 1)
+    found = []
+    for row in rows:
+        both = first.keys() & row["times"].keys()
+        found.append(min(1.0, chosen * paired([math.log(row["times"][n] / first[n]) for n in both])))
     return found
 
 
-def _at_the_limit(base: Comparison, equal: pd.DataFrame, frame: pd.DataFrame) -> Comparison:
-    """The comparison if each integrator that the time limit stopped on a case reached every error there, at the limit.
-
-    With a longer limit a solve takes longer than that, or fails: its ranking is between this one and that of `base`.
-    """
-    names = ("case", "integrator_id", "library", "limit_seconds")
-    stopped: dict[tuple[str, str, str], float] = {}
-    rows = frame[frame["status"].isin(STOPPED) & frame["limit_seconds"].notna()]
-    for *key, limit in zip(*(rows[name].tolist() for name in names), strict=True):
-        case, name, library = key
-        stopped[case, name, library] = min(float(limit), stopped.get((case, name, library), math.inf))
-    fastest = equal.groupby(["target", "case"])["seconds"].min().to_dict()
-    found = {}
-    for target, pairs in base.items():
-        reached = {(pair.case, pair.name) for pair in pairs}
-        found[target] = list(pairs) + [
-            Pair(case, name, library, max(1.0, limit / fastest.get((target, case), limit)))
-            for (case, name, library), limit in stopped.items()
-            if (case, name) not in reached
-        ]
+def undecided(table: pd.DataFrame) -> list[tuple[str, str, str, float, str, str]]:
+    """Pairs to which further launches may go: case, variant, formulation, error, and two integrators of which the first has
+    the least time and the second is a contender, not separated from it in fewer than MOST_LAUNCHES. `table`: `ranked`."""
+    found = []
+    for key, rows in table[table["cell"] != TOO_SHORT].groupby([*PROBLEM, "target"]):
+        first = rows.loc[rows["ratio"].idxmin()]
+        near = rows[(rows["ratio"] < CONTENDER) & ~rows["slower"] & (rows["launches"] < MOST_LAUNCHES)]
+        pairs = [name for name in near["integrator_id"] if name != first["integrator_id"]]
+        found += [(*key, first["integrator_id"], name) for name in pairs]
     return found
 
 
-def _again(frame: pd.DataFrame) -> Comparison:
-    return comparison(compared(times_to(frame)))
-
-
-def _own(table: pd.DataFrame) -> pd.DataFrame:
+def own(table: pd.DataFrame) -> pd.DataFrame:
     """The rows of default variants in the case's own formulation."""
     return table[(table["variant"] == "") & (table["formulation"] == "")]
 
 
-def scores(pairs: Sequence[Pair]) -> dict[str, float]:
-    """By integrator the mean logarithm of its ratio over the cases that some integrator solves, smaller is better."""
-    most, cases = math.log10(MOST), {pair.case for pair in pairs}
-    found: dict[str, float] = {}
-    for pair in pairs:
-        gain = most - min(math.log10(pair.ratio), most)
-        found[pair.name] = found.get(pair.name, most) - gain / len(cases)
-    return found
+def third_party(equal: pd.DataFrame) -> pd.DataFrame:
+    """The rows of third-party integrators, ranked among themselves."""
+    return ranked(equal[equal["library"] != OURS])
 
 
-def kendall(first: Mapping[str, float], second: Mapping[str, float]) -> float:
-    """Kendall's tau-b of two scores of the same names; a name that one lacks has the worst score there. nan for fewer
-    than two names, or if all scores of one are equal. Scores closer than 1e-9 are equal."""
-    names = sorted({*first, *second})
-    if len(names) < 2:
-        return math.nan
-    signs = []
-    for values in (first, second):
-        held = np.array([round(values.get(name, math.log10(MOST)), 9) for name in names])
-        signs.append(np.sign(held[:, None] - held[None, :]))
-    product = math.sqrt(np.sum(signs[0] ** 2) * np.sum(signs[1] ** 2))
-    return float(np.sum(signs[0] * signs[1]) / product) if product else math.nan
-
-
-def winner(pairs: Sequence[Pair], cases: Collection[str] | None = None) -> str | None:
-    """The integrator that is the fastest or on a par with it on most cases, of all or of these; None without pairs.
-
-    Of several the one that reaches more cases, then the one with the smaller mean logarithm of its ratio (`standings`).
-    """
-    counts: dict[str, list[float]] = {}
-    for pair in pairs:
-        if cases is None or pair.case in cases:
-            count = counts.setdefault(pair.name, [0, 0, 0.0])
-            count[0] -= pair.tied
-            count[1] -= 1
-            count[2] += math.log10(pair.ratio)
-    return min(
-        counts, key=lambda name: (counts[name][0], counts[name][1], counts[name][2] / -counts[name][1]), default=None
-    )
-
-
-def library_ratios(pairs: Sequence[Pair]) -> dict[str, tuple[float, int]]:
-    """By library the median of the ratios of its best integrator, and on how many cases."""
-    best: dict[str, dict[str, float]] = {}
-    for pair in pairs:
-        own = best.setdefault(pair.library, {})
-        own[pair.case] = min(pair.ratio, own.get(pair.case, math.inf))
-    return {library: (statistics.median(own.values()), len(own)) for library, own in sorted(best.items())}
+def drawn(table: pd.DataFrame) -> pd.Series:
+    """The ratios as figures and medians take them: ties are equal."""
+    return table["ratio"].where(~table["tied"], 1.0)
 
 
 def standings(rows: pd.DataFrame) -> pd.DataFrame:
-    """By integrator: `wins` (cases on which it is fastest or on a par), cases `reached`, the median `ratio` of its time to
-    the fastest's; the most wins first. `rows`: those of `equal_error` at one error.
+    """By integrator, of rows at one error: ranked cells in which it `leads` alone, is `tied` for the fastest, and how many
+    `ranked` cells it reaches; cells `reached`, and the median `ratio` over these; sorted by these, then by name.
 
-    Those with equal wins and cases are sorted by `mean`, of the logarithms of the ratios, because a median ignores the
-    few cases on which a method is slow.
+    These are counts of separated cells, and no ranking of the integrators.
     """
-    pairs = rows.assign(decades=np.log10(rows["ratio"])).groupby("integrator_id")
-    # One by one and by built-in names, and `size` for the cases, of which each has one row: a tenth of the time of `agg`.
+    ranked_, alone = rows["cell"] == RANKED, rows["leaders"] == 1
+    first = ranked_ & rows["tied"]
+    named = rows.assign(leads=first & alone, shared=first & ~alone, ranked=ranked_, ratio=drawn(rows))
+    named = named.groupby("integrator_id")
     found = pd.DataFrame(
         {
-            "library": pairs["library"].first(),
-            "wins": pairs["tied"].sum(),
-            "reached": pairs.size(),
-            "ratio": pairs["ratio"].median(),
-            "mean": pairs["decades"].mean(),
+            "library": named["library"].first(),
+            "leads": named["leads"].sum(),
+            "tied": named["shared"].sum(),
+            "ranked": named["ranked"].sum(),
+            "reached": named.size(),
+            "ratio": named["ratio"].median(),
         }
     )
-    return found.sort_values(["wins", "reached", "mean"], ascending=[False, False, True], kind="stable")
+    return found.sort_values(["leads", "tied", "reached"], ascending=False, kind="stable")
 
 
-def taus(base: Comparison, changed: Alternatives, targets: Sequence[float]) -> pd.DataFrame:
-    """For each kind of change and error the smallest tau of its rankings with that of all, which change that is, and how
-    many there are: columns change, target, tau, worst, count."""
-    rows = []
-    for kind, members in itertools.groupby(changed, key=lambda name: name[0]):
-        names = list(members)
-        for target in targets:
-            before = scores(base.get(target, ()))
-            found = {name: kendall(before, scores(changed[name].get(target, ()))) for name in names}
-            known = {name: tau for name, tau in found.items() if math.isfinite(tau)}
-            worst = min(known, key=lambda name: known[name], default=("", ""))
-            rows.append((kind, target, known.get(worst, math.nan), worst[1], len(names)))
-    return pd.DataFrame(rows, columns=["change", "target", "tau", "worst", "count"])
+Key = TypeVar("Key", bound=Hashable)
+
+
+class Foremost(NamedTuple):
+    """Who holds on most problems: `counts` has by integrator `held` and the problems `known` of it, the largest share first.
+
+    `first` are the integrator with the largest share and those that are not separated from it.
+    """
+
+    counts: pd.DataFrame
+    first: list[str]
+
+
+def foremost(tables: Mapping[Key, pd.DataFrame]) -> dict[Key, Foremost]:
+    """For each table, of problems by integrators with 1 (it holds), 0 (not) or nan (not known), who holds most often.
+
+    The one with the largest share is compared with every other by the sign test over the problems known of both. The false
+    discovery rate is that of all tables together; a p value is multiplied by the number of others, any of which could have
+    been the first by chance. Integrators of which fewer than half of the problems are known are left out.
+    """
+    counts, claims = {}, []
+    for key, table in tables.items():
+        kept = table.loc[:, table.notna().sum() >= len(table) / 2] if len(table) else table.iloc[:, :0]
+        found = pd.DataFrame({"held": kept.sum(), "known": kept.notna().sum()}).astype(int)
+        order = (found["held"] / found["known"]).sort_values(ascending=False, kind="stable").index
+        counts[key] = found.loc[order]
+        for name in order[1:]:
+            first, other = kept[order[0]], kept[name]
+            ahead, behind = int(((first == 1) & (other == 0)).sum()), int(((first == 0) & (other == 1)).sum())
+            claims.append((key, name, min(1.0, (len(order) - 1) * signs(ahead, behind)) if ahead > behind else 1.0))
+    holds = discoveries([p for *_, p in claims])
+    later = {(key, name) for (key, name, _), true in zip(claims, holds, strict=True) if true}
+    return {key: Foremost(each, [n for n in each.index if (key, n) not in later]) for key, each in counts.items()}
+
+
+def leading(rows: pd.DataFrame) -> pd.DataFrame:
+    """For `foremost`: a row for each ranked cell, with 1 for the integrators that are tied for the fastest there."""
+    found = rows[rows["cell"] == RANKED]
+    cells = found.assign(first=found["tied"].astype(float))
+    return cells.pivot_table("first", [*PROBLEM, "target"], "integrator_id", dropna=False).fillna(0.0)
+
+
+def solved(reduced: pd.DataFrame) -> pd.DataFrame:
+    """For `foremost`: a row for each hard variant that was run (case, variant), with 1 for the integrators that solve it.
+
+    nan where that is not known: where an integrator was not run, or the settings that it was run with do not solve the
+    variant and others were left out. `reduced`: `analysis.settings`.
+    """
+    hard = reduced[(reduced["variant"] != "") & (reduced["formulation"] == "") & ~reduced["status"].isin(NEVER_RAN)]
+    enough = np.maximum(SOLVED, CONDITIONED * hard["conditioning"].fillna(0.0))
+    right = (hard["status"] == Status.OK) & (hard["error_max"] <= enough)
+    left_out = hard["status"].isin(set(NOT_BROKEN) - {Status.OK})
+    named = hard.assign(right=right.astype(float), known=1.0 - left_out).groupby(["case", "variant", "integrator_id"])
+    most, all_known = named["right"].max(), named["known"].min() == 1.0
+    return most.where((most == 1.0) | all_known).unstack("integrator_id")

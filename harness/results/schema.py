@@ -19,6 +19,8 @@ TABLES: dict[str, dict[str, str]] = _FOUND["tables"]
 TRIAL_COLUMNS, MEASUREMENT_COLUMNS = TABLES["trials"], TABLES["measurements"]
 TIMES = tuple(name for name in MEASUREMENT_COLUMNS if "seconds" in name and name != "limit_seconds")
 """The columns of measured times, which are compared on one machine only."""
+TIMING_SPAN = " timing span x"
+"""What follows "default" in the variant of a series whose span is lengthened for timing, before the factor."""
 SINCE: dict[int, dict[str, list[str]]] = {int(version): tables for version, tables in _FOUND["since"].items()}
 """By schema, the columns that older ones lack, apart from the checksums, which are new in schema 2."""
 _PRIMARY_KEYS: dict[str, str] = _FOUND["primary_keys"]

@@ -31,7 +31,7 @@ def predicted_seconds(series: Series, suite: Suite, near_duplicates: bool = True
 def launch_seconds(series: Series, suite: Suite, launch: int) -> float:
     """Seconds that one launch of a series takes; later ones solve from no turned starts."""
     case, own = series.case, suite.of(series.case)
-    turned = own.turned and case.turning is not None and launch == 1
+    turned = own.turned and case.turning is not None and launch == 1 and not series.over_timing_span
     return seconds_of(series.integrator.library, kind_of(case.variant is not None, own.limit(case), turned))
 
 

@@ -20,6 +20,7 @@ from gnomon.harness.contract.problem import accepted_form, takes
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup
+from gnomon.harness.results.schema import TIMING_SPAN
 from gnomon.reference.storage.import_closure import closure
 
 from gnomon import cases
@@ -39,6 +40,10 @@ NEAR_DUPLICATE = (
 """Status and reason of a near-duplicate method on a hard variant. Results files hold this text: it must not change."""
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 """Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s."""
+_SPANS = declared("running", "timing_spans.toml")
+TIMING_FACTORS: dict[str, int] = _SPANS["factors"]
+ENDS: tuple[str, ...] = tuple(_SPANS["ends"]["cases"])
+"""Foundation cases whose motion ends, so that a longer span is none for timing."""
 _THIS_PROCESS = secrets.token_hex(16)
 """Stands in the key of a trial for a case or integrator whose source is in no file: it runs again in every process."""
 
@@ -77,6 +82,8 @@ class Suite:
     """How it runs the cases outside `FOUNDATION`; None if like the others."""
     first_use: bool = False
     """Whether the first use of each integrator is timed, once; it takes some seconds of each."""
+    timing_spans: bool = False
+    """Whether default variants are launched repeatedly over their timing spans instead of their own (see `lengthened`)."""
     timed: bool = True
     """Whether times are recorded; else a run has errors alone."""
     shard: tuple[int, int] = (1, 1)
@@ -107,7 +114,9 @@ class Suite:
 
     def untimed(self) -> Suite:
         """The same suite for errors alone: each series is launched once, and each trial is one call of `solve`."""
-        return replace(self, timed=False, launches=1, repeats=1, rest=self.rest and self.rest.untimed())
+        return replace(
+            self, timed=False, launches=1, timing_spans=False, repeats=1, rest=self.rest and self.rest.untimed()
+        )
 
     def limit(self, case: Case) -> float:
         """Seconds that one trial of a case may take; more if the span of a variant is longer than 1000 time scales."""
@@ -158,6 +167,11 @@ class Series:
     @property
     def variant(self) -> str:
         return (self.case.variant or DEFAULT) + self.label
+
+    @property
+    def over_timing_span(self) -> bool:
+        """Whether its span is lengthened for timing: error and time are of one solve then, and no starts are turned."""
+        return self.label.startswith(TIMING_SPAN)
 
     @property
     def formulation_name(self) -> str:
@@ -291,9 +305,25 @@ def pairs(
                 if formulation is not None and form is None:
                     continue  # the case's own formulation has the row for this pair
                 left_out = _left_out(case, integrator, form, absent[integrator])
-                if left_out is None and case.variant is not None and not (near_duplicates or integrator.primary):
-                    left_out = NEAR_DUPLICATE
-                found.append(Series(case, formulation, integrator, left_out, label))
+                one = Series(case, formulation, integrator, left_out, label)
+                repeated = case.variant is not None or one.over_timing_span
+                if left_out is None and repeated and not (near_duplicates or integrator.primary):
+                    one = replace(one, left_out=NEAR_DUPLICATE)
+                found.append(one)
+    return found
+
+
+def lengthened(case: Case, factor: int) -> tuple[Case, str]:
+    """The case over `factor` times its span, with the label of its series."""
+    return case.rounded().with_span(case.rounded().span * factor).rounded(), f"{TIMING_SPAN}{factor}"
+
+
+def with_timing_spans(chosen: Sequence[tuple[Case, str]], suite: Suite) -> list[tuple[Case, str]]:
+    """The chosen cases, those that the suite times over a longer span with that too."""
+    found = list(chosen)
+    for case, label in chosen:
+        if suite.timing_spans and not label and case.variant is None and TIMING_FACTORS.get(case.name, 1) > 1:
+            found.append(lengthened(case, TIMING_FACTORS[case.name]))
     return found
 
 
@@ -314,8 +344,10 @@ def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None)
 
 
 def launches(series: Series, suite: Suite, near_duplicates: bool = True) -> int:
-    """How often a suite launches a series: once for hard variants, and for near-duplicate methods unless these are named."""
-    often = series.case.variant is None and (near_duplicates or series.integrator.primary)
+    """How often a suite launches a series: once for hard variants, for near-duplicate methods unless these are named, and
+    for default variants that are timed over a longer span."""
+    timed_apart = suite.timing_spans and not series.label and TIMING_FACTORS.get(series.case.name, 1) > 1
+    often = series.case.variant is None and (near_duplicates or series.integrator.primary) and not timed_apart
     return suite.of(series.case).launches if often else 1
 
 

@@ -106,7 +106,9 @@ def compare(
             found += lookup.find(item)
         else:
             found.append(item() if isinstance(item, type) else item)
-    suite = replace(plan.suite("foundation").within(limit_seconds), name="compare", launches=launches)
+    suite = replace(
+        plan.suite("foundation").within(limit_seconds), name="compare", launches=launches, timing_spans=False
+    )
     with tempfile.TemporaryDirectory(dir=temporary_folder()) as folder:
         return store.load(run(folder, suite, chosen, found))
 
@@ -170,7 +172,7 @@ class PlannedRun:
             trials = one.trials(scorer.problem(one.form))
             rows += [one.describe(trial, **scorer.summary()) for trial in trials]
             if self.history:
-                self.reopen(one, trials, len(scorer.reference.turned) > 0)
+                self.reopen(one, trials, len(scorer.reference.turned) > 0 and not one.over_timing_span)
             if one.left_out is None:
                 self.work.append((one, trials, scorer))
             elif (trials[0].key, 1) not in self.history:

@@ -164,7 +164,8 @@ class Sweep:
         times serve as orders of magnitude."""
         suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
         if self.series.case.variant is None:
-            turned = suite.turned and self.launch == 1 and len(self.task.turned) > 0
+            wanted = suite.turned and self.launch == 1 and not self.series.over_timing_span
+            turned = wanted and len(self.task.turned) > 0
             slow, null = suite.slow_seconds, suite.timed
             first = setting == self.trials[0].setting and wants_first_use(self.series, suite, self.launch)
             return Request(setting, count, suite.block_seconds, suite.repeats, slow, turned, null, first)

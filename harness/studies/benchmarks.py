@@ -22,7 +22,7 @@ NAMED = ("group", "problem", "level", "first_name", "second_name", "unit")
 
 
 def gathered(launches: Sequence[Path]) -> dict[str, Any]:
-    """One row for each comparison: the medians of both sides, and the median and range of the ratio over launches."""
+    """One row for each comparison: the medians of both sides, and the ratio by launch with its median and range."""
     found: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for path in launches:
         for benchmark in json.loads(path.read_text(encoding="utf-8"))["benchmarks"]:
@@ -42,7 +42,8 @@ def reduced(members: Sequence[dict[str, Any]]) -> dict[str, Any]:
         result[side] = None if None in times else median(times)
     if result["first"] is None or result["second"] is None:
         return result | dict.fromkeys(("median", "low", "high"))
-    return result | spread([row["second"] / row["first"] for row in members])
+    ratios = [row["second"] / row["first"] for row in members]
+    return result | spread(ratios) | {"ratios": ratios}
 
 
 def spread(values: Sequence[float]) -> dict[str, float]:

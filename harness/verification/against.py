@@ -21,7 +21,6 @@ from typing import Any
 from gnomon.harness.contract.integrator import Integrator, Refused, Solver, solver_of
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import lookup
-from gnomon.harness.results.analysis import CLAIM, LEAST_SHARE
 from gnomon.harness.running import plan
 from gnomon.harness.running.null_call import null_call
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
@@ -32,6 +31,10 @@ from gnomon.harness.verification.conversation import Conversation
 from gnomon.harness.verification.other_version import Other
 from gnomon.harness.verification.trials import DEPTHS, Trials
 
+CLAIM = 1.2
+"""A version is slower, or faster, if every launch shows it by more than this factor."""
+LEAST_SHARE = 0.1
+"""Minimum of a time without its null call, as a share of the whole time: a smaller difference is measurement noise."""
 LAUNCHES = 5
 """The range of so few ratios holds their median with a probability of 1 - 2^(1 - 5) = 94 %."""
 ROUNDS = 4
@@ -133,7 +136,7 @@ def finding(launches: Sequence[dict[str, Any]], label: str) -> Finding:
 
 
 def _net(launch: dict[str, Any], side: int) -> float:
-    """The time without the null call, by the rule of the results."""
+    """The time without the null call: the work of two versions is compared, on the spans of the cases."""
     seconds, null = float(launch["seconds"][side]), float(launch["null"][side])
     return max(seconds - null, LEAST_SHARE * seconds)
 

@@ -5,6 +5,7 @@ import pandas as pd
 import vl_convert
 from gnomon.harness.reporting import figures_profiles
 from gnomon.harness.results import profiles
+from launches import timed
 
 NAMES = {"gnomon:A": "gnomon", "gnomon:B": "gnomon", "scipy:C": "scipy"}
 
@@ -17,9 +18,9 @@ def frames(cases: int) -> tuple[pd.DataFrame, pd.DataFrame]:
             hard = {"case": f"case {case}", "variant": "hard", "formulation": "", "status": "ok", "error_max": 1e-8}
             trials.append(hard | {"integrator_id": name, "library": library})
             if name != "gnomon:B" or case % 2:
-                row = {"case": f"case {case}", "variant": "", "formulation": "", "target": 1e-6}
+                row = {"case": f"case {case}", "library": library, "target": 1e-6}
                 times.append(row | {"integrator_id": name, "seconds": {"gnomon:A": 1.0, "scipy:C": 3.0}.get(name, 2.0)})
-    return pd.DataFrame(times), pd.DataFrame(trials)
+    return timed(times), pd.DataFrame(trials)
 
 
 def test_a_chart_has_a_line_a_library_and_one_of_the_best_third_party() -> None:

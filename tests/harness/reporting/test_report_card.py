@@ -7,8 +7,8 @@ import math
 import pandas as pd
 import pytest
 from gnomon.harness.reporting.findings import findings
-from gnomon.harness.reporting.report_card import CARD, card, kind_rows, kinds, lines_of, solved
-from gnomon.harness.reporting.tables import Cell
+from gnomon.harness.reporting.report_card import CARD, card, kind_rows, kinds, lines_of
+from gnomon.harness.results.rankings import ONE_LAUNCH, RANKED
 
 
 def test_the_most_structured_form_names_the_kind() -> None:
@@ -24,14 +24,14 @@ def test_the_most_structured_form_names_the_kind() -> None:
 
 
 def _equal(*rows: tuple[str, str, float]) -> pd.DataFrame:
-    """Ratios at 1e-6 by case and integrator."""
+    """Ratios at 1e-6 by case and integrator; those from 1.2 are separated."""
     table = pd.DataFrame(rows, columns=["case", "integrator_id", "ratio"])
-    return table.assign(
+    table = table.assign(
         target=1e-6, variant="", formulation="", library=table["integrator_id"].str[0], tied=table["ratio"] < 1.2,
-        preparation=table["case"].map({"a": 0.01, "b": 0.03, "c": math.nan}),
-        first_use=0.5,
-        first_case="a",
+        slower=table["ratio"] >= 1.2, cell=RANKED, preparation=table["case"].map({"a": 0.01, "b": 0.03, "c": math.nan}),
+        first_use=0.5, first_case="a",
     )  # fmt: skip
+    return table.assign(leaders=table.groupby("case")["tied"].transform("sum"))
 
 
 EQUAL = _equal(
@@ -39,37 +39,46 @@ EQUAL = _equal(
     ("b", "x:one", 3.0), ("b", "x:two", 1.0), ("b", "y:all", 6.0),
     ("c", "y:easy", 1.0),
 )  # fmt: skip
-MATRIX = pd.DataFrame(
+REDUCED = pd.DataFrame(
     [
         ("a", "stiff", "x:one", 1e-9, "ok"),
         ("a", "long", "x:one", math.nan, "timeout"),
-        ("a", "stiff", "x:two", 1e-9, "partly"),
-        ("a", "long", "x:two", 1e-3, "ok"),
+        ("a", "stiff", "x:two", 1e-9, "ok"),
+        ("a", "long", "x:two", 1e-8, "ok"),
         ("a", "long", "y:all", math.nan, "unsupported"),
+        ("a", "long", "y:easy", math.nan, "skipped"),
         ("b", "", "x:one", 1e-9, "ok"),
     ],
-    columns=["case", "variant", "integrator_id", "best", "verdict"],
-).assign(formulation="")
+    columns=["case", "variant", "integrator_id", "error_max", "status"],
+).assign(formulation="", conditioning=1e-15)
 
 
-def test_what_is_most_often_fastest_is_shown_with_the_other_library_that_reaches_the_error_most_often() -> None:
-    """x:two wins both cases, x:one one; y:easy is faster than y:all but reaches the error once."""
-    smooth, other = kind_rows(EQUAL, MATRIX, {"smooth": ["a", "b"], "other": ["c"]})
-    assert [cell.text for cell in smooth["cells"]] == ["not reached", "x:two", "not reached", "not reached", "x:two"]
-    assert smooth["cells"][1].note.replace("\N{NO-BREAK SPACE}", " ") == "fastest on 2 of 2; y:all 5.0 × on 2"
-    assert smooth["cells"][-1].note == "2 of 2"
-    assert other["cells"][1].note == "fastest on 1 of 1"
+def test_few_cases_separate_nobody_and_their_numbers_are_shown() -> None:
+    smooth, other = kind_rows(EQUAL, REDUCED, {"smooth": ["a", "b"], "other": ["c"]})
+    assert [cell.text for cell in smooth["cells"]] == ["–", "4 not separated", "–", "–", "2 not separated"]
+    assert smooth["cells"][0].note == "no cell is ranked"
+    assert smooth["cells"][1].note == "of 2 ranked: x:two 2 of 2, x:one 1 of 2"
+    assert smooth["cells"][-1].note == "of 2 variants: x:two 2 of 2, x:one 1 of 2"
+    assert smooth["named"] == ["x:two", "x:one"]
+    assert (other["cells"][1].text, other["cells"][1].note) == ("y:easy", "of 1 ranked: y:easy 1 of 1")
     assert (other["cells"][-1].text, other["cells"][-1].note) == ("–", "no hard variant was run")
 
 
-def test_of_two_with_equal_wins_the_one_that_is_never_slow_is_named() -> None:
-    """x:easy has the smaller median; on one case it takes a hundred times as long."""
-    equal = _equal(
-        ("a", "x:easy", 1.0), ("b", "x:easy", 1.3), ("c", "x:easy", 100.0),
-        ("a", "x:even", 1.4), ("b", "x:even", 1.4), ("c", "x:even", 1.0),
-    )  # fmt: skip
-    (row,) = kind_rows(equal, MATRIX, {"all": ["a", "b", "c"]})
-    assert (row["cells"][1].text, row["cells"][1].note) == ("x:even", "fastest on 1 of 3")
+def _many(count: int) -> pd.DataFrame:
+    """On each of `count` cases x:one is the fastest."""
+    return _equal(*[(f"c{k}", name, ratio) for k in range(count) for name, ratio in (("x:one", 1.0), ("y:two", 3.0))])
+
+
+@pytest.mark.parametrize(("count", "text"), [(5, "2 not separated"), (6, "x:one")])
+def test_one_is_named_for_a_kind_where_its_cases_separate_it(count: int, text: str) -> None:
+    """The sign test of five cases on which one of two is ahead has a p value of 6 %, of six one of 3 %."""
+    (row,) = kind_rows(_many(count), REDUCED, {"all": [f"c{k}" for k in range(count)]})
+    assert row["cells"][1].text == text
+
+
+def test_cells_that_are_not_ranked_are_not_counted() -> None:
+    (row,) = kind_rows(_many(6).assign(cell=ONE_LAUNCH), REDUCED, {"all": [f"c{k}" for k in range(6)]})
+    assert (row["cells"][1].text, row["cells"][1].note) == ("–", "no cell is ranked")
 
 
 def _with_decoys(table: pd.DataFrame, **other: object) -> pd.DataFrame:
@@ -88,49 +97,14 @@ def test_only_default_variants_in_their_own_coordinates_count() -> None:
     members = {"smooth": ["a", "b"], "other": ["c"]}
     equal = _with_decoys(EQUAL, integrator_id="x:decoy", tied=True, ratio=1.0)
     bent = _with_decoys(trusted, best=0.5, over_tolerance=1e6)
-    matrix = pd.concat([MATRIX, MATRIX.assign(formulation="sundman", best=1e-9)])
-    rows, expected = kind_rows(equal, matrix, members), kind_rows(EQUAL, MATRIX, members)
+    reduced = pd.concat([REDUCED, REDUCED.assign(formulation="sundman", error_max=1e-9, status="ok")])
+    rows, expected = kind_rows(equal, reduced, members), kind_rows(EQUAL, REDUCED, members)
     assert rows == expected
-    said = findings(equal, pd.DataFrame(), rows, matrix, bent)
-    assert said == findings(EQUAL, pd.DataFrame(), expected, MATRIX, trusted)
+    said = findings(equal, pd.DataFrame(), rows, reduced, bent)
+    assert said == findings(EQUAL, pd.DataFrame(), expected, REDUCED, trusted)
     tighter = pd.concat([_with_decoys(EQUAL, tied=True, ratio=1.0), EQUAL.assign(target=1e-9, ratio=50.0)])
-    found = card(tighter, bent, _with_decoys(orders, order=1.0), matrix, None, None)
-    assert found == card(EQUAL, trusted, orders, MATRIX, None, None)
-
-
-def test_one_answer_for_all_kinds_is_no_finding() -> None:
-    rows = kind_rows(EQUAL, MATRIX, {"smooth": ["a", "b"], "stiff": ["b"]})
-    empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "over_tolerance"])
-    assert not any("By kind" in sentence for sentence in findings(EQUAL, pd.DataFrame(), rows, MATRIX, empty))
-
-
-def test_of_two_with_equal_wins_the_one_that_reaches_more_is_named() -> None:
-    """x:more and x:few win once each; z:near and y:far reach both cases, z:once to one."""
-    equal = _equal(
-        ("a", "x:few", 1.0), ("a", "x:more", 5.0), ("b", "x:more", 1.0), ("a", "y:far", 9.0), ("b", "y:far", 9.0),
-        ("a", "z:near", 2.0), ("b", "z:near", 2.0), ("a", "z:once", 1.5),
-    )  # fmt: skip
-    (row,) = kind_rows(equal, MATRIX, {"all": ["a", "b"]})
-    note = row["cells"][1].note.replace("\N{NO-BREAK SPACE}", " ")
-    assert (row["cells"][1].text, note) == ("x:more", "fastest on 1 of 2; z:near 2.0 × on 2")
-
-
-@pytest.mark.parametrize(
-    ("count", "note"),
-    [
-        (1, "2 of 3"),
-        (2, "2 of 3; so does x:1"),
-        (3, "2 of 3; so do x:1, x:2"),
-        (5, "2 of 3; so do x:1, x:2 and 2 more"),
-    ],
-)
-def test_which_integrators_solve_most_hard_variants(count: int, note: str) -> None:
-    """Of three, each ran two; another one solved the third."""
-    rows = [("a", variant, f"x:{k}", 1e-9, "ok") for k in range(count) for variant in ("long", "stiff")]
-    rows += [("a", "far", "y:one", 1e-9, "ok")]
-    matrix = pd.DataFrame(rows, columns=MATRIX.columns[:5]).assign(formulation="")
-    (row,) = kind_rows(EQUAL, matrix, {"all": ["a"]})
-    assert (row["cells"][-1].text, row["cells"][-1].note) == ("x:0", note)
+    found = card(tighter, bent, _with_decoys(orders, order=1.0), reduced, None, None)
+    assert found == card(EQUAL, trusted, orders, REDUCED, None, None)
 
 
 def test_digits_of_what_is_exact_or_better_than_attainable() -> None:
@@ -138,23 +112,19 @@ def test_digits_of_what_is_exact_or_better_than_attainable() -> None:
     columns = ["case", "integrator_id", "best", "attainable", "over_tolerance"]
     trusted = pd.DataFrame([("a", "x:one", 0.0, 1e-12, math.nan)], columns=columns).assign(variant="", formulation="")
     empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "order", "declared"])
-    (row,) = card(EQUAL, trusted, empty, MATRIX, None, None)
+    (row,) = card(EQUAL, trusted, empty, REDUCED, None, None)
     assert [cell.text for cell in row.cells[4:6]] == ["17.0", "0.0"]
 
 
-def test_kinds_with_one_answer_are_one_part_of_the_sentence() -> None:
-    rows = kind_rows(EQUAL, MATRIX, {"Smooth: of any kind": ["a", "b"], "Stiff ones": ["b"], "Other": ["c"]})
+def test_kinds_with_one_answer_are_one_part_of_the_sentence_and_undecided_ones_none() -> None:
+    equal = pd.concat([_many(20), EQUAL])
+    members = {"Smooth: of any kind": [f"c{k}" for k in range(10)], "Stiff ones": [f"c{k}" for k in range(10, 20)]}
+    rows = kind_rows(equal, REDUCED, members | {"Other": ["a", "b"]})
     empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "over_tolerance"])
-    said = findings(EQUAL, pd.DataFrame(), rows, MATRIX, empty)
-    assert (
-        "By kind of system, most often the fastest at 1e-6: x:two for smooth and stiff ones; y:easy for other." in said
-    )
-
-
-def test_a_hard_variant_is_solved_where_some_setting_is_ok() -> None:
-    each, problems = solved(MATRIX)
-    assert problems == 2
-    assert each.to_dict("index") == {"x:one": {"solved": 1, "ran": 2}, "x:two": {"solved": 2, "ran": 2}}
+    (said,) = (one for one in findings(equal, pd.DataFrame(), rows, REDUCED, empty) if "By kind" in one)
+    assert said.endswith(": x:one for smooth and stiff ones.")
+    rows = kind_rows(EQUAL, REDUCED, {"Other": ["a", "b"]})
+    assert not any("By kind" in one for one in findings(EQUAL, pd.DataFrame(), rows, REDUCED, empty))
 
 
 def test_every_integrator_on_one_line() -> None:
@@ -171,13 +141,13 @@ def test_every_integrator_on_one_line() -> None:
         columns=["case", "integrator_id", "order", "declared"],
     ).assign(variant="", formulation="")
     growth = {"rows": [{"name": "one", "law": "t"}]}
-    one, new = card(EQUAL, trusted, orders, MATRIX, growth, None)
+    one, new = card(EQUAL, trusted, orders, REDUCED, growth, None)
     assert (one.head, new.head) == ("x:one", "x:new")
     told = dict(zip(CARD, [(cell.text, cell.note) for cell in one.cells], strict=True))
     assert told == {
         "cases": ("2", ""),
-        "fastest at 1e-6": ("1", "of 2"),
-        "time over the fastest’s": ("2.0 ×", ""),
+        "fastest at 1e-6": ("alone 0, tied 1", "of 2 ranked · 2.0\N{NO-BREAK SPACE}×"),
+        "time over the least": ("2.0 ×", ""),
         "preparation": ("20.0 ms", "500 ms at first use (on a)"),
         "digits at best": ("10.0", ""),
         "short of attainable": ("2.0", ""),
@@ -190,7 +160,7 @@ def test_every_integrator_on_one_line() -> None:
     assert [cell.sorts for cell in new.cells[:3]] == ["1", "0", ""]
     trusted["integrator_id"] = "gnomon:one"
     bench = {"rows": [{"name": "one", "order": "16.03", "declared": "16"}]}
-    (mine,) = card(EQUAL, trusted, orders, MATRIX, growth, bench)
+    (mine,) = card(EQUAL, trusted, orders, REDUCED, growth, bench)
     assert mine.cells[-1].text == "t"
     assert (mine.cells[6].text, mine.cells[6].note) == ("16.03", "declared 16")
 
@@ -201,13 +171,13 @@ def test_without_laws_the_card_has_none(growth: dict[str, list[str]] | None) -> 
     trusted = pd.DataFrame([("a", "", "", "x:one", 1e-9, 1e-9, math.nan)], columns=[
         "case", "variant", "formulation", "integrator_id", "best", "attainable", "over_tolerance",
     ])  # fmt: skip
-    (row,) = card(EQUAL, trusted, empty, MATRIX, growth, growth)
+    (row,) = card(EQUAL, trusted, empty, REDUCED, growth, growth)
     assert row.cells[-1].text == "–"
 
 
 def test_lines_are_given_for_known_integrators_alone() -> None:
     """The names come from a results file: what it names is looked up, and neither imported nor run."""
-    rows = [{"head": "all", "cells": [Cell("gnomon:RK4"), Cell("not reached", kind="none"), Cell("os:system")]}]
+    rows = [{"head": "all", "cells": [], "named": ["gnomon:RK4", "os:system"]}]
     found = lines_of(rows)
     assert list(found) == ["gnomon:RK4"]
     assert 'solve(swing, 0.0, [1.2, 0.0], [0.5, 1.0, 1.5], 2**-7, "gnomon:RK4")' in found["gnomon:RK4"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import statistics
 from pathlib import Path
 
 import pandas as pd
@@ -11,9 +12,16 @@ import pytest
 from gnomon.harness.registry.lookup import own
 from gnomon.harness.reporting import report_benchmarks
 from gnomon.harness.reporting.findings import findings
-from gnomon.harness.reporting.report_words import hierarchy_rows, launches_text, machines_text, scatter_text, together
-from gnomon.harness.reporting.tables import Cell
-from gnomon.harness.results.rankings import comparison
+from gnomon.harness.reporting.report_words import (
+    hierarchy_rows,
+    launches_text,
+    machines_text,
+    scatter_text,
+    spans_text,
+    together,
+)  # fmt: skip
+from gnomon.harness.results.rankings import ranked
+from launches import timed
 
 
 def _launched(**launches: int) -> pd.DataFrame:
@@ -30,6 +38,18 @@ def test_how_often_cases_were_launched() -> None:
     assert launches_text(_launched(a=3, b=3)) == "medians of 3 launches"
     assert launches_text(_launched(a=3, b=1)) == "medians of 3 launches on 1 of the 2 cases, one launch on the others"
     assert launches_text(_launched(a=3, b=2)) == "medians of 3 launches on 1 of the 2 cases, fewer on the others"
+
+
+def test_the_span_of_timing_and_its_limit_are_said() -> None:
+    rows = [
+        {"case": case, "variant": "", "span": span, "limit_seconds": 1.0} for case, span in (("a", 2.0), ("b", 3.0))
+    ]
+    default = pd.DataFrame(rows)
+    timed_ = default.assign(span=[32.0, 3.0])
+    assert spans_text(timed_, default) == {
+        "a": "Timed over 16 times its span, with 64 samples of that; each trial of every integrator may take 1 s.",
+        "b": "Timed over its span; each trial of every integrator may take 1 s.",
+    }
 
 
 def test_the_scatter_of_launches_is_that_of_all_their_pairs() -> None:
@@ -54,26 +74,37 @@ def test_levels_of_a_hierarchy_in_words() -> None:
     assert (full["error"], full["early"], full["cost"]) == ("0", "0", "1.25")
 
 
-def _equal() -> pd.DataFrame:
-    columns = ["case", "integrator_id", "target", "ratio"]
-    rows = [("a", "x:one", 1e-6, 1.0), ("a", "x:two", 1e-6, 1.1), ("a", "y:three", 1e-6, 3.0)]
-    rows += [("b", "x:two", 1e-6, 1.0), ("b", "y:three", 1e-6, 6.0), ("b", "y:four", 1e-6, 5.0)]
-    table = pd.DataFrame(rows, columns=columns).assign(variant="", formulation="")
-    return table.assign(library=table["integrator_id"].str[:1], tied=table["ratio"] < 1.2)
+def _equal(**launches: int) -> pd.DataFrame:
+    """x:one and x:two tie on a, x:two is separated from all others on b; y:three is there on both, y:four on b."""
+    rows = [("a", "x:one", 1.0), ("a", "x:two", 1.1), ("a", "y:three", 3.0)]
+    rows += [("b", "x:two", 1.0), ("b", "y:three", 6.0), ("b", "y:four", 5.0)]
+    named = [{"case": case, "integrator_id": name, "seconds": x, "library": name[:1]} for case, name, x in rows]
+    return timed([row | {"target": 1e-6} for row in named], **launches)
 
 
-def test_who_wins_and_how_far_behind_the_others_are() -> None:
-    wins, behind = findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted())
+def test_who_is_separated_from_all_others_and_how_far_behind_the_others_are() -> None:
+    wins, behind = findings(_equal(), pd.DataFrame(), (), _reduced(), _trusted())
     assert wins == (
-        "At an error of 1e-6, x:two is the fastest or on a par with it on 2 of the 2 cases where any integrator reaches"
-        " it, x:one on 1."
+        "At an error of 1e-6, of the 2 cases where any integrator reaches it, the launches separate the fastest from all"
+        " others on 1: x:two on 1; 1 tie."
     )
-    assert behind.endswith("over the cases that it reaches: y 4.0 times on 2.")  # of 3 and 5
+    assert behind.endswith("of the ranked cases it reaches: y on 2 of 2, by a median factor of 4.0.")  # of 3 and 5
 
 
-def _matrix(*problems: tuple[str, str, str, float]) -> pd.DataFrame:
-    table = pd.DataFrame(problems, columns=["case", "variant", "integrator_id", "best"])
-    return table.assign(formulation="", verdict="ok").astype({"best": float})
+def test_no_sentence_ranks_what_one_launch_timed_or_a_span_that_is_too_short() -> None:
+    (once,) = findings(_equal(launches=1), pd.DataFrame(), (), _reduced(), _trusted())
+    assert once.endswith("from all others on none; 2 with one launch, which separates nothing.")
+    (short,) = findings(ranked(_equal().assign(null_share=0.2)), pd.DataFrame(), (), _reduced(), _trusted())
+    assert short.endswith("from all others on none; 2 too short to rank.")
+    first = _equal().drop_duplicates("case")
+    (lonely,) = findings(ranked(first), pd.DataFrame(), (), _reduced(), _trusted())
+    assert lonely.endswith("from all others on none; 2 reached by one integrator alone.")
+
+
+def _reduced(*problems: tuple[str, str, str, float]) -> pd.DataFrame:
+    table = pd.DataFrame(problems, columns=["case", "variant", "integrator_id", "error_max"])
+    table = table.assign(formulation="", status="ok", conditioning=1e-15).astype({"error_max": float})
+    return table.assign(status=table["status"].where(table["error_max"].notna(), "timeout"))
 
 
 def _trusted(*ratios: tuple[str, str, float]) -> pd.DataFrame:
@@ -81,21 +112,36 @@ def _trusted(*ratios: tuple[str, str, float]) -> pd.DataFrame:
     return table.assign(variant="", formulation="").astype({"over_tolerance": float})
 
 
-def test_who_holds_on_hard_variants_and_whose_tolerance_means_what_it_says() -> None:
-    """x:one holds on one of its two hard variants, y:three on both; who runs fewer than half is left out."""
-    names = [("a", "stiff"), ("a", "long"), ("b", "long"), ("b", "stiff")]
-    matrix = _matrix(
-        *[(case, variant, "x:one", math.nan if variant == "stiff" else 1e-9) for case, variant in names],
-        *[(case, variant, "y:three", 1e-3) for case, variant in names],
-        ("a", "long", "z:seldom", 1e-9),
-        ("a", "", "x:one", math.nan),
-    )
+def test_who_solves_more_hard_variants_and_whose_tolerance_means_what_it_says() -> None:
+    """x:one solves half of sixteen hard variants, y:three all; who ran fewer than half is left out."""
+    names = [("a", f"{kind}{k}") for kind in ("stiff", "long") for k in range(8)]
+    rows = [(*problem, "x:one", math.nan if problem[1].startswith("stiff") else 1e-9) for problem in names]
+    rows += [(*problem, "y:three", 1e-8) for problem in names]
+    reduced = _reduced(*rows, ("a", "long0", "z:seldom", 1e-9), ("a", "", "x:one", math.nan))
     trusted = _trusted(("a", "x:one", 0.5), ("b", "x:one", 0.9), ("a", "y:three", 30.0), ("b", "y:three", 50.0))
-    *_, sturdy, tolerance = findings(_equal(), pd.DataFrame(), (), matrix, trusted)
-    assert "the 4 hard variants" in sturdy
-    assert sturdy.endswith(": y:three on 4 of 4, x:one on 2 of 4.")
+    *_, sturdy, tolerance = findings(_equal(), pd.DataFrame(), (), reduced, trusted)
+    assert "an error of at most 1e-6, or 1000 times the conditioning" in sturdy
+    assert (
+        "Of the 2 integrators with a known result on at least half of 16 hard variants, y:three is separated" in sturdy
+    )
+    assert sturdy.endswith(": of those known, y:three 16 of 16, x:one 8 of 16.")
     assert "1 of the 2 adaptive integrators" in tolerance
     assert tolerance.endswith("y:three exceeds it by a median factor of 40.")
+
+
+def test_who_is_not_separated_on_hard_variants_is_not_more_reliable() -> None:
+    """Three of four differ from all of four by one variant; what a rule left out is no failure."""
+    problems = [("a", str(n)) for n in range(4)]
+    right = {"x:all": 4, "x:most": 3, "x:some": 2, "x:none": 0}
+    rows = [
+        (*problem, name, 1e-9 if k < count else math.nan)
+        for name, count in right.items()
+        for k, problem in enumerate(problems)
+    ]
+    rows += [(*problem, "x:half", 1e-9) for problem in problems[:2]]
+    said = findings(_equal(), pd.DataFrame(), (), _reduced(*rows), _trusted())[-1]
+    assert "x:all, x:half, x:most and 2 more are not separated" in said
+    assert said.endswith(": of those known, x:all 4 of 4, x:half 2 of 2, x:most 3 of 4.")
 
 
 def _policies(*errors: tuple[str, float, float]) -> pd.DataFrame:
@@ -111,38 +157,22 @@ def test_an_integrator_that_accepts_few_of_the_cases_is_not_among_those_that_exc
     """Fewer than half: the error of x:few exceeds its tolerance by more than the others, but on one case of three."""
     trusted = _trusted(*[(case, name, off) for case in "abc" for name, off in (("x:one", 2.0), ("x:two", 7.0))])
     trusted = pd.concat([trusted, _trusted(("a", "x:few", 99.0), ("a", "x:even", 0.1), ("b", "x:even", 0.1))])
-    said = findings(_equal(), pd.DataFrame(), (), _matrix(), trusted)[-1]
+    said = findings(_equal(), pd.DataFrame(), (), _reduced(), trusted)[-1]
     assert "1 of the 3 adaptive integrators" in said
     assert said.endswith("x:two exceeds it by a median factor of 7.")
 
 
-def test_the_three_most_reliable_of_those_that_ran_on_half() -> None:
-    problems = [("a", str(n)) for n in range(4)]
-    right = {"x:all": 4, "x:most": 3, "x:some": 2, "x:none": 0}
-    rows = [
-        (*problem, name, 1e-9 if k < count else math.nan)
-        for name, count in right.items()
-        for k, problem in enumerate(problems)
-    ]
-    rows += [(*problem, "x:half", 1e-9) for problem in problems[:2]]
-    said = findings(_equal(), pd.DataFrame(), (), _matrix(*rows), _trusted())[-1]
-    assert said.endswith(": x:all on 4 of 4, x:half on 2 of 2, x:most on 3 of 4.")
-
-
-def test_libraries_are_listed_from_the_fastest_to_the_slowest_for_one_target() -> None:
-    equal = _equal()
-    slow = equal[equal["library"] == "y"].assign(library="a", integrator_id="a:slow", ratio=9.0)
-    tight = equal[equal["integrator_id"] == "x:one"].assign(target=1e-12)
-    near = equal[equal["integrator_id"] == "y:three"].assign(target=1e-9, tied=True)
-    said = findings(pd.concat([equal, slow, tight, near]), pd.DataFrame(), (), _matrix(), _trusted())
-    assert said[1].startswith("At an error of 1e-12, x:one is the fastest or on a par with it on 1 of the 1 cases")
-    assert said[2].endswith("over the cases that it reaches: y 4.0 times on 2, a 9.0 times on 2.")
+def test_libraries_are_listed_by_the_factor_by_which_they_are_slower() -> None:
+    rows = [("a", "x:one", 1.0), ("a", "y:two", 7.0), ("a", "a:slow", 9.0), ("b", "x:one", 1.0), ("b", "y:two", 1.05)]
+    named = [{"case": case, "integrator_id": name, "seconds": x, "library": name[:1]} for case, name, x in rows]
+    said = findings(timed([row | {"target": 1e-6} for row in named]), pd.DataFrame(), (), _reduced(), _trusted())[1]
+    assert said.endswith("it reaches: y on 1 of 2, by a median factor of 7.0; a on 1 of 1, by a median factor of 9.0.")
 
 
 def test_engines_are_compared_at_the_step_of_most_problems_and_policies_by_their_best() -> None:
     policies = _policies(("a", 0.2, 0.1), ("b", 0.4, 0.1), ("b", 0.3, 0.2))
     other = _policies(("a", 0.9, 0.01)).assign(step=0.001)
-    said = findings(_equal(), pd.concat([other, policies]), (), _matrix(), _trusted())[-1]
+    said = findings(_equal(), pd.concat([other, policies]), (), _reduced(), _trusted())[-1]
     assert said.startswith("At a step of 0.01 s")
     assert said.endswith(
         "on 2 of 2 problems; configured for the scene, its error is smaller by a median factor of 2.5."
@@ -151,13 +181,13 @@ def test_engines_are_compared_at_the_step_of_most_problems_and_policies_by_their
 
 def test_the_effect_of_configuration() -> None:
     policies = _policies(("a", 0.2, 0.1), ("b", 0.05, 0.01), ("c", math.nan, 0.01))
-    said = findings(_equal(), policies, (), _matrix(), _trusted())[-1]
+    said = findings(_equal(), policies, (), _reduced(), _trusted())[-1]
     assert said == (
         "At a step of 0.01 s the error of an engine as shipped is above a tenth of the motion on 2 of 3 problems;"
         " configured for the scene, its error is smaller by a median factor of 5.0."
     )
     one = _policies(("a", math.nan, 0.1))
-    assert findings(_equal(), one, (), _matrix(), _trusted())[-1].endswith("on 1 of 1 problems.")
+    assert findings(_equal(), one, (), _reduced(), _trusted())[-1].endswith("on 1 of 1 problems.")
 
 
 @pytest.mark.parametrize(
@@ -225,20 +255,28 @@ def test_all_that_an_integrator_may_claim_has_its_word() -> None:
     assert {word for method in own().values() for word in method.conserves} == set(report_benchmarks.KEPT)
 
 
+SAME, APART = [1.3, 0.9, 1.1, 0.8, 1.2], [3.1, 2.9, 3.0, 3.0, 3.2]
+
+
 @pytest.mark.parametrize(
-    ("first", "ratio", "null", "note"),
+    ("first", "ratios", "null", "note"),
     [
-        (1e-3, 3.0, 1e-5, ""),
-        (1e-3, 1.19, 1e-5, "no difference is claimed"),
-        (1e-3, 0.84, 1e-5, "no difference is claimed"),
-        (1e-3, 3.0, 2e-4, "20 % of the time of one is overhead of its call; no difference is claimed"),
+        (1e-3, APART, 1e-5, ""),
+        (1e-3, [1 / ratio for ratio in APART], 1e-5, ""),
+        (1e-3, SAME, 1e-5, "not separated"),
+        (1e-3, [], 1e-5, "not separated"),
+        (1e-3, APART, 2e-4, "20 % of the time of one is overhead of its call; not separated"),
         (None, None, 1e-5, "not so accurate: one"),
     ],
 )
-def test_notes_of_pairs(tmp_path: Path, first: float | None, ratio: float | None, null: float, note: str) -> None:
+def test_notes_of_pairs(
+    tmp_path: Path, first: float | None, ratios: list[float] | None, null: float, note: str
+) -> None:
+    """A file of an earlier revision has no ratios by launch."""
+    ratio = None if ratios is None else statistics.median(ratios or [3.0])
     row = {"group": "against two", "problem": "a", "level": "1e-06", "first_name": "one", "second_name": "two"}
     row |= {"first": first, "second": 2e-3, "first_null": null, "second_null": 1e-5}  # type: ignore[dict-item]
-    row |= {"median": ratio, "low": ratio, "high": ratio}  # type: ignore[dict-item]
+    row |= {"median": ratio, "low": ratio, "high": ratio} | ({"ratios": ratios} if ratios else {})  # type: ignore[dict-item]
     (tmp_path / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [row]}))
     found = report_benchmarks.benchmarks(tmp_path)
     assert found is not None
@@ -258,39 +296,3 @@ def test_the_report_says_on_how_many_machines_it_stands() -> None:
     frame = pd.DataFrame({"status": ["ok", "ok", "unsupported"], "machine": ["a", "a", "b"]})
     assert machines_text(frame) == "one machine"
     assert machines_text(frame.assign(status="ok")).startswith("2 machines: a time is compared only")
-
-
-def test_a_sentence_that_a_change_of_the_comparison_refutes_is_left_out() -> None:
-    """x:two wins most cases; without case b it shares the win with x:one, which has the smaller mean ratio."""
-    claim = "At an error of 1e-6, x:two is the fastest"
-    same = {("one launch left out", "launch 1"): comparison(_equal())}
-    assert findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted(), same)[0].startswith(claim)
-    other = same | {("one kind of system left out", "b"): comparison(_equal()[_equal()["case"] == "a"])}
-    said = findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted(), other)
-    assert not any(claim in sentence for sentence in said)
-    assert any("At 1e-6, the time of the best integrator of each other library" in sentence for sentence in said)
-    near = comparison(_equal().assign(ratio=1.0))
-    said = findings(_equal(), pd.DataFrame(), (), _matrix(), _trusted(), {("another error measure", "end"): near})
-    assert not any("each other library" in sentence for sentence in said), "y is as fast as x there"
-
-
-def test_the_best_third_party_is_named_beside_an_in_house_winner() -> None:
-    ours = {"x:one": "gnomon:one", "x:two": "gnomon:two"}
-    equal = _equal().assign(integrator_id=lambda rows: rows["integrator_id"].replace(ours))
-    equal = equal.assign(library=equal["integrator_id"].str.split(":").str[0])
-    first = findings(equal, pd.DataFrame(), (), _matrix(), _trusted())[0]
-    assert "gnomon:two is the fastest or on a par with it on 2 of the 2 cases" in first
-    assert first.endswith(", the best third-party one y:three on 0.")
-
-
-def test_the_reliability_that_one_kind_of_system_makes_is_left_out() -> None:
-    """x:one solves two of three hard variants, x:two one; without the kind of case a, x:one solves none."""
-    rows = [("a", "p", "x:one", 1e-9), ("a", "q", "x:one", 1e-9), ("b", "r", "x:one", math.nan)]
-    rows += [("a", "p", "x:two", math.nan), ("a", "q", "x:two", math.nan), ("b", "r", "x:two", 1e-9)]
-    matrix = pd.DataFrame(rows, columns=["case", "variant", "integrator_id", "best"])
-    matrix = matrix.assign(formulation="", verdict="ok")
-    cells = [Cell("–", kind="none")] * 5
-    kinds = [{"head": head, "cases": [head], "cells": cells} for head in "ab"]
-    alone = findings(_equal(), pd.DataFrame(), kinds[:1], matrix, _trusted())
-    assert any("most reliable" in sentence and "x:one on 2 of 3" in sentence for sentence in alone)
-    assert not any("most reliable" in s for s in findings(_equal(), pd.DataFrame(), kinds, matrix, _trusted()))

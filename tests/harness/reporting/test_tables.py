@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from gnomon.harness.reporting import tables
 from gnomon.harness.results.analysis import TARGETS
+from gnomon.harness.results.rankings import ONE_LAUNCH, RANKED, TOO_SHORT
 
 
 @pytest.mark.parametrize(
@@ -49,16 +50,17 @@ def test_digits_are_never_rounded_up(error: float, right: int) -> None:
 
 
 def _equal(*rows: tuple[str, str, float, float, float, bool]) -> pd.DataFrame:
-    """Case, integrator (library:name), target, seconds, ratio, at_loosest."""
+    """Case, integrator (library:name), target, seconds, ratio, at_loosest; ratios from 1.2 are separated."""
     columns = ["case", "integrator_id", "target", "seconds", "ratio", "at_loosest"]
-    table = pd.DataFrame(rows, columns=columns).assign(variant="", formulation="", launches=5)
+    table = pd.DataFrame(rows, columns=columns).assign(variant="", formulation="", launches=5, cell=RANKED)
     library = table["integrator_id"].str.partition(":")[0]
     low, high = table["seconds"] * 0.9, table["seconds"] * 1.1
     preparation = table["integrator_id"].map({"x:one": 0.03, "x:two": 0.02})
-    known = {"library": library, "low": low, "high": high, "overhead": math.nan, "preparation": preparation}
+    known = {"library": library, "low": low, "high": high, "null_share": 0.034, "preparation": preparation}
     one = table["integrator_id"] == "x:one"
     firsts = {"first_use": np.where(one, 4.2, math.nan), "first_case": np.where(one, "a", None)}
-    return table.assign(tied=table["ratio"] < 1.2, **known, **firsts)
+    table = table.assign(tied=table["ratio"] < 1.2, slower=table["ratio"] >= 1.2, **known, **firsts)
+    return table.assign(leaders=table.groupby(["case", "target"])["tied"].transform("sum"))
 
 
 EQUAL = _equal(
@@ -72,71 +74,99 @@ EQUAL = _equal(
 SIX = TARGETS.index(1e-6)
 
 
-def test_the_fastest_is_named_with_its_time_and_all_on_a_par() -> None:
+def _plain(text: str) -> str:
+    return text.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_a_cell_names_the_one_that_is_separated_from_all_others_or_the_tie() -> None:
     first, second, third = tables.fastest(EQUAL, [("a", ""), ("b", ""), ("d", "")])
-    assert (first.cells[SIX].text, first.cells[SIX].note) == (
-        "x:one",
-        "1.00 ms · prepared in 30.0 ms with filled caches, 4.20 s at first use (on a) · on a par: x:two",
-    )
-    assert (second.cells[SIX].text, second.cells[SIX].note) == (
-        "x:two",
-        "≤ 2.00 ms · prepared in 20.0 ms with filled caches, first use not measured",
+    assert (first.cells[SIX].text, first.cells[SIX].note) == ("tie of 2", "x:one 1.00 ms, x:two 1.10 ms")
+    assert second.cells[SIX].text == "x:two"
+    assert _plain(second.cells[SIX].note) == (
+        "≤ 2.00 ms · null call 3 % · prepared in 20.0 ms with filled caches, first use not measured"
     )
     assert third.cells[SIX].text == first.cells[0].text == "not reached"
 
 
-def test_over_all_cases_wins_are_counted_and_ratios_are_medians() -> None:
+def test_the_best_of_the_other_side_stands_beside_the_one_that_is_named() -> None:
+    ours = EQUAL.assign(library=EQUAL["library"].replace("x", "gnomon"))
+    _, second = tables.fastest(ours, [("a", ""), ("b", "")])
+    assert _plain(second.cells[SIX].note).endswith("first use not measured · best third-party: y:three 5.0 ×")
+
+
+@pytest.mark.parametrize(
+    ("cell", "share", "text", "note"),
+    [
+        (ONE_LAUNCH, 0.034, "not separated", "one launch: x:one 1.00 ms, x:two 1.10 ms"),
+        (TOO_SHORT, 0.34, "too short to rank", "null call 34 %: x:one 1.00 ms, x:two 1.10 ms"),
+        (TOO_SHORT, math.nan, "too short to rank", "null call not measured: x:one 1.00 ms, x:two 1.10 ms"),
+    ],
+)
+def test_a_cell_that_is_not_ranked_says_why(cell: str, share: float, text: str, note: str) -> None:
+    (row,) = tables.fastest(EQUAL.assign(cell=cell, slower=False, null_share=share), [("a", "")])
+    assert (row.cells[SIX].text, _plain(row.cells[SIX].note)) == (text, note)
+
+
+def test_over_all_cases_ranked_cells_are_counted() -> None:
     cells = {row.head: row.cells[SIX] for row in tables.overall(EQUAL)}
-    assert {name: (cell.text, cell.note.replace("\xa0", " ")) for name, cell in cells.items()} == {
-        "x:one": ("fastest on 1", "reaches 1 of 3 · 1.0 ×"),
-        "x:two": ("fastest on 2", "reaches 2 of 3 · 1.1 ×"),  # 1.05
-        "y:three": ("fastest on 1", "reaches 3 of 3 · 3.0 ×"),
+    assert {name: (cell.text, _plain(cell.note)) for name, cell in cells.items()} == {
+        "x:one": ("alone 0, tied 1", "of 1 ranked · 1.0 ×"),
+        "x:two": ("alone 1, tied 1", "of 2 ranked · 1.0 ×"),
+        "y:three": ("alone 1, tied 0", "of 3 ranked · 3.0 ×"),
     }
-    assert tables.overall(EQUAL)[0].head == "x:two"
     assert {row.head: row.note for row in tables.overall(EQUAL)} == {
         "x:one": "prepared in 30.0 ms with filled caches, 4.20 s at first use (on a)",
         "x:two": "prepared in 20.0 ms with filled caches, first use not measured",
         "y:three": "",
     }
+    assert tables.overall(EQUAL.assign(cell=ONE_LAUNCH)) == [], "nothing is ranked"
 
 
-def test_a_library_is_as_fast_as_its_fastest_on_each_case() -> None:
+def test_a_library_is_as_fast_as_its_best_on_each_case_and_slower_where_that_is_separated() -> None:
     cells = {row.head: row.cells[SIX] for row in tables.libraries(EQUAL)}
-    assert (cells["x"].text, cells["x"].note) == ("1.0 ×", "2 of 3 cases")
-    assert (cells["y"].text, cells["y"].note) == ("3.0 ×", "3 of 3 cases")
+    assert (cells["x"].text, cells["x"].note) == ("1.0 ×", "2 of 3 cases, slower on 0 of 2 ranked")
+    assert (cells["y"].text, cells["y"].note) == ("3.0 ×", "3 of 3 cases, slower on 2 of 3 ranked")
+    once = {row.head: row.cells[SIX] for row in tables.libraries(EQUAL.assign(cell=ONE_LAUNCH, slower=False))}
+    assert once["y"].note == "3 of 3 cases"
 
 
-def test_times_of_a_case_say_whether_they_are_bounds_and_from_how_many_launches() -> None:
+def _ran() -> pd.DataFrame:
+    """Rows of `analysis.settings` of what EQUAL has."""
     names = (
         EQUAL[["case", "integrator_id", "library"]].drop_duplicates().assign(variant="", formulation="", status="ok")
     )
+    return names.assign(prepare_seconds=0.013, setting=1e-6)
+
+
+def test_times_of_a_case_say_how_they_compare_and_from_how_many_launches() -> None:
     never = pd.DataFrame(
         [{"case": "a", "integrator_id": "x:no", "variant": "", "formulation": "", "status": "refused"}]
     )
-    never = never.assign(library="x", prepare_seconds=math.nan)
-    ran = pd.concat([names.assign(prepare_seconds=0.013), never]).assign(setting=1e-6, first_seconds=math.nan)
-    ran.loc[ran["integrator_id"] == "x:two", "first_seconds"] = 2.5
-    rows = {row.head: row for row in tables.equal_error_rows(EQUAL, ran)["a"]}
+    ran = pd.concat([_ran(), never.assign(library="x", prepare_seconds=math.nan, setting=1e-6)])
+    uses = pd.DataFrame({"first_use": [2.5], "first_case": ["b"]}, index=["x:two"])
+    rows = {row.head: row for row in tables.equal_error_rows(EQUAL, ran, uses)["a"]}
     assert [row.cells[-1].text for row in rows.values()] == ["13.0 ms"] * 3 + ["–"], "what they prepare is beside it"
     firsts = [row.cells[-1].note for row in rows.values()]
     assert firsts == ["first use not measured", "2.50 s at first use (on b)", "first use not measured", ""]
     assert list(rows) == ["x:one", "x:two", "y:three", "x:no"]
     cells = {name: row.cells[SIX] for name, row in rows.items()}
-    assert [cell.note for cell in cells.values()] == ["fastest", "on a par", "3.0 ×", ""]
+    assert [cell.note for cell in cells.values()] == ["tied", "tied", "3.0 ×", ""]
     assert [cell.text for cell in cells.values()] == ["1.00 ms", "1.10 ms", "≤ 3.00 ms", "–"]
-    assert cells["y:three"].aside == " · 2.70 ms – 3.30 ms"
+    assert _plain(cells["y:three"].aside) == " · null call 3 % · 2.70 ms – 3.30 ms"
+    alone = tables.equal_error_rows(EQUAL, ran, uses)["b"]
+    assert [row.cells[SIX].note for row in alone] == ["fastest", "5.0 ×"]
 
 
-def test_a_time_without_its_null_call_has_that_beside_it() -> None:
-    named = EQUAL.assign(overhead=342e-6)
-    first, *_ = tables.fastest(named, [("a", "")])
-    assert first.cells[SIX].note == (
-        "1.00 ms + 342 µs a call · prepared in 30.0 ms with filled caches, 4.20 s at first use (on a) · on a par: x:two"
-    )
-    ran = named[["case", "integrator_id", "library"]].drop_duplicates().assign(variant="", formulation="", status="ok")
-    ran = ran.assign(prepare_seconds=0.013, setting=1e-6, first_seconds=math.nan)
-    rows = {row.head: row for row in tables.equal_error_rows(named, ran)["a"]}
-    assert rows["x:one"].cells[SIX].aside == " · + 342 µs a call · 900 µs – 1.10 ms"
+@pytest.mark.parametrize("cell", [ONE_LAUNCH, TOO_SHORT])
+def test_times_of_a_cell_that_is_not_ranked_have_no_ratio(cell: str) -> None:
+    rows = tables.equal_error_rows(EQUAL.assign(cell=cell, slower=False), _ran(), pd.DataFrame())["a"]
+    assert [(row.cells[SIX].note, row.cells[SIX].kind) for row in rows] == [(cell, "")] * 3
+
+
+def test_a_small_share_of_the_null_call_is_no_zero() -> None:
+    assert [_plain(tables.share_text(x)) for x in (0.004, 0.006, 0.5, math.nan)] == [
+        "null call below 1 %", "null call 1 %", "null call 50 %", "",
+    ]  # fmt: skip
 
 
 def _stability(**changed: Any) -> list[tables.Cell]:

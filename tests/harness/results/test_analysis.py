@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from gnomon.harness.results import analysis
+from gnomon.harness.results.rankings import ranked
 from gnomon.harness.results.store import load
 from gnomon.harness.studies import model_hierarchy
 
@@ -27,7 +28,7 @@ def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) 
     fixed |= {"setting_kind": "step", "settings_changed": "{}", "order_declared": 2, "floor": 1e-17}
     fixed |= {"conditioning": 1e-15, "rhs_calls": 1, "steps": 1, "turns": 0, "error_end": 0.0, "error_rms": 0.0}
     fixed |= dict.fromkeys(("error_phase", "error_shape", "events_missing", "events_extra", "events_time_error"))
-    fixed |= {"seconds_low": 1.0, "seconds_high": 1.0, "prepare_seconds": 0.0, "machine": "m"}
+    fixed |= {"seconds_low": 1.0, "seconds_high": 1.0, "prepare_seconds": 0.0, "machine": "m", "run": 1}
     fixed |= dict.fromkeys(
         ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start")
     )
@@ -109,21 +110,29 @@ def test_trust_takes_the_best_setting_and_the_tolerances_above_the_attainable() 
     assert above["attainable"] == 1e-17
 
 
+def test_the_worst_error_over_tolerance_is_that_of_every_solution_with_an_error() -> None:
+    """An inaccurate and a diverged solution have the largest ratios: without them 10 would be shown for 9e5."""
+    rows = _rows("one", [0.9, 1.5, 1e-5, math.nan], [1.0, 2.0, 3.0, 4.0], setting_kind="tolerance")
+    rows["status"] = ["inaccurate", "diverged", "ok", "diverged"] * 2
+    rows = rows[rows["launch"] == 0].assign(setting=[1e-6, 1e-4, 1e-5, 1e-7])
+    (found,) = analysis.trust(analysis.settings(rows)).to_dict("records")
+    assert found["worst_over_tolerance"] == pytest.approx(9e5)
+    assert found["over_tolerance"] == pytest.approx(1.5e4), "the median of 1, 1.5e4 and 9e5"
+
+
 def test_the_anatomy_is_that_of_the_setting_nearest_1e_5() -> None:
     rows = _rows("one", [1e-2, 3e-5, 1e-9], [1.0, 2.0, 3.0], turns=[0, 4, 1] * 2, error_phase=[1e-2, 2e-5, 1e-9] * 2)
     (found,) = analysis.anatomy(rows).to_dict("records")
     assert (found["error_max"], found["error_phase"], found["turns"]) == (3e-5, 2e-5, 4)
 
 
-def test_equal_error_separates_launches_and_ties_ratios_below_1_2() -> None:
-    one = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
-    near = _rows("near", [1e-2, 1e-4], [1.15, 2.3])
-    far = _rows("far", [1e-2, 1e-4], [1.3, 2.6])
-    table = analysis.equal_error(pd.concat([one, near, far]), targets=[1e-2]).set_index("integrator_id")
-    assert table.loc["l:one", "seconds"] == pytest.approx(1.05)
-    assert (table.loc["l:one", "low"], table.loc["l:one", "high"]) == (1.0, pytest.approx(1.1))
-    assert table["tied"].to_dict() == {"l:one": True, "l:near": True, "l:far": False}
-    assert table.loc["l:far", "ratio"] == pytest.approx(1.3)
+def test_equal_error_keeps_the_times_of_each_launch() -> None:
+    table = analysis.equal_error(_rows("one", [1e-2, 1e-4], [1.0, 2.0]), targets=[1e-2, 1e-3])
+    assert table["seconds"].tolist() == [pytest.approx(1.05), pytest.approx(1.05 * math.sqrt(2))]
+    assert table["times"].tolist() == [
+        {(1, 0): pytest.approx(x), (1, 1): pytest.approx(1.1 * x)} for x in (1.0, math.sqrt(2))
+    ]
+    assert (table["low"][0], table["high"][0], table["launches"][0]) == (1.0, pytest.approx(1.1), 2)
 
 
 def test_order_is_measured_above_the_plateau_of_round_off() -> None:
@@ -252,7 +261,7 @@ def test_why_nothing_ran_is_the_most_frequent_reason() -> None:
 
 def test_a_stored_run_is_read(synthetic_results: Path) -> None:
     frame = analysis.tidy(load(synthetic_results))
-    table = analysis.equal_error(frame)
+    table = ranked(analysis.equal_error(frame))
     assert (table["ratio"] >= 1).all()
     assert (table.groupby(["case", "variant", "target"])["ratio"].min() == 1).all()
     assert set(analysis.trust(analysis.settings(frame))["integrator_id"]) == set(frame["integrator_id"])
@@ -266,19 +275,17 @@ def test_slow_settings_of_one_launch_leave_the_medians_of_the_others() -> None:
     assert (table.loc[1e-6, "launches"], table.loc[1e-6, "seconds"]) == (1, 4.0)
 
 
-def test_times_are_compared_without_their_null_call() -> None:
-    """The fixed cost of a call is not part of the integration."""
+def test_times_are_those_of_whole_calls_with_the_share_of_the_null_call() -> None:
+    """A user waits for the whole call; what a call takes before its first step is no reason to subtract it."""
     errors = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10]
-    cheap = _rows("cheap call", errors, [2e-5, 3e-5, 5e-5, 9e-5, 17e-5])
-    costly = _rows("costly call", errors, [12e-5, 13e-5, 15e-5, 19e-5, 27e-5], null_seconds=1e-4)
-    equal = analysis.equal_error(pd.concat([cheap[cheap["launch"] == 0], costly[costly["launch"] == 0]]), (1e-6,))
-    one, other = equal.to_dict("records")
-    assert one["seconds"] == pytest.approx(other["seconds"], rel=1e-12)
-    assert (other["overhead"], other["tied"]) == (pytest.approx(1e-4), True)
-    assert math.isnan(one["overhead"])
-    reduced = analysis.settings(costly[costly["launch"] == 0])
-    np.testing.assert_allclose(reduced["seconds"], [2e-5, 3e-5, 5e-5, 9e-5, 17e-5], rtol=1e-9)
-    assert set(reduced["overhead"]) == {1e-4}
+    rows = _rows("costly call", errors, [12e-5, 13e-5, 15e-5, 19e-5, 27e-5], null_seconds=1e-4)
+    (found,) = analysis.equal_error(rows[rows["launch"] == 0], (1e-6,)).to_dict("records")
+    assert found["seconds"] == pytest.approx(15e-5, rel=1e-12)
+    assert found["null_share"] == pytest.approx(10 / 15)
+    (unknown,) = analysis.equal_error(rows.assign(null_seconds=math.nan), (1e-6,)).to_dict("records")
+    assert math.isnan(unknown["null_share"])
+    reduced = analysis.settings(rows[rows["launch"] == 0])
+    np.testing.assert_allclose(reduced["seconds"], [12e-5, 13e-5, 15e-5, 19e-5, 27e-5], rtol=1e-12)
 
 
 CALL, STEP, STAGES = 1e-4, 2e-6, 12
@@ -292,12 +299,11 @@ def test_the_steps_in_a_null_call_are_free_for_no_method(forced: int) -> None:
     steps = np.maximum([70, 90, 150, 300, 700], forced)
     columns = {"rhs_calls": STAGES * steps, "steps": None, "null_work": STAGES * forced}
     seconds = CALL + STEP * STAGES * steps
-    whole = _rows("one", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10], [0.0] * 5).iloc[:5].drop(columns="seconds_net")
+    whole = _rows("one", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10], [0.0] * 5).iloc[:5]
     whole = whole.assign(seconds_median=seconds, null_seconds=CALL + STEP * STAGES * forced, **columns)
     later = whole.assign(launch=1, rhs_calls=None)  # later launches do not count right-hand sides
     frame = analysis.tidy(pd.concat([whole, later]))
     np.testing.assert_allclose(frame["null_seconds"], CALL, rtol=1e-9)
-    np.testing.assert_allclose(frame["seconds_net"], np.tile(STEP * STAGES * steps, 2), rtol=1e-9)
     waits = np.array([0.0, 0.0, 0.0, 0.0, 1.0])  # the cost of a right-hand side comes from times without waits
     busy = analysis.tidy(whole.assign(seconds_median=seconds + waits, delay_seconds=waits))
     np.testing.assert_allclose(busy["null_seconds"], CALL, rtol=1e-9)
@@ -318,10 +324,21 @@ def test_a_measurement_that_waited_for_a_processor_is_counted() -> None:
     assert analysis.waited(rows) == (4, 1, 1)
 
 
-def test_a_time_without_its_null_call_is_positive() -> None:
-    """The difference of two measured times can be zero or negative; the time of a method cannot."""
-    found = analysis.net(pd.Series([1.0, 1.0, 1.0]), pd.Series([0.95, 2.0, math.nan]))
-    assert list(found) == [0.1, 0.1, 1.0]
+def test_the_times_of_a_lengthened_span_take_the_place_of_those_of_the_default_one() -> None:
+    """On the cases that have one; error and time are of the same solve."""
+    default = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
+    longer = _rows("one", [1e-1, 1e-3], [16.0, 32.0], variant="default timing span x16")
+    other = _rows("one", [1e-2, 1e-4], [1.0, 2.0], case="d")
+    hard = _rows("one", [1e-2, 1e-4], [5.0, 6.0], variant="stiff")
+    rest, timed = analysis.over_timing_spans(pd.concat([default, longer, other, hard]))
+    assert len(rest) == 12
+    assert not rest["variant"].str.contains("timing").any()
+    equal = analysis.equal_error(timed, targets=[1e-2])
+    times = {(row["case"], row["variant"]): row["low"] for row in equal.to_dict("records")}
+    assert times == {("c", ""): pytest.approx(16 * math.sqrt(2)), ("d", ""): 1.0, ("c", "stiff"): 5.0}
+    assert timed.groupby(["case", "variant"])["longer"].first().to_dict() == {
+        ("c", ""): True, ("c", "stiff"): False, ("d", ""): False,
+    }  # fmt: skip
 
 
 def test_if_a_launch_has_the_median_over_turned_starts_errors_of_launches_from_one_start_are_ignored() -> None:
@@ -343,7 +360,7 @@ def test_times_of_several_machines_are_not_compared() -> None:
     fast = _rows("C", errors, [1e-3 * each for each in seconds], machine="faster")
     frame = analysis.one_machine(pd.concat([*mine, fast]))
     equal = analysis.equal_error(analysis.tidy(pd.concat([*mine, fast])), [1e-3])
-    assert equal[["integrator_id", "machine", "tied"]].to_numpy().tolist() == [["l:A", "m", True], ["l:B", "m", True]]
+    assert equal[["integrator_id", "machine"]].to_numpy().tolist() == [["l:A", "m"], ["l:B", "m"]]
     assert frame["error_max"].notna().all()
     elsewhere = fast.assign(case="d")  # another problem: its times are all of that machine
     assert len(analysis.equal_error(analysis.tidy(pd.concat([*mine, elsewhere])), [1e-3])) == 3

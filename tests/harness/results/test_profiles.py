@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from gnomon.harness.results import profiles
+from launches import timed
 
 NAMES = ["gnomon:A", "scipy:B", "rebound:C"]
 TIMES = pd.DataFrame(
@@ -69,3 +70,15 @@ def test_digits_are_those_of_the_best_setting_that_is_ok() -> None:
     table = profiles.digits(reduced)
     assert table.loc[("p", "hard")].to_dict() == {"gnomon:A": 9.0, "scipy:B": 0.0}
     assert table.loc[("p", "worse")].to_dict() == {"gnomon:A": 0.0, "scipy:B": 0.0}
+
+
+def test_those_that_are_tied_share_the_least_time() -> None:
+    """A profile draws no order where the launches separate nothing: one launch separates nothing below a factor of two."""
+    rows = [
+        {"case": "c", "integrator_id": name, "seconds": x, "target": 1e-6}
+        for name, x in (("a", 1.0), ("b", 1.1), ("c", 5.0))
+    ]
+    assert profiles.times(timed(rows), 1e-6).loc["c"].to_dict() == {"a": 1.0, "b": 1.0, "c": 5.0}
+    apart = [row | {"seconds": 1.5} if row["integrator_id"] == "b" else row for row in rows]
+    assert profiles.times(timed(apart), 1e-6).loc["c", "b"] == 1.5
+    assert profiles.times(timed(apart, launches=1), 1e-6).loc["c"].to_dict() == {"a": 1.0, "b": 1.0, "c": 5.0}

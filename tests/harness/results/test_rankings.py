@@ -1,11 +1,10 @@
-"""Rankings under changes of the comparison: Kendall's tau, and the same numbers from the exported rows by other code."""
+"""Ranks: who is separated from whom in a cell, over a page and over hard variants; times again from the exported rows."""
 
 from __future__ import annotations
 
 import csv
 import math
 import statistics
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,32 +13,10 @@ import pandas as pd
 import pytest
 import synthetic
 from gnomon.harness.results import analysis, rankings, store
-from gnomon.harness.results.rankings import ERROR, KIND, LAUNCH, LIMIT, LONGER
-from scipy.stats import kendalltau
+from gnomon.harness.results.rankings import ALONE, ONE_LAUNCH, RANKED, TOO_SHORT, foremost, leading, ranked, solved
+from launches import measured
 
-SHARE = 0.003
-"""In place of the tenth of the time limit: the invented times are short."""
 TARGETS = (1e-3, 1e-6, 1e-9)
-KINDS = {"contact": ["bouncing_ball"], "smooth": ["pendulum_simple", "kepler_orbit"]}
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_tau_is_that_of_scipy_with_ties(seed: int) -> None:
-    drawn = np.random.default_rng(seed).integers(0, 4, (2, 15))
-    first, second = ({f"method {k}": value / 3 for k, value in enumerate(values)} for values in drawn.tolist())
-    assert rankings.kendall(first, second) == pytest.approx(kendalltau(*drawn).statistic, abs=1e-14)
-
-
-def test_tau_of_the_same_and_of_the_reversed_ranking() -> None:
-    scores = {"a": 0.0, "b": 1.0, "c": 2.0}
-    assert rankings.kendall(scores, scores) == 1.0
-    assert rankings.kendall(scores, {name: -value for name, value in scores.items()}) == -1.0
-    assert math.isnan(rankings.kendall({"a": 0.0}, {"a": 0.0}))
-
-
-def test_who_is_missing_has_the_worst_score() -> None:
-    """A method that a change leaves without a solution falls to the end of the ranking."""
-    assert rankings.kendall({"a": 0.0, "b": 1.0}, {"b": 1.0}) == -1.0
 
 
 Row = dict[str, str]
@@ -57,14 +34,13 @@ def exported(results: Path, folder: Path) -> list[Row]:
         return [row for row in csv.DictReader(file) if row["variant"] == "default" and row["formulation"] == "standard"]
 
 
-def independent_times(rows: list[Row], error: str, target: float) -> dict[tuple[str, str], float]:
+def independent_times(rows: list[Row], target: float) -> dict[tuple[str, str], float]:
     """Seconds to an error by case and integrator, as the documentation defines them."""
     sweeps: dict[tuple[str, str], dict[int, list[tuple[float, float, float]]]] = {}
     for row in rows:
         if row["status"] in ("ok", "inaccurate", "diverged") and row["seconds_median"]:
             time = float(row["seconds_median"])
-            time = max(time - float(row["null_seconds"] or 0), time / 10)
-            size = math.inf if row["status"] == "diverged" else float(row[error] or "nan")
+            size = math.inf if row["status"] == "diverged" else float(row["error_max"] or "nan")
             launches = sweeps.setdefault((row["case"], row["integrator_id"]), {})
             launches.setdefault(int(row["launch"]), []).append((float(row["setting"]), size, time))
     found = {}
@@ -99,131 +75,200 @@ def _time(sizes: list[float], times: list[float], target: float) -> float:
     return min([there, *(times[n] for n in reached)])
 
 
-def independent_tau(first: dict[tuple[str, str], float], second: dict[tuple[str, str], float]) -> float:
-    """Tau of the rankings by the mean logarithm of the ratio, at most a factor of 1000."""
-
-    def scores(times: dict[tuple[str, str], float]) -> Callable[[str], float]:
-        fastest: dict[str, float] = {}
-        for (case, _), time in times.items():
-            fastest[case] = min(time, fastest.get(case, math.inf))
-
-        def score(name: str) -> float:
-            ratios = [times.get((case, name), math.inf) / least for case, least in fastest.items()]
-            return statistics.fmean(math.log10(min(ratio, 1000)) for ratio in ratios)
-
-        return score
-
-    names = sorted({name for _, name in (*first, *second)})
-    values = [[round(score(name), 9) for name in names] for score in (scores(first), scores(second))]
-    return float(kendalltau(*values).statistic)
-
-
-def changed_rows(rows: list[Row], change: tuple[str, str]) -> tuple[list[Row], str]:
-    """The rows and the error column of a changed comparison."""
-    kind, name = change
-    if kind == KIND:
-        return [row for row in rows if row["case"] not in KINDS[name]], "error_max"
-    if kind == ERROR:
-        return rows, {"error at the end": "error_end", "root mean square error": "error_rms"}[name]
-    if kind == LAUNCH:
-        repeated = {row["case"] for row in rows if row["launch"] != "1"}
-        dropped = name.removeprefix("launch ")
-        return [row for row in rows if row["case"] not in repeated or row["launch"] != dropped], "error_max"
-    assert kind == LIMIT
-    slow = [r for r in rows if r["seconds_median"] and r["limit_seconds"]]
-    late = {id(row) for row in slow if float(row["seconds_median"]) > SHARE * float(row["limit_seconds"])}
-    return [row for row in rows if id(row) not in late], "error_max"
-
-
-def test_rankings_are_those_that_other_code_finds_in_the_exported_rows(
-    results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(rankings, "LIMIT_SHARE", SHARE)
-    frame = analysis.tidy(store.load(results))
-    equal = analysis.equal_error(frame)
-    changed = rankings.alternatives(frame, equal, KINDS)
-    assert {kind for kind, _ in changed} >= {KIND, ERROR, LIMIT, LONGER}
+def test_times_and_ratios_are_those_that_other_code_finds_in_the_exported_rows(results: Path, tmp_path: Path) -> None:
+    equal = ranked(analysis.equal_error(analysis.tidy(store.load(results))))
     rows = exported(results, tmp_path)
-    found: dict[str, list[float]] = {kind: [] for kind, _ in changed}
     for target in TARGETS:
-        base = independent_times(rows, "error_max", target)
-        pairs = rankings.comparison(equal)[target]
-        fastest = {case: min(time for (other, _), time in base.items() if other == case) for case, _ in base}
-        assert {(pair.case, pair.name): pair.ratio * fastest[pair.case] for pair in pairs} == pytest.approx(
-            base, rel=1e-12
-        )
-        for change, one in changed.items():
-            if change[0] == LONGER:
-                stopped = {
-                    (row["case"], row["integrator_id"]): float(row["limit_seconds"])
-                    for row in rows
-                    if row["status"] in ("timeout", "skipped")
-                }
-                assert stopped
-                after = stopped | base
-            else:
-                after = independent_times(*changed_rows(rows, change), target)
-            tau = rankings.kendall(rankings.scores(pairs), rankings.scores(one.get(target, ())))
-            expected = independent_tau(base, after)
-            assert tau == pytest.approx(expected, abs=1e-12, nan_ok=True), (change, target)
-            found[change[0]].append(tau)
-    assert min(found[KIND]) < 1
-    sizes = [sum(map(len, one.values())) for one in (changed[LIMIT, LIMIT], rankings.comparison(equal))]
-    assert sizes[0] < sizes[1], "a limit that changes nothing shows nothing"
+        base = independent_times(rows, target)
+        least = {case: min(time for (other, _), time in base.items() if other == case) for case, _ in base}
+        found = rankings.own(equal[equal["target"] == target])
+        keys = list(zip(found["case"], found["integrator_id"], strict=True))
+        assert dict(zip(keys, found["seconds"], strict=True)) == pytest.approx(base, rel=1e-12)
+        ratios = {key: time / least[key[0]] for key, time in base.items()}
+        assert dict(zip(keys, found["ratio"], strict=True)) == pytest.approx(ratios, rel=1e-12)
 
 
-def _rows(**seconds: list[float]) -> pd.DataFrame:
-    """The rows of `equal_error` at 1e-6 of integrators on three cases."""
+def cells(times: dict[str, dict[str, list[float]]], null_share: float = 0.01) -> pd.DataFrame:
+    """The rows of `equal_error` at 1e-6, from the seconds by launch of each integrator on each case."""
     rows: list[dict[str, Any]] = [
-        {"case": f"case {k}", "integrator_id": name, "library": name, "seconds": time, "target": 1e-6}
-        for name, times in seconds.items()
-        for k, time in enumerate(times)
+        {"case": case, "integrator_id": name, "library": name.partition(":")[0], "times": dict(enumerate(seconds))}
+        | {"seconds": statistics.median(seconds), "launches": len(seconds)}
+        for case, own in times.items()
+        for name, seconds in own.items()
     ]
-    return analysis.compared(pd.DataFrame(rows).assign(variant="", formulation=""))
+    return pd.DataFrame(rows).assign(variant="", formulation="", target=1e-6, null_share=null_share)
 
 
-def test_without_in_house_integrators_ratios_are_to_the_fastest_third_party() -> None:
-    equal = _rows(gnomon=[1.0, 1.0, 9.0], scipy=[2.0, 4.0, 1.0], heyoka=[4.0, 2.0, 3.0])
-    third = rankings.third_party(equal)
-    assert set(third["library"]) == {"scipy", "heyoka"}
-    assert third.set_index(["library", "case"])["ratio"].to_dict() == {
-        ("scipy", "case 0"): 1.0, ("scipy", "case 1"): 2.0, ("scipy", "case 2"): 1.0,
-        ("heyoka", "case 0"): 2.0, ("heyoka", "case 1"): 1.0, ("heyoka", "case 2"): 3.0,
-    }  # fmt: skip
-    assert rankings.without_ours(rankings.comparison(equal)) == rankings.comparison(third)
+def drawn(rng: np.random.Generator, factors: dict[str, float], launches: int = 10) -> dict[str, list[float]]:
+    """Seconds of integrators whose times are `factors` apart, with the scatter that was measured."""
+    noise = measured(rng, (len(factors), launches)) / math.sqrt(2)  # that of one launch, of which two differ by it
+    return {name: (factor * np.exp(row)).tolist() for (name, factor), row in zip(factors.items(), noise, strict=True)}
 
 
-def test_the_winner_is_the_first_of_the_standings() -> None:
-    equal = _rows(a=[1.0, 5.0, 5.0], b=[5.0, 1.0, 5.0], c=[2.0, 2.0, 1.1], d=[9.0, 9.0, 1.0])
-    for cases in ({"case 0"}, {"case 1", "case 2"}, {"case 0", "case 1"}, {"case 0", "case 1", "case 2"}):
-        first = rankings.standings(equal[equal["case"].isin(cases)]).index[0]
-        assert rankings.winner(rankings.comparison(equal)[1e-6], cases) == first
+def test_on_a_page_of_many_cells_identical_methods_tie_and_a_factor_of_1_5_is_separated() -> None:
+    """A hundred cells with ten launches; in each, two are identical, one takes 1.5 times as long, and one 50 times."""
+    rng = np.random.default_rng(3)
+    factors = {"a:one": 1.0, "a:same": 1.0, "b:near": 1.5, "b:far": 50.0}
+    rows = ranked(cells({f"case {k}": drawn(rng, factors) for k in range(100)}))
+    assert set(rows["cell"]) == {RANKED}
+    slower = rows.groupby("integrator_id")["slower"].mean()
+    assert slower["a:one"] < 0.05
+    assert slower["a:same"] < 0.05
+    assert slower["b:near"] > 0.7, "three are contenders, so that a p value counts twice"
+    assert slower["b:far"] == 1.0
+    two = {"a:one": 1.0, "b:near": 1.5}
+    rows = ranked(cells({f"case {k}": drawn(rng, two) for k in range(200)}))
+    assert rows[rows["integrator_id"] == "b:near"]["slower"].mean() > 0.8
 
 
-def test_the_smallest_tau_of_a_kind_of_change_is_shown() -> None:
-    base = rankings.comparison(_rows(a=[1.0, 1.0, 1.0], b=[2.0, 2.0, 2.0], c=[4.0, 4.0, 4.0]))
-    reversed_ = rankings.comparison(_rows(a=[4.0, 4.0, 4.0], b=[2.0, 2.0, 2.0], c=[1.0, 1.0, 1.0]))
-    (row,) = rankings.taus(base, {(KIND, "same"): base, (KIND, "reversed"): reversed_}, (1e-6,)).to_dict("records")
-    assert (row["tau"], row["worst"], row["count"]) == (-1.0, "reversed", 2)
+@pytest.mark.parametrize("far", [0, 40])
+def test_of_identical_methods_the_one_with_the_least_time_is_not_the_fastest(far: int) -> None:
+    """Of thirty it is the least by chance: a test of it as if it had been named before separates it from many, above all on
+    a page with many true differences, which the false discovery rate takes as a reason to claim more."""
+    rng = np.random.default_rng(5)
+    names = {f"x:{k}": 1.0 for k in range(30)} | {f"y:{k}": 40.0 for k in range(far)}
+    rows = ranked(cells({f"case {k}": drawn(rng, names, 5) for k in range(40)}))
+    same = rows[rows["integrator_id"].str.startswith("x:")]
+    assert same["slower"].mean() < 0.01
+    assert same.groupby("case")["slower"].any().mean() <= 0.2
+    assert not (rows["leaders"] == 1).any()
 
 
-def test_what_the_limit_stopped_is_solved_at_the_limit_and_never_before() -> None:
-    """A method that was stopped after 2 s is in the best case the second on a case whose fastest takes 1 s, and the
-    first on a case that nobody else solves; where it has solved the case, nothing changes."""
-    equal = _rows(a=[1.0, 1.0], b=[4.0])
-    frame = pd.DataFrame(
-        [
-            {"case": case, "integrator_id": name, "library": name, "status": status, "limit_seconds": limit}
-            for case, name, status, limit in (
-                ("case 1", "b", "timeout", 2.0),
-                ("case 1", "b", "skipped", 3.0),
-                ("case 0", "b", "skipped", 2.0),
-                ("case 2", "b", "timeout", 2.0),
-                ("case 1", "c", "refused", 2.0),
-            )
-        ]
+def test_a_cell_is_ranked_only_where_launches_and_span_allow_it() -> None:
+    one, several = {"x:a": [1.0], "x:b": [9.0]}, {"x:a": [1.0, 1.1, 1.0], "x:b": [9.0, 9.1, 9.3]}
+    rows = ranked(cells({"one": one, "several": several, "alone": {"x:a": [1.0, 1.0]}})).set_index(
+        ["case", "integrator_id"]
     )
-    found = rankings._at_the_limit(rankings.comparison(equal), equal, frame)[1e-6]
-    assert {(pair.case, pair.name): pair.ratio for pair in found} == {
-        ("case 0", "a"): 1.0, ("case 0", "b"): 4.0, ("case 1", "a"): 1.0, ("case 1", "b"): 2.0, ("case 2", "b"): 1.0,
-    }  # fmt: skip
+    assert rows["cell"].groupby("case").first().to_dict() == {"one": ONE_LAUNCH, "several": RANKED, "alone": ALONE}
+    assert rows.loc[("several", "x:b"), "slower"]
+    assert not rows.loc["one", "slower"].any(), "one launch separates nothing, whatever the ratio"
+    assert ranked(cells({"several": several}, 0.1))["cell"].unique() == [RANKED]
+    assert ranked(cells({"several": several}, 0.11))["cell"].unique() == [TOO_SHORT]
+    assert not ranked(cells({"several": several}, 0.11))["slower"].any()
+    assert ranked(cells({"several": several}, math.nan))["cell"].unique() == [TOO_SHORT], "it was not measured"
+
+
+def test_the_null_call_counts_of_contenders_alone() -> None:
+    several = cells({"c": {"x:a": [1.0, 1.1], "x:b": [9.0, 9.1], "x:c": [1.9, 2.0]}})
+    long_call = several.assign(null_share=[0.05, 0.9, 0.05])
+    assert set(ranked(long_call)["cell"]) == {RANKED}
+    assert set(ranked(several.assign(null_share=[0.05, 0.05, 0.2]))["cell"]) == {TOO_SHORT}
+
+
+def test_launches_of_different_runs_are_no_pairs() -> None:
+    """A run interleaves its launches; a launch of another day is not comparable in time."""
+    table = cells({"c": {"x:a": [1.0, 1.1, 1.0], "x:b": [9.0, 9.1, 9.3]}})
+    table["times"] = [
+        {(1, n): s for n, s in enumerate([1.0, 1.1, 1.0])},
+        {(2, n): s for n, s in enumerate([9.0, 9.1, 9.3])},
+    ]
+    assert set(ranked(table)["cell"]) == {ONE_LAUNCH}
+
+
+def test_ties_are_equal_where_ratios_are_drawn() -> None:
+    rows = ranked(cells({"c": {"x:a": [1.0, 1.2, 1.0], "x:b": [1.1, 1.1, 1.3], "x:c": [9.0, 9.1, 9.3]}}))
+    assert dict(zip(rows["integrator_id"], rankings.drawn(rows), strict=True)) == {
+        "x:a": 1,
+        "x:b": 1,
+        "x:c": pytest.approx(9.1),
+    }
+
+
+def test_undecided_are_contenders_that_more_launches_may_separate() -> None:
+    several = {"x:a": [1.0, 1.2, 1.0], "x:b": [1.1, 1.1, 1.3], "x:c": [9.0, 9.1, 9.3]}
+    often = {"x:a": [1.0, 1.2] * 5, "x:b": [1.1, 1.1] * 5}
+    one = {"x:a": [1.0], "x:b": [1.3], "x:c": [5.0]}
+    rows = ranked(cells({"several": several, "often": often, "one": one}))
+    found = [(case, first, second) for case, _, _, _, first, second in rankings.undecided(rows)]
+    assert found == [("one", "x:a", "x:b"), ("several", "x:a", "x:b")]
+    assert rankings.undecided(ranked(cells({"several": several}, 0.5))) == [], "no launch makes a span longer"
+
+
+def test_without_in_house_integrators_third_parties_are_ranked_among_themselves() -> None:
+    seconds = {"gnomon:a": [1.0, 1.1, 1.0], "scipy:b": [20.0, 21.0, 20.0], "heyoka:c": [60.0, 66.0, 62.0]}
+    third = rankings.third_party(cells({"c": seconds})).set_index("library")
+    assert set(third.index) == {"scipy", "heyoka"}
+    assert third["ratio"].to_dict() == {"scipy": 1.0, "heyoka": pytest.approx(62 / 20)}
+    assert third["leaders"].tolist() == [1, 1]
+
+
+def test_standings_count_separated_cells() -> None:
+    clear = {"x:a": [1.0, 1.1, 1.0], "x:b": [9.0, 9.1, 9.3]}
+    tie = {"x:a": [1.0, 1.2, 1.0], "x:b": [1.1, 1.1, 1.3]}
+    counts = rankings.standings(ranked(cells({"clear": clear, "tie": tie, "one": {"x:b": [1.0], "x:c": [1.1]}})))
+    told = {name: row[["leads", "tied", "ranked", "reached"]].tolist() for name, row in counts.iterrows()}
+    assert told == {"x:a": [1, 1, 2, 2], "x:b": [0, 1, 2, 3], "x:c": [0, 0, 0, 1]}
+
+
+def table(**held: list[float]) -> pd.DataFrame:
+    return pd.DataFrame(held, index=pd.MultiIndex.from_product([["c"], range(len(next(iter(held.values()))))]))
+
+
+def test_the_foremost_is_separated_by_the_problems_that_are_known_of_both() -> None:
+    """b fails on eight that a holds on. c fails on as many, but of four of these a is not known."""
+    a = [1.0] * 12 + [math.nan] * 4
+    b = [1.0] * 4 + [0.0] * 8 + [1.0] * 4
+    c = [1.0] * 8 + [0.0] * 4 + [0.0] * 4
+    found = foremost({"page": table(a=a, b=b, c=c)})["page"]
+    assert found.first == ["a", "c"]
+    assert found.counts.loc["a"].to_dict() == {"held": 12, "known": 12}
+    assert foremost({"page": table(a=a, b=b)})["page"].first == ["a"]
+
+
+def test_what_is_known_of_few_problems_is_not_compared() -> None:
+    few = [1.0] * 3 + [math.nan] * 7
+    assert foremost({"": table(all=[1.0] * 9 + [0.0], few=few)})[""].counts.index.tolist() == ["all"]
+
+
+def test_identical_reliability_is_no_rank() -> None:
+    """Twenty that hold on each of 60 problems with the same probability: one is first, and hardly ever separated."""
+    rng = np.random.default_rng(2)
+    pages = {k: table(**{f"m{n}": row.tolist() for n, row in enumerate(rng.random((20, 60)) < 0.7)}) for k in range(40)}
+    each = [
+        len(found.first) for found in foremost({k: page.astype(float) for k, page in pages.items()}.copy()).values()
+    ]
+    assert np.mean([count < 20 for count in each]) <= 0.05
+
+
+def test_leading_counts_the_ranked_cells_alone() -> None:
+    clear = {"x:a": [1.0, 1.1, 1.0], "x:b": [9.0, 9.1, 9.3]}
+    rows = ranked(cells({"clear": clear, "one": {"x:b": [1.0], "x:c": [1.1]}}))
+    found = leading(rows)
+    assert found.to_dict("list") == {"x:a": [1.0], "x:b": [0.0]}
+
+
+def variant(name: str, *settings: tuple[str, float], conditioning: float = 1e-15) -> pd.DataFrame:
+    rows = [{"status": status, "error_max": error, "integrator_id": name} for status, error in settings]
+    return pd.DataFrame(rows).assign(case="c", variant="hard", formulation="", conditioning=conditioning)
+
+
+def test_a_hard_variant_is_solved_by_an_error_and_not_by_a_word() -> None:
+    """`ok` is an error below a tenth of the motion. Where the motion is so ill-conditioned that 1e-6 loses no digit more
+    than another, 1000 times the conditioning counts."""
+    rough = variant("rough", ("ok", 0.09), ("ok", 2e-6))
+    fine = variant("fine", ("inaccurate", 0.2), ("ok", 9e-7))
+    assert solved(pd.concat([rough, fine])).iloc[0].to_dict() == {"rough": 0.0, "fine": 1.0}
+    hard = pd.concat([rough, fine]).assign(conditioning=2e-9)
+    assert solved(hard).iloc[0].to_dict() == {"rough": 1.0, "fine": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("settings", "right"),
+    [
+        ([("timeout", math.nan), ("timeout", math.nan)], 0.0),
+        ([("diverged", math.nan), ("skipped", math.nan)], math.nan),
+        ([("ok", 1e-3), ("interrupted", math.nan)], math.nan),
+        ([("ok", 1e-7), ("skipped", math.nan)], 1.0),
+        ([("crashed", math.nan), ("ok", 1e-3)], 0.0),
+    ],
+)
+def test_what_was_left_out_is_no_failure(settings: list[tuple[str, float]], right: float) -> None:
+    found = solved(pd.concat([variant("x", *settings), variant("other", ("ok", 1e-9))]))
+    assert found["x"].iloc[0] == pytest.approx(right, nan_ok=True)
+
+
+@pytest.mark.parametrize("status", ["unsupported", "not_installed"])
+def test_what_cannot_run_is_not_known(status: str) -> None:
+    found = solved(pd.concat([variant("x", (status, math.nan)), variant("other", ("ok", 1e-9))]))
+    assert "x" not in found
+    assert found["other"].tolist() == [1.0]

@@ -1,0 +1,42 @@
+"""Whether measurements separate two integrators: tests of pairs, and the false discovery rate over all claims.
+
+Calls within a launch are not independent: a launch gives one value. Times of a pair are compared by the t test of their
+logarithms' differences, launch by launch. Simulated on the scatter that was measured (two launches of one setting within
+1.2 times of each other in half of all pairs, within 1.8 in 90 %), it separates identical methods in less than 5 % of trials,
+and methods a factor of 1.5 apart with ten launches in more than 80 %. The signed-rank test cannot reach 5 % with five.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from gnomon.harness.contract.integrator import Floats
+from scipy.special import bdtr, stdtr
+
+RATE = 0.05
+"""The false discovery rate over the claims that are tested together."""
+LEAST_SCATTER = 0.1
+"""Minimum standard deviation of a pair's difference of logarithms, in the t test: launches of one program run in modes some
+10 % apart, and by chance few launches show one mode alone."""
+
+
+def paired(differences: Sequence[float] | Floats) -> float:
+    """The p value that the differences, one a launch, have mean zero: two-sided t test; 1 for fewer than two."""
+    values = np.asarray(differences, dtype=float)
+    if len(values) < 2:
+        return 1.0
+    scatter = max(float(np.std(values, ddof=1)), LEAST_SCATTER)
+    return float(2 * stdtr(len(values) - 1, -abs(float(np.mean(values))) * np.sqrt(len(values)) / scatter))
+
+
+def signs(first: int, second: int) -> float:
+    """The p value that of problems on which two differ, each is as often ahead: two-sided sign test (McNemar, exact)."""
+    return float(min(1.0, 2 * bdtr(min(first, second), first + second, 0.5))) if first + second else 1.0
+
+
+def discoveries(p: Sequence[float] | Floats) -> np.ndarray:
+    """Which of these claims hold at the false discovery rate `RATE`: the step-up procedure of Benjamini and Hochberg,
+    Journal of the Royal Statistical Society B 57, 289 (1995)."""
+    values = np.asarray(p, dtype=float)
+    ordered = np.sort(values)
+    below = np.flatnonzero(ordered <= RATE * np.arange(1, len(values) + 1) / max(len(values), 1))
+    return values <= (ordered[below[-1]] if len(below) else -1.0)

@@ -1,0 +1,82 @@
+"""Measures by what power of two the span of a case is lengthened for timing: `python -m gnomon.harness.studies.timing_spans`.
+
+The factor is the smallest with which the null call is at most a tenth of the time of every contender (an integrator within a
+factor of two of the least time) at every error of the report. `running/timing_spans.toml` keeps the factors.
+"""
+
+import argparse
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from gnomon.cases.core.case import Case
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.registry import lookup
+from gnomon.harness.results import analysis, rankings, store
+from gnomon.harness.running import plan
+from gnomon.harness.running.run import run
+
+from gnomon import cases
+
+LARGEST = 2**12
+LIMIT_SECONDS = 0.1
+"""Of a trial: what takes longer is no contender on the spans tried."""
+AT_REST = min(analysis.TARGETS)
+"""A motion has ended that stays this close to its last state over half of its span: no error of the report is made there."""
+REMAIN = 8.0
+"""An integrator this far from the least time at every error becomes no contender on a span twice as long."""
+
+
+def factor(name: str, integrators: Sequence[Integrator], folder: Path) -> int:
+    """The factor of a case, from runs of these integrators; ValueError if the motion ends before, or none up to LARGEST
+    suffices."""
+    suite = replace(plan.suite("foundation").within(LIMIT_SECONDS), launches=1, turned=False)
+    found, tried = 1, list(integrators)
+    while found <= LARGEST:
+        longer = plan.lengthened(cases.get(name), found)
+        if ended(longer[0]):
+            raise ValueError(f"{name}: the motion ends within {found} spans, before the null call is a tenth of a call")
+        path = run(folder / f"{name} x{found}", suite, [longer], tried)
+        times = rankings.ranked(analysis.equal_error(timed(analysis.tidy(store.load(path)))))
+        if suffices(times):
+            return found
+        near = set(times.loc[times["ratio"] < REMAIN, "integrator_id"])
+        found, tried = 2 * found, [one for one in tried if one.id in near]
+    raise ValueError(f"{name}: the null call is above a tenth of a contender's time on a span {LARGEST} times as long")
+
+
+def ended(case: Case) -> bool:
+    """Whether the exact motion is at rest in the second half of its span."""
+    states = case.sample(case.times)
+    later = states[len(states) // 2 :]
+    return float(np.max(case.metric.distance(later, np.broadcast_to(states[-1], later.shape)))) < AT_REST
+
+
+def timed(frame: pd.DataFrame) -> pd.DataFrame:
+    return frame.assign(variant="")
+
+
+def suffices(times: pd.DataFrame) -> bool:
+    """Whether the null call is at most a tenth of the time of every contender in these rows of `rankings.ranked`."""
+    contenders = times[times["ratio"] < rankings.CONTENDER]
+    return len(contenders) > 0 and bool((contenders["null_share"] <= rankings.LARGEST_NULL).all())
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("cases", nargs="*", default=[name for name in plan.FOUNDATION if name not in plan.ENDS])
+    names = parser.parse_args().cases
+    integrators = [one for one in lookup.everything().values() if one.primary and lookup.missing(one) is None]
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            try:
+                print(f"{name} = {factor(name, integrators, Path(folder))}", flush=True)
+            except ValueError as error:
+                print(f"# {error}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
