@@ -150,16 +150,6 @@ class Row:
     note: str = ""
 
 
-def other_side(table: pd.DataFrame, library: str) -> tuple[str, pd.DataFrame]:
-    """What is compared with the best row of a table, which is of `library`: a word, and the rows of the other side, third
-    parties beside an in-house integrator and in-house ones beside a third party's. If there are none, no word and the rows
-    of other libraries."""
-    others = table[(table["library"] == OURS) != (library == OURS)]
-    if others.empty:
-        return "", table[table["library"] != library]
-    return ("best third-party: " if library == OURS else "best in-house: "), others
-
-
 def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Row]:
     """Per case and formulation, at each error, the integrator that is separated from all others, or those that are tied; or
     why the cell is not ranked, with the shortest times.
