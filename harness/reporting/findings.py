@@ -15,9 +15,11 @@ from gnomon.harness.results.rankings import (
     RANKED,
     SOLVED,
     TOO_SHORT,
+    exact,
     foremost,
     own,
     solved,
+    telling,
 )  # fmt: skip
 
 
@@ -96,7 +98,7 @@ def _listed(words: Sequence[str]) -> str:
 
 def _most_reliable(reduced: pd.DataFrame) -> list[str]:
     """Of the integrators of which at least half of the hard variants are known, who solves more of them than all others."""
-    table = solved(reduced)
+    table = telling(solved(reduced), exact(reduced))
     found = foremost({"": table})[""]
     if len(found.counts) < 2:
         return []
@@ -106,10 +108,11 @@ def _most_reliable(reduced: pd.DataFrame) -> list[str]:
     claim = f"{_listed(near)} are not separated" if len(first) > 1 else alone
     shown = found.counts.loc[list(dict.fromkeys([*first, *found.counts.index]))[:3]]
     words = [f"{name} {held} of {known}" for name, held, known in shown.itertuples()]
+    cases = table.index.get_level_values("case").nunique()
     return [
         f"A hard variant is solved by a setting with an error of at most {_power(SOLVED)}, or {CONDITIONED:g} times the"
         f" conditioning where that is larger. Of the {len(found.counts)} integrators with a known result on at"
-        f" least half of {counted(len(table), 'hard variant')}, {claim}: of those known, {', '.join(words)}."
+        f" least half of {counted(len(table), 'hard variant')} of {cases} cases, {claim}: of those known, {', '.join(words)}."
     ]
 
 

@@ -20,7 +20,17 @@ from gnomon.harness.reporting.tables import (
     time_text,
 )
 from gnomon.harness.results.analysis import TARGETS
-from gnomon.harness.results.rankings import Foremost, foremost, leading, own, solved, standings
+from gnomon.harness.results.rankings import (
+    FEWEST,
+    Foremost,
+    exact,
+    foremost,
+    leading,
+    own,
+    solved,
+    standings,
+    telling,
+)
 from gnomon.harness.running.own_equations import lines
 
 _PAGE = declared("reporting", "templates/page.toml")
@@ -46,33 +56,36 @@ def kind_rows(equal: pd.DataFrame, reduced: pd.DataFrame, members: Mapping[str, 
     """Per kind of system, who is the fastest, separated or tied, in most ranked cells at each error, and who solves most of
     its hard variants: where it is separated from all others, else the numbers of those that are not.
 
-    `named` are the integrators in the cells. `equal`: `rankings.ranked`, `reduced`: `analysis.settings`.
+    What an integrator solves exactly by construction says nothing of it (`rankings.exact`), and fewer than `FEWEST` cases
+    say nothing. `named` are the integrators in the cells. `equal`: `rankings.ranked`, `reduced`: `analysis.settings`.
     """
-    default, hard = own(equal), solved(reduced)
+    default, hard, known = own(equal), solved(reduced), exact(reduced)
     fast = {
-        (kind, target): leading(default[default["case"].isin(cases) & (default["target"] == target)])
+        (kind, target): telling(leading(default[default["case"].isin(cases) & (default["target"] == target)]), known)
         for kind, cases in members.items()
         for target in TARGETS
     }
-    sturdy = {kind: hard[hard.index.isin(cases, level="case")] for kind, cases in members.items()}
+    sturdy = {kind: telling(hard[hard.index.isin(cases, level="case")], known) for kind, cases in members.items()}
     fastest, solvers = foremost(fast), foremost(sturdy)
     rows = []
     for kind, cases in members.items():
         found = [fastest[kind, target] for target in TARGETS]
-        cells = [_most(one, len(fast[kind, target]), "ranked") for target, one in zip(TARGETS, found, strict=True)]
-        cells.append(_most(solvers[kind], len(sturdy[kind]), "variant"))
+        cells = [_most(one, fast[kind, target], "ranked") for target, one in zip(TARGETS, found, strict=True)]
+        cells.append(_most(solvers[kind], sturdy[kind], "variant"))
         named = dict.fromkeys(name for one in (*found, solvers[kind]) for name in _shown(one))
         rows.append({"head": kind, "cases": list(cases), "cells": cells, "named": list(named)})
     return rows
 
 
-def _most(found: Foremost, problems: int, what: str) -> Cell:
-    """The integrator that is separated from all others, else that none is, with the numbers of the first."""
+def _most(found: Foremost, table: pd.DataFrame, what: str) -> Cell:
+    """The integrator that is separated from all others, else that none is, with the numbers of the first and of the cases."""
     if found.counts.empty:
-        return Cell("–", "no cell is ranked" if what == "ranked" else "no hard variant was run", "none")
+        few = f"fewer than {FEWEST} cases"
+        return Cell("–", f"{few} are ranked" if what == "ranked" else f"hard variants of {few}", "none")
     words = ", ".join(f"{name} {held} of {known}" for name, held, known in found.counts.loc[_shown(found)].itertuples())
     text = found.first[0] if len(found.first) == 1 else f"{len(found.first)} not separated"
-    said = f"{problems} ranked" if what == "ranked" else counted(problems, what)
+    cases = counted(table.index.get_level_values("case").nunique(), "case")
+    said = f"{cases} ranked" if what == "ranked" else f"{counted(len(table), what)} of {cases}"
     return Cell(str(text), f"of {said}: {words or 'none'}", "none" if len(found.first) > 1 else "")
 
 

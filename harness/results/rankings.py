@@ -6,6 +6,7 @@ it is faster. Chance can make any contender the one with the least time, so that
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -25,6 +26,11 @@ LARGEST_NULL = 0.1
 MOST_LAUNCHES = 10
 """The launches after which an undecided pair is a tie."""
 
+EXACT = 1e-12
+"""An error at the loosest setting of a sweep at most this, or CONDITIONED times the conditioning, is round-off: the method is
+exact there by construction, as Kepler's orbits are for one that moves bodies on them."""
+FEWEST = 5
+"""Cases on which a statement about integrators rests at least: variants of one are not independent."""
 SOLVED, CONDITIONED = 1e-6, 1e3
 """A setting solves a hard variant if its error is at most SOLVED, or CONDITIONED times the conditioning if that is larger."""
 
@@ -169,6 +175,24 @@ def leading(rows: pd.DataFrame) -> pd.DataFrame:
     found = rows[rows["cell"] == RANKED]
     cells = found.assign(first=found["tied"].astype(float))
     return cells.pivot_table("first", [*PROBLEM, "target"], "integrator_id", dropna=False).fillna(0.0)
+
+
+def telling(table: pd.DataFrame, known: AbstractSet[tuple[str, str]]) -> pd.DataFrame:
+    """A table for `foremost` where what is `known` to be exact by construction counts as unknown, without problems on which
+    nothing else holds; empty if it has fewer than `FEWEST` cases."""
+    cases = table.index.get_level_values("case")
+    held = (table == 1).any(axis=1)
+    table = table.mask(pd.DataFrame({name: [(case, name) in known for case in cases] for name in table}, table.index))
+    table = table[~held | (table == 1).any(axis=1)]
+    return table if table.index.get_level_values("case").nunique() >= FEWEST else table.iloc[:0]
+
+
+def exact(reduced: pd.DataFrame) -> set[tuple[str, str]]:
+    """The pairs of case and integrator of which the loosest setting has an error of round-off on the default variant."""
+    default = own(reduced).sort_values("setting").groupby(["case", "integrator_id"]).tail(1)
+    enough = np.maximum(EXACT, CONDITIONED * default["conditioning"].fillna(0.0))
+    right = default[(default["status"] == Status.OK) & (default["error_max"] <= enough)]
+    return set(right[["case", "integrator_id"]].itertuples(index=False, name=None))
 
 
 def solved(reduced: pd.DataFrame) -> pd.DataFrame:

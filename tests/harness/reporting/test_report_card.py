@@ -50,18 +50,56 @@ REDUCED = pd.DataFrame(
         ("b", "", "x:one", 1e-9, "ok"),
     ],
     columns=["case", "variant", "integrator_id", "error_max", "status"],
-).assign(formulation="", conditioning=1e-15)
+).assign(formulation="", conditioning=1e-15, setting=0.1)
 
 
-def test_few_cases_separate_nobody_and_their_numbers_are_shown() -> None:
-    smooth, other = kind_rows(EQUAL, REDUCED, {"smooth": ["a", "b"], "other": ["c"]})
-    assert [cell.text for cell in smooth["cells"]] == ["–", "4 not separated", "–", "–", "2 not separated"]
-    assert smooth["cells"][0].note == "no cell is ranked"
-    assert smooth["cells"][1].note == "of 2 ranked: x:two 2 of 2, x:one 1 of 2"
-    assert smooth["cells"][-1].note == "of 2 variants: x:two 2 of 2, x:one 1 of 2"
-    assert smooth["named"] == ["x:two", "x:one"]
-    assert (other["cells"][1].text, other["cells"][1].note) == ("y:easy", "of 1 ranked: y:easy 1 of 1")
-    assert (other["cells"][-1].text, other["cells"][-1].note) == ("–", "no hard variant was run")
+def test_of_fewer_than_five_cases_nothing_is_said() -> None:
+    """Neither of four ranked cases, nor of two hard variants of one."""
+    (row,) = kind_rows(_many(4), REDUCED, {"all": ["a", *(f"c{k}" for k in range(4))]})
+    assert {(cell.text, cell.kind) for cell in row["cells"]} == {("–", "none")}
+    assert row["cells"][1].note == "fewer than 5 cases are ranked"
+    assert row["cells"][-1].note == "hard variants of fewer than 5 cases"
+    assert row["named"] == []
+
+
+def _hard(*solvers: tuple[str, int], variants: int = 2) -> pd.DataFrame:
+    """Each integrator solves the variants of the first cases of six, as many as stand beside it."""
+    rows = [
+        (f"c{k}", f"hard{n}", name, 1e-9 if k < count else math.nan, "ok" if k < count else "timeout")
+        for name, count in solvers
+        for k in range(6)
+        for n in range(variants)
+    ]
+    table = pd.DataFrame(rows, columns=["case", "variant", "integrator_id", "error_max", "status"])
+    return table.assign(formulation="", conditioning=1e-15, setting=0.1)
+
+
+def test_a_cell_names_the_cases_on_which_it_rests() -> None:
+    (row,) = kind_rows(_many(6), _hard(("x:one", 6), ("y:two", 3)), {"all": [f"c{k}" for k in range(6)]})
+    assert row["cells"][1].note == "of 6 cases ranked: x:one 6 of 6"
+    assert row["cells"][-1].note == "of 12 variants of 6 cases: x:one 12 of 12, y:two 6 of 12"
+    assert row["named"] == ["x:one", "y:two"]
+
+
+def _exact_on(cases: int, setting: float = 0.5, error: float = 1e-15) -> pd.DataFrame:
+    """Default variants on which x:one has this error at this setting; at a smaller one it has that of round-off."""
+    rows = [
+        (f"c{k}", "", "x:one", each, "ok", at) for k in range(cases) for each, at in ((error, setting), (1e-15, 0.1))
+    ]
+    table = pd.DataFrame(rows, columns=["case", "variant", "integrator_id", "error_max", "status", "setting"])
+    return table.assign(formulation="", conditioning=1e-16)
+
+
+def test_cases_on_which_a_method_is_exact_by_construction_do_not_count_for_it() -> None:
+    """WHFast moves two bodies on Kepler's orbits at any step: of nineteen gravitating problems thirteen are such ones."""
+    hard, kinds_of = _hard(("x:one", 6), ("y:two", 6)), {"all": [f"c{k}" for k in range(6)]}
+    (row,) = kind_rows(_many(6), pd.concat([hard, _exact_on(3)]), kinds_of)
+    assert row["cells"][1].note == "fewer than 5 cases are ranked", "three are left"
+    assert row["cells"][-1].note == "of 12 variants of 6 cases: x:one 6 of 6, y:two 12 of 12", (
+        "all that count are solved"
+    )
+    (row,) = kind_rows(_many(6), pd.concat([hard, _exact_on(3, error=1e-7)]), kinds_of)
+    assert row["cells"][1].note == "of 6 cases ranked: x:one 6 of 6", "accurate at a small step, and not exact"
 
 
 def _many(count: int) -> pd.DataFrame:
@@ -78,7 +116,7 @@ def test_one_is_named_for_a_kind_where_its_cases_separate_it(count: int, text: s
 
 def test_cells_that_are_not_ranked_are_not_counted() -> None:
     (row,) = kind_rows(_many(6).assign(cell=ONE_LAUNCH), REDUCED, {"all": [f"c{k}" for k in range(6)]})
-    assert (row["cells"][1].text, row["cells"][1].note) == ("–", "no cell is ranked")
+    assert (row["cells"][1].text, row["cells"][1].note) == ("–", "fewer than 5 cases are ranked")
 
 
 def _with_decoys(table: pd.DataFrame, **other: object) -> pd.DataFrame:
