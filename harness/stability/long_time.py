@@ -363,11 +363,13 @@ def principal(states: Floats) -> float:
     """The change of the energy in a step, |r|^2 - 1 for the principal root r, from states (starts, times, 2) on q'' = -q.
 
     Positions `APART` steps apart satisfy q_2 = (r^n + conj r^n) q_1 - |r|^2n q_0, also those of a method of several steps,
-    whose other roots have decayed.
+    whose other roots have decayed. Raises Refused for positions that do not vibrate.
     """
     q = states[..., 0]
     before, at, after = q[:, : -2 * APART], q[:, APART:-APART], q[:, 2 * APART :]
     found = np.linalg.lstsq(np.column_stack([at.ravel(), -before.ravel()]), after.ravel())[0]
+    if not found[1] > 0:
+        raise Refused("its positions on the oscillator do not vibrate")
     return math.expm1(math.log(float(found[1])) / APART)
 
 
