@@ -35,11 +35,19 @@ def stability(
     to: Annotated[
         Path | None, typer.Option("--out", help="Write the result as JSON, and resume from it.", parser=options.as_path)
     ] = None,
+    update: Annotated[
+        bool,
+        typer.Option(
+            "--update",
+            help="Keep what other revisions measured, make all sentences anew, and measure again the --panel that are named.",
+        ),
+    ] = False,
     workers: Annotated[int, typer.Option(help="Integrators at a time, each in a process.")] = 2,
 ) -> None:
     """Measure the numerical stability of integrators. Exit code 2 if nothing was measured.
 
-    The same command resumes an interrupted measurement that has --out; for other integrators it adds to the file.
+    The same command resumes an interrupted measurement that has --out; for other integrators it adds to the file. With
+    --update it keeps rows of other revisions.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup
@@ -47,12 +55,15 @@ def stability(
     from gnomon.harness.stability import run
 
     options.validate_workers(workers)
+    if update and to is None:
+        raise ValueError("--update: name the file with --out")
     run.seconds_of(depth)
     chosen = run.chosen_panels(panel)
     found = lookup.find_all(integrator)
     if to is not None:
         options.ensure_writable(to, "--out")
-    rows = run.kept(to, depth) if to is not None else []
+    again = {(each.id, name) for each in found for name in panel or ()} if update else None
+    rows = run.kept(to, depth, again) if to is not None else []
     written = monotonic()
 
     def add(row: Row) -> None:
