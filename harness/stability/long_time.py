@@ -21,7 +21,6 @@ from gnomon.harness.stability.solving import multiples, processor_seconds, solve
 from gnomon.harness.stability.subjects import Budget
 from gnomon.harness.studies.growth import (
     DECADES,
-    FIT as BIAS,
     LAWS,
     Subject,
     by_octaves,
@@ -29,6 +28,9 @@ from gnomon.harness.studies.growth import (
     period_of,
     relative_drift,
     trajectories,
+)
+from gnomon.harness.studies.growth import (
+    FIT as BIAS,
 )
 
 CASES: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -91,7 +93,9 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         elif slow := at_most(energy, "sqrt t"):
             found.append(f"Use it for {over}: its energy error is {_law(energy)}, {_size(energy)} at the end.")
         elif slow is None:
-            found.append(f"Undecided for more than {over}: its energy error is {_law(energy)}, {_size(energy)} at the end.")
+            found.append(
+                f"Undecided for more than {over}: its energy error is {_law(energy)}, {_size(energy)} at the end."
+            )
         else:
             found.append(f"Not for much more than {over}: its energy error grows as {_law(energy)}, {_size(energy)}"
                          " at the end.")  # fmt: skip
@@ -111,7 +115,7 @@ def _on_invariant(linear: Mapping[str, Any]) -> list[str]:
     if truncated(linear):
         return [f"Truncation, not round-off, changes its own invariant of the oscillator: by {linear['bias_ulp_a_step']:.3g}"
                 f" ulp a step of h w = {linear['step']:.4g}."]  # fmt: skip
-    law, drift = _law(linear | {"class": linear["law"]}), f"{linear['drift_ulp']:.3g} ulp"
+    law, drift = _law({**linear, "class": linear["law"]}), f"{linear['drift_ulp']:.3g} ulp"
     return [f"Round-off changes its own invariant of the oscillator by {drift} in {linear['steps']} steps: {law}."]
 
 

@@ -82,7 +82,7 @@ class PanelsJob(Job):
         self.add(Row(**message))
 
     def lose(self, why: str) -> None:
-        data = {Status.REFUSED: why}
+        data: dict[str, Any] = {Status.REFUSED: why}
         self.add(Row(self.integrator.id, self.pending.pop(0), 0.0, data, [], sources=environment.sources()))
 
 

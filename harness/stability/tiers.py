@@ -101,7 +101,9 @@ def by_lost_digits(panels: Mapping[str, Mapping[str, Any]], censored: float = 16
     found = []
     for end in (1, 0):
         rows = {method: bounds(data.get("variants", {})) for method, data in panels.items()}
-        found.append(_by_case({m: {name: min(censored, each[end]) for name, each in r.items()} for m, r in rows.items()}))
+        found.append(
+            _by_case({m: {name: min(censored, each[end]) for name, each in r.items()} for m, r in rows.items()})
+        )
     settled = _by_case({method: levelled(data.get("variants", {})) for method, data in panels.items()})
     enough = [method for method, row in settled.items() if len(row) >= FEWEST]
     most, least = ({method: rows[method] for method in enough} for rows in found)

@@ -130,9 +130,7 @@ def relative_drift(case: Case, start: Floats, states: Floats) -> Floats:
     return np.asarray(np.abs(value(states) / value(start)[:, None] - 1), dtype=np.float64)
 
 
-def trajectories(
-    subject: Subject, case: Case, integrator: Integrator
-) -> tuple[Floats, Floats, Floats, float | None]:
+def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[Floats, Floats, Floats, float | None]:
     """Times (samples,), starts (starts, dim), the states that the integrator reaches (starts, samples, dim), and the
     number of its steps from a start, None where it does not count them.
 

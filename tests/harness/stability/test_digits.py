@@ -145,7 +145,10 @@ def lost_at(value: float, levelled: bool) -> dict[str, Any]:
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        ([lost_at(1.0, True)] * 5, "Use it on hard motions: it loses 1.0 digits in the median of 5 variants of 5 cases"),
+        (
+            [lost_at(1.0, True)] * 5,
+            "Use it on hard motions: it loses 1.0 digits in the median of 5 variants of 5 cases",
+        ),
         ([lost_at(1.0, False)] * 5, "Use it on hard motions: it loses at most 1.0 digits"),
         ([lost_at(3.0, True)] * 5, "Not where each digit counts on hard motions: it loses 3.0 digits"),
         ([lost_at(3.0, False)] * 5, None),  # a sweep that goes on may lose none

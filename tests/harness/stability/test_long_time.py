@@ -191,7 +191,9 @@ def test_the_interval_of_a_random_walk_holds_its_power(kind: str, power: float) 
     assert found["high"] - found["low"] < 0.5
 
 
-def a_run(energy: tuple[float, float], position: tuple[float, float], ulp: float, steps: float | None) -> dict[str, Any]:
+def a_run(
+    energy: tuple[float, float], position: tuple[float, float], ulp: float, steps: float | None
+) -> dict[str, Any]:
     """A run with these intervals of the powers and this energy error in ulp at the end."""
     (low, high), (below, above) = energy, position
     return {
