@@ -16,7 +16,6 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import sidecars
 from gnomon.harness.reporting.style import INK, QUIET, dressed, hues
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.stability.tiers import FEWEST
 
 ROW, WIDTH, CELL = 18, 170, 46
 """Pixels: the height of a row, the width of a column, and that of a cell."""
@@ -34,8 +33,7 @@ def stability(*folders: Path) -> dict[str, Any] | None:
         {"id": name, "title": title, **_rows([row for row in found["rows"] if row["panel"] == name])}
         for name, title in found["panels"].items()
     ]
-    made = {"panels": panels, "cards": _cards(found), "tier_cases": FEWEST}
-    return {"tiers": {}, "figures": {}} | found | made
+    return {"tiers": {}, "figures": {}} | found | {"panels": panels, "cards": _cards(found)}
 
 
 def _cards(found: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
