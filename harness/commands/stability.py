@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness.commands import options
@@ -84,14 +84,19 @@ def stability(
                 run.write(rows, depth, to)
     asked = {each.id for each in found}
     rows = [row for row in rows if row.integrator in asked and row.panel in chosen]
-    for name, each in chosen.items():
-        out.print(panel_table(each.title, [row for row in rows if row.panel == name]))
-    for what, found_tiers in run.tiers_of(rows).items():
-        for place, tier in enumerate(found_tiers["tiers"], 1):
-            out.print(escape(f"tier {place} by {what.replace('_', ' ')}: {', '.join(tier)}"), highlight=False)
+    _show(rows, {name: each.title for name, each in chosen.items()}, run.tiers_of(rows))
     if all(row.reason is not None for row in rows):
         problems.print("nothing was measured: no panel applies, or every integrator refused")
         raise typer.Exit(NOTHING)
+
+
+def _show(rows: Sequence[Row], titles: Mapping[str, str], tiers: Mapping[str, Any]) -> None:
+    """A table for each panel, then the tiers."""
+    for name, title in titles.items():
+        out.print(panel_table(title, [row for row in rows if row.panel == name]))
+    for what, found in tiers.items():
+        for place, tier in enumerate(found["tiers"], 1):
+            out.print(escape(f"tier {place} by {what.replace('_', ' ')}: {', '.join(tier)}"), highlight=False)
 
 
 def panel_table(title: str, rows: Iterable[Row]) -> Table:
