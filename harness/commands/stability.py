@@ -37,17 +37,13 @@ def stability(
     ] = None,
     update: Annotated[
         bool,
-        typer.Option(
-            "--update",
-            help="Keep what other revisions measured, make all sentences anew, and measure again the --panel that are named.",
-        ),
+        typer.Option("--update", help="Measure named panels of --out again, keep other rows, make sentences anew."),
     ] = False,
     workers: Annotated[int, typer.Option(help="Integrators at a time, each in a process.")] = 2,
 ) -> None:
     """Measure the numerical stability of integrators. Exit code 2 if nothing was measured.
 
-    The same command resumes an interrupted measurement that has --out; for other integrators it adds to the file. With
-    --update it keeps rows of other revisions.
+    The same command resumes an interrupted measurement that has --out; for other integrators it adds to the file.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup
