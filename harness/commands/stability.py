@@ -37,7 +37,7 @@ def stability(
     ] = None,
     update: Annotated[
         bool,
-        typer.Option("--update", help="Measure named panels of --out again, keep other rows, make sentences anew."),
+        typer.Option("--update", help="Measure named panels of --out again, and write all sentences anew."),
     ] = False,
     workers: Annotated[int, typer.Option(help="Integrators at a time, each in a process.")] = 2,
 ) -> None:
