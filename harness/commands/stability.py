@@ -78,8 +78,7 @@ def stability(
         finally:
             if to is not None and rows:
                 run.write(rows, depth, to)
-    asked = {each.id for each in found}
-    rows = [row for row in rows if row.integrator in asked and row.panel in chosen]
+    rows = [row for row in rows if row.integrator in {each.id for each in found} and row.panel in chosen]
     _show(rows, {name: each.title for name, each in chosen.items()}, run.tiers_of(rows))
     if all(row.reason is not None for row in rows):
         problems.print("nothing was measured: no panel applies, or every integrator refused")
