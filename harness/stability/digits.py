@@ -15,12 +15,10 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
-from gnomon.harness.scoring.score import moves
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.solving import within
-from gnomon.harness.stability.subjects import Budget, accepts, trials_of
+from gnomon.harness.stability.subjects import Budget, accepts, require_motion, trials_of
 from gnomon.harness.verification.trials import Trials
 
 CASES = (
@@ -258,8 +256,7 @@ def solved(trials: Trials, setting: float) -> tuple[Floats, int | None]:
     counted = trials.integrator.counts_rhs
     problem = trials.problem(counted=counted)
     ((solution, calls),) = trials.solved(problem, setting, [trials.start])
-    if moves(trials.reference) and validation.still(solution.states, trials.start[None]):
-        raise Refused(validation.DID_NOT_MOVE)
+    require_motion(trials, solution.states[0])
     errors = trials.scorer.metric.distance(solution.states[0], trials.reference.exact, trials.reference.times)
     return errors, calls if counted else None
 
