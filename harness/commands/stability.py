@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness.commands import options
@@ -35,6 +35,10 @@ def stability(
     to: Annotated[
         Path | None, typer.Option("--out", help="Write the result as JSON, and resume from it.", parser=options.as_path)
     ] = None,
+    update: Annotated[
+        bool,
+        typer.Option("--update", help="Measure named panels of --out again, and write all sentences anew."),
+    ] = False,
     workers: Annotated[int, typer.Option(help="Integrators at a time, each in a process.")] = 2,
 ) -> None:
     """Measure the numerical stability of integrators. Exit code 2 if nothing was measured.
@@ -47,12 +51,15 @@ def stability(
     from gnomon.harness.stability import run
 
     options.validate_workers(workers)
+    if update and to is None:
+        raise ValueError("--update: name the file with --out")
     run.seconds_of(depth)
     chosen = run.chosen_panels(panel)
     found = lookup.find_all(integrator)
     if to is not None:
         options.ensure_writable(to, "--out")
-    rows = run.kept(to, depth) if to is not None else []
+    again = {(each.id, name) for each in found for name in panel or ()} if update else None
+    rows = run.kept(to, depth, again) if to is not None else []
     written = monotonic()
 
     def add(row: Row) -> None:
@@ -71,16 +78,20 @@ def stability(
         finally:
             if to is not None and rows:
                 run.write(rows, depth, to)
-    asked = {each.id for each in found}
-    rows = [row for row in rows if row.integrator in asked and row.panel in chosen]
-    for name, each in chosen.items():
-        out.print(panel_table(each.title, [row for row in rows if row.panel == name]))
-    for what, found_tiers in run.tiers_of(rows).items():
-        for place, tier in enumerate(found_tiers["tiers"], 1):
-            out.print(escape(f"tier {place} by {what.replace('_', ' ')}: {', '.join(tier)}"), highlight=False)
+    rows = [row for row in rows if row.integrator in {each.id for each in found} and row.panel in chosen]
+    _show(rows, {name: each.title for name, each in chosen.items()}, run.tiers_of(rows))
     if all(row.reason is not None for row in rows):
         problems.print("nothing was measured: no panel applies, or every integrator refused")
         raise typer.Exit(NOTHING)
+
+
+def _show(rows: Sequence[Row], titles: Mapping[str, str], tiers: Mapping[str, Any]) -> None:
+    """A table for each panel, then the tiers."""
+    for name, title in titles.items():
+        out.print(panel_table(title, [row for row in rows if row.panel == name]))
+    for what, found in tiers.items():
+        for place, tier in enumerate(found["tiers"], 1):
+            out.print(escape(f"tier {place} by {what.replace('_', ' ')}: {', '.join(tier)}"), highlight=False)
 
 
 def panel_table(title: str, rows: Iterable[Row]) -> Table:

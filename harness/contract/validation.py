@@ -12,6 +12,8 @@ MOST = 2**53
 LEAST_SECONDS = 1e-11
 """Every right-hand side and every step takes more: this is a twentieth of a processor's cycle."""
 RESOLUTION_SECONDS = 1e-6
+DID_NOT_MOVE = "did not move: every sample equals the initial state"
+"""The reason of a refusal where the exact motion leaves its start."""
 TEXT = 300
 """Reasons are cut to this number of characters."""
 
@@ -56,6 +58,11 @@ def real_states(states: Any, shape: tuple[int, ...]) -> Floats:
         found = found.real
     with np.errstate(over="ignore"):  # a wider float beyond binary64 becomes infinite: status `diverged`
         return np.array(found, dtype=np.float64)
+
+
+def still(states: Floats, starts: Floats) -> bool:
+    """Whether states (n, times, dim) equal their start (n, dim) at all samples, from any of the starts."""
+    return bool(np.any(np.all(states == starts[:, np.newaxis], axis=(1, 2))))
 
 
 def count(value: Any, name: str) -> int:

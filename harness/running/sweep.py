@@ -15,7 +15,7 @@ from gnomon.harness.running.plan import Series, Suite, Trial, wants_first_use
 from gnomon.harness.running.worker import FEWEST_CALLS, Request, Task
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
-from gnomon.harness.scoring.score import Scorer
+from gnomon.harness.scoring.score import Scorer, moves
 from numpy.typing import NDArray
 
 TIMES_THE_LIMIT = 3.0
@@ -45,6 +45,7 @@ def task_of(series: Series, exact: ReferenceSolution) -> Task:
         exact.time_scale,
         exact.turned_starts,
         "",
+        moves=moves(exact),
     )
 
 

@@ -81,6 +81,8 @@ class Task:
     output: str
     memory_bytes: int = 2**34
     """Memory that the worker may allocate beyond what it has at its start."""
+    moves: bool = True
+    """Whether the exact motion leaves its start: a solution that does not is refused then."""
 
 
 @dataclass(frozen=True)
@@ -273,8 +275,8 @@ class _Series:
             validation.possible(rhs_calls, max(counted_seconds, scored.seconds), "right-hand sides")
             if others is not None and np.array_equal(scored.states, others) and np.all(np.isfinite(others)):
                 self._suspect(solver, scored.states)
-            if _did_nothing(scored, self.task.start, rhs_calls):
-                raise Refused(scored.solution.stopped or "returned the initial state without a step taken")
+            if _did_nothing(scored, self.task, rhs_calls):
+                raise Refused(scored.solution.stopped or validation.DID_NOT_MOVE)
             turned = self._turned(solver) if request.turned else None
             options = _options(solver)
         finally:
@@ -431,9 +433,11 @@ def _median(values: Iterable[float | None]) -> float | None:
     return float(np.median(known)) if known else None
 
 
-def _did_nothing(call: Call, start: Floats, rhs_calls: int | None) -> bool:
-    """Whether the call returned the initial state, without a right-hand side and without a step."""
-    return not rhs_calls and not call.solution.steps and bool(np.all(call.states == start))
+def _did_nothing(call: Call, task: Task, rhs_calls: int | None) -> bool:
+    """Whether the call returned the initial state where the exact motion leaves it; at an equilibrium, without a right-hand
+    side and without a step."""
+    worked = not task.moves and bool(rhs_calls or call.solution.steps)
+    return not worked and validation.still(call.states[np.newaxis], task.start[np.newaxis])
 
 
 def _options(solver: Solver) -> dict[str, str]:

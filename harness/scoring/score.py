@@ -287,6 +287,12 @@ def _diverged(reason: str) -> dict[str, Any]:
     return {"status": Status.DIVERGED, "reason": reason, "error_max": math.nan}
 
 
+def moves(reference: ReferenceSolution) -> bool:
+    """Whether an exact motion changes by more than rounding of its start can explain: an equilibrium does not."""
+    away = np.max(np.abs(reference.exact - reference.exact[0]) / reference.sizes)
+    return bool(away > CONDITIONED * np.max(reference.conditioning))
+
+
 def above_text(value: float, limit: float) -> str:
     """A value above a limit, with as many digits as the text needs to be above the limit, at least two."""
     texts = (f"{value:.{digits}g}" for digits in range(2, 17))

@@ -1,7 +1,8 @@
 """Digits that a method loses on hard variants beyond those that the problem loses, and the horizon of chaotic motions.
 
 The conditioning of a case is the effect of rounding its numbers. The digits lost by a method are log10 of its smallest
-error over the conditioning, 0 at least.
+error over the conditioning, 0 at least. They are claimed where the sweep has levelled off: elsewhere a tighter setting
+than its last one may lose fewer.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.solving import within
-from gnomon.harness.stability.subjects import Budget, accepts, trials_of
+from gnomon.harness.stability.subjects import Budget, accepts, require_motion, trials_of
 from gnomon.harness.verification.trials import Trials
 
 CASES = (
@@ -31,7 +32,7 @@ CASES = (
     "equilateral_three_body",
     "symmetric_top_torque_free",
 )
-"""So that the methods for gravitating and for rigid bodies have at least `tiers.FEWEST` of them too."""
+"""The methods for gravitating and for rigid bodies take three of them."""
 OTHERS = (
     "charge_in_E_and_B",
     "relativistic_charge",
@@ -54,18 +55,17 @@ INACCURATE = 0.1
 """An error above this, and above 10 times the conditioning, is a failure."""
 FEW = 2.0
 """Lost digits up to which a sentence recommends a method."""
+CASES_FEWEST = 5
+"""Cases that a recommendation rests on at least: variants of one case are not independent."""
+LAST, HALF = 2, 0.5
+"""A sweep has levelled off if its last settings do not reduce the smallest error to this part of that before them. Two of
+them reduce an error of truncation by four at least: they halve a step twice, or are a hundredth of a tolerance."""
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
     """What follows for one who chooses, from the data of `digits`."""
-    found, rows = [], data["variants"]
-    done = {name: row["lost"] for name, row in rows.items() if row["complete"] and not row["failed"]}
-    if done:
-        worst = max(done, key=lambda name: done[name])
-        how = "Use it" if data["median"] is not None and data["median"] <= FEW else "Not where each digit counts"
-        median = "more than it has" if data["median"] is None else f"{data['median']:.1f} digits"
-        found.append(f"{how} on hard motions: it loses {median} in the median of {data['complete']}, beyond those that the"
-                     f" problem loses, {done[worst]:.1f} on {worst}.")  # fmt: skip
+    rows = data["variants"]
+    found = _of_all(rows)
     found += _failures({name: row for name, row in rows.items() if row["failed"] and row["complete"]})
     for name, row in rows.items():
         horizon = None if row["failed"] and row["complete"] else row.get("horizon")
@@ -73,6 +73,39 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
             found.append(f"Not for {name} after {horizon:.2f} of its span: its error is then above {INACCURATE:g};"
                          f" that of rounding the start, after {row['horizon_of_problem']:.2f}.")  # fmt: skip
     return found
+
+
+def _of_all(rows: Mapping[str, Any]) -> list[str]:
+    """What is lost in the median, at most or at least where sweeps end before they level off."""
+    known = bounds(rows)
+    cases = len({name.partition("/")[0] for name in known})
+    if cases < CASES_FEWEST:
+        return []
+    least, most = (float(np.median([each[end] for each in known.values()])) for end in (0, 1))
+    if least <= FEW < most:
+        return []  # its sweeps end too early to say
+    how, median, bound = (
+        ("Use it", most, "at most ") if most <= FEW else ("Not where each digit counts", least, "at least ")
+    )
+    lost = "all digits" if math.isinf(median) else f"{bound if least < most else ''}{median:.1f} digits"
+    return [f"{how} on hard motions: it loses {lost} in the median of {len(known)} variants of {cases} cases, beyond those"
+            " that the problem loses."]  # fmt: skip
+
+
+def bounds(rows: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """By variant the digits lost at least and at most where the sweep was measured to its end, infinite for failures: of a
+    sweep that has not levelled off, a tighter setting than the last one may lose none."""
+    found = {}
+    for name, row in rows.items():
+        if row["complete"]:
+            most = math.inf if row["failed"] else float(row["lost"])
+            found[name] = (most if row.get("levelled") else 0.0, most)
+    return found
+
+
+def levelled(rows: Mapping[str, Any]) -> dict[str, float]:
+    """By variant the digits lost where the sweep has levelled off."""
+    return {name: most for name, (_, most) in bounds(rows).items() if rows[name].get("levelled")}
 
 
 def _failures(rows: Mapping[str, Any]) -> list[str]:
@@ -99,13 +132,15 @@ COLUMNS = (
 def marks(data: Mapping[str, Any]) -> list[Mark]:
     """The digits lost in the median and over all hard variants, the calls, and the horizons of chaotic motions."""
     found, rows = [], data["variants"]
-    values = [row["lost"] for row in rows.values() if row["complete"] and row["lost"] is not None]
-    failed = sum(bool(row["failed"] and row["complete"]) for row in rows.values())
-    if data["complete"]:
-        text = f"{failed} of {data['complete']} variants failed"
-        if values:
-            text += f", {min(values):.1f} to {max(values):.1f} digits lost on the others"
-        found.append(Mark("lost", data["median"], min(values, default=None), max(values, default=None), text))
+    known = bounds(rows)
+    failed = sum(math.isinf(most) for _, most in known.values())
+    if known:
+        low, high = (float(np.median([each[end] for each in known.values()])) for end in (0, 1))
+        text = f"{failed} of {len(known)} variants failed, {len(levelled(rows))} sweeps level off;"
+        text += (
+            f" in the median {low:.1f} digits are lost" if low == high else f" in the median {low:.1f} to {high:.1f}"
+        )
+        found.append(Mark("lost", low if low == high else None, low, high, text))
     for name, row in rows.items():
         if row["calls"]:
             found.append(Mark("calls", row["calls"], text=f"{name}: {row['calls']:.3g}"))
@@ -136,15 +171,7 @@ def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
         share = max(budget.left, 0.1 * seconds) / left
         if trials.settings:  # none of them is affordable over a span that is long for fixed steps
             rows[f"{name}/{variant}"] = lost(trials, share) | {"stresses": _stresses(name, variant)}
-    values = [math.inf if row["failed"] else row["lost"] for row in rows.values() if row["complete"]]
-    median = float(np.median(values)) if values else math.inf
-    return {
-        "variants": rows,
-        "of": len(known),
-        "median": median if math.isfinite(median) else None,
-        "complete": len(values),
-        "target": TARGET,
-    }
+    return {"variants": rows, "of": len(known), "target": TARGET}
 
 
 def hard_variants(integrator: Integrator) -> list[tuple[str, str]]:
@@ -175,8 +202,8 @@ def _stresses(name: str, variant: str) -> str:
 def lost(trials: Trials, seconds: float) -> dict[str, Any]:
     """The digits lost at the setting with the smallest error, from cheap settings to expensive ones while time is left.
 
-    `settings` of `of` were solved; of a sweep that is not `complete`, `lost` is an upper bound. `failed`: why no setting is
-    accurate; `lost` is then None, which counts as infinite in a complete sweep.
+    `settings` of `of` were solved; of a sweep that is not `complete` or not `levelled`, `lost` is an upper bound. `failed`:
+    why no setting is accurate; `lost` is then None.
     """
     conditioning, settings = trials.conditioning(), trials.settings
     points: list[tuple[int | None, float]] = []
@@ -207,19 +234,29 @@ def lost(trials: Trials, seconds: float) -> dict[str, Any]:
     }
     row |= {"lost": None, "failed": None, "calls": calls_at(points, TARGET)}
     if best is None:
-        return row | {"failed": refusal or "no setting has finite states"}
+        return row | {"failed": refusal or "no setting has finite states", "levelled": True}
     error = float(np.max(best))
+    row["levelled"] = error <= conditioning or levels_off([error for _, error in points])
     row |= {"error": error, "horizon": horizon(best), "horizon_of_problem": horizon(trials.reference.conditioning)}
     if error > max(INACCURATE, 10 * conditioning):
         return row | {"failed": f"its smallest error is {error:.2g}"}
     return row | {"lost": math.log10(max(1.0, error / conditioning))}
 
 
+def levels_off(errors: Sequence[float]) -> bool:
+    """Whether the last settings of a sweep, from cheap to expensive, hardly reduce the smallest error any more."""
+    return len(errors) > LAST and min(errors[-LAST:]) > HALF * min(errors[:-LAST])
+
+
 def solved(trials: Trials, setting: float) -> tuple[Floats, int | None]:
-    """The errors at the samples, and the calls of the right-hand side, None where the integrator does not count them."""
+    """The errors at the samples, and the calls of the right-hand side, None where the integrator does not count them.
+
+    Raises Refused for a solution that does not move, where the exact motion does.
+    """
     counted = trials.integrator.counts_rhs
     problem = trials.problem(counted=counted)
     ((solution, calls),) = trials.solved(problem, setting, [trials.start])
+    require_motion(trials, solution.states[0])
     errors = trials.scorer.metric.distance(solution.states[0], trials.reference.exact, trials.reference.times)
     return errors, calls if counted else None
 

@@ -18,7 +18,7 @@ from gnomon.cases.core.turning import Turning
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps
 from gnomon.harness.contract.status import Status
 from gnomon.harness.stability.panel import Column, Mark, panel
-from gnomon.harness.stability.subjects import Budget, subjects
+from gnomon.harness.stability.subjects import Budget, require_motion, subjects
 from gnomon.harness.verification.relation_claims import holds, later, related
 from gnomon.harness.verification.trials import Answer, Trials
 
@@ -131,6 +131,7 @@ def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
     plain = trials.whole(setting)
     if plain.states is None or not math.isfinite(plain.error):
         raise Refused(f"no plain solution of {trials.case.name} at {trials.named(setting)}: {plain.why}")
+    require_motion(trials, plain.states)
     budget = Budget(seconds)
     rows: dict[str, Any] = {}
     for name, build in related_problems().items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,8 @@ class Row:
     sentences: Sequence[str]
     marks: Sequence[Mapping[str, Any]] = ()
     """What the panel's figure shows of the integrator, see `Mark`."""
+    sources: str = ""
+    """The sources of gnomon that measured it, as in `environment.versions`."""
 
     @property
     def reason(self) -> str | None:
@@ -48,6 +50,14 @@ class Row:
             if word in self.data:
                 return f"{word.replace('_', ' ')}: {self.data[word]}"
         return None
+
+    def told(self) -> Row:
+        """The row with the sentences and marks that follow from its data."""
+        if self.reason is not None:
+            return self
+        panel = panels()[self.panel]
+        marks = [for_json(asdict(mark)) for mark in panel.marks(self.data)]
+        return replace(self, sentences=panel.sentences(self.data), marks=marks)
 
 
 @dataclass(eq=False)
@@ -64,18 +74,16 @@ class PanelsJob(Job):
         for name in self.pending:
             panel, began = panels()[name], time.process_time()
             data = panel.measured(self.integrator, self.seconds)
-            row = Row(self.integrator.id, name, round(time.process_time() - began, 3), data, [])
-            if row.reason is None:
-                marks = [for_json(asdict(mark)) for mark in panel.marks(data)]
-                row = replace(row, sentences=panel.sentences(data), marks=marks)
-            send(asdict(row))
+            seconds, sources = round(time.process_time() - began, 3), environment.sources()
+            send(asdict(Row(self.integrator.id, name, seconds, data, [], sources=sources).told()))
 
     def receive(self, message: Any) -> None:
         del self.pending[0]
         self.add(Row(**message))
 
     def lose(self, why: str) -> None:
-        self.add(Row(self.integrator.id, self.pending.pop(0), 0.0, {Status.REFUSED: why}, []))
+        data: dict[str, Any] = {Status.REFUSED: why}
+        self.add(Row(self.integrator.id, self.pending.pop(0), 0.0, data, [], sources=environment.sources()))
 
 
 def chosen_panels(names: Sequence[str] | None) -> dict[str, Panel]:
@@ -129,25 +137,31 @@ def measured(
     return sorted(rows, key=lambda row: (places[row.panel], order.index(row.integrator)))
 
 
-def kept(path: Path, depth: str) -> list[Row]:
-    """The rows of a file of `write` that still hold: those of integrators that come with gnomon.
+def kept(path: Path, depth: str, again: Set[tuple[str, str]] | None = None) -> list[Row]:
+    """The rows of a file of `write` that still hold, those of integrators that come with gnomon, with sentences made anew.
 
-    Raises ValueError if the file holds something else, or was made at another depth, by another revision or elsewhere.
+    With `again`, pairs of integrator and panel, they hold whatever revision measured them, except these pairs: of them
+    those of the present revision alone. Raises ValueError if the file holds something else, or was made at another depth
+    or elsewhere, or without `again` by another revision.
     """
     if not path.exists():
         return []
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-        own, rows = lookup.own(), [Row(**row) for row in found["rows"]]
+        own, made_by = lookup.own(), found["environment"]["sources"]
+        rows = [Row(**{"sources": made_by} | row) for row in found["rows"]]
         rows = [row for row in rows if row.integrator in own and row.panel in panels()]
-        made = found["schema"], found["depth"], found["environment"]
+        made, here = (found["schema"], found["depth"], found["environment"]), environment.describe()
     except (ValueError, TypeError, KeyError, RecursionError):
         raise ValueError(f"{path}: no result of `gnomon stability`; name another file with --out") from None
-    if made != (SCHEMA, depth, environment.describe()):
+    if again is not None and made[2].get("machine") == here["machine"]:
+        made = *made[:2], here
+        rows = [r for r in rows if (r.integrator, r.panel) not in again or r.sources == environment.sources()]
+    if made != (SCHEMA, depth, here):
         raise ValueError(
             f"{path}: measured at another depth, on another machine, or by other versions; name another file with --out"
         )
-    return rows
+    return [row.told() for row in rows]
 
 
 def write(rows: Sequence[Row], depth: str, path: Path) -> None:

@@ -8,8 +8,9 @@ state the error of these would decay too, and every method would look L-stable.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from math import cos, sin
 from typing import Any
 
@@ -17,6 +18,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SemiLinear, Values
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance
 from gnomon.harness.contract.problem import first_taken
+from gnomon.harness.registry.lookup import find_one
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.solving import multiples, processor_seconds, solved
 
@@ -35,6 +37,10 @@ PER_SECOND = (1, 2, 4, 8, 16, 32)
 STIFF_SPAN = 8
 ROUND_OFF = 1e-12
 """Smaller errors show no order: some ten times the round-off of a sum of terms that L makes large."""
+STIFF = ("gnomon:Radau IIA 5", "scipy:LSODA", "scipy:BDF")
+"""Methods made for stiff equations that come with gnomon and SciPy: the fewest calls of them are the measure of cost."""
+FACTOR = 10.0
+"""Times the fewest calls up to which a method is called suited to stiff decay."""
 REDUCED = 0.5
 """A measured order lower than the declared one by more is called reduced."""
 
@@ -76,7 +82,7 @@ def _at_fixed_steps(data: Mapping[str, Any]) -> list[str]:
     order, declared, steps = data["stiff_order"], data["declared"], f"{PER_SECOND[-1]} steps a second"
     if not data["stable"]:
         return [f"Not for stiff decay: errors above 1 at rate {VERY_FAST:g} with 1 to {steps}."]
-    found = [f"Use it for stiff decay: error {data['errors'][-1]:.2g} at rate {VERY_FAST:g} with {steps}."]
+    found = _cost(data.get("rows", []))
     if order is not None and declared is not None and order < declared - REDUCED:
         found.append(f"Not for its order {declared} on stiff decay: measured {order:.2f}.")
     return found
@@ -93,7 +99,7 @@ def _by_tolerance(data: Mapping[str, Any]) -> list[str]:
         steps = f"h rate = {first['h_rate']:.4g} a step" if first["h_rate"] else "stability limits its steps"
         calls = f", {first['calls_per_rate']:.2g} calls for a unit of rate times time" if first["calls"] else ""
         return [f"Not for stiff decay: {steps}{calls}."]
-    found = [f"Use it for stiff decay: its calls change as rate^{power:.2f}."]
+    found = _cost(data["rows"])
     for row in data["rows"]:
         if row["rate"] != VERY_FAST:
             continue
@@ -105,6 +111,23 @@ def _by_tolerance(data: Mapping[str, Any]) -> list[str]:
                 f" {row['worst']:.2g} at the worst sample, {row['last']:.2g} at the last."
             )
     return found
+
+
+def _cost(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The calls beside the fewest of `STIFF`. No recommendation follows from one equation: this says what was measured."""
+    if not rows or any(row.get("fewest") is None for row in rows):
+        return []
+    for row in rows:
+        if row["calls"] is None:
+            return [f"Not compared on stiff decay: {row['why']}."] if "why" in row else []
+    ratios = [row["calls"] / row["fewest"] for row in rows]
+    worst = max(range(len(rows)), key=lambda k: ratios[k])
+    row, rates = rows[worst], [row["rate"] for row in rows]
+    if ratios[worst] > FACTOR:
+        return [f"Not for stiff decay: {row['calls']} calls at rate {row['rate']:g}, tolerance {row['tolerance']:g}, where"
+                f" the best of {', '.join(STIFF)} takes {row['fewest']}."]  # fmt: skip
+    return [f"Suited to stiff decay, on one equation at rates {min(rates):g} to {max(rates):g}: at most"
+            f" {ratios[worst]:.2g} times the calls of the best of {', '.join(STIFF)}."]  # fmt: skip
 
 
 COLUMNS = (
@@ -147,6 +170,9 @@ def stiffness(integrator: Integrator, seconds: float) -> dict[str, Any]:
         power = math.log(work[1] / work[0]) / math.log(factor)
     if power is not None and power < FREE:
         rows += [row(integrator, VERY_FAST, tolerance) for tolerance in (LOOSE, TIGHT)]
+        rows = [each | {"fewest": fewest(each["rate"], each["tolerance"])} for each in rows]
+        if not integrator.counts_rhs:
+            rows = [each | {"why": "its calls are not counted"} for each in rows]
     return {"rows": rows, "power": power, "span": SPAN}
 
 
@@ -170,9 +196,34 @@ def row(integrator: Integrator, rate: float, tolerance: float) -> dict[str, Any]
     }
 
 
+@cache
+def fewest(rate: float, tolerance: float) -> int | None:
+    """The fewest calls of the methods `STIFF` over the span."""
+    counts = [row(find_one(name), rate, tolerance)["calls"] for name in STIFF]
+    return min((count for count in counts if count), default=None)
+
+
+def fixed_row(integrator: Integrator, rate: float) -> dict[str, Any]:
+    """The calls over the span with the fewest of `PER_SECOND` steps that have an error of `LOOSE`, None where none has it
+    or calls are not counted."""
+    error = math.nan
+    for count in PER_SECOND:
+        problem = problem_for(integrator, rate, multiples(STIFF_SPAN))
+        states = solved(integrator, problem, 1 / count, np.ones((1, 1))).states[0, :, 0]
+        error = float(np.max(np.abs(states - np.cos(problem.times))))
+        if error <= LOOSE:
+            break
+    found = {"rate": rate, "tolerance": LOOSE, "calls": None, "worst": error, "fewest": fewest(rate, LOOSE)}
+    if not integrator.counts_rhs:
+        return found | {"why": "its calls are not counted"}
+    if not error <= LOOSE:
+        return found | {"why": f"its error is {error:.2g} at rate {rate:g} with {count} steps a second"}
+    return found | {"calls": round(int(problem.buffer[-1]) * SPAN / STIFF_SPAN)}
+
+
 def fixed_steps(integrator: Integrator) -> dict[str, Any]:
     """The order of a method of fixed steps at h rate from 3e4 to 1e6, None if fewer than three errors are above round-off
-    or one is not below 1, and its errors."""
+    or one is not below 1, and its errors; for one that is stable `rows`, its calls."""
     problem = replace(problem_for(integrator, VERY_FAST, multiples(STIFF_SPAN)), counted=False)
     errors = []
     for count in PER_SECOND:
@@ -183,7 +234,11 @@ def fixed_steps(integrator: Integrator) -> dict[str, Any]:
     order, declared = None, integrator.order
     if stable and len(points) > 2:
         order = -float(np.polyfit([x for x, _ in points], [y for _, y in points], 1)[0])
-    return {"stable": stable, "stiff_order": order, "declared": declared, "errors": errors, "per_second": PER_SECOND}
+    rows = [fixed_row(integrator, rate) for rate in (RATE, FAST, VERY_FAST)] if stable else []
+    return {
+        "stable": stable, "stiff_order": order, "declared": declared, "errors": errors, "per_second": PER_SECOND,
+        "rows": rows,
+    }  # fmt: skip
 
 
 def problem_for(integrator: Integrator, rate: float, times: Any) -> Problem:

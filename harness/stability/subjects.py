@@ -6,9 +6,11 @@ import time
 from collections.abc import Sequence
 
 from gnomon.cases.core.registry import get, names
+from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.scoring.score import moves
 from gnomon.harness.verification.trials import DEPTHS, Trials
 
 
@@ -38,6 +40,12 @@ def accepts(integrator: Integrator, name: str, variant: str | None = None) -> bo
 def trials_of(integrator: Integrator, name: str, variant: str | None = None) -> Trials:
     """The trials of an integrator on a case. The reference solutions of default variants come with the package."""
     return Trials.of(integrator, CaseSpec.of(get(name, variant).rounded()), DEPTHS["normal"])
+
+
+def require_motion(trials: Trials, states: Floats) -> None:
+    """Raises Refused for states (64, dim) that all equal the start, where the exact motion leaves it."""
+    if moves(trials.reference) and validation.still(states[None], trials.start[None]):
+        raise Refused(validation.DID_NOT_MOVE)
 
 
 def subjects(integrator: Integrator, preferred: Sequence[str], all_of_them: bool = False) -> list[Trials]:

@@ -19,8 +19,9 @@ import numpy as np
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
+from gnomon.harness.contract import validation
 from gnomon.harness.contract.declared import declared
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, solver_of
 from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.measured_rows import publish
@@ -117,7 +118,7 @@ def possible(low: float, high: float) -> list[str]:
 def energy_errors(subject: Subject) -> tuple[Floats, Floats]:
     """Times in periods (SAMPLES,) and |energy / initial energy - 1| (starts, SAMPLES), in extended precision."""
     case = get(subject.case, **subject.parameters).rounded()
-    times, start, states = trajectories(subject, case, lookup.own()[subject.integrator])
+    times, start, states, _ = trajectories(subject, case, lookup.own()[subject.integrator])
     return times / period_of(case), relative_drift(case, start, states)
 
 
@@ -129,10 +130,12 @@ def relative_drift(case: Case, start: Floats, states: Floats) -> Floats:
     return np.asarray(np.abs(value(states) / value(start)[:, None] - 1), dtype=np.float64)
 
 
-def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[Floats, Floats, Floats]:
-    """Times (samples,), starts (starts, dim) and the states that the integrator reaches (starts, samples, dim).
+def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[Floats, Floats, Floats, float | None]:
+    """Times (samples,), starts (starts, dim), the states that the integrator reaches (starts, samples, dim), and the
+    number of its steps from a start, None where it does not count them.
 
-    Start number k is the case's initial state times 1 - k/64. Raises RuntimeError if an integration ends early.
+    Start number k is the case's initial state times 1 - k/64. Raises RuntimeError if an integration ends early, Refused
+    if a solution equals its start at all samples.
     """
     form = accepted_form(case, integrator.accepts)
     assert form is not None
@@ -146,7 +149,7 @@ def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[
         setting = interval / max(1, round(setting * subject.periods / subject.samples))
     solver = solver_of(integrator, problem, setting)
     start = initial_state(case) * (1 - np.arange(subject.starts)[:, None] / 64)
-    state, found = start, []
+    state, found, steps = start, [], []
     try:
         for _ in range(subject.parts):
             solutions = []
@@ -158,10 +161,15 @@ def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[
             if stopped:
                 raise RuntimeError(f"{integrator.id} stopped: {stopped[0]}")
             found.append(np.concatenate([solution.states for solution in solutions]))
+            steps += [solution.steps for solution in solutions]
             state = found[-1][:, -1]
     finally:
         solver.close()
-    return whole, start, np.concatenate(found, axis=1)
+    states = np.concatenate(found, axis=1)
+    if validation.still(states, start):
+        raise Refused(validation.DID_NOT_MOVE)
+    counted = [each for each in steps if each is not None]
+    return whole, start, states, sum(counted) / len(start) if len(counted) == len(steps) else None
 
 
 def period_of(case: Case) -> float:

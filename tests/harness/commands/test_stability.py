@@ -102,3 +102,46 @@ def test_wrong_usage_is_one_line(words: list[str], message: str, capfd: pytest.C
 def test_nothing_measured_is_exit_code_2(capfd: pytest.CaptureFixture[str]) -> None:
     assert gnomon("stability", "--integrator", "gnomon:DOP853", "--panel", "linear") == 2
     assert "nothing was measured" in capfd.readouterr().err
+
+
+def test_an_update_measures_named_panels_again_keeps_the_others_and_makes_all_sentences_anew(tmp_path: Path) -> None:
+    """Of a file that another revision wrote; changed seconds show which rows were kept."""
+    file = tmp_path / "stability.json"
+    words = ["--integrator", "gnomon:RK4", "--integrator", "gnomon:Heun", "--out", str(file)]
+    panels = ["--panel", "linear", "--panel", "stiffness"]
+    assert gnomon("stability", *words, *panels) == 0
+    whole = json.loads(file.read_text())
+    for row in whole["rows"]:
+        del row["sources"]  # as in files of before
+        row |= {"seconds": 123.0, "sentences": ["Use it for all."]}
+    whole["environment"] |= {"sources": "0", "numpy": "0"}
+    file.write_text(json.dumps(whole))
+    assert gnomon("stability", *words, *panels) == 2, "another revision measured it"
+
+    def kept() -> set[tuple[str, str]]:
+        rows = json.loads(file.read_text())["rows"]
+        assert not any("Use it for all." in row["sentences"] for row in rows)
+        assert all(row["sentences"] for row in rows)
+        return {(row["integrator"], row["panel"]) for row in rows if row["seconds"] == 123.0}
+
+    every = {(name, panel) for name in ("gnomon:RK4", "gnomon:Heun") for panel in ("linear", "stiffness")}
+    again = ["--update", "--panel", "linear"]
+    assert gnomon("stability", "--integrator", "gnomon:RK4", *again, "--out", str(file)) == 0
+    assert kept() == every - {("gnomon:RK4", "linear")}
+    assert gnomon("stability", *words, *again) == 0
+    assert kept() == {(name, panel) for name, panel in every if panel == "stiffness"}
+    measured_now = file.read_bytes()
+    assert gnomon("stability", *words, *again) == 0
+    assert file.read_bytes() == measured_now, "what this revision measured is kept: an interrupted update resumes"
+
+
+def test_an_update_of_another_machine_is_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "stability.json"
+    assert measured(file, "gnomon:RK4") == 0
+    whole = json.loads(file.read_text())
+    whole["environment"]["machine"] = "another"
+    file.write_text(json.dumps(whole))
+    assert gnomon("stability", "--integrator", "gnomon:RK4", "--update", "--out", str(file)) == 2
+    assert "another machine" in capfd.readouterr().err
+    assert gnomon("stability", "--update") == 2
+    assert "name the file with --out" in capfd.readouterr().err

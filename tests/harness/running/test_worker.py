@@ -278,14 +278,18 @@ def test_more_right_hand_sides_than_a_processor_can_do_are_named(count: int, sec
 
 
 @pytest.mark.parametrize(
-    ("rhs_calls", "steps", "change", "nothing_done"),
-    [(0, 0, 0.0, True), (None, None, 0.0, True), (4, 0, 0.0, False), (None, 1, 0.0, False), (0, 0, 1.0, False)],
-)
-def test_a_call_without_steps_that_returns_the_start_did_nothing(
-    rhs_calls: int | None, steps: int | None, change: float, nothing_done: bool
+    ("rhs_calls", "steps", "change", "moves", "nothing_done"),
+    [
+        (0, 0, 0.0, True, True), (4, 0, 0.0, True, True), (None, 1, 0.0, True, True), (0, 0, 1.0, True, False),
+        (0, 0, 0.0, False, True), (None, None, 0.0, False, True), (4, 0, 0.0, False, False), (None, 1, 0.0, False, False),
+    ],
+)  # fmt: skip
+def test_a_call_that_returns_the_start_did_nothing_whatever_it_counts_unless_the_start_is_an_equilibrium(
+    rhs_calls: int | None, steps: int | None, change: float, moves: bool, nothing_done: bool
 ) -> None:
     call = SimpleNamespace(solution=SimpleNamespace(steps=steps), states=np.tile(START + change, (64, 1)))
-    assert worker._did_nothing(call, START, rhs_calls) is nothing_done  # type: ignore[arg-type]
+    task = SimpleNamespace(start=START, moves=moves)
+    assert worker._did_nothing(call, task, rhs_calls) is nothing_done  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("compiling", "made"), [(0, 1), (1, 2), (2, 3), (9, 3)])

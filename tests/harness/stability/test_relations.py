@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Integrator, Steps
 from gnomon.harness.registry.lookup import find_one
 from gnomon.harness.stability.relations import TEXTS, compared, related_problems, relations, returned, usual
@@ -158,3 +159,8 @@ def test_a_charge_has_the_relations_that_its_case_declares_and_events_have_none(
     assert data["case"] == "charge_in_E_and_B"
     assert {"length_binary", "mirrored", "clock"} <= set(data["relations"])
     assert "not_applicable" in relations.measured(find_one("gnomon:RK4 [events]"), 1.0)
+
+
+def test_a_method_that_does_not_move_is_refused_and_is_not_called_independent_of_the_clock() -> None:
+    data = relations.measured(made(lambda f, t, y, h: 1.0 * y), 0.1)
+    assert data == {"refused": validation.DID_NOT_MOVE}

@@ -12,7 +12,17 @@ from gnomon.harness.contract.integrator import Integrator, Steps
 from gnomon.harness.registry import lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.stability.linear_problems import problem_for
-from gnomon.harness.stability.resonance import fastest, predicted, resonance, resonance_at, runs, window_around
+from gnomon.harness.stability.resonance import (
+    TRIALS,
+    fastest,
+    grows,
+    predicted,
+    resonance,
+    resonance_at,
+    runs,
+    tried_below,
+    window_around,
+)
 from gnomon.harness.stability.step_matrix import StepMatrix
 from gnomon.harness.verification.doors import from_step
 
@@ -79,9 +89,44 @@ def test_a_method_that_damps_has_no_resonance() -> None:
 def test_the_linear_chain_fails_at_the_predicted_step(name: str) -> None:
     """From 1.00 to 1.05: just above the limit the growth in 2048 steps is too small to show."""
     found = measured(lookup.own()[f"gnomon:{name}"])
-    (row,) = [row for row in found["limits"] if row["nearly_linear"]]
+    (row,) = [row for row in found["limits"] if row["linear"]]
     assert 1 / row["ratio_step"] <= row["ratio"] <= 1.05
-    assert any("small_vibrations_3dof_chain" in text for text in resonance.sentences(found))
+
+
+CHAIN = "small_vibrations_3dof_chain"
+
+
+@pytest.mark.parametrize(("name", "frequency"), [("RK4", math.sqrt(8)), ("Störmer-Verlet", 2.0)])
+def test_a_recommended_step_is_below_the_first_limit_and_was_tried(name: str, frequency: float) -> None:
+    """The fastest frequency of the chain is sqrt(2 + sqrt 2)."""
+    found = measured(lookup.own()[f"gnomon:{name}"], 8.0)
+    (row,) = [row for row in found["limits"] if row["trial"]]
+    limit, up_to = frequency / math.sqrt(2 + math.sqrt(2)), row["trial"]["up_to"]
+    assert 0.99 * limit < up_to < limit
+    assert row["trial"] == {"up_to": up_to, "tried": TRIALS, "grows_at": None}
+    (said,) = [text for text in resonance.sentences(found) if CHAIN in text]
+    assert said.startswith(f"Use it on {CHAIN} up to h = {up_to:.3g}, below")
+    untried = row | {"trial": row["trial"] | {"tried": TRIALS - 1}}
+    assert not any(CHAIN in text for text in resonance.sentences(found | {"limits": [untried]}))
+
+
+@pytest.mark.parametrize(
+    ("name", "step"), [("Störmer-Verlet", 1.085), ("RK4", 1.535), ("Kahan-Li 8", 1.687), ("Blanes-Moan 4", 1.7135)]
+)
+def test_a_step_beyond_a_limit_or_in_a_tongue_grows(name: str, step: float) -> None:
+    assert grows(lookup.own()[f"gnomon:{name}"], cases.get(CHAIN).rounded(), step)
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"), [("Störmer-Verlet", 1.1), ("RK4", 1.56), ("Kahan-Li 8", 2.21), ("Blanes-Moan 4", 2.75)]
+)
+def test_a_limit_that_is_too_high_is_caught_by_the_trial(name: str, wrong: float) -> None:
+    """These are first steps that fail, on a grid of 2 % that jumps over tongues."""
+    trial = tried_below(lookup.own()[f"gnomon:{name}"], cases.get(CHAIN).rounded(), wrong, 60.0)
+    assert trial["grows_at"] is not None
+    row = {"case": CHAIN, "predicted": wrong, "trial": trial, "ratio": None}
+    (said,) = resonance.sentences({"resonances": [], "scan": None, "limits": [row]})
+    assert said.startswith(f"Not for {CHAIN} at h = ")
 
 
 def test_the_fastest_frequency_of_the_pendulum_is_that_of_its_lowest_point() -> None:

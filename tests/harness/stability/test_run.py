@@ -80,7 +80,8 @@ def test_the_json_names_its_schema_the_revision_and_the_machine(quick: None) -> 
 
 def test_tiers_compare_the_methods_that_were_measured() -> None:
     def row(method: str, lost: float) -> run.Row:
-        variants = {f"case{k}/hard": {"lost": lost, "calls": None, "complete": True} for k in range(7)}
+        one = {"lost": lost, "failed": None, "calls": None, "complete": True, "levelled": True}
+        variants = {f"case{k}/hard": one for k in range(8)}
         return run.Row(method, "digits", 0.0, {"variants": variants}, [])
 
     refused = run.Row("none", "digits", 0.0, {"refused": "no"}, [])

@@ -13,7 +13,7 @@ from gnomon.harness.contract.integrator import Integrator, Tolerance
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.registry import lookup
-from gnomon.harness.stability.stiffness import FREE, LOOSE, RATE, VERY_FAST, row, stiffness
+from gnomon.harness.stability.stiffness import FREE, LOOSE, RATE, VERY_FAST, fixed_row, row, stiffness
 from gnomon.harness.verification.doors import from_solve, from_step
 
 PAIRS = ("Bogacki-Shampine 3(2)", "Dormand-Prince 5(4)", "Tsitouras 5(4)", "Verner 6(5)", "DOP853")
@@ -86,6 +86,42 @@ def test_explicit_methods_of_fixed_steps_are_not_for_stiff_decay() -> None:
 
 def test_methods_without_first_order_equations_are_not_measured() -> None:
     assert "first order" in stiffness.measured(lookup.own()["gnomon:Störmer-Verlet"], 2.0)["not_applicable"]
+
+
+def a_row(rate: float, calls: int | None, fewest: int = 200, **more: str) -> dict[str, Any]:
+    return {"rate": rate, "tolerance": LOOSE, "calls": calls, "steps": None, "h_rate": None, "calls_per_rate": None,
+            "last": 1e-5, "worst": 1e-5, "fewest": fewest} | more  # fmt: skip
+
+
+def test_a_method_whose_calls_fall_with_the_rate_is_not_suited_where_they_are_many() -> None:
+    """Fast Gauss: 323,208 calls at rate 1e3, where Radau takes 463; from 1e4 on it is Radau."""
+    rows = [a_row(1e3, 323_208), a_row(1e4, 38_976), a_row(1e6, 46_632)]
+    (said,) = stiffness.sentences({"rows": rows, "power": -0.92})
+    assert said.startswith("Not for stiff decay: 323208 calls at rate 1000")
+
+
+def test_a_method_is_suited_only_where_its_calls_are_near_the_fewest_at_every_rate() -> None:
+    (said,) = stiffness.sentences({"rows": [a_row(1e3, 463), a_row(1e4, 434), a_row(1e6, 427)], "power": -0.03})
+    assert said.startswith("Suited to stiff decay, on one equation at rates 1000 to 1e+06: at most 2.3 times")
+    (said,) = stiffness.sentences({"rows": [a_row(1e3, 463), a_row(1e4, 434), a_row(1e6, 6368)], "power": -0.2})
+    assert said.startswith("Not for stiff decay: 6368 calls at rate 1e+06")
+    (said,) = stiffness.sentences({"rows": [a_row(1e3, None, why="its calls are not counted")], "power": 0.0})
+    assert said == "Not compared on stiff decay: its calls are not counted."
+
+
+def test_no_sentence_recommends_a_method_from_one_equation() -> None:
+    for name in ("gnomon:Radau IIA 5", "gnomon:Gauss 4-stage"):
+        said = stiffness.sentences(measured(lookup.own()[name]))
+        assert any(text.startswith("Suited to stiff decay, on one equation") for text in said)
+        assert not any(text.startswith("Use it") for text in said)
+
+
+def test_calls_of_fixed_steps_are_those_of_the_fewest_steps_with_the_error() -> None:
+    """Implicit midpoint has an error of 2.4e-4 with the most steps that are measured: no number of calls."""
+    row = fixed_row(lookup.own()["gnomon:Gauss 8-stage"], VERY_FAST)
+    assert row["worst"] <= LOOSE
+    assert 0 < row["calls"] < 10 * row["fewest"]
+    assert fixed_row(lookup.own()["gnomon:Implicit midpoint"], VERY_FAST)["calls"] is None
 
 
 def test_a_slow_method_is_measured_at_a_smaller_second_rate() -> None:
