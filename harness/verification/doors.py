@@ -61,7 +61,8 @@ def from_solve(
 
     With a `sweep` of Steps the last argument is the step size. `dense_order`: the order of the interpolant from which the
     states at `times` come, 0 where it is not known; None if steps end there. A solver that gives up raises
-    `gnomon.verify.Refused`, or returns nan for what it did not reach.
+    `gnomon.verify.Refused`, or returns nan for what it did not reach. What else `Integrator` declares is set afterwards, as
+    `type(mine).compensated = True`: each call makes a class of its own.
     Raises ValueError for a wrong declaration.
     """
     accepts = (SecondOrder,) if accelerations else (FirstOrder,)
@@ -71,7 +72,7 @@ def from_solve(
     return _made(_Solved, declared | more | {"function": staticmethod(solve)})
 
 
-class _Door(Integrator):
+class Door(Integrator):
     """What both doors share: solutions from several starts, one after the other."""
 
     function: ClassVar[Callable[..., Any]]
@@ -100,7 +101,7 @@ class _Door(Integrator):
         """Write the states at the samples into `out` (n, dim); returns the number of steps, None where unknown."""
 
 
-class Stepped(_Door):
+class Stepped(Door):
     """A method of one step: its global order is that of the error of a step, less one."""
 
     def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
@@ -117,7 +118,7 @@ class Stepped(_Door):
         return steps
 
 
-class _Solved(_Door):
+class _Solved(Door):
     def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
         found = np.asarray(type(self).function(f, problem.t0, y, problem.times.copy(), setting))
         if found.shape != out.shape:
@@ -146,7 +147,7 @@ def right_hand_side(problem: Problem) -> RightHandSide:
     return f
 
 
-def _made(base: type[_Door], attributes: dict[str, Any]) -> Integrator:
+def _made(base: type[Door], attributes: dict[str, Any]) -> Integrator:
     """An instance of a new class that belongs to the module of the user's call: worker processes find it there by id."""
     module = sys._getframe(2).f_globals.get("__name__", "__main__")
     kind = type(base.__name__.strip("_"), (base,), attributes | {"__module__": module})
