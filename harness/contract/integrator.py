@@ -165,7 +165,7 @@ class Integrator(ABC):
     1. `prepare(problem, setting)` is not timed: build, compile, switch off what is not needed. It sees no initial
        state.
     2. It returns a plain function `solve`, which is timed: it takes copies of initial states, float64 (n, dim), and
-       returns a Solution.
+       returns a Solution. It changes neither these nor the arrays of the problem.
     3. Or it returns a `Solver`, where an engine has options, is to be reset before each call, or holds what must be freed.
     4. Raise `Refused` for a problem or setting that it declines. Any other exception is status `crashed`.
     5. `counts_rhs` is False where the library has its own equations: right-hand sides are then not counted.
@@ -190,6 +190,8 @@ class Integrator(ABC):
     group (attitude), the constraint."""
     jacobian: str = "exact"
     """How the method gets Jacobians: exact, which includes none, or differences (of one side or both)."""
+    compensated: ClassVar[bool] = False
+    """Whether its sums over steps are compensated, so that their rounding does not grow with the number of steps."""
     primary: ClassVar[bool] = True
     """False for a near-duplicate method: a suite runs it only on the default variants, in one launch, unless it is
     named."""

@@ -62,6 +62,7 @@ _RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
     "accepts": (_kinds, "it is a tuple of the forms that it takes, as (FirstOrder,)"),
     "sweep": (lambda value: isinstance(value, Tolerance | Steps), "it is a Tolerance(...) or a Steps(...)"),
     "counts_rhs": (lambda value: isinstance(value, bool), "it is True or False"),
+    "compensated": (lambda value: isinstance(value, bool), "it is True or False"),
     "primary": (lambda value: isinstance(value, bool), "it is True or False"),
     "jacobian": (lambda value: value in ("exact", "differences"), "it is exact or differences"),
     "conserves": (

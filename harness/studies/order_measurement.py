@@ -37,7 +37,7 @@ def measure_order(integrator: Integrator, case: Case, most_steps: int = 300_000)
         states = integrator.prepare(problem, h)(start.copy()).states[0]
         steps.append(h)
         errors.append(float(np.max(case.metric.distance(states, exact, case.times))))
-        summed = 1 if getattr(integrator, "compensated", False) else count * len(case.times)
+        summed = 1 if integrator.compensated else count * len(case.times)
         floors.append(attainable * math.sqrt(summed))
         if errors[-1] < floors[-1]:
             break

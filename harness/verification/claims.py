@@ -67,6 +67,8 @@ class Claim:
     verify: Callable[[Trials], Finding]
     hard: bool = False
     """Whether it is verified on hard variants; the others on default variants."""
+    once: bool = False
+    """Whether it is verified on the first case only, as another would show the same."""
 
     def check(self, trials: Trials) -> Finding:
         """Passed, failed or not applicable. An exception of the integrator is a failure that names it."""
@@ -83,7 +85,7 @@ class Claim:
 
 
 def claim(
-    name: str, applies: Callable[[Trials], str | None] = lambda trials: None
+    name: str, applies: Callable[[Trials], str | None] = lambda trials: None, once: bool = False
 ) -> Callable[[Callable[[Trials], Finding]], Claim]:
     """A decorator: the function verifies the claim of this name."""
-    return lambda verify: Claim(name, **TEXTS[name], applies=applies, verify=verify)
+    return lambda verify: Claim(name, **TEXTS[name], applies=applies, verify=verify, once=once)

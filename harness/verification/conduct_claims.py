@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Refused, solver_of
-from gnomon.harness.verification.claims import Finding, claim, failed, passed
+from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import same_solution
 from gnomon.harness.verification.trials import Floats, Trials
 
 FAR = 2.0**-10
 """Relative distance of another start: its solution differs in most bits."""
+DIFFERENCES, POLYNOMIAL = 8, 1e-10
+"""Differences of samples of so high an order are rounding only where the motion is a polynomial of a lower degree."""
 IMPOSSIBLE = (0.0, -1e-3, math.nan)
 """Settings that are no step size and no tolerance."""
 
@@ -25,7 +29,7 @@ def _other(trials: Trials) -> Floats:
 @claim("repeatable")
 def _repeatable(trials: Trials) -> Finding:
     first, second = (trials.solutions(trials.problem(), trials.usual(), [trials.start])[0] for _ in range(2))
-    return _same(trials, first, second, "two preparations from one start")
+    return same_bits(trials, first, second, "two preparations from one start")
 
 
 @claim("history")
@@ -33,12 +37,28 @@ def _history(trials: Trials) -> Finding:
     """A solution before and after solutions from another start and at another setting."""
     setting = trials.usual()
     first, _, again = trials.solutions(trials.problem(), setting, [trials.start, _other(trials), trials.start])
-    found = _same(trials, first, again, "one start before and after another")
+    found = same_bits(trials, first, again, "one start before and after another")
     if found.expected:
         return found
     trials.solutions(trials.problem(), trials.settings[0], [_other(trials)])
     (fresh,) = trials.solutions(trials.problem(), setting, [trials.start])
-    return _same(trials, first, fresh, "one start before and after another setting")
+    return same_bits(trials, first, fresh, "one start before and after another setting")
+
+
+@claim("start_kept")
+def _start_kept(trials: Trials) -> Finding:
+    """The arrays that it is given hold the same bits after the call."""
+    problem, given = trials.problem(), trials.start[None].copy()
+    with closing(solver_of(trials.integrator, problem, trials.usual())) as solve:
+        solve(given)
+    before = trials.problem()
+    pairs = {"initial states": (trials.start, given[0]), "times": (before.times, problem.times)}
+    pairs["parameters"] = (before.parameters, problem.parameters)
+    for what, (right, left) in pairs.items():
+        if not np.array_equal(right, left, equal_nan=True):
+            apart = float(np.max(np.abs(right - left)))
+            return failed(trials.named(trials.usual()), f"the same {what} after the call", f"changed by {apart:.2g}")
+    return passed()
 
 
 @claim("aliasing")
@@ -49,7 +69,7 @@ def _aliased(trials: Trials) -> Finding:
     returned = solve(trials.start[None].copy()).states
     kept = np.array(returned)
     solve(_other(trials)[None].copy())
-    return _same(trials, kept[0], np.asarray(returned)[0], "states returned by an earlier call")
+    return same_bits(trials, kept[0], np.asarray(returned)[0], "states returned by an earlier call")
 
 
 def _smooth(trials: Trials) -> str | None:
@@ -66,7 +86,7 @@ def _ensemble(trials: Trials) -> Finding:
     return same_solution(trials, together, "the second of two starts")
 
 
-def _same(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
+def same_bits(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
     if np.array_equal(first, second, equal_nan=True):
         return passed()
     different = int(np.argmax(np.any(first != second, axis=1)))
@@ -76,13 +96,41 @@ def _same(trials: Trials, first: Floats, second: Floats, what: str) -> Finding:
     )
 
 
-def _answers(trials: Trials) -> str | None:
+def answers(trials: Trials) -> str | None:
     """An integrator that has no solution at all says nothing by having none for bad input."""
     answer = trials.whole(trials.usual())
     return None if answer.states is not None else f"no solution at {trials.named(answer.setting)}: {answer.why}"
 
 
-@claim("bad_start", _answers)
+def _tolerance(trials: Trials) -> str | None:
+    if trials.steps:
+        return "its setting is a step size"
+    if trials.case.hybrid is not None:
+        return "between events a motion may be a polynomial, which is exact at any tolerance"
+    return answers(trials)
+
+
+@claim("tolerance_effect", _tolerance)
+def _tolerance_effect(trials: Trials) -> Finding:
+    """The states at the loosest and the tightest tolerance; where samples end all steps, of the last sample alone."""
+    solved = [answer for answer in trials.answers() if not answer.declined]
+    if len(solved) < 2:
+        return not_applicable("fewer than two tolerances have a solution")
+    loose, tight = solved[0], solved[-1]
+    assert loose.states is not None
+    assert tight.states is not None
+    if not np.array_equal(loose.states, tight.states):
+        return passed()
+    if np.max(np.abs(np.diff(trials.reference.exact / trials.reference.sizes, DIFFERENCES, axis=0))) < POLYNOMIAL:
+        return not_applicable("the motion is a polynomial, which may be exact at any tolerance")
+    last = replace(trials.problem(), times=trials.problem().times[-1:])
+    first, second = (trials.solutions(last, answer.setting, [trials.start])[0] for answer in (loose, tight))
+    if not np.array_equal(first, second):
+        return passed()
+    return failed(f"tolerances {loose.setting:g} and {tight.setting:g}", "states that differ", "the same bits")
+
+
+@claim("bad_start", answers)
 def _bad_start(trials: Trials) -> Finding:
     for value in (math.nan, math.inf):
         try:  # at the cheapest setting: an implicit method makes all its iterations in every step
@@ -94,7 +142,7 @@ def _bad_start(trials: Trials) -> Finding:
     return passed()
 
 
-@claim("bad_setting", _answers)
+@claim("bad_setting", answers)
 def _bad_setting(trials: Trials) -> Finding:
     for setting in IMPOSSIBLE:
         kind = "step size" if trials.steps else "tolerance"

@@ -242,7 +242,7 @@ class Trials:
         try:
             for start in starts:
                 before = problem.buffer[-1]
-                found.append((self._called(solver, problem, start), int(problem.buffer[-1] - before)))
+                found.append((self.called(solver, problem, start), int(problem.buffer[-1] - before)))
         finally:
             solver.close()
         return found
@@ -255,7 +255,8 @@ class Trials:
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric
             return self.scorer.metric.distance(states, exact)
 
-    def _called(self, solver: Solver, problem: Problem, start: Floats) -> Solution:
+    def called(self, solver: Solver, problem: Problem, start: Floats) -> Solution:
+        """What a solver returns for one start."""
         if solver.reset is not None:
             solver.reset()
         return validation.checked(solver(start[None].copy()), (1, len(problem.times), problem.dimension))

@@ -21,6 +21,7 @@ from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.verification import (
     conduct_claims,
     convergence_claims,
+    equation_claims,
     event_claims,
     quadrature_claim,
     relation_claims,
@@ -31,7 +32,9 @@ from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 
 from gnomon import cases
 
-_MODULES = (convergence_claims, quadrature_claim, structure_claims, relation_claims, conduct_claims, event_claims)
+_MODULES = (
+    convergence_claims, quadrature_claim, structure_claims, relation_claims, conduct_claims, equation_claims, event_claims
+)  # fmt: skip
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
 CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS if name != TIME}
 """All claims about one integrator by id, from the most telling."""
@@ -124,8 +127,14 @@ def planned(
         raise ValueError(f"no depth is called {depth!r}; {nearest(depth, DEPTHS)}")
     ids = _claim_ids(claims)
     chosen = [case.rounded() for case in _cases(integrator, names, DEPTHS[depth])]
-    found = [(case, [i for i in ids if CLAIMS[i].hard == (case.variant is not None)]) for case in chosen]
+    first = next((case for case in chosen if case.variant is None), None)
+    found = [(case, [i for i in ids if _made(CLAIMS[i], case, first)]) for case in chosen]
     return [(case, ids) for case, ids in found if ids]
+
+
+def _made(claim: Claim, case: Case, first: Case | None) -> bool:
+    """Whether a claim is made on a case; `first` is the first default variant."""
+    return claim.hard == (case.variant is not None) and (case is first or not claim.once)
 
 
 def _claim_ids(given: Sequence[str] | None) -> list[str]:

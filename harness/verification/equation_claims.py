@@ -1,0 +1,220 @@
+"""Claims on equations of their own: that end, that follow others, with more variables, with sums whose result is known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import replace
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
+from gnomon.harness.contract.integrator import Problem, Solution, solver_of
+from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed
+from gnomon.harness.verification.conduct_claims import answers, same_bits
+from gnomon.harness.verification.convergence_claims import same_solution
+from gnomon.harness.verification.quadrature_claim import ROUNDINGS
+from gnomon.harness.verification.relation_claims import APART
+from gnomon.harness.verification.trials import HALF_ULP, Floats, Trials
+
+SAMPLES, END, STEPS = 8, 2.0, 8
+"""Samples of a motion that ends before 3/4 of this time, and fixed steps from one to the next."""
+DAMPED = 2.0
+"""Where q'' = 2^60 q grows to no more than so many times its start, the method damps all that grows fast."""
+RESTING = 6
+"""Variables that rest, before those that move: the first that moves is the seventh."""
+SUMMED = 2**12
+"""Samples, and steps at least, whose sum is compared with the exact one."""
+
+
+def leaves(t: Any, place: Values, parameters: Values) -> Values:
+    """From q = 1 at rest q is 0 before t = 1.5, and the root has no value beyond: no method can go on."""
+    (q,) = place
+    return (-1 - q * sqrt(q),)
+
+
+def pole(t: Any, place: Values, parameters: Values) -> Values:
+    """q = 1/(1 - t)^2."""
+    (q,) = place
+    return (6 * q * q,)
+
+
+def collision(t: Any, place: Values, parameters: Values) -> Values:
+    """q = (1 - t)^(2/3): two bodies that meet."""
+    (q,) = place
+    return (-2 / (9 * q * q),)
+
+
+def grows(t: Any, place: Values, parameters: Values) -> Values:
+    """q = exp(2^30 t)."""
+    (q,) = place
+    return (2**60 * q,)
+
+
+def rests(t: Any, place: Values, parameters: Values) -> Values:
+    return tuple(0 * x for x in place)
+
+
+def steady(t: Any, place: Values, parameters: Values) -> Values:
+    """A slope of 2/3: a third of a unit in the last place is lost where a 2^-12th of it is added to a number from 1 to 2."""
+    return tuple(p + 0 * x for p, x in zip(parameters, place, strict=True))
+
+
+def _plain(trials: Trials) -> str | None:
+    return None if {FirstOrder, SecondOrder} & set(trials.integrator.accepts) else "it takes no plain equations"
+
+
+def _second(trials: Trials) -> bool:
+    """Whether the integrator is given accelerations."""
+    return SecondOrder in trials.integrator.accepts
+
+
+def _form(trials: Trials, acceleration: Callable[[Any, Values, Values], Values]) -> Form:
+    form = SecondOrder(acceleration)
+    return form if _second(trials) else first_order(form) or form
+
+
+@claim("blow_up", _plain, once=True)
+def _blow_up(trials: Trials) -> Finding:
+    """A fixed step may go over a pole or a collision, and a method that damps fast growth then stays finite."""
+    motions = [("the domain of the equations ends", leaves, 0.0)]
+    if not trials.steps:
+        motions += [("a pole", pole, 2.0), ("a collision", collision, -2 / 3)]
+    elif not abs(_last(trials, grows, 2.0**30)) <= DAMPED:
+        motions.append(("a pole", pole, 2.0))
+    for what, acceleration, rate in motions:
+        last = _last(trials, acceleration, rate)
+        if math.isfinite(last):
+            return failed(
+                _named(trials),
+                f"no finite state at t = {END:g}: {what} before t = {0.75 * END:g} from q = 1, q' = {rate:.3g}",
+                f"q = {last:.3g}",
+            )
+    return passed()
+
+
+def _named(trials: Trials) -> str:
+    return trials.named(END / SAMPLES / STEPS if trials.steps else trials.usual())
+
+
+def _last(trials: Trials, acceleration: Callable[[Any, Values, Values], Values], rate: float) -> float:
+    """q at the last sample from q = 1; inf or nan where there is no solution there."""
+    times = END * np.arange(1, SAMPLES + 1) / SAMPLES
+    problem = Problem(_form(trials, acceleration), 2, np.zeros(0), times, 1.0)
+    setting = times[0] / STEPS if trials.steps else trials.usual()
+    try:
+        with np.errstate(all="ignore"):
+            ((solution, _),) = trials.solved(problem, float(setting), [np.array([1.0, rate])])
+    except Exception:  # an exception says that there is no solution
+        return math.nan
+    states = solution.states[0, -1]
+    return float(states[0]) if solution.stopped is None and np.all(np.isfinite(states)) else math.nan
+
+
+@claim("other_problems", answers)
+def _other_problems(trials: Trials) -> Finding:
+    """A motion between others that are prepared while it is: from its start, and from its end at its last time, where a
+    slope that was kept would be used. They rest if plain equations are accepted, else they are the first half of its span.
+    """
+    problem, setting = trials.problem(), trials.usual()
+    plain = _plain(trials) is None
+    with closing(solver_of(trials.integrator, problem, setting)) as solver:
+        alone = trials.called(solver, problem, trials.start).states[0]
+        for start, t0 in ((trials.start, problem.t0), (alone[-1], float(problem.times[-1]))):
+            other = _at_rest(trials, t0) if plain else trials.problem(1)
+            with closing(solver_of(trials.integrator, other, setting)) as second:
+                again = trials.called(solver, problem, trials.start).states[0]
+                found = same_bits(trials, alone, again, "one start before and after another problem is prepared")
+                if found.outcome != Outcome.PASSED:
+                    return found
+                solution = trials.called(second, other, start if plain else trials.start)
+            if plain:
+                found = _rested(trials, other, start, solution)
+                if found.outcome != Outcome.PASSED:
+                    return found
+        again = trials.called(solver, problem, trials.start).states[0]
+    return same_bits(trials, alone, again, "one start before and after another problem")
+
+
+def _at_rest(trials: Trials, t0: float) -> Problem:
+    """The problem of the case with equations in which nothing changes, or without accelerations, from another time."""
+    problem = trials.problem()
+    form = SecondOrder(rests) if _second(trials) else FirstOrder(rests)
+    return replace(problem, form=form, t0=t0, times=problem.elapsed + t0, names=None)
+
+
+def _rested(trials: Trials, problem: Problem, start: Floats, solution: Solution) -> Finding:
+    """Whether the states are the start, or go on with its velocities."""
+    half = len(start) // 2
+    rates = np.append(start[half:], np.zeros(half)) if _second(trials) else np.zeros_like(start)
+    exact = start + problem.elapsed[:, None] * rates
+    if not np.all(np.isfinite(start)) or not np.all(np.isfinite(solution.states)):
+        return not_applicable(f"no solution of equations without motion: {solution.stopped or 'states are not finite'}")
+    apart = float(np.max(np.abs(solution.states[0] - exact)))
+    allowed = 2 * HALF_ULP * ROUNDINGS * (solution.steps or len(exact)) * float(np.max(np.abs(exact)))
+    if apart <= allowed:
+        return passed(f"{apart:.2g}")
+    from_where = f"from the {'start' if problem.t0 == trials.problem().t0 else 'end'} of the motion solved before"
+    return failed(
+        trials.named(trials.usual()), f"equations without motion {from_where} followed to {allowed:.2g}", f"{apart:.2g}"
+    )
+
+
+def _few_variables(trials: Trials) -> str | None:
+    if len(trials.start) > RESTING:
+        return f"the case has more than {RESTING} variables itself"
+    if not isinstance(trials.form, FirstOrder | SecondOrder):
+        return "it takes no plain equations"
+    return _plain(trials) or (None if trials.case.hybrid is None else "its motion has events")
+
+
+@claim("more_variables", _few_variables, once=True)
+def _more_variables(trials: Trials) -> Finding:
+    """Six variables that rest (positions, if accelerations are given), then those of the case."""
+    second = isinstance(trials.form, SecondOrder)
+    function = trials.form.acceleration if second else trials.form.equations
+
+    def equations(t: Any, state: Values, parameters: Values) -> Values:
+        return (*rests(t, state[:RESTING], parameters), *function(t, state[RESTING:], parameters))
+
+    parts = np.split(trials.start, 1 + second)
+    start = np.concatenate([np.append(np.resize(part, RESTING) * (part is parts[0]), part) for part in parts])
+    moving = np.tile(np.arange(RESTING + len(parts[0])) >= RESTING, len(parts))
+    form = SecondOrder(equations) if second else FirstOrder(equations)
+    problem = replace(trials.problem(), form=form, dimension=len(start), groups=(), names=None)
+    (states,) = trials.solutions(problem, trials.usual(), [start])
+    moved = float(np.max(np.abs(states[:, ~moving] - start[~moving])))
+    if not moved <= 2 * HALF_ULP * ROUNDINGS * len(states) * float(np.max(np.abs(start))):
+        return failed(trials.named(trials.usual()), "variables whose derivatives are 0 at rest", f"moved by {moved:.2g}")
+    what = f"the motion after {np.sum(~moving)} variables that rest"
+    return same_solution(trials, states[:, moving], what, APART, 0.5)
+
+
+def _summed(trials: Trials) -> str | None:
+    return _plain(trials) if trials.integrator.compensated else "it does not declare that its sums are compensated"
+
+
+@claim("compensated", _summed, once=True)
+def _compensated(trials: Trials) -> Finding:
+    """Thousands of equal changes, of which each addition loses a third of a unit in the last place."""
+    problem, start = _sum(trials)
+    setting = problem.interval if trials.steps else trials.usual()
+    ((solution, calls),) = trials.solved(problem, setting, [start])
+    work = solution.steps or calls
+    if work < SUMMED:
+        return not_applicable(f"{work} steps, {SUMMED} are needed for a law of round-off")
+    error = float(np.max(np.abs(solution.states[0, :, -1] - (1 + problem.times * problem.parameters[-1]))))
+    allowed = 2 * HALF_ULP * (2 + ROUNDINGS * problem.parameters[-1])
+    if error <= allowed:
+        return passed(f"{error:.2g}")
+    what = f"an error of a sum of {work} changes below {allowed:.2g}"
+    return failed(trials.named(setting), what, f"{error:.2g}")
+
+
+def _sum(trials: Trials) -> tuple[Problem, Floats]:
+    """A state whose last component is 1 + 2/3 t to t = 1, and its start."""
+    times, slope = np.arange(1, SUMMED + 1) / SUMMED, 2 / 3
+    form = SecondOrder(steady) if _second(trials) else FirstOrder(steady)
+    return Problem(form, 2, np.array([slope]), times, 1.0, counted=trials.integrator.counts_rhs), np.array([0.0, 1.0])
