@@ -5,7 +5,7 @@ from __future__ import annotations
 import linecache
 import math
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
@@ -54,18 +54,28 @@ def _value(name: str, value: Any, arithmetic: dict[str, Any], done: dict[Any, An
 
 
 @cache
-def calling(function: Callable[..., Any], arguments: str, what: str) -> Callable[..., Any]:
-    """The function of (t, state, parameters) that returns function(`arguments`), an expression in the three.
+def calling(function: Callable[..., Any], arguments: str, what: str, before: str = "") -> Callable[..., Any]:
+    """The function of (t, state, parameters) that returns function(`arguments`), an expression in the three; with `before`,
+    a tuple of expressions, followed by the function's values.
 
     It has source text of its own, because equations are compiled from that. Its name ends in `what`.
     """
     name = function.__name__ if function.__name__.isidentifier() else "function"
-    text = f"def {name}_{what}(t, state, parameters):\n    return {name}({arguments})\n"
-    file = f"<{function.__module__}.{function.__qualname__} ({arguments})>"
+    value = f"{before} + {name}({arguments})" if before else f"{name}({arguments})"
+    file = f"<{function.__module__}.{function.__qualname__} ({value})>"
+    return written(value, f"{name}_{what}", file, {name: function, "__name__": function.__module__})
+
+
+def written(value: str, name: str, file: str, names: Mapping[str, Any]) -> Callable[..., Any]:
+    """The function of (t, state, parameters) that returns `value`, an expression in the three and in `names`.
+
+    `file` is where its source text is kept, as equations are compiled from that.
+    """
+    text = f"def {name}(t, state, parameters):\n    return {value}\n"
     linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
-    names: dict[str, Any] = {name: function, "__name__": function.__module__}
-    exec(compile(text, file, "exec"), names)
-    made: Callable[..., Any] = names[f"{name}_{what}"]
+    known = dict(names)
+    exec(compile(text, file, "exec"), known)
+    made: Callable[..., Any] = known[name]
     return made
 
 

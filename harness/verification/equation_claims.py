@@ -6,10 +6,12 @@ import math
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
+from functools import cache
 from math import sqrt
 from typing import Any
 
 import numpy as np
+from gnomon.cases.core.arithmetic import calling, written
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
 from gnomon.harness.contract.integrator import Problem, Solution, solver_of
 from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed
@@ -53,13 +55,20 @@ def grows(t: Any, place: Values, parameters: Values) -> Values:
     return (2**60 * q,)
 
 
-def rests(t: Any, place: Values, parameters: Values) -> Values:
-    return tuple(0 * x for x in place)
-
-
 def steady(t: Any, place: Values, parameters: Values) -> Values:
-    """A slope of 2/3: a third of a unit in the last place is lost where a 2^-12th of it is added to a number from 1 to 2."""
-    return tuple(p + 0 * x for p, x in zip(parameters, place, strict=True))
+    """With an acceleration of 2/3 a third of an ulp is lost where a 2^-12th of it is added to a velocity from 1 to 2."""
+    (q,), (acceleration,) = place, parameters
+    return (acceleration + 0 * q,)
+
+
+@cache
+def rests(count: int) -> Callable[[Any, Values, Values], Values]:
+    """Equations in which so many variables do not change."""
+    return written(_zeros(count), f"rests_{count}", f"<{__name__}, {count} variables that rest>", {"__name__": __name__})
+
+
+def _zeros(count: int) -> str:
+    return f"({''.join(f'0 * state[{i}], ' for i in range(count))})"
 
 
 def _plain(trials: Trials) -> str | None:
@@ -141,7 +150,7 @@ def _other_problems(trials: Trials) -> Finding:
 def _at_rest(trials: Trials, t0: float) -> Problem:
     """The problem of the case with equations in which nothing changes, or without accelerations, from another time."""
     problem = trials.problem()
-    form = SecondOrder(rests) if _second(trials) else FirstOrder(rests)
+    form = SecondOrder(rests(problem.dimension // 2)) if _second(trials) else FirstOrder(rests(problem.dimension))
     return replace(problem, form=form, t0=t0, times=problem.elapsed + t0, names=None)
 
 
@@ -172,17 +181,11 @@ def _few_variables(trials: Trials) -> str | None:
 
 @claim("more_variables", _few_variables, once=True)
 def _more_variables(trials: Trials) -> Finding:
-    """Six variables that rest (positions, if accelerations are given), then those of the case."""
-    second = isinstance(trials.form, SecondOrder)
-    function = trials.form.acceleration if second else trials.form.equations
-
-    def equations(t: Any, state: Values, parameters: Values) -> Values:
-        return (*rests(t, state[:RESTING], parameters), *function(t, state[RESTING:], parameters))
-
+    """Six variables that rest (positions, where the equations are accelerations), then those of the case."""
+    form, second = _after_resting(trials.form)
     parts = np.split(trials.start, 1 + second)
     start = np.concatenate([np.append(np.resize(part, RESTING) * (part is parts[0]), part) for part in parts])
     moving = np.tile(np.arange(RESTING + len(parts[0])) >= RESTING, len(parts))
-    form = SecondOrder(equations) if second else FirstOrder(equations)
     problem = replace(trials.problem(), form=form, dimension=len(start), groups=(), names=None)
     (states,) = trials.solutions(problem, trials.usual(), [start])
     moved = float(np.max(np.abs(states[:, ~moving] - start[~moving])))
@@ -190,6 +193,16 @@ def _more_variables(trials: Trials) -> Finding:
         return failed(trials.named(trials.usual()), "variables whose derivatives are 0 at rest", f"moved by {moved:.2g}")
     what = f"the motion after {np.sum(~moving)} variables that rest"
     return same_solution(trials, states[:, moving], what, APART, 0.5)
+
+
+def _after_resting(form: FirstOrder | SecondOrder) -> tuple[Form, bool]:
+    """The equations with variables that rest before them, and whether they are accelerations."""
+    given = form.source if isinstance(form, FirstOrder) and isinstance(form.source, SecondOrder) else form
+    second = isinstance(given, SecondOrder)
+    function = given.acceleration if isinstance(given, SecondOrder) else given.equations
+    after = calling(function, f"t, state[{RESTING}:], parameters", "after_resting", _zeros(RESTING))
+    more = SecondOrder(after) if second else FirstOrder(after)
+    return more if isinstance(form, SecondOrder) else first_order(more) or more, second
 
 
 def _summed(trials: Trials) -> str | None:
@@ -214,7 +227,7 @@ def _compensated(trials: Trials) -> Finding:
 
 
 def _sum(trials: Trials) -> tuple[Problem, Floats]:
-    """A state whose last component is 1 + 2/3 t to t = 1, and its start."""
-    times, slope = np.arange(1, SUMMED + 1) / SUMMED, 2 / 3
-    form = SecondOrder(steady) if _second(trials) else FirstOrder(steady)
-    return Problem(form, 2, np.array([slope]), times, 1.0, counted=trials.integrator.counts_rhs), np.array([0.0, 1.0])
+    """A velocity of 1 + 2/3 t to t = 1, and its start."""
+    times = np.arange(1, SUMMED + 1) / SUMMED
+    form, counted = _form(trials, steady), trials.integrator.counts_rhs
+    return Problem(form, 2, np.array([2 / 3]), times, 1.0, counted=counted), np.array([0.0, 1.0])
