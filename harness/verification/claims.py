@@ -69,6 +69,8 @@ class Claim:
     """Whether it is verified on hard variants; the others on default variants."""
     once: bool = False
     """Whether it is verified on the first case only, as another would show the same."""
+    no_answer: bool = False
+    """Whether no answer is no failure: what it states is of finite states only."""
 
     def check(self, trials: Trials) -> Finding:
         """Passed, failed or not applicable. An exception of the integrator is a failure that names it."""
@@ -85,7 +87,10 @@ class Claim:
 
 
 def claim(
-    name: str, applies: Callable[[Trials], str | None] = lambda trials: None, once: bool = False
+    name: str,
+    applies: Callable[[Trials], str | None] = lambda trials: None,
+    once: bool = False,
+    no_answer: bool = False,
 ) -> Callable[[Callable[[Trials], Finding]], Claim]:
     """A decorator: the function verifies the claim of this name."""
-    return lambda verify: Claim(name, **TEXTS[name], applies=applies, verify=verify, once=once)
+    return lambda verify: Claim(name, **TEXTS[name], applies=applies, verify=verify, once=once, no_answer=no_answer)

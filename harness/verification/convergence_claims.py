@@ -19,7 +19,7 @@ MARGIN = 0.5
 """An order is a whole number: a slope that is less by more than half belongs to a lower one."""
 
 MOST_ON_A_LINE, CONFIDENCE = 6, 0.99
-"""Tolerances whose errors are on one line, at most; one-sided confidence in the line's slope."""
+"""Tolerances whose errors are on one line, at most; one-sided confidence in the upper end of its slope."""
 
 Point = tuple[float, float, float]
 """(step size, error, round-off)"""
@@ -129,6 +129,16 @@ def _points(answers: Sequence[Answer]) -> list[Point]:
     return [(answer.setting, answer.error, answer.roundoff) for answer in answers]
 
 
+def fitted_slope(lines: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, float]:
+    """(slope, the upper end of its interval), fitted to lines of (x, y) that have one slope, each with its own constant."""
+    centred = [np.array(line) - np.mean(line, axis=0) for line in lines]
+    x, y = np.concatenate(centred).T
+    slope = float(x @ y / (x @ x))
+    free = len(x) - len(lines) - 1
+    spread = math.sqrt(float(np.sum((y - slope * x) ** 2)) / free / float(x @ x))
+    return slope, slope + float(stdtrit(free, CONFIDENCE)) * spread
+
+
 def above_line(
     points: Sequence[Point], order: int, longer: float = 1.0, fewest: int = 1
 ) -> tuple[float, float, float] | None:
@@ -236,7 +246,7 @@ def _tolerance(trials: Trials) -> Finding:
     return _over_tolerance(trials, [(0, a) for a in trials.answers() if a.setting <= TIGHT])
 
 
-_hard = replace(_tolerance, **TEXTS["hard"], id="hard", hard=True)
+_hard = replace(_tolerance, **TEXTS["hard"], id="hard", hard=True, no_answer=True)
 """The same on hard variants."""
 
 
@@ -327,9 +337,7 @@ def _work_order(trials: Trials) -> Finding:
         return not_applicable(
             f"{len(points)} tolerances with errors above round-off, {FEWEST} and twice the work are needed"
         )
-    h, errors = np.array(points).T
-    (slope, _), covariance = np.polyfit(h, errors, 1, cov=True)
-    largest = float(slope + stdtrit(len(points) - 2, CONFIDENCE) * math.sqrt(covariance[0, 0]))
+    slope, largest = fitted_slope([points])
     if largest >= order - MARGIN:
         return passed(f"{slope:.2f}")
     where = f"the {len(points)} tightest tolerances with errors above round-off"

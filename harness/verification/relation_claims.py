@@ -13,7 +13,14 @@ from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, per
 from gnomon.harness.contract.integrator import Floats, Problem, Refused
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.convergence_claims import MARGIN, allowed_error, dense, same_solution
+from gnomon.harness.verification.convergence_claims import (
+    MARGIN,
+    MOST_ON_A_LINE,
+    allowed_error,
+    dense,
+    fitted_slope,
+    same_solution,
+)
 from gnomon.harness.verification.trials import SHORT, TIGHT, Answer, Trials
 
 TURNED = 3
@@ -186,7 +193,8 @@ def _dense_applies(trials: Trials) -> str | None:
 
 @claim("dense", _dense_applies)
 def _dense(trials: Trials) -> Finding:
-    """The slope of the largest error of a sample over the mean length of a step, over a short span."""
+    """The slope of the largest error of a sample over the mean length of a step, over a short span, of the
+    tightest tolerances: at looser ones the error of the steps hides that of the interpolant."""
     order, dense = trials.integrator.order, trials.integrator.dense_order
     assert dense is not None
     expected = min(order or dense + 1, dense + 1)
@@ -197,13 +205,15 @@ def _dense(trials: Trials) -> Finding:
             and not answer.declined
             and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < answer.error < LARGEST_ERROR
         ):
-            points.append((1.0 / answer.work, answer.error))
-    if len(points) < FEWEST or points[0][0] < 4 * points[-1][0]:
-        return not_applicable(f"{len(points)} tolerances with errors above round-off and steps that differ by 4 times")
-    h, errors = np.log(np.array(points)).T
-    slope = float(np.polyfit(h, errors, 1)[0])
-    if slope >= expected - MARGIN:
+            points.append((-math.log(answer.work), math.log(answer.error)))
+    points = points[-MOST_ON_A_LINE:]
+    if len(points) < FEWEST or points[0][0] - points[-1][0] < math.log(2):
+        return not_applicable(
+            f"{len(points)} tolerances with errors above round-off, {FEWEST} and twice the work are needed"
+        )
+    slope, largest = fitted_slope([points])
+    if largest >= expected - MARGIN:
         return passed(f"{slope:.2f}")
-    return failed(
-        f"tolerances from {TIGHT:g} down", f"errors of samples proportional to h^{expected}", f"h^{slope:.2f}"
-    )
+    where = f"the {len(points)} tightest tolerances with errors above round-off"
+    expected_slope = f"errors of samples proportional to h^{expected}, h the mean step"
+    return failed(where, expected_slope, f"h^{slope:.2f}, at most h^{largest:.2f}")

@@ -209,9 +209,9 @@ class CaseJob(Job):
         if not self.ready:
             raise ValueError(f"{self.case.id}: the exact motion could not be computed: {why}")
         self.ready, self.limit = False, REFERENCE_SECONDS
-        hard = self.pending[0] in CLAIMS and CLAIMS[self.pending[0]].hard
+        made = CLAIMS.get(self.pending[0])
         a_hang = failed("", "an answer", why, "A hang or a crash gives no answer.")
-        self._row(not_applicable(f"no answer: {why}") if hard else a_hang)
+        self._row(not_applicable(f"no answer: {why}") if made and made.no_answer else a_hang)
 
     def late(self, why: str) -> None:
         if self.repeated == self.pending[0]:
