@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from gnomon.harness.contract.integrator import Steps
-from gnomon.harness.results.convergence_order import LARGEST_ERROR
+import numpy as np
+from gnomon.cases.core.case import Event
+from gnomon.harness.contract.integrator import Refused, Steps
+from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR
 from gnomon.harness.scoring.events import EventScore, score_events
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.convergence_claims import above_line, allowed_error
+from gnomon.harness.verification.convergence_claims import (
+    MARGIN,
+    MOST_ON_A_LINE,
+    Point,
+    above_line,
+    allowed_error,
+    fitted_slope,
+    in_range,
+)
 from gnomon.harness.verification.trials import HALF_ULP, SHORTEST, TIGHT, Answer, Trials
 
 WITHIN = 0.75
@@ -24,6 +35,8 @@ COARSE = 3
 step an event is, and may be small at one step size. At order 1 events may be anywhere in their step: this does not apply."""
 UNRELATED = 2.0
 """Two states of the size of the motion are at most so far apart: a larger bound of an error says nothing."""
+SHARES = tuple(k / 32 for k in range(25, 32))
+"""Lengths, as shares of the short span, whose solutions are fitted with those over the span itself."""
 STEPS = 2**14
 """Steps over a short span, at most."""
 
@@ -60,7 +73,7 @@ class _Few:
 
     halvings: int
     span: float
-    events: tuple[object, ...]
+    events: tuple[Event, ...]
 
 
 def _few(trials: Trials) -> _Few | None:
@@ -100,7 +113,7 @@ def _event_order(trials: Trials) -> Finding:
         if not answer.declined and allowed < UNRELATED and not answer.error <= allowed:
             where = where or trials.named(answer.setting)
             return failed(where, f"an error below {allowed:.2g}, as of order 1", f"{answer.error:.2g}")
-    scores = [(a, score_events(a.events, few.events)) for a in answers if a.events is not None]  # type: ignore[arg-type]
+    scores = [(a, score_events(a.events, few.events)) for a in answers if a.events is not None]
     if finest.events is not None and finest.error < LARGEST_ERROR and (scores[-1][1].missing or scores[-1][1].extra):
         return _other_events(named, len(few.events), scores[-1][1])
     states = [(a.setting, a.error, a.roundoff) for a in answers if a.error < LARGEST_ERROR]
@@ -112,7 +125,77 @@ def _event_order(trials: Trials) -> Finding:
             return failed(
                 f"h = {h:.6g} over 1/{2**few.halvings} of the span", f"{what} below {most:.2g}", f"{error:.2g}"
             )
-    return passed()
+    return _slope(trials, few, (states, times)) if order > 1 else passed()
+
+
+def _slope(trials: Trials, few: _Few, first: tuple[list[Point], list[Point]]) -> Finding:
+    """Whether the errors of the states, and of the times of events, have the slope of the order within its interval.
+
+    `first` has the points over the short span. Over other lengths of it events are elsewhere in their steps.
+    """
+    order = trials.integrator.order
+    assert order is not None
+    found = passed()
+    lines = [[in_range(points)] for points in _conditioned(*first)]
+    if not any(len(usable) >= FEWEST for (usable,) in lines):
+        return found
+    for share in SHARES:
+        for line, points in zip(lines, _conditioned(*_points_over(trials, few, share)), strict=True):
+            line.append(in_range(points))
+    for line, what in zip(lines, ("errors", "errors of the times of events"), strict=True):
+        logarithms = [
+            [(math.log(h), math.log(error)) for h, error, _ in points[-MOST_ON_A_LINE:]]
+            for points in line
+            if len(points) >= FEWEST
+        ]
+        if not logarithms:
+            continue
+        slope, largest = fitted_slope(logarithms)
+        if largest < order - MARGIN:
+            count = sum(map(len, logarithms))
+            where = f"{count} solutions over {len(logarithms)} lengths, to 1/{2**few.halvings} of the span"
+            return failed(where, f"{what} proportional to h^{order}", f"h^{slope:.2f}, at most h^{largest:.2f}")
+        found = passed(f"{slope:.2f}")
+    return found
+
+
+def _conditioned(states: list[Point], times: list[Point]) -> tuple[list[Point], list[Point]]:
+    """The points, and those of times at step sizes at which the states have errors above round-off: where a guard hardly
+    changes at an event, its time is known less well than the states."""
+    steps = {h for h, _, _ in in_range(states)}
+    return states, [point for point in times if point[0] in steps]
+
+
+def _points_over(trials: Trials, few: _Few, share: float) -> tuple[list[Point], list[Point]]:
+    """(step size, error, round-off) of states and of the times of events, over a share of the short span.
+
+    From one step a sample down to round-off; none if an event is close to the end.
+    """
+    whole, sweep = trials.problem(few.halvings), trials.integrator.sweep
+    found: tuple[list[Point], list[Point]] = ([], [])
+    assert isinstance(sweep, Steps)
+    problem, span = replace(whole, times=whole.times * share), few.span * share
+    events = [event for event in few.events if float(event.time) < span]
+    if any(abs(float(event.time) - span) < CLEAR * span for event in few.events):
+        return found
+    exact, interval = trials.case.sample(problem.times), problem.interval
+    for h in (interval / 2**k for k in range(64) if 64 * 2**k <= min(STEPS, trials.depth.steps)):
+        if h > sweep.coarsest * trials.reference.time_scale:
+            continue
+        try:
+            ((solution, _),) = trials.solved(problem, h, [trials.start])
+        except Refused:
+            continue
+        error = float(np.max(trials.distance(solution.states[0], exact)))
+        roundoff = trials.roundoff(solution.steps or round(span / h), few.halvings)
+        found[0].append((h, error, roundoff))
+        if solution.events is not None:
+            score = score_events(solution.events, events)
+            if not (score.missing or score.extra):
+                found[1].append((h, score.time_error / span, roundoff))
+        if error < roundoff:
+            break
+    return found
 
 
 def _answers(trials: Trials, halvings: int) -> Sequence[Answer]:
