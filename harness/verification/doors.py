@@ -54,20 +54,19 @@ def from_solve(
     sweep: Tolerance | Steps | None = None,
     dense_order: int | None = None,
     conserves: tuple[str, ...] = (),
-    compensated: bool = False,
     accelerations: bool = False,
     library: str = "mine",
 ) -> Integrator:
     """The integrator that calls `solve(f, t0, y0, times, tolerance)`, which returns the states at `times`, (n, dim).
 
     With a `sweep` of Steps the last argument is the step size. `dense_order`: the order of the interpolant from which the
-    states at `times` come, 0 where it is not known; None if steps end there. `compensated`: whether the sums over steps
-    are. A solver that gives up raises `gnomon.verify.Refused`, or returns nan for what it did not reach.
+    states at `times` come, 0 where it is not known; None if steps end there. A solver that gives up raises
+    `gnomon.verify.Refused`, or returns nan for what it did not reach. What else `Integrator` declares is set afterwards, as
+    `type(mine).compensated = True`: each call makes a class of its own.
     Raises ValueError for a wrong declaration.
     """
     accepts = (SecondOrder,) if accelerations else (FirstOrder,)
     declared = {"name": name, "library": library, "order": order, "accepts": accepts, "conserves": conserves}
-    declared["compensated"] = compensated
     sampling = "stops at samples" if dense_order is None else "dense output"
     more = {"sweep": sweep or Tolerance(1e-3, 1e-12), "sampling": sampling, "dense_order": dense_order or None}
     return _made(_Solved, declared | more | {"function": staticmethod(solve)})

@@ -32,12 +32,11 @@ class FixedStep(Integrator):
     """A one-step method whose setting is the step size h.
 
     A subclass declares `step` (for its contract see `stepping`), `coefficients` and the number of rows that its step
-    stores. `compensated`: increments are added with Kahan's compensation.
+    stores. If it is `compensated`, increments are added with Kahan's compensation.
     """
 
     sweep = Steps()
     sampling = "grid"
-    compensated: ClassVar[bool] = False
     step: ClassVar[stepping.Step]
 
     @classmethod

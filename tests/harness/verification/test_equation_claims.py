@@ -135,7 +135,9 @@ def _increment(f: Any, t: float, y: Any, h: float) -> Any:
 
 
 def compensated(sign: float) -> Integrator:
-    return from_solve(summed(sign), name="RK4", order=4, sweep=Steps(0.25, 8), compensated=True)
+    method = from_solve(summed(sign), name="RK4", order=4, sweep=Steps(0.25, 8))
+    type(method).compensated = True
+    return method
 
 
 INTERPOLANTS = {
