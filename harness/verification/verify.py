@@ -209,13 +209,18 @@ class CaseJob(Job):
         if not self.ready:
             raise ValueError(f"{self.case.id}: the exact motion could not be computed: {why}")
         self.ready, self.limit = False, REFERENCE_SECONDS
-        made = CLAIMS.get(self.pending[0])
         a_hang = failed("", "an answer", why, "A hang or a crash gives no answer.")
-        self._row(not_applicable(f"no answer: {why}") if made and made.no_answer else a_hang)
+        self._row(not_applicable(f"no answer: {why}") if self._may_be_silent else a_hang)
+
+    @property
+    def _may_be_silent(self) -> bool:
+        made = CLAIMS.get(self.pending[0])
+        return made is not None and made.no_answer
 
     def late(self, why: str) -> None:
-        if self.repeated == self.pending[0]:
-            self.lose(f"{why}, twice")
+        again = self.repeated == self.pending[0]
+        if again or self._may_be_silent:
+            self.lose(f"{why}, twice" if again else why)
         else:
             self.ready, self.limit, self.repeated = False, REFERENCE_SECONDS, self.pending[0]
 
