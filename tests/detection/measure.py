@@ -38,6 +38,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
 import mutants  # noqa: E402 - beside this file
+import planted  # noqa: E402
 from defects import DEFECTS  # noqa: E402
 from summary import NEEDED, published  # noqa: E402
 
@@ -141,35 +142,45 @@ def changes(faulty: Integrator, right: Integrator) -> bool:
     return False
 
 
+def right() -> dict[str, Integrator]:
+    """The right methods of which there are mutants."""
+    return mutants.right() | planted.more_right()
+
+
+def faulty() -> list[mutants.Mutant]:
+    """The mutants that are measured: those of the draw, and the planted faults."""
+    return [*mutants.drawn(DRAWN), *planted.planted()]
+
+
 def tasks() -> list[Task]:
     """Everything that is measured, the sum of all kinds."""
     draw = random.Random(20)
     names = [name for name, integrator in lookup.everything().items() if lookup.missing(integrator) is None]
-    names += [f"{method} of right_methods.py" for method in mutants.right()]
+    names += [f"{method} of right_methods.py" for method in right()]
     conditions = [*CONDITIONS][1:]
     each = {condition: draw.sample(names, len(names)) for condition in conditions}
     more = [Task("right", each[condition][k], condition) for k in range(len(names)) for condition in conditions]
-    right = [Task("right", name) for name in names] + more[: max(0, RUNS - len(names))]
+    runs = [Task("right", name) for name in names] + more[: max(0, RUNS - len(names))]
     defects = [Task("defect", defect.link) for defect in DEFECTS]
-    return [*defects, *(Task("mutant", mutant.id) for mutant in mutants.drawn(DRAWN)), *right]
+    return [*defects, *(Task("mutant", mutant.id) for mutant in faulty()), *runs]
 
 
 def measured(task: Task, sources: str, added: Sequence[str], before: Measured | None) -> Measured:
     """The row of a task, measured in this process; with `before`, where no claim failed, by the claims `added` alone."""
     began = time.monotonic()
     if task.kind == "right":
-        integrator = mutants.right().get(task.name.removesuffix(" of right_methods.py")) or lookup.find_one(task.name)
+        integrator = right().get(task.name.removesuffix(" of right_methods.py")) or lookup.find_one(task.name)
     elif task.kind == "defect":
         integrator = next(defect for defect in DEFECTS if defect.link == task.name).integrator()
     else:
-        mutant = next(mutant for mutant in mutants.mutants() if mutant.id == task.name)
+        mutant = next(mutant for mutant in faulty() if mutant.id == task.name)
         integrator = mutant.integrator()
     failure, checked = first_failure(
         integrator, RIGHT_DEPTH if task.kind == "right" else DEPTH, added if before else ()
     )
     changed = failure is not None or task.kind == "defect" or (before is not None and before.changed)
     if task.kind == "mutant" and failure is None and before is None:
-        changed = changes(integrator, mutants.right()[mutant.method.name])
+        changed = changes(integrator, right()[mutant.method.name])
     claim, case = failure or (None, None)
     seconds = time.monotonic() - began
     if before is not None:

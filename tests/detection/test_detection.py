@@ -8,6 +8,7 @@ from typing import Any
 
 import measure
 import mutants
+import planted
 import pytest
 import summary
 from defects import DEFECTS
@@ -40,16 +41,17 @@ def test_there_are_as_many_faults_of_as_many_kinds_as_promised() -> None:
     assert [m.id for m in drawn] == [m.id for m in mutants.drawn(measure.DRAWN)], (
         "the draw is the same each time, so that a measurement can be resumed"
     )
+    assert len({mutant.id for mutant in measure.faulty()}) == len(measure.faulty()) >= len(drawn) + 60
     assert len({defect.link for defect in DEFECTS}) == len(DEFECTS) >= 25
 
 
 def test_every_defect_and_chosen_fault_can_be_built_and_differs_from_the_right_method() -> None:
     for defect in DEFECTS:
         defect.integrator()
-    for mutant in mutants.mutants():
-        if mutant.fault in {fault for _, fault, _, _ in mutants.CHOSEN}:
-            assert mutant.text != mutants.TEXT
-            mutant.integrator()
+    chosen = {fault for _, fault, _, _ in mutants.CHOSEN}
+    for mutant in [*(each for each in mutants.mutants() if each.fault in chosen), *planted.planted()]:
+        assert mutant.text != planted.source(mutant.method)
+        mutant.integrator()
     for mutant in mutants.drawn(measure.DRAWN)[::20]:
         mutant.integrator()
 
