@@ -26,13 +26,17 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-from gnomon.harness.contract.integrator import Integrator, Refused, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Steps, solver_of
+from gnomon.harness.contract.problem import takes
 from gnomon.harness.registry import lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.relation_claims import later
 from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS, FIRST, FirstTrialError, Row, planned, verify
 from gnomon.reference.storage.import_closure import closure
+
+from gnomon import cases
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
@@ -120,26 +124,59 @@ def first_failure(integrator: Integrator, depth: str, only: Sequence[str] = ()) 
 
 
 def changes(faulty: Integrator, right: Integrator) -> bool:
-    """Whether any state or event at a coarse, a usual or the finest setting of the first cases differs beyond rounding."""
-    for case, _ in planned(right, None, "low"):
-        ours, theirs = (Trials.of(each, CaseSpec.of(case), DEPTHS["low"]) for each in (right, faulty))
+    """Whether a state, an event or the start differs beyond rounding on any case: those that are verified first, at three
+    settings of the sweep, then all others at the usual setting, and each by a later clock.
+
+    Two motions are solved at once: from the start, and from a state that the exact motion passes.
+    """
+    first = [case.id for case, _ in planned(right, None, "low")]
+    others = [case.id for case in map(cases.get, cases.names()) if takes(right, case) and case.id not in first]
+    for name in [*first, *others]:
+        spec = CaseSpec.of(cases.get(*name.split("/")).rounded())
+        ours, theirs = (Trials.of(each, spec, DEPTHS["low"]) for each in (right, faulty))
         if not ours.settings:  # every step of the sweep is shorter than this depth allows
             continue
-        for setting in (ours.settings[0], ours.usual(), ours.settings[-1]):
-            answer = ours.whole(setting)
-            if answer.states is None or not math.isfinite(answer.error):
-                continue
-            try:
-                ((solution, _),) = theirs.solved(theirs.problem(), setting, [theirs.start])
-            except Refused:
-                return True
-            except Exception:  # a fault may raise anything
-                return True
-            if not np.max(ours.distance(solution.states[0], answer.states)) <= BEYOND * answer.roundoff:
-                return True
-            if len(solution.events or ()) != len(answer.events or ()):
+        for setting in (ours.settings[0], ours.usual(), ours.settings[-1]) if name in first else (ours.usual(),):
+            if any(_differ(ours, theirs, setting, problem) for problem in (ours.problem(), later(ours.problem()))):
                 return True
     return False
+
+
+def _differ(ours: Trials, theirs: Trials, setting: float, problem: Problem | None) -> bool:
+    """Whether a faulty integrator has another result than the right one, where that has one."""
+    answer = ours.whole(setting)
+    if problem is None or not math.isfinite(answer.error):
+        return False
+    starts = ours.start[None]
+    if answer.events is None:
+        starts = np.array([ours.start, ours.reference.exact[8]])
+    expected, _ = called(ours, problem, setting, starts)
+    try:
+        found, changed = called(theirs, problem, setting, starts)
+    except Exception:  # a fault may raise anything
+        return True
+    allowed = BEYOND * answer.roundoff
+    pairs = [pair for pair in zip(found.states, expected.states, strict=True) if np.all(np.isfinite(pair[1]))]
+    return (
+        changed
+        or any(not np.max(ours.distance(*pair)) <= allowed for pair in pairs)
+        or not _same_events(found.events or (), expected.events or (), allowed * ours.reference.time_scale)
+    )
+
+
+def called(trials: Trials, problem: Problem, setting: float, starts: Floats) -> tuple[Solution, bool]:
+    """What an integrator returns from starts (n, dim), and whether it changed them."""
+    given = starts.copy()
+    solution = solver_of(trials.integrator, problem, setting)(given)
+    return solution, not np.array_equal(given, starts)
+
+
+def _same_events(found: Sequence[tuple[float, str]], expected: Sequence[tuple[float, str]], allowed: float) -> bool:
+    """Whether the same events are at the same times but for rounding."""
+    return [name for _, name in found] == [name for _, name in expected] and all(
+        abs(ours - theirs) <= allowed + 8 * math.ulp(theirs)
+        for (ours, _), (theirs, _) in zip(found, expected, strict=True)
+    )
 
 
 def right() -> dict[str, Integrator]:
