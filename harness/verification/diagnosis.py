@@ -263,7 +263,7 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
     if claims == {"clock"}:
         return "time: it is wrong only where the start is not at t = 0: the time since the start is taken for the time"
     timed = {name for name, case in failures.cases.items() if not case.autonomous}
-    if claims == {"quadrature"} or failures.only_where(lambda case: not case.autonomous):
+    if failures.only_where(lambda case: not case.autonomous):
         return "time: it is wrong only where the equations have the time in them: the time of a stage, or of a step"
     if (
         timed
@@ -309,7 +309,7 @@ def _of_order(failures: Failures, claims: set[str], found: Facts) -> str | None:
     if line and len(line) >= 2:
         (h0, e0, _), (h1, e1, _) = line[-2:]
         power = math.log(e0 / e1) / math.log(h0 / h1)
-        if power < order + 0.5 * found["stepped"]:
+        if power < order + found["stepped"] - 0.5:
             return _lower(power - found["stepped"], order, e1, h1)
     points = [(s, e, w) for s, e, r, w in found.get("points", []) if 20 * r < e < LARGEST_ERROR]
     if len(points) < 2:
