@@ -22,11 +22,9 @@ FLAT = 3.0
 SINGLE = (1e-10, 1e-4)
 """Between these lie errors that single precision, or printing six to nine digits, leaves."""
 DIGITS = range(4, 13)
-CONDUCT = {"repeatable", "history", "aliasing", "ensemble", "start_kept", "other_problems", "bad_start", "bad_setting",
-           "blow_up"}  # fmt: skip
 STRUCTURE = {"symplectic", "reversible", "momentum"}
 CONTROL = {"tolerance", "tolerance_short", "tolerance_effect", "proportional", "work"}
-RELATED = {"units", "mirror", "permuted", "turned", "more_variables", "rounded_times", "clock"}
+ACCURACY = {"order", "step_order", "order_short", "error", "proportional", "work_order", "event_order"}
 
 Facts = dict[str, Any]
 
@@ -48,12 +46,11 @@ class Failures:
         count = {name: sum(case == name for _, case in self.failed) for name in self.cases}
         return max(count, key=lambda name: (count[name] > 0 and self.cases[name].hybrid is None, count[name]))
 
-    def only_where(self, holds: Callable[[Case], bool]) -> bool:
-        """Whether claims fail only on cases of a kind, and pass on others."""
-        others = {name for name, case in self.cases.items() if not holds(case)}
-        claims = self.claims - {"quadrature"}
-        clean = any(claim in claims and case in others for claim, case in self.passed)
-        return bool(claims) and clean and not any(case in others for claim, case in self.failed if claim in claims)
+    def only_with_time(self) -> bool:
+        """Whether claims fail only on cases whose equations have the time in them, and those of accuracy pass on others."""
+        others = {name for name, case in self.cases.items() if case.autonomous}
+        right = any(claim in ACCURACY and case in others for claim, case in self.passed)
+        return right and not any(case in others for claim, case in self.failed if claim != "quadrature")
 
 
 def digest(trials: Trials) -> Facts:
@@ -262,14 +259,7 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
         return "events: motions without events are right: an event is missed, in the wrong place, or its reset is wrong"
     if claims == {"clock"}:
         return "time: it is wrong only where the start is not at t = 0: the time since the start is taken for the time"
-    timed = {name for name, case in failures.cases.items() if not case.autonomous}
-    if failures.only_where(lambda case: not case.autonomous):
-        return "time: it is wrong only where the equations have the time in them: the time of a stage, or of a step"
-    if (
-        timed
-        and "quadrature" in claims
-        and all(case in timed for claim, case in failures.failed if claim != "quadrature")
-    ):
+    if failures.only_with_time():
         return "time: it is wrong only where the equations have the time in them: the time of a stage, or of a step"
     if claims == {"more_variables"}:
         return "component: it is wrong only where there are more than six variables"
