@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +21,8 @@ FLAT = 3.0
 SINGLE = (1e-10, 1e-4)
 """Between these lie errors that single precision, or printing six to nine digits, leaves."""
 DIGITS = range(4, 13)
+HISTORY = "history: "
+"""Begins a diagnosis that solutions depend on earlier calls."""
 STRUCTURE = {"symplectic", "reversible", "momentum"}
 CONTROL = {"tolerance", "tolerance_short", "tolerance_effect", "proportional", "work"}
 ACCURACY = {"order", "step_order", "order_short", "error", "proportional", "work_order", "event_order"}
@@ -68,11 +69,11 @@ def facts(trials: Trials) -> Facts:
         solve(given)
         found["changed_start"] = not np.array_equal(given[0], other)
         found["bits"] = _bits(_states(trials, setting))
-        found["bits_again"] = _bits(_states(trials, setting))
     except Exception:  # the user's code may raise anything
         return found | {"raises": True}
     answers = [each for each in trials.answers() if each.states is not None and math.isfinite(each.error)]
     found["several"] = trials.case.hybrid is None and _mixed(trials, setting)
+    found["bits_again"] = _bits(_states(trials, setting))
     if not answers:
         return found | {"answers": False}
     best = answers[-1]
@@ -206,10 +207,13 @@ def _of_conduct(failures: Failures, claims: set[str], found: Facts) -> str | Non
     if found.get("changed_start") or "start_kept" in claims:
         return "input: it changes the start that it is given"
     if found.get("bits") is not None and found["bits"] != found.get("bits_again"):
-        return "history: the same call gives another solution the second time: something is kept from call to call, or random"
+        return (
+            HISTORY
+            + "the same call gives another solution the second time: something is kept from call to call, or random"
+        )
     kept = {"history", "other_problems", "repeatable"} & claims
     if kept or (found.get("bits") is not None and found["alone"].get("bits") not in (None, found["bits"])):
-        return "history: its solutions depend on earlier calls: something is kept between runs"
+        return HISTORY + "its solutions depend on earlier calls: something is kept between runs"
     if "aliasing" in claims:
         return "aliasing: states that it returned change with the next call: a buffer is used again"
     if found.get("several"):

@@ -46,7 +46,7 @@ def _applies(trials: Trials) -> str | None:
     return None
 
 
-@claim("quadrature", _applies)
+@claim("quadrature", _applies, once=True)
 def _quadrature(trials: Trials) -> Finding:
     """With f = f(t) a method of order p is a rule of quadrature, exact for polynomials of degree p - 1; for accelerations of
     degree p - 2. One that is not exact by its construction has an error that falls as the order says.

@@ -77,6 +77,8 @@ class Report:
     rows: list[Row] = field(default_factory=list)
     against: tuple[str, str] | None = None
     """The other version as it was named, and which files the two versions are; None without one."""
+    claims: tuple[str, ...] = ()
+    """The claims that were named; none where all were verified."""
     diagnosis: str | None = None
     """The likely cause of all failures, as `id: sentence`; None where nothing fails or no cause is known."""
 
@@ -104,7 +106,7 @@ def verify(
     """
     need_fork()
     chosen = planned(integrator, names, depth, claims)
-    report = Report(integrator.id, depth)
+    report = Report(integrator.id, depth, claims=tuple(claims or ()))
     if not chosen:
         return report
     _first_trial(integrator, chosen[0][0], DEPTHS[depth])
