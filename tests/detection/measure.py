@@ -45,7 +45,7 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
 import mutants  # noqa: E402 - beside this file
-import planted  # noqa: E402
+import planted_faults  # noqa: E402
 from defects import DEFECTS  # noqa: E402
 from summary import NEEDED, published  # noqa: E402
 
@@ -203,12 +203,12 @@ def _same_events(found: Sequence[tuple[float, str]], expected: Sequence[tuple[fl
 
 def right() -> dict[str, Integrator]:
     """The right methods of which there are mutants."""
-    return mutants.right() | planted.more_right()
+    return mutants.right() | planted_faults.more_right()
 
 
 def faulty() -> list[mutants.Mutant]:
     """The mutants that are measured: those of the draw, and the planted faults."""
-    return [*mutants.drawn(DRAWN), *planted.planted()]
+    return [*mutants.drawn(DRAWN), *planted_faults.planted()]
 
 
 def tasks(load: int = 0) -> list[Task]:

@@ -1,4 +1,4 @@
-"""More right methods, each for a form of equations or with more than one motion; `planted.py` changes their text."""
+"""More right methods, each for a form of equations or with more than one motion; `planted_faults.py` changes their text."""
 
 from __future__ import annotations
 

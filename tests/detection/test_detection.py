@@ -11,7 +11,7 @@ from typing import Any
 
 import measure
 import mutants
-import planted
+import planted_faults
 import pytest
 import summary
 from defects import DEFECTS
@@ -57,8 +57,8 @@ def test_every_defect_and_chosen_fault_can_be_built_and_differs_from_the_right_m
     for defect in DEFECTS:
         defect.integrator()
     chosen = {fault for _, fault, _, _ in mutants.CHOSEN}
-    for mutant in [*(each for each in mutants.mutants() if each.fault in chosen), *planted.planted()]:
-        assert mutant.text != planted.source(mutant.method)
+    for mutant in [*(each for each in mutants.mutants() if each.fault in chosen), *planted_faults.planted()]:
+        assert mutant.text != planted_faults.source(mutant.method)
         mutant.integrator()
     for mutant in mutants.drawn(measure.DRAWN)[::20]:
         mutant.integrator()
