@@ -206,7 +206,7 @@ def _change(name: str, before: Entry, after: Entry) -> float:
     noise = CONDITIONED * before.conditioning if name == "error" else NOISE * high
     now = getattr(after, f"{name}_high")
     near = min(max(now, low - (high - low) - noise), high + (high - low) + noise)
-    return (now - (low + high) / 2) / ((low + high) / 2) if now != near else 0.0 * now
+    return float((now - (low + high) / 2) / ((low + high) / 2)) if now != near else 0.0 * float(now)
 
 
 def _frame(baseline: Baseline) -> Any:

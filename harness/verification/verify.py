@@ -127,8 +127,12 @@ def verify(
 def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends: float) -> str | None:
     """The cause of a report's failures, by solutions on one case in two new processes."""
     pairs = {outcome: frozenset((row.claim, row.case) for row in report.of(outcome)) for outcome in Outcome}
-    failures = Failures(pairs[Outcome.FAILED], pairs[Outcome.PASSED], on)
-    case, found = on[failures.probed()], []
+    got = tuple(
+        row.finding.got for row in report.of(Outcome.FAILED) if row.claim in ("order", "order_short", "work_order")
+    )
+    failures = Failures(pairs[Outcome.FAILED], pairs[Outcome.PASSED], on, got)
+    case = on[failures.probed()]
+    found: list[Facts] = []
     for probe in (digest, facts):
 
         def measured(trials: Trials, probe: Callable[[Trials], Facts] = probe) -> Finding:
@@ -138,9 +142,9 @@ def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends
         run([CaseJob(integrator, case, DEPTHS[report.depth], rows.append, [FIRST], measured)], 1, ends)
         finding = rows[0].finding
         found.append(json.loads(finding.got) if finding.outcome == Outcome.PASSED else {"raises": True})
-    return conclude(
-        failures, *found, integrator.order, isinstance(integrator, Stepped), isinstance(integrator.sweep, Steps)
-    )
+    alone, rest = found
+    declared = {"order": integrator.order, "stepped": isinstance(integrator, Stepped)}
+    return conclude(failures, rest | declared | {"alone": alone, "steps": isinstance(integrator.sweep, Steps)})
 
 
 def planned(
