@@ -20,8 +20,8 @@ from gnomon.harness.verification.trials import Answer, Floats, Trials
 
 NEAR, MOST = 0.05, 0.9
 """A shift in time explains samples if it leaves less of their error than this share, of most of them."""
-FLAT = 3.0
-"""Errors that differ by less do not fall."""
+FLAT = 1.3
+"""Errors that fall by less from one setting to the next do not fall: half the step leaves them 2^(1/2) times less or better."""
 SINGLE = (1e-10, 1e-4)
 """Between these lie errors that single precision, or printing six to nine digits, leaves."""
 LEFT = 1e-9
@@ -294,20 +294,20 @@ def _of_samples(failures: Failures, claims: set[str], found: Facts) -> str | Non
         return f"shift: its {what} fit the exact motion at {when}"
     if found.get("late"):
         return "late: its states fit the exact motion at later times: a step goes beyond a sample, or is counted short"
-    if found.get("left"):
-        return f"left: {found['left']}: a projection, or a normalisation, is missing or wrong"
     if (floor := _floor(found)) is not None:
         return (
             f"precision: its error stays near {floor:.0e} however fine the setting: single precision, printed digits,"
             " a coefficient with few digits, or an iteration that stops early"
         )
+    if found.get("left"):
+        return f"left: {found['left']}: a projection, or a normalisation, is missing or wrong"
     return None
 
 
 def _floor(found: Facts) -> float | None:
     """An error that finer settings do not make smaller, in the range of single precision."""
-    tail = [error for _, error, roundoff, _ in found.get("points", [])[-3:] if error > 20 * roundoff]
-    if len(tail) < 2 or not SINGLE[0] < min(tail) <= max(tail) < min(SINGLE[1], FLAT * min(tail)):
+    tail = [error for _, error, roundoff, _ in found.get("points", [])[-2:] if error > 20 * roundoff]
+    if len(tail) < 2 or tail[0] > FLAT * tail[-1] or not SINGLE[0] < min(tail) <= max(tail) < SINGLE[1]:
         return None
     return float(tail[-1])
 
@@ -319,6 +319,8 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
         return "events: an event is missed, at the wrong time, or changes the state wrongly"
     if claims == {"clock"}:
         return "time: it is wrong only where the start is not at t = 0: the time since the start is taken for the time"
+    if claims == {"quadrature"} and any(claim in ACCURACY for claim, _ in failures.passed):
+        return "quadrature: a weight or a time of its stages is wrong, by little if it is a weight: only forces of time show it"
     if failures.only_with_time():
         return "time: it is wrong only where the equations have the time in them: the time of a stage, or of a step"
     first = found.get("first_wrong")
@@ -351,10 +353,8 @@ def _of_control(failures: Failures, claims: set[str], found: Facts) -> str | Non
 
 def _flat(points: Sequence[Sequence[float]]) -> bool:
     """Whether the errors of the finest settings do not fall, well above round-off."""
-    tail = points[-3:]
-    return (
-        len(tail) == 3 and tail[-1][1] > 20 * tail[-1][2] and max(error for _, error, *_ in tail) < FLAT * tail[-1][1]
-    )
+    tail = points[-2:]
+    return len(tail) == 2 and tail[1][1] > 20 * tail[1][2] and tail[0][1] < FLAT * tail[1][1]
 
 
 def _of_order(failures: Failures, claims: set[str], found: Facts) -> str | None:
