@@ -22,6 +22,8 @@ NEAR, MOST = 0.05, 0.9
 """A shift in time explains samples if it leaves less of their error than this share, of most of them."""
 FLAT = 1.3
 """Errors that fall by less from one setting to the next do not fall: half the step leaves them 2^(1/2) times less or better."""
+FLOOR = 3.0
+"""Errors of three settings that fall by less have a floor: of order 1 they fall by 4, or more."""
 SINGLE = (1e-10, 1e-4)
 """Between these lie errors that single precision, or printing six to nine digits, leaves."""
 LEFT = 1e-9
@@ -305,11 +307,13 @@ def _of_samples(failures: Failures, claims: set[str], found: Facts) -> str | Non
 
 
 def _floor(found: Facts) -> float | None:
-    """An error that finer settings do not make smaller, in the range of single precision."""
-    tail = [error for _, error, roundoff, _ in found.get("points", [])[-2:] if error > 20 * roundoff]
-    if len(tail) < 2 or tail[0] > FLAT * tail[-1] or not SINGLE[0] < min(tail) <= max(tail) < SINGLE[1]:
-        return None
-    return float(tail[-1])
+    """An error that finer settings, or shorter spans, do not make smaller, in the range of single precision."""
+    points = [error for _, error, roundoff, _ in found.get("points", []) if error > 20 * roundoff]
+    single = [error for _, error, _ in found.get("single_steps", [])]
+    for tail in (*(single[k : k + 4] for k in range(len(single) - 3)), points[-3:]):
+        if len(tail) >= 3 and SINGLE[0] < min(tail) <= max(tail) < SINGLE[1] and tail[0] < FLOOR * tail[-1]:
+            return float(tail[-1])
+    return None
 
 
 def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:

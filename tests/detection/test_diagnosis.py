@@ -23,14 +23,21 @@ CAUSES = (
     ("bogacki_shampine: the last step is not shortened", "late", BOTH[:1], TIGHT),
     ("ensemble: the motions are returned in reverse", "ensemble", BOTH[:1], (*ORDER, "ensemble")),
     ("quaternion: the norm is the sum of sizes", "left", ("euler_top",), ORDER),
-    ("rotation: the attitude in single precision", "precision", ("euler_top",), ORDER),
+    ("rk4: single precision inside", "precision", BOTH[:1], ORDER),
     ("LeapfrogEngine: the force on the partner is left out", "component", ("kepler_orbit", "two_body"), ORDER),
     ("rk4_events: the reset is left out", "events", ("bouncing_ball",), ("event_order",)),
 )  # fmt: skip
 """(fault, cause, cases, claims): a few claims that show it, so that it takes seconds."""
 
 
-@pytest.mark.parametrize(("fault", "cause", "names", "claims"), CAUSES, ids=[f"{fault}" for fault, *_ in CAUSES])
+SLOW = ("quaternion", "LeapfrogEngine", "bogacki_shampine", "ensemble")
+"""Methods whose solutions take long."""
+
+
+@pytest.mark.parametrize(
+    ("fault", "cause", "names", "claims"),
+    [pytest.param(*row, id=row[0], marks=[pytest.mark.slow] if row[0].startswith(SLOW) else []) for row in CAUSES],
+)
 def test_the_cause_of_a_fault_is_named(fault: str, cause: str, names: tuple[str, ...], claims: tuple[str, ...]) -> None:
     mutant = next(mutant for mutant in measure.faulty() if mutant.id == fault)
     report = verify(mutant.integrator(), names, "low", claims, workers=1)
