@@ -219,8 +219,9 @@ def _error_of_steps(trials: Trials, answer: Answer) -> float:
 
 
 def _over_tolerance(trials: Trials, answers: Sequence[tuple[int, Answer]]) -> Finding:
-    """Whether the answers, each over the span divided by 2^halvings (halvings, answer), keep to their tolerances."""
-    counted = 0
+    """Whether the answers, each over the span divided by 2^halvings (halvings, answer), keep to their tolerances; the worst one
+    of those that do not."""
+    counted, worse = 0, []
     for halvings, answer in answers:
         if answer.declined:
             continue
@@ -234,7 +235,10 @@ def _over_tolerance(trials: Trials, answers: Sequence[tuple[int, Answer]]) -> Fi
             where = " at the last sample" if dense(trials) or halvings else ""
             work = f"{trials.steps_of(answer):.0f} steps at most"
             expected = f"error{where} below {allowed:.2g} with {work}"
-            return failed(f"{trials.named(answer.setting)}{part}", expected, f"{error:.2g}")
+            found = failed(f"{trials.named(answer.setting)}{part}", expected, f"{error:.2g}")
+            worse.append((math.inf if math.isnan(error) else error / allowed, found))
+    if worse:
+        return max(worse, key=lambda each: each[0])[1]
     return passed() if counted else not_applicable("no setting whose tolerance bounds the error")
 
 

@@ -15,7 +15,7 @@ from gnomon.cases import Case
 from gnomon.cases.core.forms import Charged, Constrained, RigidBody
 from gnomon.harness.contract.integrator import solver_of
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
-from gnomon.harness.verification.convergence_claims import _dense as dense
+from gnomon.harness.verification.convergence_claims import dense
 from gnomon.harness.verification.trials import Answer, Floats, Trials
 
 NEAR, MOST = 0.05, 0.9
@@ -322,7 +322,7 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
     if claims & {"events", "event_order"} and all(case in hybrid for _, case in failures.failed):
         return "events: an event is missed, at the wrong time, or changes the state wrongly"
     if claims == {"clock"}:
-        return "time: it is wrong only where the start is not at t = 0: the time since the start is taken for the time"
+        return "time: it is wrong only where the start is not at t = 0: the equations get the time since the start"
     if claims == {"quadrature"} and any(claim in ACCURACY for claim, _ in failures.passed):
         return "quadrature: a weight or a time of its stages is wrong, by little if it is a weight: only forces of time show it"
     if failures.only_with_time():

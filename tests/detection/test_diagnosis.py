@@ -53,7 +53,7 @@ PENDULUM, FORCED = (cases.get(name) for name in BOTH)
 
 
 def test_the_time_is_named_only_where_claims_of_accuracy_pass_without_it() -> None:
-    """An integrator that is wrong everywhere is wrong on forced motions too."""
+    """An integrator that is wrong on all motions is wrong on forced motions too."""
     on = {"pendulum_simple": PENDULUM, "forced_oscillator": FORCED}
     found = {"steps": True, "stepped": True, "order": 4, "alone": {}}
     wrong = frozenset({("order", "forced_oscillator")})
