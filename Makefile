@@ -59,7 +59,8 @@ mutants: $(INSTALLED)
 stability: $(INSTALLED)
 	$(BIN)/gnomon stability --depth high --out $(LOCAL)/stability.json
 
-# What `gnomon verify` finds of planted faults, and whether it fails what is right. Hours; the same command resumes.
+# What `gnomon verify` finds of planted faults, and whether it fails what is right. Hours, in parts of minutes; the same command
+# resumes. Right integrators on a loaded machine: python tests/detection/measure.py --load 8.
 verification: $(INSTALLED)
 	$(BIN)/python tests/detection/measure.py --to $(LOCAL)/verification.json
 

@@ -17,8 +17,6 @@ COLUMNS = [
     "setting", "setting_kind", "numbers", "span", "status", "reason", "limit_seconds", "repeats", "turned_starts",
     "error_max", "floor", "conditioning", "rhs_calls", "steps", "seconds_median", "machine",
 ]  # fmt: skip
-LIMITS = ["error_limit", "rhs_limit", "steps_limit"]
-"""Columns that a base may have besides: the largest values that noise explains, in place of the factors below."""
 ERROR_FACTOR = 2.0
 """A series is worse if the median ratio of errors at equal settings is above this. Differences of libm and FMA in the
 last bits change single errors of adaptive methods by more, the median hardly."""
@@ -79,7 +77,7 @@ def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
 
 def _used(frame: Any) -> Any:
     """The rows and columns of a frame that are compared: its first launch, with numbers in place of nulls."""
-    frame = frame.loc[frame["launch"] == 1].reindex(columns=[*SERIES, *COLUMNS, *LIMITS])
+    frame = frame.loc[frame["launch"] == 1].reindex(columns=[*SERIES, *COLUMNS])
     filled = {"turned_starts": 0.0, "repeats": 1.0, "limit_seconds": math.nan}
     return frame.assign(**{name: frame[name].astype(float).fillna(value) for name, value in filled.items()})
 
@@ -147,18 +145,14 @@ def _numbers(name: str, both: Any, verdict: Verdict) -> None:
     attainable = np.maximum(10 * sound["conditioning"], 10 * sound["floor"])
     errors = np.maximum(sound["error_max"], attainable)
     ratios = np.maximum(sound["error_max_after"], attainable) / errors
-    limits = np.maximum(sound["error_limit"].fillna(ERROR_FACTOR * errors), attainable) / errors
-    if len(ratios) and np.median(ratios / limits) > 1:
+    if len(ratios) and np.median(ratios) > ERROR_FACTOR:
         verdict.regressions.append(f"{name}: errors are {np.median(ratios):.2g} times those of the base")
     for setting, ratio in zip(sound["setting"], ratios, strict=True):
         if ratio > SINGLE_FACTOR:
             verdict.regressions.append(f"{name} at {setting:g}: the error is {ratio:.2g} times that of the base")
-    for column, limit, what in (("rhs_calls", "rhs_limit", "right-hand sides"), ("steps", "steps_limit", "steps")):
-        allowed = sound[limit].fillna(CALLS_FACTOR * sound[column]) if column == "rhs_calls" else sound[limit]
-        beyond = (sound[f"{column}_after"] / allowed).dropna()
-        if len(beyond) and np.median(beyond) > 1:
-            times = np.median((sound[f"{column}_after"] / sound[column]).dropna())
-            verdict.regressions.append(f"{name}: {times:.2f} times the {what} of the base")
+    calls = (sound["rhs_calls_after"] / sound["rhs_calls"]).dropna()
+    if len(calls) and np.median(calls) > CALLS_FACTOR:
+        verdict.regressions.append(f"{name}: {np.median(calls):.2f} times the right-hand sides of the base")
     orders = [_order(sound["setting"], sound[column], attainable) for column in ("error_max", "error_max_after")]
     if (sound["setting_kind"] == "step").any() and orders[1] < orders[0] - ORDER_LOSS:
         verdict.regressions.append(f"{name}: order {orders[0]:.2f} became {orders[1]:.2f}")

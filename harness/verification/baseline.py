@@ -163,13 +163,15 @@ def _runs(trials: Trials, setting: float, starts: Sequence[Floats]) -> tuple[Sta
 
 
 def compared(base: Baseline, run: Baseline) -> Verdict:
-    """The verdict of the regression check on a run against a baseline. Notes name bounds that another version changed.
+    """The verdict of the regression check on a run against a baseline, and what changed otherwise, for worse or for better.
+    Notes name bounds that another version changed.
 
     Raises ValueError where nothing can be compared.
     """
     if base.integrator != run.integrator:
         raise ValueError(f"the baseline is of {base.integrator}, not of {run.integrator}; write one for it")
     verdict = compare(_frame(base), _frame(run))
+    verdict.regressions += _changes(base, run)
     now = {entry.case_id: entry for entry in run.entries}
     for case, entry in {entry.case_id: entry for entry in base.entries}.items():
         for bound in ("floor", "conditioning"):
@@ -181,15 +183,38 @@ def compared(base: Baseline, run: Baseline) -> Verdict:
     return verdict
 
 
+def _changes(base: Baseline, run: Baseline) -> list[str]:
+    """A line for each case and number that is outside the range of the base, and what noise explains, at most settings."""
+    after = {(entry.case_id, entry.setting): entry for entry in run.entries}
+    found: list[str] = []
+    for case in dict.fromkeys(entry.case_id for entry in base.entries):
+        pairs = [(e, after[case, e.setting]) for e in base.entries if e.case_id == case and (case, e.setting) in after]
+        for name, what in (("error", "errors"), ("rhs", "right-hand sides"), ("steps", "steps")):
+            changes = [_change(name, *pair) for pair in pairs if Status.OK == pair[0].status == pair[1].status]
+            changes = [change for change in changes if not math.isnan(change)]
+            if 2 * sum(change != 0 for change in changes) > len(changes):
+                found.append(
+                    f"changed: {case}: {what}, in the median over {len(changes)} settings by {np.median(changes):+.1e} of those"
+                    " of the baseline; if it is meant, write the baseline anew"
+                )
+    return found
+
+
+def _change(name: str, before: Entry, after: Entry) -> float:
+    """By how much of itself a number is beyond its range, twice as wide on both sides, and noise; 0 within these."""
+    low, high = (getattr(before, f"{name}_{end}") for end in ENDS)
+    noise = CONDITIONED * before.conditioning if name == "error" else NOISE * high
+    now = getattr(after, f"{name}_high")
+    near = min(max(now, low - (high - low) - noise), high + (high - low) + noise)
+    return float((now - (low + high) / 2) / ((low + high) / 2)) if now != near else 0.0 * float(now)
+
+
 def _frame(baseline: Baseline) -> Any:
     """The entries as the frame that the regression check reads."""
     import pandas as pd  # takes longer than most claims
 
     rows = pd.DataFrame([asdict(entry) for entry in baseline.entries])
-    for name, column, margin in (("error", "error_max", 0.0), ("rhs", "rhs_calls", NOISE), ("steps", "steps", NOISE)):
-        low, high = rows[f"{name}_low"], rows[f"{name}_high"]
-        rows[column], rows[f"{name}_limit"] = high, (high + (high - low)) * (1 + margin)
-    rows["error_limit"] += CONDITIONED * rows["conditioning"]
+    rows = rows.rename(columns={"error_high": "error_max", "rhs_high": "rhs_calls", "steps_high": "steps"})
     fixed = {"formulation": "", "integrator_id": baseline.integrator, "launch": 1, "reason": "", "span": 0.0}
     missing = dict.fromkeys(("limit_seconds", "repeats", "turned_starts", "seconds_median"), math.nan)
     return rows.assign(**fixed, **missing)

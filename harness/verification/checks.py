@@ -52,7 +52,7 @@ class Check:
             pytest.skip(found.why)
         if found.outcome == Outcome.FAILED:
             row, report = Row(self.claim, self.case.id, found), Report(self.integrator.id, self.depth.name)
-            alone = [f"  alone:    {command(report, row, self.how)}"] if self.how else []
+            alone = [f"  command:  {command(report, row, self.how)}"] if self.how else []
             raise AssertionError("\n".join([*failure(row), *alone]))
 
 

@@ -1,4 +1,4 @@
-"""Claims about an integrator: what each states, why, its bound and how the bound is derived, and how it is verified."""
+"""Claims about an integrator: what each states, why, its bound, and how it is verified."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ TIME = "time"
 class Claim:
     """`applies` gives the reason why a claim is not made of an integrator on a case, None where it is made.
 
-    `verify` is called only where it applies. `states`, `reason` and `bound` (with its derivation) are sentences for users.
+    `verify` is called only where it applies. `states`, `reason` and `bound` (with what it follows from) are sentences for users.
     """
 
     id: str

@@ -142,19 +142,20 @@ def fitted_slope(lines: Sequence[Sequence[tuple[float, float]]]) -> tuple[float,
 def above_line(
     points: Sequence[Point], order: int, longer: float = 1.0, fewest: int = 1
 ) -> tuple[float, float, float] | None:
-    """(h, error, allowed error) of the first point that is worse than its order allows at twice its step, by the largest
-    error/h^order of all steps that are more than `longer` times as long, `fewest` at least; None if there is none.
+    """(h, error, allowed error) of the worst point of those that are worse than their order allows at twice their step, by the
+    largest error/h^order of all steps that are more than `longer` times as long, `fewest` at least; None if there is none.
 
     Rounding changes points near round-off: it is added.
     """
+    found: list[Point] = []
     for h, error, roundoff in points:
         lines = [max(e, r) / step**order for step, e, r in points if step > longer * h]
         if len(lines) < fewest:
             continue
-        allowed = max(lines) * h**order * 2.0 ** max(order, 2)
-        if error > allowed + ABOVE_FLOOR_ON_A_LINE * roundoff:
-            return h, error, allowed + ABOVE_FLOOR_ON_A_LINE * roundoff
-    return None
+        allowed = max(lines) * h**order * 2.0 ** max(order, 2) + ABOVE_FLOOR_ON_A_LINE * roundoff
+        if error > allowed:
+            found.append((h, error, allowed))
+    return max(found, key=lambda point: point[1] / point[2], default=None)
 
 
 @claim("error", _has_order)
@@ -218,8 +219,9 @@ def _error_of_steps(trials: Trials, answer: Answer) -> float:
 
 
 def _over_tolerance(trials: Trials, answers: Sequence[tuple[int, Answer]]) -> Finding:
-    """Whether the answers, each over the span divided by 2^halvings (halvings, answer), keep to their tolerances."""
-    counted = 0
+    """Whether the answers, each over the span divided by 2^halvings (halvings, answer), keep to their tolerances; the worst one
+    of those that do not."""
+    counted, worse = 0, []
     for halvings, answer in answers:
         if answer.declined:
             continue
@@ -233,7 +235,10 @@ def _over_tolerance(trials: Trials, answers: Sequence[tuple[int, Answer]]) -> Fi
             where = " at the last sample" if dense(trials) or halvings else ""
             work = f"{trials.steps_of(answer):.0f} steps at most"
             expected = f"error{where} below {allowed:.2g} with {work}"
-            return failed(f"{trials.named(answer.setting)}{part}", expected, f"{error:.2g}")
+            found = failed(f"{trials.named(answer.setting)}{part}", expected, f"{error:.2g}")
+            worse.append((math.inf if math.isnan(error) else error / allowed, found))
+    if worse:
+        return max(worse, key=lambda each: each[0])[1]
     return passed() if counted else not_applicable("no setting whose tolerance bounds the error")
 
 

@@ -47,6 +47,7 @@ class EngineIntegrator(Integrator):
         self.engine, self.path, self.declared = engine, path, dict(declared)
         self.tokens = frozenset(self.declared["tokens"])
         self.__dict__.update(name=declared["name"], order=declared["order"], sweep=Steps(**declared["sweep"]))
+        self.__dict__.update(conserves=tuple(declared["conserves"]))
 
     @property
     def origin(self) -> str:
@@ -88,12 +89,14 @@ def from_engine(
     name: str,
     order: int | None = None,
     tokens: Iterable[str] = (),
+    conserves: Iterable[str] = (),
     coarsest: float = 0.5,
     halvings: int = 9,
 ) -> EngineIntegrator:
     """The integrator that drives `engine`, a class at the top level of a module (or a function there that makes one).
 
-    `tokens`: what the engine can model, as `velocity_force` or `hinge`; a free body under gravity needs none. The sweep
+    `tokens`: what the engine can model, as `velocity_force` or `hinge`; a free body under gravity needs none. `conserves`:
+    what is claimed to be conserved at any step size, see `Integrator`. The sweep
     starts at steps of `coarsest` time scales and halves them `halvings` times. Raises ValueError for a wrong declaration.
     """
     module, qualified = getattr(engine, "__module__", None), getattr(engine, "__qualname__", "")
@@ -103,6 +106,7 @@ def from_engine(
         "name": name,
         "order": order,
         "tokens": sorted(tokens),
+        "conserves": list(conserves),
         "sweep": {"coarsest": coarsest, "halvings": halvings},
     }
     made = EngineIntegrator(engine, (module, qualified), declared)

@@ -93,7 +93,7 @@ def problem_parts(problem: Problem, kind: str, setting: float) -> tuple[str, str
     times = problem.times.tolist()
     rest = {
         "case": names.case,
-        "setting": {"kind": kind, "value": setting, "hex": setting.hex()},
+        "setting": {"kind": kind, "value": _encoded(setting), "hex": setting.hex()},
         "coordinates": names.coordinates,
         "parameters": parameters,
         "parameters_hex": {name: value.hex() for name, value in parameters.items()},

@@ -46,7 +46,7 @@ def _applies(trials: Trials) -> str | None:
     return None
 
 
-@claim("quadrature", _applies)
+@claim("quadrature", _applies, once=True)
 def _quadrature(trials: Trials) -> Finding:
     """With f = f(t) a method of order p is a rule of quadrature, exact for polynomials of degree p - 1; for accelerations of
     degree p - 2. One that is not exact by its construction has an error that falls as the order says.
@@ -54,10 +54,13 @@ def _quadrature(trials: Trials) -> Finding:
     order = trials.integrator.order
     assert order is not None
     if trials.steps:
-        intervals = 1.0 / (SAMPLES * 2.0 ** np.arange(HALVED))
-        usable = [h for h in intervals if not _error(trials, h)[2]]
+        intervals = (1.0 / (SAMPLES * 2.0 ** np.arange(HALVED))).tolist()
+        declined = {h: _error(trials, h)[2] for h in intervals}
+        usable = [h for h, why in declined.items() if not why]
         if not usable:
-            return not_applicable("it declines all steps of a constant force")
+            return not_applicable(
+                f"it has no solution where the force is a polynomial in time: {declined[intervals[-1]]}"
+            )
         first, second, less = usable[0], usable[0] / 2, 2.0 ** (order - 0.5)
     else:
         first, less = trials.settings[0], LESS  # the fewest steps, and so the least round-off

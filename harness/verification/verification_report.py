@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.results.visible import visible
 from gnomon.harness.verification.claims import TEXTS, TIME, Outcome
+from gnomon.harness.verification.diagnosis import HISTORY
 from gnomon.harness.verification.verify import Report, Row
 
 SCHEMA = 1
@@ -72,30 +73,41 @@ def counts(report: Report, known: Known) -> dict[str, int]:
 
 
 def command(report: Report, row: Row, how: str) -> str:
-    """The command that verifies this claim on this case alone, and draws it; `how` is what names the integrator there."""
+    """The command that verifies this claim on this case alone, and draws it; `how` is what names the integrator there.
+
+    Where solutions depend on earlier calls, a claim may fail only after the others: these are verified too.
+    """
+    if row.claim != TIME and (report.diagnosis or "").startswith(HISTORY):
+        named = "".join(f" --claim {claim}" for claim in report.claims)
+        return f"gnomon verify {how} --case {row.case}{named} --depth {report.depth}"
     more = "--picture failure.svg" if row.claim != TIME else f"--against {shlex.quote((report.against or ('',))[0])}"
     return f"gnomon verify {how} --case {row.case} --claim {row.claim} --depth {report.depth} {more}"
 
 
-def failure(row: Row) -> list[str]:
-    """A failure as text: where, what the claim states, what was expected and got, and why it counts."""
+def failure(row: Row, explained: bool = True) -> list[str]:
+    """A failure as text: where, what was expected and got; `explained`: also what the claim states, why, and its bound."""
     finding = row.finding
     at = f", {finding.setting}" if finding.setting else ""
-    return [
-        f"FAILED {row.claim} on {row.case}{at}",
-        f"  claim:    {TEXTS[row.claim]['states']}",
-        f"  expected: {finding.expected}",
-        f"  got:      {finding.got}",
-        f"  why:      {finding.why}",
-        f"  bound:    {TEXTS[row.claim]['bound']}",
-    ]
+    claim = [f"  claim:    {TEXTS[row.claim]['states']}"] if explained else []
+    reasons = [f"  why:      {finding.why}", f"  bound:    {TEXTS[row.claim]['bound']}"] if explained else []
+    measured = [f"  expected: {finding.expected}", f"  got:      {finding.got}"]
+    return [f"FAILED {row.claim} on {row.case}{at}", *claim, *measured, *reasons]
+
+
+def cause(report: Report) -> list[str]:
+    """The likely cause of all failures as a line, if one is known."""
+    return [] if report.diagnosis is None else [f"likely cause: {report.diagnosis.partition(': ')[2]}"]
 
 
 def lines(report: Report, known: Known, how: str) -> list[str]:
-    """The report as text: each failure with all that explains it, why claims did not apply, known failures, the counts."""
+    """The report as text: failures claim by claim, each claim explained once, their likely cause, why claims did not apply,
+    known failures, the counts."""
     found: list[str] = []
-    for row in new_failures(report, known):
-        found += [*failure(row), f"  alone:    {command(report, row, how)}"]
+    failures = new_failures(report, known)
+    for claim in dict.fromkeys(row.claim for row in failures):
+        for number, row in enumerate(row for row in failures if row.claim == claim):
+            found += [*failure(row, number == 0), f"  command:  {command(report, row, how)}"]
+    found += cause(report) if failures else []
     found += times(report)
     reasons = Counter((row.claim, row.finding.why) for row in report.of(Outcome.NOT_APPLICABLE))
     found += [f"not applicable: {claim} ({count}): {why}" for (claim, why), count in reasons.items()]
@@ -148,7 +160,8 @@ def as_json(report: Report, known: Known, how: str) -> str:
     claims = {name: {"states": text["states"], "bound": text["bound"]} for name, text in TEXTS.items()}
     versions = None if report.against is None else {"requirement": report.against[0], "versions": report.against[1]}
     whole = {"schema": SCHEMA, "integrator": report.integrator, "depth": report.depth, "counts": counts(report, known)}
-    return json.dumps(whole | {"against": versions, "rows": rows, "claims": claims}, indent=1) + "\n"
+    whole |= {"diagnosis": report.diagnosis, "against": versions, "rows": rows, "claims": claims}
+    return json.dumps(whole, indent=1) + "\n"
 
 
 def as_junit(report: Report, known: Known, how: str) -> str:
@@ -186,6 +199,7 @@ def as_markdown(report: Report, known: Known, how: str) -> str:
         finding = row.finding
         cells = [row.claim, row.case, finding.setting, finding.expected, finding.got, command(report, row, how)]
         found.append(f"| {' | '.join(map(_cell, cells))} |")
+    found += ["", *map(_cell, cause(report))] if failures else []
     found += ["", *(f"- {_cell(line)}" for line in times(report))] if report.against else []
     return "\n".join(found) + "\n"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import traceback
 from collections.abc import Callable, Sequence
@@ -11,7 +12,7 @@ from typing import Any
 
 from gnomon.cases import Case
 from gnomon.cases.core.numbers import nearest
-from gnomon.harness.contract.integrator import Integrator, Refused
+from gnomon.harness.contract.integrator import Integrator, Refused, Steps
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.running import plan
@@ -27,7 +28,9 @@ from gnomon.harness.verification import (
     relation_claims,
     structure_claims,
 )
-from gnomon.harness.verification.claims import TEXTS, TIME, Claim, Finding, Outcome, failed, not_applicable
+from gnomon.harness.verification.claims import TEXTS, TIME, Claim, Finding, Outcome, failed, not_applicable, passed
+from gnomon.harness.verification.diagnosis import Facts, Failures, conclude, digest, facts
+from gnomon.harness.verification.doors import Stepped
 from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 
 from gnomon import cases
@@ -74,6 +77,10 @@ class Report:
     rows: list[Row] = field(default_factory=list)
     against: tuple[str, str] | None = None
     """The other version as it was named, and which files the two versions are; None without one."""
+    claims: tuple[str, ...] = ()
+    """The claims that were named; none where all were verified."""
+    diagnosis: str | None = None
+    """The likely cause of all failures, as `id: sentence`; None where nothing fails or no cause is known."""
 
     def of(self, outcome: Outcome) -> list[Row]:
         return [row for row in self.rows if row.finding.outcome == outcome]
@@ -99,7 +106,7 @@ def verify(
     """
     need_fork()
     chosen = planned(integrator, names, depth, claims)
-    report = Report(integrator.id, depth)
+    report = Report(integrator.id, depth, claims=tuple(claims or ()))
     if not chosen:
         return report
     _first_trial(integrator, chosen[0][0], DEPTHS[depth])
@@ -112,7 +119,32 @@ def verify(
     run([CaseJob(integrator, case, DEPTHS[depth], add, ids) for case, ids in chosen], workers, ends)
     places = {name: place for place, name in enumerate([*(case.id for case, _ in chosen), *CLAIMS])}
     report.rows.sort(key=lambda row: (places[row.case], places[row.claim]))
+    if report.of(Outcome.FAILED) and monotonic() < ends:
+        report.diagnosis = _diagnosed(integrator, report, {case.id: case for case, _ in chosen}, ends)
     return report
+
+
+def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends: float) -> str | None:
+    """The cause of a report's failures, by solutions on one case in two new processes."""
+    pairs = {outcome: frozenset((row.claim, row.case) for row in report.of(outcome)) for outcome in Outcome}
+    got = tuple(
+        row.finding.got for row in report.of(Outcome.FAILED) if row.claim in ("order", "order_short", "work_order")
+    )
+    failures = Failures(pairs[Outcome.FAILED], pairs[Outcome.PASSED], on, got)
+    case = on[failures.probed()]
+    found: list[Facts] = []
+    for probe in (digest, facts):
+
+        def measured(trials: Trials, probe: Callable[[Trials], Facts] = probe) -> Finding:
+            return passed(json.dumps(probe(trials)))
+
+        rows: list[Row] = []
+        run([CaseJob(integrator, case, DEPTHS[report.depth], rows.append, [FIRST], measured)], 1, ends)
+        finding = rows[0].finding
+        found.append(json.loads(finding.got) if finding.outcome == Outcome.PASSED else {"raises": True})
+    alone, rest = found
+    declared = {"order": integrator.order, "stepped": isinstance(integrator, Stepped)}
+    return conclude(failures, rest | declared | {"alone": alone, "steps": isinstance(integrator.sweep, Steps)})
 
 
 def planned(

@@ -7,8 +7,9 @@ from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.forms import Hybrid, RigidBody
+from gnomon.cases.core.forms import FirstOrder, Hybrid, RigidBody
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.verification.doors import right_hand_side
 from gnomon.harness.verification.engine_door import from_engine
 
 
@@ -42,6 +43,27 @@ class _Events(_OneByOne):
         return type(self).function(problem.form, numbers, problem.t0, start, problem.times, setting)
 
 
+class _Form(_OneByOne):
+    counts_rhs = False
+
+    def trajectory(self, problem: Problem, setting: float, start: Any) -> Any:
+        numbers = tuple(problem.parameters.tolist())
+        try:
+            return type(self).function(problem.form, numbers, problem.t0, start, problem.times, setting)
+        except (ArithmeticError, ValueError):
+            return np.full((len(problem.times), problem.dimension), np.nan), None
+
+
+class _Ensemble(_OneByOne):
+    accepts = (FirstOrder,)
+
+    def solved(self, problem: Problem, setting: float, starts: Any) -> Solution:
+        f = right_hand_side(problem)
+        with np.errstate(all="ignore"):
+            states = type(self).function(f, problem.t0, starts, problem.times, setting)
+        return Solution(states, round(float(problem.elapsed[-1]) / setting) * len(starts))
+
+
 class _Rotation(_OneByOne):
     accepts = (RigidBody,)
     counts_rhs = False
@@ -72,8 +94,9 @@ def _made(
     order: int,
     sweep: Steps,
     conserves: tuple[str, ...] = (),
+    **more: Any,
 ) -> Integrator:
-    declared = {"name": name, "order": order, "sweep": sweep, "conserves": conserves}
+    declared = {"name": name, "order": order, "sweep": sweep, "conserves": conserves, **more}
     kind = type(name, (base,), declared | {"library": library, "function": staticmethod(function)})
     made: Integrator = kind()
     return made
@@ -87,6 +110,16 @@ def from_events(function: Any, **declared: Any) -> Integrator:
 def from_rotation(function: Any, **declared: Any) -> Integrator:
     """The integrator of `function(moments, torque, t, w, R, h)` -> (w, R), R from the body's axes to those of space."""
     return _made(_Rotation, function, **declared)
+
+
+def from_form(function: Any, **declared: Any) -> Integrator:
+    """The integrator that calls `function(form, parameters, t0, y0, times, step)` -> (states, None), with `accepts`."""
+    return _made(_Form, function, **declared)
+
+
+def from_ensemble(function: Any, **declared: Any) -> Integrator:
+    """The integrator that calls `function(f, t0, starts, times, step)` -> states (n, times, dim)."""
+    return _made(_Ensemble, function, **declared)
 
 
 def from_engine_class(engine: Any, *, library: str, **declared: Any) -> Integrator:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
+from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Any
 
 import measure
 import mutants
+import planted_faults
 import pytest
 import summary
 from defects import DEFECTS
@@ -31,6 +35,11 @@ FOUND = (
 )
 
 
+ROW = {"condition": "plain", "depth": "normal", "load": 0, "changed": True, "claim": None, "case": None, "checked": 3,
+       "seconds": 1.0, "error": None, "sources": "hash"}  # fmt: skip
+"""A row of a mutant that no claim finds, without its kind and name."""
+
+
 def test_there_are_as_many_faults_of_as_many_kinds_as_promised() -> None:
     drawn = mutants.drawn(measure.DRAWN)
     kinds = Counter(mutant.method.name for mutant in drawn)
@@ -40,16 +49,17 @@ def test_there_are_as_many_faults_of_as_many_kinds_as_promised() -> None:
     assert [m.id for m in drawn] == [m.id for m in mutants.drawn(measure.DRAWN)], (
         "the draw is the same each time, so that a measurement can be resumed"
     )
+    assert len({mutant.id for mutant in measure.faulty()}) == len(measure.faulty()) >= len(drawn) + 60
     assert len({defect.link for defect in DEFECTS}) == len(DEFECTS) >= 25
 
 
 def test_every_defect_and_chosen_fault_can_be_built_and_differs_from_the_right_method() -> None:
     for defect in DEFECTS:
         defect.integrator()
-    for mutant in mutants.mutants():
-        if mutant.fault in {fault for _, fault, _, _ in mutants.CHOSEN}:
-            assert mutant.text != mutants.TEXT
-            mutant.integrator()
+    chosen = {fault for _, fault, _, _ in mutants.CHOSEN}
+    for mutant in [*(each for each in mutants.mutants() if each.fault in chosen), *planted_faults.planted()]:
+        assert mutant.text != planted_faults.source(mutant.method)
+        mutant.integrator()
     for mutant in mutants.drawn(measure.DRAWN)[::20]:
         mutant.integrator()
 
@@ -75,32 +85,48 @@ def test_runs_of_right_integrators_are_at_least_200_under_every_condition() -> N
     assert min(Counter(task.condition for task in runs).values()) >= 20
 
 
-def test_intervals() -> None:
-    """Wilson's interval has the roots of (share - p)^2 = z^2 p (1 - p) / n; no alarm in n runs: (1 - rate)^n = 0.05."""
-    low, high = summary.wilson(45, 50)
-    for p in (low, high):
-        assert (0.9 - p) ** 2 == pytest.approx(summary.Z**2 * p * (1 - p) / 50)
-    assert low < 0.9 < high
-    assert summary.most_alarms(0, 200) == pytest.approx(1 - math.exp(math.log(0.05) / 200))
+def test_the_bound_of_false_alarms_counts_integrators() -> None:
+    """No alarm in n independent runs: (1 - rate)^n = 0.05. Four conditions of one integrator are not four such runs."""
+    assert summary.most_alarms(0, 90) == pytest.approx(1 - math.exp(math.log(0.05) / 90))
+    runs = [
+        ROW | {"kind": "right", "name": f"integrator {k}", "condition": name, "depth": "low"}
+        for k in range(50)
+        for name in measure.CONDITIONS
+    ]
+    found = summary.published(runs, measure.FAULT_DEPTHS, "low")
+    assert found["false_alarm_rate_at_most"] == round(summary.most_alarms(0, 50), 3)
+    assert found["right_integrators"] == 50
+
+
+def test_a_row_is_resumed_after_its_last_part(tmp_path: Path) -> None:
+    """Parts make the same row as one verification, and a row that is begun goes on with the part after the last one."""
+    faulty = next(m for m in mutants.mutants() if m.id == "verlet: the half kick at the end is left out").integrator()
+    failure, _, done, whole = measure.first_failure(faulty, "low")
+    assert failure is not None
+    assert whole
+    claims, case = measure.parts(faulty, "low")[done - 1]
+    assert failure[0] in claims
+    assert failure[1] == case
+    right = mutants.right()["verlet"]
+    first = measure.first_failure(right, "low", seconds=0.0)
+    assert first[2:] == (1, False)
+    assert measure.first_failure(right, "low", begin=1, seconds=0.0)[2:] == (2, False)
+    task = measure.Task("right", "verlet of right_methods.py")
+    begun = measure.Measured(**vars(task), sources="now", parts=1, checked=5)
+    file = tmp_path / "rows.jsonl"
+    file.write_text("".join(json.dumps(asdict(row)) + "\n" for row in (begun, replace(begun, parts=2))))
+    assert measure.read(file, "now", keep_found=False)[task].parts == 2
+    assert measure.read(file, "other sources", keep_found=True) == {}
 
 
 def test_a_survivor_without_a_reason_and_a_false_alarm_are_published() -> None:
-    row = {
-        "condition": "plain",
-        "changed": True,
-        "claim": None,
-        "case": None,
-        "checked": 3,
-        "seconds": 1.0,
-        "error": None,
-        "sources": "hash",
-    }
-    rows = [row | {"kind": "mutant", "name": "rk4: sign, line 1 column 2: a + b"},
-            row | {"kind": "defect", "name": "link", "claim": "order", "case": "two_body"},
-            row | {"kind": "right", "name": "x", "claim": "order", "case": "two_body"},
-            row | {"kind": "right", "name": "scipy:LSODA [events]", "claim": "events", "case": "bouncing_ball"}]  # fmt: skip
-    found = summary.published(rows, "normal", "low")
+    rows = [ROW | {"kind": "mutant", "name": "rk4: sign, line 1 column 2: a + b"},
+            ROW | {"kind": "mutant", "name": "rk4: sign, line 1 column 2: a + b", "depth": "low", "claim": "order"},
+            ROW | {"kind": "defect", "name": "link", "claim": "order", "case": "two_body"},
+            ROW | {"kind": "right", "name": "x", "claim": "order", "case": "two_body", "load": 8},
+            ROW | {"kind": "right", "name": "scipy:LSODA [events]", "claim": "events", "case": "bouncing_ball"}]  # fmt: skip
+    found = summary.published(rows, measure.FAULT_DEPTHS, "low")
     assert found["survivors_without_reason"] == ["rk4: sign, line 1 column 2: a + b"]
-    assert found["false_alarms"] == ["x: order on two_body (plain)"]
+    assert found["false_alarms"] == ["x: order on two_body (plain, load 8)"]
     assert list(found["true_alarms"]) == ["scipy:LSODA [events]: events on bouncing_ball"]
-    assert (found["mutants"]["share"], found["defects"]["share"]) == (0.0, 1.0)
+    assert (found["mutants"]["share"], found["mutants_at_low"]["share"], found["defects"]["share"]) == (0.0, 1.0, 1.0)

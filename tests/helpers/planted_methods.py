@@ -149,3 +149,21 @@ ends_its_process = from_step(_ends, name="ends its process", order=1)
 def _forever() -> Any:
     while True:
         pass
+
+
+def seventh(f: Callable[..., Any], t0: float, y0: Any, times: Any, step: float) -> Any:
+    """Heun's method of order 2, whose seventh and later solutions in a process are wrong."""
+    SCRATCH["solutions"] = SCRATCH.get("solutions", 0) + 1
+    t, y, found = t0, y0 * (1 + 1e-9 * (SCRATCH["solutions"] >= 7)), []
+    for end in times:
+        count = max(1, round((end - t) / step))
+        h = (end - t) / count
+        for k in range(count):
+            a = f(t + k * h, y)
+            y = y + h / 2 * (a + f(t + (k + 1) * h, y + h * a))
+        t = end
+        found.append(y)
+    return np.array(found)
+
+
+wrong_from_the_seventh = from_solve(seventh, name="seventh", order=2, sweep=Steps(0.125, 6))

@@ -42,10 +42,12 @@ static const char *after(const char *line, const char *key) {
     return found ? found + strlen(quoted) : "";
 }
 
+/* The numbers of a list; those that are not finite are in quotation marks. */
 static int numbers(const char *text, double *out, int most) {
     int count = 0;
     char *end;
-    for (text += strcspn(text, "[") + 1; count < most; text = end + strspn(end, ", ")) {
+    text += strcspn(text, "[");
+    for (text += strspn(text, "[ \""); count < most; text = end + strspn(end, ", \"")) {
         out[count] = strtod(text, &end);
         if (end == text) break;
         count++;

@@ -35,7 +35,7 @@ def test_the_command_that_a_failure_names_draws_it(
     named = ("verify", "planted_methods:signed", *PENDULUM, "--claim", "step_order", "--json", str(file))
     assert gnomon(*named) == 1
     ((row,),) = [json.loads(file.read_text())["rows"]]
-    assert f"  alone:    {row['command']}" in capsys.readouterr().out.splitlines()
+    assert f"  command:  {row['command']}" in capsys.readouterr().out.splitlines()
     program, *words = shlex.split(row["command"])
     assert program == "gnomon"
     assert gnomon(*words) == 1

@@ -57,6 +57,20 @@ def test_more_work_for_the_same_error_is_a_regression(bases: dict[str, Baseline]
     assert compared(base, base).regressions == []
 
 
+@pytest.mark.parametrize("name", ["RK4", "pair"])
+def test_a_small_change_of_a_weight_is_named_with_either_sign(bases: dict[str, Baseline], name: str) -> None:
+    """A change of a formula makes errors smaller as often as larger. Its size is that of the change of the numbers."""
+    base, widths = bases[name], [e.error_high - e.error_low + 10 * e.conditioning for e in bases[name].entries]
+    for sign in (1, -1):
+        moved = [e.error_high + sign * 4 * w for e, w in zip(base.entries, widths, strict=True)]
+        entries = [replace(e, error_high=x, error_low=x) for e, x in zip(base.entries, moved, strict=True)]
+        (line,) = [
+            line for line in compared(base, replace(base, entries=tuple(entries))).regressions if "changed" in line
+        ]
+        relative = [x / ((e.error_low + e.error_high) / 2) - 1 for e, x in zip(base.entries, moved, strict=True)]
+        assert f"{np.median(relative):+.1e}" in line
+
+
 def test_a_bound_that_another_version_changed_is_named(bases: dict[str, Baseline]) -> None:
     base = bases["RK4"]
     older = replace(base, version="0.0.1", entries=tuple(replace(e, floor=2 * e.floor) for e in base.entries))

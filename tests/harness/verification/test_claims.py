@@ -17,7 +17,7 @@ from gnomon.harness.contract.integrator import Integrator, Solution, Steps, Unsu
 from gnomon.harness.registry import lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.verification.claims import Outcome
-from gnomon.harness.verification.convergence_claims import in_range, slope_of
+from gnomon.harness.verification.convergence_claims import above_line, in_range, slope_of
 from gnomon.harness.verification.doors import from_solve, from_step
 from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS
@@ -339,3 +339,10 @@ def test_a_right_method_whose_iterations_do_not_converge_at_a_long_step_keeps_wh
         finding = CLAIMS[claim].check(trials(wrong, case))
         assert finding.outcome == Outcome.FAILED
         assert "Refused" in finding.why
+
+
+def test_the_setting_that_is_worst_beside_its_bound_is_shown() -> None:
+    """By the line of h = 1, 1e-3, half the step allows 1/4 of it, by that of 1/2 a quarter allows 5e-4, each four times."""
+    h, error, allowed = above_line([(1.0, 1e-3, 0.0), (0.5, 2e-3, 0.0), (0.25, 9e-2, 0.0)], 2) or (0.0, 0.0, 0.0)
+    assert (h, error) == (0.25, 9e-2)
+    assert allowed == pytest.approx(4 * 2e-3 / 4)

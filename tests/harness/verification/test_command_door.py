@@ -108,6 +108,52 @@ def test_a_program_in_c_computes_what_its_method_computes(rk4: Path, name: str) 
     assert problem.buffer[-1] == 4 * 64 * 8
 
 
+DOCUMENTED = {"cpp": ("c++", ["-O2", "-o"]), "rust": ("rustc", ["-O", "-o"])}
+"""Languages of docs/any_language.md that are compiled: the compiler, and its options before the name of the program."""
+
+
+@pytest.fixture(scope="module", params=["c", *DOCUMENTED])
+def example(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The programs that the documentation shows."""
+    if request.param == "c":
+        found: Path = request.getfixturevalue("rk4")
+        return found
+    name, options = DOCUMENTED[request.param]
+    compiler = shutil.which(name)
+    if compiler is None:
+        pytest.skip(f"needs a compiler called {name}")
+    text = (HERE.parents[2] / "docs" / "any_language.md").read_text().split(f"```{request.param}\n")[1].split("```")[0]
+    program = tmp_path_factory.mktemp(request.param) / "example"
+    source = program.with_suffix(".cpp" if request.param == "cpp" else ".rs")
+    source.write_text(text)
+    subprocess.run([compiler, *options, program, source], check=True)
+    return program
+
+
+@pytest.mark.parametrize("setting", [0.0, -1e-3, math.nan])
+def test_an_example_refuses_a_setting_that_is_no_step(example: Path, setting: float) -> None:
+    integrator = from_command([str(example)], seconds=20.0)
+    problem, start = pendulum(integrator)
+    with pytest.raises(Refused):
+        integrator.prepare(problem, setting)(start)
+
+
+def test_what_an_example_writes_of_a_start_that_is_not_finite_is_json(example: Path) -> None:
+    integrator = from_command([str(example)], seconds=20.0)
+    problem, start = pendulum(integrator)
+    for value in (math.nan, math.inf):
+        states = integrator.prepare(problem, problem.interval)(np.full_like(start, value)).states
+        assert not np.any(np.isfinite(states))
+    assert np.all(np.isfinite(integrator.prepare(problem, problem.interval)(start).states))
+
+
+@pytest.mark.parametrize("setting", [0.0, -1e-3, math.nan])
+def test_a_setting_that_is_no_number_is_sent_as_json(setting: float) -> None:
+    problem, start = pendulum(from_command([sys.executable, str(HERE / "odd_program.py"), "right"]))
+    line = protocol.problem_line(protocol.problem_parts(problem, "step", setting), 1, start[0])
+    assert valid(line, "request")
+
+
 def test_a_program_gets_the_time_of_the_start(rk4: Path) -> None:
     """The pendulum does not depend on time, and sums of times with 3.25 s are exact: not a bit changes."""
     integrator = from_command([str(rk4)])

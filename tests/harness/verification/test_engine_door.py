@@ -55,6 +55,15 @@ def test_a_free_fall_follows_the_steps_of_the_engine() -> None:
     assert solution.steps == 2 * 4 * 64
 
 
+def test_an_engine_can_declare_what_it_conserves() -> None:
+    """Symplectic Euler declares the symplectic form, and a worker that makes the engine again declares it too."""
+    from gnomon.harness.verification.engine_door import restored
+    from toy_engine import ToyEngine
+
+    made = from_engine(ToyEngine, name="toy", order=1, conserves=("symplectic",))
+    assert restored(made.origin.partition(":")[2]).conserves == made.conserves == ("symplectic",)
+
+
 @pytest.mark.parametrize("name", ["kepler_orbit", "two_body", "projectile_quadratic_drag", "free_fall_first_order"])
 def test_forces_of_each_kind_converge_with_order_1(name: str) -> None:
     """Over the first four samples, at steps so small that errors are proportional to them."""

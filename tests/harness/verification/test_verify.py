@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -79,6 +80,35 @@ def test_the_text_ends_with_counts_and_shows_failures_alone() -> None:
     assert "gnomon verify 'my module:rk4' --case pendulum_simple --claim order --depth low" in whole
     assert "\x1b" not in whole
     assert "known failure: order on pendulum_simple: a coefficient" in lines(REPORT, KNOWN, "m:r")
+
+
+def test_a_claim_is_explained_at_its_first_failure_and_the_cause_once() -> None:
+    twice = [Row("order", case, failed("h = 1", "h^4", f"h^{k}", "It is wrong.")) for k, case in enumerate("ab")]
+    text = lines(Report("m", "low", twice, diagnosis="order: it converges with order 1.0"), {}, "m:r")
+    for part in ("  claim: ", "  why: ", "  bound: ", "likely cause: it converges with order 1.0"):
+        assert sum(line.startswith(part) for line in text) == 1
+    assert sum(line.startswith("  expected: ") for line in text) == 2
+    known = {("order", case): "known" for case in "ab"}
+    assert not any(
+        line.startswith("likely cause") for line in lines(Report("m", "low", twice, diagnosis="x: y"), known, "m")
+    )
+
+
+def test_a_failure_that_needs_earlier_calls_is_shown_by_a_command_with_these_calls(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The claim that fails passes alone. The command that is named runs the claims before it too."""
+    path = "planted_methods:wrong_from_the_seventh"
+    both = ("--claim", "history", "--claim", "repeatable")
+    assert gnomon("verify", path, *ALONE[:4], *both) == 1
+    shown = capsys.readouterr().out.splitlines()
+    (line,) = {line for line in shown if line.startswith("  command: ")}
+    assert gnomon("verify", path, *ALONE, "history") == 0
+    capsys.readouterr()
+    assert gnomon(*shlex.split(line.partition("gnomon ")[2])) == 1
+    assert [each for each in shown if each.startswith("FAILED")] == [
+        each for each in capsys.readouterr().out.splitlines() if each.startswith("FAILED")
+    ]
 
 
 def test_a_known_failure_that_passes_is_reported() -> None:

@@ -1,0 +1,393 @@
+"""The likely cause of all failures of an integrator, in one line: from which claims fail on which cases, and from a few
+solutions on one case where it fails."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from gnomon.cases import Case
+from gnomon.cases.core.forms import Charged, Constrained, RigidBody
+from gnomon.harness.contract.integrator import solver_of
+from gnomon.harness.results.convergence_order import LARGEST_ERROR
+from gnomon.harness.verification.convergence_claims import dense
+from gnomon.harness.verification.trials import Answer, Floats, Trials
+
+NEAR, MOST = 0.05, 0.9
+"""A shift in time explains samples if it leaves less of their error than this share, of most of them."""
+FLAT = 1.3
+"""Errors that fall by less from one setting to the next do not fall: half the step leaves them 2^(1/2) times less or better."""
+FLOOR = 3.0
+"""Errors of three settings that fall by less have a floor: of order 1 they fall by 4, or more."""
+SINGLE = (1e-10, 1e-4)
+"""Between these lie errors that single precision, or printing six to nine digits, leaves."""
+LEFT = 1e-9
+"""Beyond so many parts of its size a state is not on what a method keeps it to by construction, to round-off."""
+DIGITS = range(4, 13)
+HISTORY = "history: "
+"""Begins a diagnosis that solutions depend on earlier calls."""
+STRUCTURE = {"symplectic", "reversible", "momentum"}
+CONTROL = {"tolerance", "tolerance_short", "tolerance_effect", "proportional", "work"}
+ACCURACY = {"order", "step_order", "order_short", "error", "proportional", "work_order", "event_order"}
+
+Facts = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Failures:
+    """The claims that failed and passed, as (claim, case) pairs, and the cases by name."""
+
+    failed: frozenset[tuple[str, str]]
+    passed: frozenset[tuple[str, str]]
+    cases: dict[str, Case]
+
+    got: tuple[str, ...] = ()
+    """What the claims of order that failed found, as "h^1.02 ..."."""
+
+    @property
+    def claims(self) -> set[str]:
+        return {claim for claim, _ in self.failed}
+
+    def slopes(self) -> list[float]:
+        return [float(found[1]) for text in self.got if (found := re.match(r"h\^(-?[0-9.]+)", text))]
+
+    def right_below(self, component: int) -> bool:
+        """Whether claims of accuracy pass wherever there are fewer coordinates, on one case at least."""
+        few = {name for name, case in self.cases.items() if coordinates(case) < component}
+        return any(claim in ACCURACY and case in few for claim, case in self.passed) and not any(
+            claim in ACCURACY and case in few for claim, case in self.failed
+        )
+
+    def probed(self) -> str:
+        """The case on which the integrator is probed: the one with most failures, a smooth one if there is any."""
+        count = {name: sum(case == name for _, case in self.failed) for name in self.cases}
+        return max(count, key=lambda name: (count[name] > 0 and self.cases[name].hybrid is None, count[name]))
+
+    def only_with_time(self) -> bool:
+        """Whether claims fail only on cases whose equations have the time in them, and those of accuracy pass on others."""
+        others = {name for name, case in self.cases.items() if case.autonomous}
+        right = any(claim in ACCURACY and case in others for claim, case in self.passed)
+        return right and not any(case in others for claim, case in self.failed if claim != "quadrature")
+
+
+def digest(trials: Trials) -> Facts:
+    """The bits of the first solution of a process."""
+    return {"bits": _bits(_states(trials, trials.usual()))}
+
+
+def facts(trials: Trials) -> Facts:
+    """What a few solutions on one case show."""
+    setting, other = trials.usual(), trials.reference.exact[8]
+    found: Facts = {}
+    try:
+        solve, given = solver_of(trials.integrator, trials.problem(), trials.settings[0]), other[None].copy()
+        solve(given)
+        found["changed_start"] = not np.array_equal(given[0], other)
+        found["bits"] = _bits(_states(trials, setting))
+        found["several"] = trials.case.hybrid is None and _mixed(trials, setting)
+        answers = [each for each in trials.answers() if each.states is not None and math.isfinite(each.error)]
+        found["bits_again"] = _bits(_states(trials, setting))
+    except Exception:  # the user's code may raise anything
+        return found | {"raises": True}
+    if not answers:
+        return found | {"answers": False}
+    best, states = answers[-1], np.asarray(answers[-1].states)
+    exact, rests = trials.reference.exact, _has_few_digits(trials.reference.exact)
+    found |= {
+        "points": [(each.setting, each.error, each.roundoff, each.work or 0) for each in answers],
+        "still": bool(np.all(states == states[0]) and not np.all(exact == exact[0])),
+        "single": not rests and bool(np.array_equal(states, _rounded(states))),
+        "digits": None if rests else _digits(states),
+        "shift": None if best.error < 100 * best.roundoff else _shift(trials, best),
+        "late": not trials.steps and best.error > 100 * best.roundoff and _late(trials, best),
+        "left": _left(trials, answers[0]),
+        "bumps": not trials.steps and dense(trials) and _bumps(trials),
+    }
+    return found | (_steps(trials) if trials.steps and trials.case.hybrid is None else {})
+
+
+def _states(trials: Trials, setting: float) -> Floats:
+    (states,) = trials.solutions(trials.problem(), setting, [trials.start])
+    return states
+
+
+def _bits(states: Floats) -> str:
+    return hashlib.sha256(np.ascontiguousarray(states).tobytes()).hexdigest()
+
+
+def _mixed(trials: Trials, setting: float) -> bool:
+    """Whether a motion that is solved beside others differs from the motion alone by more than its own error."""
+    alone = trials.whole(setting)
+    starts = np.array([trials.reference.exact[8], trials.start, trials.reference.exact[16]])
+    solved = solver_of(trials.integrator, trials.problem(), setting)(starts).states[1]
+    if alone.states is None or math.isnan(alone.error):
+        return False
+    return not float(np.max(trials.distance(solved, alone.states))) <= 4 * alone.error + 100 * alone.roundoff
+
+
+def _has_few_digits(exact: Floats) -> bool:
+    """Whether most of the exact states are numbers of single precision, as of a motion with simple numbers."""
+    return bool(np.mean(exact == _rounded(exact)) > 0.5)
+
+
+def _rounded(states: Any) -> Floats:
+    return np.asarray(states, dtype=np.float32).astype(np.float64)
+
+
+def _digits(states: Any) -> int | None:
+    """The number of decimal digits of states that have few."""
+    values = np.asarray(states).ravel()[:128].tolist()
+    return next((n for n in DIGITS if all(float(f"{x:.{n}g}") == x for x in values)), None)
+
+
+def _shift(trials: Trials, answer: Answer) -> tuple[str, str] | None:
+    """(what, by how much): all states, positions or velocities fit the exact motion at other times."""
+    times, interval, half = trials.reference.times, float(trials.problem().interval), len(trials.start) // 2
+    moves = {"a sample": interval}
+    if trials.steps:
+        moves = {"h": answer.setting, "h / 2": answer.setting / 2} | moves
+    parts = {"states": slice(None)}
+    if _halves(trials):
+        parts |= {"velocities": slice(half, None), "positions": slice(half)}
+    states, exact = np.asarray(answer.states), trials.reference.exact
+    for name, move in moves.items():
+        for sign in (1, -1):
+            moved = times + sign * move
+            inside = (moved >= 0) & (moved <= times[-1])
+            other = trials.case.sample(moved[inside])
+            for what, part in parts.items():
+                mixed = exact[inside].copy()
+                mixed[:, part] = other[:, part]
+                before = np.max(trials.distance(states[inside], exact[inside]))
+                if np.max(trials.distance(states[inside], mixed)) < NEAR * before:
+                    return what, f"t {'+' if sign > 0 else '-'} {name}"
+    return None
+
+
+def _halves(trials: Trials) -> bool:
+    """Whether a state is positions, then velocities."""
+    return trials.case.second_order is not None or isinstance(trials.form, Charged | Constrained)
+
+
+def _late(trials: Trials, answer: Answer) -> bool:
+    """Whether each state is that of the exact motion at a later time of its own, but for a small part of the error."""
+    times, exact, sample = trials.reference.times, trials.reference.exact, trials.case.sample
+    little = float(trials.problem().interval) * 2.0**-10
+    weights = 1 / np.maximum(np.max(np.abs(exact), axis=0), 1e-300)
+    speed = (sample(times + little) - sample(times - little)) / (2 * little) * weights
+    later = np.sum((np.asarray(answer.states) - exact) * weights * speed, axis=1) / np.sum(speed * speed, axis=1)
+    inside = (later > 0) & (times + later <= times[-1])
+    if np.mean(inside) < MOST:
+        return False
+    states = np.asarray(answer.states)[inside]
+    fits = trials.distance(states, sample(times[inside] + later[inside])) < NEAR * trials.distance(
+        states, exact[inside]
+    )
+    return bool(np.mean(fits) > MOST)
+
+
+def _left(trials: Trials, answer: Answer) -> str | None:
+    """What states have left that a method declares to keep them on: rotations, or a constraint."""
+    states, form, p = np.asarray(answer.states), trials.form, tuple(trials.problem().parameters.tolist())
+    if isinstance(form, RigidBody) and "attitude" in trials.integrator.conserves:
+        rotations = states[:, 3:].reshape(-1, 3, 3)
+        apart = np.max(np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3)))
+        return "its attitudes are no rotations" if apart > LEFT else None
+    if isinstance(form, Constrained) and "constraint" in trials.integrator.conserves:
+        places, speeds = np.split(states, 2, axis=1)
+        slopes = np.array([form.gradient(0.0, tuple(q), p) for q in places])
+        along = np.abs(np.sum(slopes * speeds, axis=1))
+        if np.max(along) > LEFT * np.max(np.linalg.norm(slopes, axis=1) * np.linalg.norm(speeds, axis=1)):
+            return "its velocities are not tangent to the constraint"
+    return None
+
+
+def _bumps(trials: Trials) -> bool:
+    """Whether errors vanish again at ends of steps: samples of one or few steps, over a short span."""
+    for halvings in range(2, 9):
+        for tolerance in trials.settings[len(trials.settings) // 2 :]:
+            answer = trials.short(halvings, tolerance)
+            if answer.states is None or not 100 * answer.roundoff < answer.error < LARGEST_ERROR:
+                continue
+            errors = trials.distance(answer.states, trials.exact(halvings))
+            top = np.maximum.accumulate(errors)
+            if np.any(errors[8:] < top[8:] / 30):
+                return True
+    return False
+
+
+def _steps(trials: Trials) -> Facts:
+    """Errors of single steps: their power of h and size, and the components from which on they are wrong."""
+    points, parts = [], []
+    for h, answer in trials.single_steps():
+        if answer.states is None or not answer.roundoff / 8 < answer.error < LARGEST_ERROR:
+            continue
+        halvings = round(math.log2(float(trials.problem().interval) / h))
+        first = np.abs(np.asarray(answer.states)[0] - trials.exact(halvings)[0])
+        points.append((h, answer.error, answer.roundoff))
+        parts.append(first)
+    found: Facts = {"single_steps": points}
+    order = trials.integrator.order
+    if order is None or len(points) < 3:
+        return found
+    coarse, fine = parts[len(parts) // 2 - 1], parts[len(parts) // 2]
+    ratio = points[len(parts) // 2 - 1][0] / points[len(parts) // 2][0]
+    with np.errstate(all="ignore"):
+        powers = np.log(coarse / fine) / math.log(ratio)
+    low = np.nonzero((powers < order) & (coarse > 1e-14 * np.max(np.abs(trials.start))))[0]
+    if _halves(trials):
+        low = np.unique(low % coordinates(trials.case))
+    found["first_wrong"] = int(low[0]) + 1 if len(low) and low[0] >= 2 else None
+    return found
+
+
+def coordinates(case: Case) -> int:
+    """The number of coordinates; positions and velocities of second-order equations count once."""
+    return len(case.state) // (2 if case.second_order is not None else 1)
+
+
+def conclude(failures: Failures, found: Facts) -> str | None:
+    """The cause as `id: sentence`; None where nothing is known. `found`: facts, the digest as `alone`, what is declared."""
+    for cause in (_of_conduct, _of_samples, _of_cases, _of_control, _of_order):
+        text = cause(failures, failures.claims, found)
+        if text is not None:
+            return text
+    return None
+
+
+def _of_conduct(failures: Failures, claims: set[str], found: Facts) -> str | None:
+    bits = found.get("bits")
+    if found.get("changed_start") or "start_kept" in claims:
+        return "input: it changes the start that it is given"
+    if bits is not None and bits != found.get("bits_again", bits):
+        return (
+            HISTORY
+            + "the same call has another solution the second time: something is kept from call to call, or random"
+        )
+    if {"history", "other_problems", "repeatable"} & claims or (bits and found["alone"].get("bits", bits) != bits):
+        return HISTORY + "its solutions depend on earlier calls: something is kept between runs"
+    if "aliasing" in claims:
+        return "aliasing: states that it returned change with the next call: a buffer is used again"
+    if found.get("several") or ("ensemble" in claims and not claims & ACCURACY):
+        return "ensemble: of several starts in one call it solves one otherwise than alone"
+    if claims and claims <= {"bad_start", "bad_setting", "blow_up"}:
+        return (
+            "finite: it gives finite states where there is no solution: what is no number is replaced, or not looked at"
+        )
+    if found.get("raises") or found.get("answers") is False:
+        return "no answer: it raises, or has no finite states at any setting"
+    return None
+
+
+def _of_samples(failures: Failures, claims: set[str], found: Facts) -> str | None:
+    if found.get("still"):
+        return "still: all samples are equal, where the exact motion moves"
+    if found.get("single"):
+        return "precision: every state is a number of single precision"
+    if found.get("digits"):
+        return f"precision: every state has {found['digits']} decimal digits: digits that were printed"
+    if found.get("shift"):
+        what, when = found["shift"]
+        return f"shift: its {what} fit the exact motion at {when}"
+    if found.get("late"):
+        return "late: its states fit the exact motion at later times: a step goes beyond a sample, or is counted short"
+    if (floor := _floor(found)) is not None:
+        return (
+            f"precision: its error stays near {floor:.0e} however fine the setting: single precision, printed digits,"
+            " a coefficient with few digits, or an iteration that stops early"
+        )
+    if found.get("left"):
+        return f"left: {found['left']}: a projection, or a normalisation, is missing or wrong"
+    return None
+
+
+def _floor(found: Facts) -> float | None:
+    """An error that finer settings, or shorter spans, do not make smaller, in the range of single precision."""
+    points = [error for _, error, roundoff, _ in found.get("points", []) if error > 20 * roundoff]
+    single = [error for _, error, _ in found.get("single_steps", [])]
+    for tail in (*(single[k : k + 4] for k in range(len(single) - 3)), points[-3:]):
+        if len(tail) >= 3 and SINGLE[0] < min(tail) <= max(tail) < SINGLE[1] and tail[0] < FLOOR * tail[-1]:
+            return float(tail[-1])
+    return None
+
+
+def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
+    """What the failing cases have in common, and others lack."""
+    hybrid = {name for name, case in failures.cases.items() if case.hybrid is not None}
+    if claims & {"events", "event_order"} and all(case in hybrid for _, case in failures.failed):
+        return "events: an event is missed, at the wrong time, or changes the state wrongly"
+    if claims == {"clock"}:
+        return "time: it is wrong only where the start is not at t = 0: the equations get the time since the start"
+    if claims == {"quadrature"} and any(claim in ACCURACY for claim, _ in failures.passed):
+        return "quadrature: a weight or a time of its stages is wrong, by little if it is a weight: only forces of time show it"
+    if failures.only_with_time():
+        return "time: it is wrong only where the equations have the time in them: the time of a stage, or of a step"
+    first = found.get("first_wrong")
+    if claims == {"more_variables"} or (first is not None and failures.right_below(first)):
+        return f"component: it is wrong from component {first or 7} on, where there are so many"
+    if claims and claims <= {"permuted", "turned"}:
+        return "component: it does not treat all components alike"
+    if claims == {"mirror"}:
+        return "sign: it treats positive and negative numbers differently"
+    if "units" in claims and claims <= {"units", "rounded_times", "quadrature"}:
+        return "absolute: a number inside it has a unit: a length, a time or a bound that belongs to no problem"
+    return None
+
+
+def _of_control(failures: Failures, claims: set[str], found: Facts) -> str | None:
+    points = found.get("points", [])
+    if found["steps"]:
+        return None
+    if "dense" in claims and found.get("bumps"):
+        return "dense: samples between steps are worse than the ends of steps: the interpolation is wrong"
+    if len(points) > 2 and points[0][3] and points[-1][3] <= 1.05 * points[0][3]:
+        return (
+            f"tolerance: it takes as many steps at tolerance {points[0][0]:g} as at {points[-1][0]:g}: it has no effect"
+        )
+    if "quadrature" not in claims and claims & CONTROL and (_flat(points) or not claims & {"work_order", "dense"}):
+        worst = max((error / setting for setting, error, _, _ in points if error < LARGEST_ERROR), default=math.nan)
+        return f"control: its error is up to {worst:.1g} times its tolerance: the error estimate, or its use, is wrong"
+    return "dense: the interpolation between steps is wrong" if claims <= {"dense", "tolerance_short"} else None
+
+
+def _flat(points: Sequence[Sequence[float]]) -> bool:
+    """Whether the errors of the finest settings do not fall, well above round-off."""
+    tail = points[-2:]
+    return len(tail) == 2 and tail[1][1] > 20 * tail[1][2] and tail[0][1] < FLAT * tail[1][1]
+
+
+def _of_order(failures: Failures, claims: set[str], found: Facts) -> str | None:
+    order = found["order"]
+    if claims and claims <= STRUCTURE:
+        return f"structure: its errors are right, but it does not keep what it declares ({', '.join(sorted(claims))})"
+    if order is None:
+        return None
+    return _lower(failures.slopes() or _slopes(found), order)
+
+
+def _slopes(found: Facts) -> list[float]:
+    """Powers of the step by which errors fall: those of single steps, or those of the whole span."""
+    points = found.get("points", [])
+    single = [point for point in found.get("single_steps", []) if point[1] > 20 * point[2]]
+    if len(single) >= 2:
+        (h0, e0, _), (h1, e1, _) = single[-2:]
+        return [math.log(e0 / e1) / math.log(h0 / h1) - found["stepped"]]
+    if _flat(points):
+        return [0.0]
+    used = [(s if found["steps"] else 1 / w, e) for s, e, r, w in points if w and 20 * r < e < LARGEST_ERROR]
+    if len(used) < 2:
+        return []
+    (h0, e0), (h1, e1) = used[-2 if found["steps"] else 0], used[-1]
+    return [math.log(e0 / e1) / math.log(h0 / h1) if h0 > h1 else 0.0]
+
+
+def _lower(powers: Sequence[float], order: int) -> str | None:
+    if not powers or min(powers) >= order - 0.5:
+        return None
+    what = "it does not converge" if min(powers) < 0.3 else f"it converges with order {min(powers):.1f}"
+    return f"order: {what} where {order} is declared: a coefficient, a sign or a term of the formula is wrong"
