@@ -78,7 +78,8 @@ def _pairs(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
 
 def _nulls(row: dict[str, Any]) -> list[str]:
     """Sides whose null call takes more of the time than what a rank allows, in words."""
-    shares = [(side, (row[f"{side}_null"] or 0.0) / row[side]) for side in ("first", "second")]
+    sides = [side for side in ("first", "second") if row[side] is not None]
+    shares = [(side, (row[f"{side}_null"] or 0.0) / row[side]) for side in sides]
     return [
         f"{round(100 * share)} % of the time of {row[f'{side}_name']} is overhead of its call"
         for side, share in shares

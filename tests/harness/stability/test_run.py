@@ -52,7 +52,7 @@ def test_a_crash_is_a_row_and_the_next_panel_is_measured(quick: None) -> None:
 def test_a_hang_ends_at_the_limit(quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "LONGEST", 0.2)
     rows = run.measured([from_step(hangs, name="hangs", order=1, sweep=Steps(0.25, 4))], ["linear"])
-    assert [row.reason for row in rows] == ["refused: no answer within 0.4 s"]
+    assert [row.reason for row in rows] == ["refused: no answer within 0.4 s of processor time"]
 
 
 def test_a_library_that_is_missing_is_named(quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
