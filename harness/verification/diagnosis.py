@@ -328,8 +328,10 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
     if failures.only_with_time():
         return "time: it is wrong only where the equations have the time in them: the time of a stage, or of a step"
     first = found.get("first_wrong")
-    if claims == {"more_variables"} or (first is not None and failures.right_below(first)):
-        return f"component: it is wrong from component {first or 7} on, where there are so many"
+    if claims == {"more_variables"}:
+        return "component: it is wrong only where there are more than six variables"
+    if first is not None and failures.right_below(first):
+        return f"component: it is wrong from component {first} on, where there are so many"
     if claims and claims <= {"permuted", "turned"}:
         return "component: it does not treat all components alike"
     if claims == {"mirror"}:
