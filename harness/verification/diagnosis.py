@@ -64,9 +64,11 @@ class Failures:
         )
 
     def probed(self) -> str:
-        """The case on which the integrator is probed: the one with most failures, a smooth one if there is any."""
+        """The case on which the integrator is probed: the one with most failures, a smooth one if there is any, and of these
+        one whose equations have no time in them."""
         count = {name: sum(case == name for _, case in self.failed) for name in self.cases}
-        return max(count, key=lambda name: (count[name] > 0 and self.cases[name].hybrid is None, count[name]))
+        smooth = {name: number > 0 and self.cases[name].hybrid is None for name, number in count.items()}
+        return max(count, key=lambda name: (smooth[name], smooth[name] and self.cases[name].autonomous, count[name]))
 
     def only_with_time(self) -> bool:
         """Whether claims fail only on cases whose equations have the time in them, and those of accuracy pass on others."""
@@ -269,7 +271,11 @@ def _of_conduct(failures: Failures, claims: set[str], found: Facts) -> str | Non
             HISTORY
             + "the same call has another solution the second time: something is kept from call to call, or random"
         )
-    if {"history", "other_problems", "repeatable"} & claims or (bits and found["alone"].get("bits", bits) != bits):
+    if (
+        {"history", "repeatable"} & claims
+        or claims == {"other_problems"}
+        or (bits and found["alone"].get("bits", bits) != bits)
+    ):
         return HISTORY + "its solutions depend on earlier calls: something is kept between runs"
     if "aliasing" in claims:
         return "aliasing: states that it returned change with the next call: a buffer is used again"
@@ -366,7 +372,8 @@ def _flat(points: Sequence[Sequence[float]]) -> bool:
 def _of_order(failures: Failures, claims: set[str], found: Facts) -> str | None:
     order = found["order"]
     if claims and claims <= STRUCTURE:
-        return f"structure: its errors are right, but it does not keep what it declares ({', '.join(sorted(claims))})"
+        kept = ", ".join(sorted(claims))
+        return f"structure: its order is right, but not {kept}, which it declares: a step without symmetry, or few iterations"
     if order is None:
         return None
     return _lower(failures.slopes() or _slopes(found), order)
