@@ -11,7 +11,7 @@ from pathlib import Path
 from gnomon.cases.core.forms import Charged, Constrained, NBody, RigidBody, SemiLinear
 from gnomon.harness.contract.integrator import Integrator, Steps
 from mutants import METHODS, SYMPLECTIC, TEXT, Method, Mutant, made, replaced
-from special_doors import from_ensemble, from_form
+from special_doors import from_compensated, from_ensemble, from_form
 
 from gnomon.verify import from_solve, from_step
 
@@ -22,7 +22,7 @@ MORE = (
     Method("yoshida6", from_step, {"order": 6, "accelerations": True, "conserves": (*SYMPLECTIC, "momentum")}, ("PARTS",)),
     Method("radau3", from_step, {"order": 3, "sweep": FEW}),
     Method("abm", from_solve, {"order": 4, "sweep": FEW}),
-    Method("compensated", from_solve, {"order": 4, "compensated": True, "sweep": FEW}),
+    Method("compensated", from_compensated, {"order": 4, "sweep": FEW}),
     Method("ensemble", from_ensemble, {"order": 3, "sweep": FEW}),
     Method("boris", from_form, {"accepts": (Charged,), "order": 2, "conserves": ("volume", "reversible"), "sweep": FEW}),
     Method("rattle", from_form, {"accepts": (Constrained,), "order": 2, "sweep": FEW,

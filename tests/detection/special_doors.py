@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, RigidBody
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps
-from gnomon.harness.verification.doors import right_hand_side
+from gnomon.harness.verification.doors import from_solve, right_hand_side
 from gnomon.harness.verification.engine_door import from_engine
 
 
@@ -115,6 +115,13 @@ def from_rotation(function: Any, **declared: Any) -> Integrator:
 def from_form(function: Any, **declared: Any) -> Integrator:
     """The integrator that calls `function(form, parameters, t0, y0, times, step)` -> (states, None), with `accepts`."""
     return _made(_Form, function, **declared)
+
+
+def from_compensated(function: Any, **declared: Any) -> Integrator:
+    """As `from_solve`, of a method that declares that its sums over steps are compensated."""
+    made = from_solve(function, **declared)
+    type(made).compensated = True
+    return made
 
 
 def from_ensemble(function: Any, **declared: Any) -> Integrator:
