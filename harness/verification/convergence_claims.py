@@ -337,6 +337,11 @@ def _work_order(trials: Trials) -> Finding:
         counts = answer.work and not answer.declined and answer.setting <= TIGHT
         if counts and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < error < LARGEST_ERROR:
             points.append((-math.log(answer.work or 1), math.log(error)))
+    return judge_slope(points, order, "errors")
+
+
+def judge_slope(points: Sequence[tuple[float, float]], order: int, errors: str) -> Finding:
+    """Whether the tightest of `points`, the logarithms of the mean step and of the error, may have the slope `order`."""
     points = points[-MOST_ON_A_LINE:]
     if len(points) < FEWEST or points[0][0] - points[-1][0] < math.log(2):
         return not_applicable(
@@ -346,6 +351,5 @@ def _work_order(trials: Trials) -> Finding:
     if largest >= order - MARGIN:
         return passed(f"{slope:.2f}")
     where = f"the {len(points)} tightest tolerances with errors above round-off"
-    return failed(
-        where, f"errors proportional to h^{order}, h the mean step", f"h^{slope:.2f}, at most h^{largest:.2f}"
-    )
+    expected = f"{errors} proportional to h^{order}, h the mean step"
+    return failed(where, expected, f"h^{slope:.2f}, at most h^{largest:.2f}")

@@ -11,14 +11,12 @@ from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, permuted
 from gnomon.harness.contract.integrator import Floats, Problem, Refused
-from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
+from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, LARGEST_ERROR
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import (
-    MARGIN,
-    MOST_ON_A_LINE,
     allowed_error,
     dense,
-    fitted_slope,
+    judge_slope,
     same_solution,
 )
 from gnomon.harness.verification.trials import SHORT, TIGHT, Answer, Trials
@@ -207,14 +205,4 @@ def _dense(trials: Trials) -> Finding:
             and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < answer.error < LARGEST_ERROR
         ):
             points.append((-math.log(answer.work), math.log(answer.error)))
-    points = points[-MOST_ON_A_LINE:]
-    if len(points) < FEWEST or points[0][0] - points[-1][0] < math.log(2):
-        return not_applicable(
-            f"{len(points)} tolerances with errors above round-off, {FEWEST} and twice the work are needed"
-        )
-    slope, largest = fitted_slope([points])
-    if largest >= expected - MARGIN:
-        return passed(f"{slope:.2f}")
-    where = f"the {len(points)} tightest tolerances with errors above round-off"
-    expected_slope = f"errors of samples proportional to h^{expected}, h the mean step"
-    return failed(where, expected_slope, f"h^{slope:.2f}, at most h^{largest:.2f}")
+    return judge_slope(points, expected, "errors of samples")
