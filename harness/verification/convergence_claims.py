@@ -337,10 +337,10 @@ def _work_order(trials: Trials) -> Finding:
         counts = answer.work and not answer.declined and answer.setting <= TIGHT
         if counts and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < error < LARGEST_ERROR:
             points.append((-math.log(answer.work or 1), math.log(error)))
-    return judge_slope(points, order, "errors")
+    return slope_over_work(points, order, "errors")
 
 
-def judge_slope(points: Sequence[tuple[float, float]], order: int, errors: str) -> Finding:
+def slope_over_work(points: Sequence[tuple[float, float]], order: int, errors: str) -> Finding:
     """Whether the tightest of `points`, the logarithms of the mean step and of the error, may have the slope `order`."""
     points = points[-MOST_ON_A_LINE:]
     if len(points) < FEWEST or points[0][0] - points[-1][0] < math.log(2):

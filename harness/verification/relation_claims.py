@@ -16,8 +16,8 @@ from gnomon.harness.verification.claims import Finding, claim, failed, not_appli
 from gnomon.harness.verification.convergence_claims import (
     allowed_error,
     dense,
-    judge_slope,
     same_solution,
+    slope_over_work,
 )
 from gnomon.harness.verification.trials import SHORT, TIGHT, Answer, Trials
 
@@ -205,4 +205,4 @@ def _dense(trials: Trials) -> Finding:
             and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < answer.error < LARGEST_ERROR
         ):
             points.append((-math.log(answer.work), math.log(answer.error)))
-    return judge_slope(points, expected, "errors of samples")
+    return slope_over_work(points, expected, "errors of samples")
