@@ -262,13 +262,14 @@ def solved(trials: Trials, setting: float) -> tuple[Floats, int | None]:
 
 
 def calls_at(points: list[tuple[int | None, float]], target: float) -> float | None:
-    """Calls at an error, between neighbouring settings by a power law; None where it is not reached or not counted."""
+    """Calls at an error, between neighbouring settings by a power law and so in three digits; None where it is not reached
+    or not counted."""
     for (before, coarse), (after, fine) in itertools.pairwise([(None, math.inf), *points]):
         if fine <= target and after:
             if not before or not coarse > target or math.isinf(coarse) or fine == 0:
                 return float(after)
             part = math.log(coarse / target) / math.log(coarse / fine)
-            return float(before * (after / before) ** part)
+            return float(f"{before * (after / before) ** part:.3g}")
     return None
 
 

@@ -85,7 +85,7 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         if Status.REFUSED in row:
             found.append(f"Not for {data['case']} over {PERIODS} periods at {row['named']}: {row[Status.REFUSED]}.")
             continue
-        over = f"{row['periods']:g} periods of {data['case']} at {row['named']}"
+        over = f"{row['periods']:.0f} periods of {data['case']} at {row['named']}"
         energy, position = row["energy"], row["position"]
         if energy["class"] == "lost":
             found.append(f"Not for {over}: its energy is lost (error {_size(energy)}).")
@@ -150,7 +150,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
         if Status.REFUSED in row:
             found.append(Mark(column, text=row[Status.REFUSED]))
             continue
-        text = f"{_law(row['energy'])}, {_size(row['energy'])} after {row['periods']:g} periods, {row['named']}"
+        text = f"{_law(row['energy'])}, {_size(row['energy'])} after {row['periods']:.0f} periods, {row['named']}"
         energy = row["energy"]
         found.append(Mark(column, energy["power"], energy["low"], energy["high"], text))
         position = row["position"]
@@ -224,7 +224,7 @@ def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) ->
     try:
         found = trajectories(longer, case, integrator) if longer.periods > periods else first
     except (Refused, RuntimeError) as reason:  # some methods limit the number of their steps
-        found, stopped = first, f"{longer.periods:g} periods: {reason}"
+        found, stopped = first, f"{longer.periods:.0f} periods: {reason}"
     times, start, states, steps = found
     counted = times / period_of(case)
     energy = grown(counted, relative_drift(case, start, states))
