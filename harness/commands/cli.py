@@ -1,6 +1,7 @@
 """The command line. Exit codes: 0 success, 1 failure of what was run or compared, 2 wrong usage, 130 interrupted."""
 
 import errno
+import io
 import os
 import sys
 import warnings
@@ -67,6 +68,8 @@ WRITING = (*FULL, errno.EACCES, errno.EROFS, errno.ENOENT, errno.EEXIST, errno.E
 def main() -> None:
     """Run the command line. Wrong usage prints one line and exits with 2, without a traceback; Ctrl-C exits with 130."""
     sys.path.append(os.getcwd())  # a user's own module:Class is looked for in the working directory
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # not every output is UTF-8
     warnings.showwarning = _warning
     with interruption.acknowledged() as asked:
         code = _exit_code()

@@ -8,10 +8,12 @@ import shlex
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from gnomon.harness.results.visible import shown
 from rich.console import Console
+from rich.text import Text
 
 if TYPE_CHECKING:
     from gnomon.cases import Case
@@ -21,7 +23,14 @@ UNREAD = 141
 """The exit code if the program that reads the output ends first (`gnomon list | head`): that of a shell for SIGPIPE."""
 
 
-class Output(Console):
+class Shown(Console):
+    """A console on which no text has control characters, and none is a command of the log that it is written to."""
+
+    def render_str(self, text: str, **how: Any) -> Text:
+        return super().render_str(shown(text, lines=True), **how)
+
+
+class Output(Shown):
     """The console of a command's results."""
 
     def on_broken_pipe(self) -> None:
@@ -32,7 +41,7 @@ class Output(Console):
 
 
 out = Output(soft_wrap=True, emoji=False)
-problems = Console(stderr=True, soft_wrap=True, emoji=False)
+problems = Shown(stderr=True, soft_wrap=True, emoji=False)
 
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
 

@@ -42,7 +42,8 @@ def key_of(database: Path, folders: Sequence[Path]) -> str | None:
     """The hash of all that the report of a results file depends on; None where installed packages add cases."""
     if entry_points(group="gnomon.cases"):
         return None
-    parts = [str(database.resolve().parts[-2:]), platform.python_version(), *map(version, LIBRARIES)]
+    database = database.resolve()  # a symbolic link is not beside what SQLite writes
+    parts = [str(database.parts[-2:]), platform.python_version(), *map(version, LIBRARIES)]
     beside = [folder / name for folder in folders for name in sidecars.NAMES]
     for path in (database, database.with_name(database.name + "-wal"), *beside, *_sources()):
         parts.append(_digest(path) if path.is_file() else "")

@@ -1,6 +1,7 @@
 """Writes the results of a run: one append-only SQLite file, which other processes may read during the run."""
 
 import json
+import os
 import sqlite3
 import zlib
 from collections.abc import Iterable, Mapping
@@ -61,16 +62,18 @@ class Store:
     def __init__(self, path: Path) -> None:
         """Open or create; a file of an older schema is migrated. Raises ValueError for a file that is not a results file
         of gnomon, of a newer schema, damaged, in use by another run, or that cannot be written."""
+        if path.is_symlink():  # what SQLite writes beside the file is beside the file that the link names
+            path = Path(os.path.realpath(path))
         self.path = path
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            self._lock = lock_results(path)
+            self._locks = lock_results(path)
         except OSError as error:
             raise ValueError(f"{path}: cannot be written ({error.strerror}); give another --out") from None
         try:
             self._open(path)
         except BaseException:
-            release_results(self._lock)
+            release_results(self._locks)
             raise
 
     def _open(self, path: Path) -> None:
@@ -165,7 +168,7 @@ class Store:
 
     def close(self) -> None:
         self._connection.close()
-        release_results(self._lock)
+        release_results(self._locks)
 
     def __enter__(self) -> Self:
         return self

@@ -1,11 +1,15 @@
 """Makes text from outside safe to show on a terminal, a page or a figure: control characters are escaped."""
 
+import os
 import re
 
 _LINES = "\t\n"
 _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
 """Control characters, among them the escape that starts a terminal's commands, marks that change the direction of text,
 halves of surrogate pairs, and characters that XML forbids."""
+_COMMANDS = re.compile(r"(?<=:):|(?<=#)#(?=\\*\[)")
+"""What makes a line of a log a command of GitHub Actions: ::name:: at its beginning, or ##[name] anywhere (actions/runner,
+src/Runner.Common/ActionCommand.cs). A backslash is before the bracket where Rich's markup is escaped."""
 
 _MARKS = re.compile(r"[\\`*~|$]|](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|(?<=:)/(?=/)|(?<=www)\.", re.IGNORECASE)
 """Characters with a meaning in Markdown; single brackets and underscores within words have none."""
@@ -14,6 +18,13 @@ _MARKS = re.compile(r"[\\`*~|$]|](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|(?<=:)/(?=/
 def visible(text: str, lines: bool = False) -> str:
     """The text with every invisible character escaped, as \\x1b; tabs and new lines stay if `lines`."""
     return _UNSEEN.sub(lambda found: found[0] if lines and found[0] in _LINES else ascii(found[0])[1:-1], text)
+
+
+def shown(text: str, lines: bool = False) -> str:
+    """The text as `visible` returns it; under GitHub Actions, none of it is a command of a workflow either."""
+    text = visible(text, lines)
+    commands = os.environ.get("GITHUB_ACTIONS") == "true"
+    return _COMMANDS.sub(lambda found: f"\\x{ord(found[0]):x}", text) if commands else text
 
 
 def markdown(value: object) -> str:

@@ -52,9 +52,9 @@ class Row:
         return None
 
     def told(self) -> Row:
-        """The row with the sentences and marks that follow from its data."""
+        """The row with the sentences and marks that follow from its data: none where nothing was measured."""
         if self.reason is not None:
-            return self
+            return replace(self, sentences=[], marks=[])
         panel = panels()[self.panel]
         marks = [for_json(asdict(mark)) for mark in panel.marks(self.data)]
         return replace(self, sentences=panel.sentences(self.data), marks=marks)
@@ -161,7 +161,14 @@ def kept(path: Path, depth: str, again: Set[tuple[str, str]] | None = None) -> l
         raise ValueError(
             f"{path}: measured at another depth, on another machine, or by other versions; name another file with --out"
         )
-    return [row.told() for row in rows]
+    try:
+        rows = [row.told() for row in rows]
+        as_json(rows, depth)  # what could not be written in the end is refused before anything is measured
+    except Exception as error:  # from data of another shape, the sentences of a panel may raise anything
+        raise ValueError(
+            f"{path}: no result of `gnomon stability` ({type(error).__name__}: {error}); name another file with --out"
+        ) from None
+    return rows
 
 
 def write(rows: Sequence[Row], depth: str, path: Path) -> None:

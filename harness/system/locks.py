@@ -2,10 +2,14 @@
 
 import atexit
 import contextlib
+import errno
 import os
 import shutil
+import struct
+import sys
 import tempfile
 import weakref
+from collections.abc import Callable, Sequence
 from multiprocessing import process
 from pathlib import Path
 from typing import Any
@@ -16,29 +20,51 @@ PREFIX = "gnomon-run-"
 """Prefix of temporary folders. The next run of the same user removes those that a killed process left behind."""
 
 
+def _lock_whole(descriptor: int) -> None:
+    import fcntl  # absent on Windows, where no run reaches this
+
+    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _lock_byte(descriptor: int) -> None:
+    """Lock one byte behind the content of a file that SQLite has open, whose own locks are on other bytes; Linux only.
+
+    flock would be on all bytes where the file is on NFS.
+    """
+    import fcntl
+
+    if sys.platform == "linux":
+        try:
+            fcntl.fcntl(descriptor, fcntl.F_OFD_SETLK, struct.pack("hhqqi0q", fcntl.F_WRLCK, os.SEEK_SET, 2**62, 1, 0))
+        except OSError as error:
+            if error.errno != errno.EINVAL:  # a kernel that has no such locks
+                raise
+
+
 class Lock:
-    """An advisory lock (flock) on a file or folder, held until `release` or the end of this process."""
+    """An advisory lock on a file or folder, held until `release` or the end of this process."""
 
     descriptor = -1
 
-    def __init__(self, path: Path, flags: int) -> None:
-        """Raises BlockingIOError where another process holds it, OSError where the path cannot be opened or locked."""
-        import fcntl  # absent on Windows, where no run reaches this
-
+    def __init__(self, path: Path, flags: int, lock: Callable[[int], None] = _lock_whole) -> None:
+        """Raises BlockingIOError where it is held, OSError where the path cannot be opened or locked."""
         self.path = path
+        # A second descriptor of the file, when it is closed, would take SQLite's own locks from this process.
+        if any(held._holds(path) for held in list(_HELD)):
+            raise BlockingIOError(errno.EAGAIN, "locked by this process", str(path))
         _HELD.add(self)
-        while not self._still_there():  # the last holder may remove the path while this one opens it
+        while not self._holds(path):  # the last holder may remove the path while this one opens it
             self.release()
-            self.descriptor = os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+            self.descriptor = os.open(path, flags | os.O_NOFOLLOW | os.O_CLOEXEC, 0o644)
             try:
-                fcntl.flock(self.descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                lock(self.descriptor)
             except OSError:
                 self.release()
                 raise
 
-    def _still_there(self) -> bool:
+    def _holds(self, path: Path) -> bool:
         with contextlib.suppress(FileNotFoundError):
-            return self.descriptor >= 0 and os.path.samestat(os.fstat(self.descriptor), os.lstat(self.path))
+            return self.descriptor >= 0 and os.path.samestat(os.fstat(self.descriptor), os.lstat(path))
         return False
 
     def release(self) -> None:
@@ -64,32 +90,39 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_leave_to_parent)
 
 
-def lock_results(path: Path) -> Lock:
-    """The lock on `path`.lock that a run holds while it writes the results file `path`.
+def lock_results(path: Path) -> Sequence[Lock]:
+    """The locks that a run holds while it writes the results file `path`, which is made where there is none.
 
-    SQLite's own locks end with each transaction, so two runs would each do all trials. Raises ValueError where another
-    run holds it.
+    The first is on `path`.lock, the second on the file itself, which may have further names (hard links). SQLite's own
+    locks end with each transaction, so two runs would each do all trials. Raises ValueError where another run holds one.
     """
     side = path.with_name(f"{path.name}.lock")
+    held: list[Lock] = []
     try:
-        lock = Lock(side, os.O_RDWR | os.O_CREAT)
+        held.append(Lock(side, os.O_RDWR | os.O_CREAT))
+        held.append(Lock(path, os.O_RDWR | os.O_CREAT, _lock_byte))
     except BlockingIOError:
-        holder = side.read_text()
+        holder = "" if held else side.read_text()
+        release_results(held)
         raise ValueError(
             f"{path}: in use by another run{f' (process {holder})' if holder else ''}; wait for its end, or give"
             " another --out"
         ) from None
+    except OSError:
+        release_results(held)
+        raise
     with contextlib.suppress(OSError):  # a full disk: the number is only for messages of others
-        os.truncate(lock.descriptor, 0)
-        os.write(lock.descriptor, str(os.getpid()).encode())
-    return lock
+        os.truncate(held[0].descriptor, 0)
+        os.write(held[0].descriptor, str(os.getpid()).encode())
+    return held
 
 
-def release_results(lock: Lock) -> None:
-    """Release a lock from `lock_results` and remove its file; the next run makes another."""
-    if lock.descriptor >= 0:
-        lock.path.unlink(missing_ok=True)
-    lock.release()
+def release_results(held: Sequence[Lock]) -> None:
+    """Release locks from `lock_results` and remove the file of the first; the next run makes another."""
+    if held and held[0].descriptor >= 0:
+        held[0].path.unlink(missing_ok=True)
+    for lock in held:
+        lock.release()
 
 
 _OWN: dict[int, tuple[Path, Lock]] = {}

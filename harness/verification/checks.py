@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.results.visible import shown
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.verification.claims import Outcome
@@ -44,16 +45,16 @@ class Check:
 
     def marks(self, known: Mapping[tuple[str, str], str]) -> list[pytest.MarkDecorator]:
         """An expected failure where it is known; one that passes is reported by pytest."""
-        return [pytest.mark.xfail(reason=known[self.key], strict=False)] if self.key in known else []
+        return [pytest.mark.xfail(reason=shown(known[self.key]), strict=False)] if self.key in known else []
 
     def __call__(self) -> None:
         found = CLAIMS[self.claim].check(_trials(self.integrator, CaseSpec.of(self.case), self.depth))
         if found.outcome == Outcome.NOT_APPLICABLE:
-            pytest.skip(found.why)
+            pytest.skip(shown(found.why))
         if found.outcome == Outcome.FAILED:
             row, report = Row(self.claim, self.case.id, found), Report(self.integrator.id, self.depth.name)
             alone = [f"  command:  {command(report, row, self.how)}"] if self.how else []
-            raise AssertionError("\n".join([*failure(row), *alone]))
+            raise AssertionError("\n".join(map(shown, [*failure(row), *alone])))
 
 
 @lru_cache(maxsize=16)
@@ -118,7 +119,7 @@ def assert_follows(integrator: Integrator, case: str | Case, setting: float, wit
     allowed = allowed_error(trials, setting, answer) if within is None else within
     if not answer.declined and answer.error <= allowed:
         return
-    raise AssertionError("\n".join(_departure(trials, answer, allowed)))
+    raise AssertionError("\n".join(map(shown, _departure(trials, answer, allowed))))
 
 
 def _departure(trials: Trials, answer: Answer, allowed: float) -> list[str]:

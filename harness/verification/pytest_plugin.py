@@ -48,6 +48,7 @@ def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config
 def _planned(config: pytest.Config, named: str) -> list[Planned]:
     # Imported here and not above: most runs of pytest do without numpy and numba.
     from gnomon.harness.registry import lookup
+    from gnomon.harness.results.visible import shown
     from gnomon.harness.verification.checks import checks
     from gnomon.harness.verification.verification_report import read_known
 
@@ -59,7 +60,7 @@ def _planned(config: pytest.Config, named: str) -> list[Planned]:
         found = checks(integrator, config.getoption("--gnomon-depth"), how=shlex.quote(named))
         return [(named, check, check.marks(known)) for check in found]
     except (OSError, ValueError) as error:
-        raise pytest.UsageError(f"--gnomon {named}: {error}") from None
+        raise pytest.UsageError(shown(f"--gnomon {named}: {error}")) from None
 
 
 class _Applied:

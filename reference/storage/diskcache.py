@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import multiprocessing
 import os
 import threading
+import warnings
 import zipfile
-import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -24,6 +25,8 @@ from numpy.typing import NDArray
 from gnomon import __version__
 
 _NOTES = "notes"
+_CODE_BYTES = 16
+"""Length of the code before each content of a pack."""
 
 
 @dataclass(frozen=True)
@@ -68,8 +71,8 @@ def load(key: str, pack: Path | None = None) -> Entry | None:
         content = _packed(pack).get(_name(key))
     try:
         return None if content is None else _entry(content)
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        return None  # written in another format by the same version
+    except Exception:  # numpy and zipfile raise exceptions of many classes for what is no entry
+        return None
 
 
 def store(key: str, entry: Entry) -> None:
@@ -81,17 +84,38 @@ def write_pack(path: Path, entries: Mapping[str, Entry]) -> None:
     """One file with all entries, by their keys; the same entries give the same bytes."""
     with whole(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as file:
         for name, content in sorted((_name(key), _content(entry)) for key, entry in entries.items()):
-            file.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
+            file.writestr(zipfile.ZipInfo(name), _code(name, content) + content, zipfile.ZIP_DEFLATED)
 
 
 @cache
 def _packed(pack: Path) -> dict[str, bytes]:
-    """The contents of a pack by name; none where it is absent or damaged, so that all are computed."""
+    """The contents of a pack by name. One that cannot be read, or that has the code of another name or content, is left
+    out with a warning, and is computed."""
+    found: dict[str, bytes] = {}
+    damage: Exception | None = None
     try:
         with zipfile.ZipFile(pack) as file:
-            return {name: file.read(name) for name in file.namelist()}
-    except (OSError, zipfile.BadZipFile, zlib.error):
-        return {}
+            for name in file.namelist():
+                try:
+                    coded = file.read(name)
+                    content = coded[_CODE_BYTES:]
+                    if coded != _code(name, content) + content:
+                        raise ValueError(f"{name} holds something else")
+                    found[name] = content
+                except Exception as error:  # zipfile raises exceptions of many classes, RuntimeError among them
+                    damage = error
+    except FileNotFoundError:
+        pass
+    except Exception as error:
+        damage = error
+    if damage is not None and multiprocessing.parent_process() is None:
+        warnings.warn(f"{pack}: damaged ({damage}); what it lacks is computed; install gnomon again", stacklevel=2)
+    return found
+
+
+def _code(name: str, content: bytes) -> bytes:
+    """Binds the content of a pack to its name."""
+    return hashlib.sha256(name.encode() + content).digest()[:_CODE_BYTES]
 
 
 def _entry(content: bytes) -> Entry:

@@ -96,7 +96,8 @@ def test_a_forked_child_does_not_keep_the_lock(tmp_path: Path) -> None:
     try:
         os.read(heard, 6)
         results._connection.close()
-        results._lock.release()  # as the end of the process does
+        for lock in results._locks:  # as the end of the process does
+            lock.release()
         store.Store(path).close()
     finally:
         os.kill(child, signal.SIGKILL)
