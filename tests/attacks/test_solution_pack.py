@@ -20,7 +20,7 @@ from gnomon import cases
 
 KEYS = ("first", "second", "third")
 LOCAL, CENTRAL = b"PK\x03\x04", b"PK\x01\x02"
-RANDOM_CHANGES = 300
+RANDOM_CHANGES = 150
 
 
 @pytest.fixture
@@ -77,7 +77,9 @@ def test_an_entry_that_zipfile_cannot_read_is_absent(change: str, pack: Path) ->
     for entry in range(len(KEYS)):
         pack.write_bytes(with_header(content, entry, *HEADERS[change]))
         found = numbers(pack)
-        assert found.count(None) == (len(KEYS) if change == "version 14.8" else 1), "zipfile does not open such a version"
+        assert found.count(None) == (len(KEYS) if change == "version 14.8" else 1), (
+            "zipfile does not open such a version"
+        )
         assert all(number in (None, right) for right, number in enumerate(found))
 
 
@@ -118,12 +120,13 @@ def test_a_damaged_pack_is_computed_with_one_warning(
     diskcache._packed.cache_clear()
     monkeypatch.setattr(reference_solution, "PACK", pack)
     monkeypatch.setattr(reference_solution, "_compute", lambda given: computed.append(given) or true(given))
-    with pytest.warns(UserWarning, match="damaged") as told:
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
         for _ in range(2):
             assert reference_solution.reference_solution(spec).exact.shape == (64, 2)
     assert computed == [spec], "the second time it is in the cache"
-    assert len(told) == 1
-    assert str(pack) in str(told[0].message)
+    (warning,) = told
+    assert str(warning.message).startswith(f"{pack}: damaged")
 
 
 def test_the_pack_that_comes_with_gnomon_is_sound() -> None:

@@ -54,7 +54,7 @@ def printed(width: int, *texts: str) -> str:
     """Texts on a console: each by itself, and together as the cells of a table, whose columns wrap them."""
     written = io.StringIO()
     console = Output(file=written, width=width, soft_wrap=True, emoji=False)
-    table = Table(*texts, title=escape(texts[0]))
+    table = Table(*map(escape, texts), title=escape(texts[0]))
     table.add_row(*map(escape, texts))
     table.add_row("", *map(escape, texts[1:]))
     for text in texts:
