@@ -13,6 +13,7 @@ from pathlib import Path
 from gnomon.cases.core.case import Case
 from gnomon.harness.reporting import sidecars
 from gnomon.harness.results.opening import results_file
+from gnomon.harness.system.locks import held_descriptor
 from gnomon.reference.storage import diskcache
 
 WRITTEN = ("index.html", "summary.md", "figures/figures.json")
@@ -74,5 +75,7 @@ def _sources() -> Iterator[Path]:
 
 
 def _digest(path: Path) -> str:
-    with path.open("rb") as file:
+    held = held_descriptor(path)  # during a run
+    with path.open("rb") if held is None else open(held, "rb", closefd=False) as file:
+        file.seek(0)
         return hashlib.file_digest(file, "sha256").hexdigest()

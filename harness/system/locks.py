@@ -49,8 +49,7 @@ class Lock:
     def __init__(self, path: Path, flags: int, lock: Callable[[int], None] = _lock_whole) -> None:
         """Raises BlockingIOError where it is held, OSError where the path cannot be opened or locked."""
         self.path = path
-        # A second descriptor of the file, when it is closed, would take SQLite's own locks from this process.
-        if any(held._holds(path) for held in list(_HELD)):
+        if held_descriptor(path) is not None:
             raise BlockingIOError(errno.EAGAIN, "locked by this process", str(path))
         _HELD.add(self)
         while not self._holds(path):  # the last holder may remove the path while this one opens it
@@ -88,6 +87,12 @@ def _leave_to_parent() -> None:
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_leave_to_parent)
+
+
+def held_descriptor(path: Path) -> int | None:
+    """The descriptor of a file that this process has locked, to read it by: another one, when it is closed, would end
+    SQLite's own locks of this process on the file. None where this process has not locked it."""
+    return next((lock.descriptor for lock in list(_HELD) if lock._holds(path)), None)
 
 
 def lock_results(path: Path) -> Sequence[Lock]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import sqlite3
 import subprocess
@@ -11,6 +12,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from gnomon.harness.reporting import up_to_date
 from gnomon.harness.results import store
 
 SYMBOLIC, HARD = "symbolic", "hard"
@@ -132,3 +134,18 @@ def test_a_first_write_that_was_cut_off_is_rolled_back_through_a_symbolic_link(t
     opened(link)
     with store.Store(file) as results:
         assert results.history() == {}
+
+
+def test_the_page_of_a_run_leaves_the_locks_of_sqlite_to_the_run(tmp_path: Path) -> None:
+    """It reads the file in the process of the run, to know whether the page is up to date."""
+    file, link = tmp_path / "results.sqlite", tmp_path / "link.sqlite"
+    link.symlink_to(file)
+    with store.Store(file) as results:
+        results.begin_run("quick", "gnomon run", {})
+        assert "locked" in without_the_log(file)
+        for _ in range(2):
+            first = up_to_date.key_of(link, ())
+        assert "locked" in without_the_log(file)
+        results.begin_run("quick", "gnomon run", {})
+        assert up_to_date.key_of(link, ()) != first, "what was recorded since is in the log beside the file"
+    assert up_to_date._digest(file) == hashlib.sha256(file.read_bytes()).hexdigest()

@@ -51,6 +51,7 @@ def test_all_default_cases_are_in_the_pack() -> None:
     assert PACK.stat().st_size < MOST_BYTES
 
 
+@pytest.mark.filterwarnings("ignore:.*damaged")
 def test_an_absent_or_damaged_pack_costs_only_time(tmp_path: Path) -> None:
     entry = diskcache.Entry({"numbers": np.arange(3.0)}, ["a note"])
     pack = tmp_path / "pack.zip"
