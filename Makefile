@@ -27,9 +27,7 @@ certificates: $(INSTALLED)
 
 # The exact states that come with gnomon, after a change of cases/ or reference/: some minutes. Commit them once a release.
 solutions: $(INSTALLED)
-	$(BIN)/python -c "from pathlib import Path; from gnomon.harness.scoring.reference_solution import write_pack; \
-	  from gnomon.harness.stability.digits import every_variant; \
-	  write_pack(Path('harness/scoring/reference_solutions.zip'), every_variant())"
+	$(BIN)/python -m gnomon.harness.studies.solutions harness/scoring/reference_solutions.zip
 
 # Measures nothing; refuses with one line if something is missing or was made with other sources than these.
 publish: $(INSTALLED)

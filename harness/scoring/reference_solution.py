@@ -128,24 +128,12 @@ def reference_solutions(
     return found
 
 
-def write_pack(path: Path, variants: Sequence[tuple[str, str]], progress: Callable[[], None] = lambda: None) -> None:
-    """Write the reference solutions of all default cases in all formulations, and of hard variants (case, variant).
-
-    Raises ValueError if one has none.
-    """
-    entries = {}
-    for spec, found in reference_solutions(packed_specs(variants), progress).items():
-        key = _key(spec)
-        if key is None or isinstance(found, str):
-            raise ValueError(f"{spec.path} has no reference solution to keep: {found}")
-        entries[key] = _entry(found)
-    diskcache.write_pack(path, entries)
-
-
-def packed_specs(variants: Sequence[tuple[str, str]]) -> list[CaseSpec]:
-    every = [cases.get(name).rounded() for name in cases.names()]
-    specs = [CaseSpec.of(case, own) for case in every for own in (None, *case.formulations)]
-    return specs + [CaseSpec.of(cases.get(*pair).rounded()) for pair in variants]
+def kept_entry(spec: CaseSpec, solution: ReferenceSolution | str) -> tuple[str, diskcache.Entry]:
+    """The key and the content under which a solution is kept; ValueError where there is none."""
+    key = _key(spec)
+    if key is None or isinstance(solution, str):
+        raise ValueError(f"{spec.path} has no reference solution to keep: {solution}")
+    return key, _entry(solution)
 
 
 def _entry(solution: ReferenceSolution) -> diskcache.Entry:

@@ -8,16 +8,12 @@ import numpy as np
 import pytest
 from gnomon.harness.scoring import reference_solution
 from gnomon.harness.scoring.reference_solution import PACK, CaseSpec, ReferenceSolution
-from gnomon.harness.stability.digits import every_variant
+from gnomon.harness.studies.solutions import specs
 from gnomon.reference.storage import diskcache
 
 from gnomon import cases
 
 MOST_BYTES = 5 * 2**20
-
-
-def specs() -> list[CaseSpec]:
-    return reference_solution.packed_specs(every_variant())
 
 
 def packed(spec: CaseSpec) -> ReferenceSolution | None:
