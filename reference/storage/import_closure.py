@@ -69,9 +69,17 @@ def sources(*modules: str, within: tuple[str, ...] = (OURS,)) -> dict[str, str]:
     return found
 
 
+@cache
+def imports(module: str, library: str, apart: tuple[str, ...] = ()) -> bool:
+    """Whether one of `sources`, those under the packages `apart` aside, imports a library."""
+    considered = [name for name in sources(module) if not _is_under(name, {*apart})]
+    return any(_is_under(used, {library}) for name in considered for used in _read(name).imports)
+
+
 def forget() -> None:
     """Read all sources again at the next call, for a process in which they are edited."""
     closure.cache_clear()
+    imports.cache_clear()
     _source.cache_clear()
     _read.cache_clear()
 
