@@ -178,7 +178,7 @@ class _Distributed:
                 " have other sources or libraries than this process"
             )
         if machine not in self.runs:
-            about = worker | self.run_.shard
+            about = {**worker, **self.run_.shard}
             self.runs[machine] = self.store.begin_run(self.run_.suite.name, shlex.join(sys.argv), about)
         number = self.runs[machine]
         if number != self.run_.number:

@@ -26,9 +26,7 @@ LAST_PAGE_SECONDS = 120.0
 """The time that the page of an interrupted run may take: of a whole standard run it is some 10 s of processor time."""
 SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
 """Seconds: about the resolution of a clock, and eleven days."""
-WORKERS = (
-    "Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal shares."
-)
+WORKERS = "Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal shares."
 REPEAT = (
     "Run again what the file has: all trials of the integrators that --integrator, --command or --library names; with"
     " none named, those that a cause outside ended (memory, again and again a signal)."
@@ -222,10 +220,10 @@ def _summarize(
     from gnomon.harness.running.plan import DEFAULT
 
     frame = load(path)
-    wanted = {
-        (case.name, (case.variant or DEFAULT) + label, one.id) for case, label in chosen for one in integrators
-    }
-    frame = frame.loc[[row in wanted for row in zip(*(frame[n] for n in ("case", "variant", "integrator_id")), strict=True)]]
+    wanted = {(case.name, (case.variant or DEFAULT) + label, one.id) for case, label in chosen for one in integrators}
+    frame = frame.loc[
+        [row in wanted for row in zip(*(frame[n] for n in ("case", "variant", "integrator_id")), strict=True)]
+    ]
     if not frame.empty:
         Output(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(frame))
     counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())

@@ -70,7 +70,9 @@ def _writing(target: Path) -> Iterator[None]:
     try:
         yield
     except sqlite3.Error as error:
-        raise ValueError(f"--out {target}: cannot be written ({error}); free some space or name another place") from None
+        raise ValueError(
+            f"--out {target}: cannot be written ({error}); free some space or name another place"
+        ) from None
 
 
 @dataclass
@@ -174,7 +176,9 @@ class _Merged:
             text = shards_text(self.shards)
             self.db.execute("INSERT INTO environment (run, name, value) VALUES (?, ?, ?)", (run, SHARD, text))
         self.db.execute("INSERT INTO planned (run, series, trial_key) SELECT ?, series, trial_key FROM trials", (run,))
-        places = "SELECT series, setting, launch, measurement FROM measurements JOIN trials USING (trial_key) WHERE status"
+        places = (
+            "SELECT series, setting, launch, measurement FROM measurements JOIN trials USING (trial_key) WHERE status"
+        )
         measured = {row[:3] for row in self.db.execute(f"{places} != '{Status.INTERRUPTED.value}'")}
         interrupted = self.db.execute(f"{places} = '{Status.INTERRUPTED.value}'").fetchall()
         elsewhere = [row[3:] for row in interrupted if row[:3] in measured]

@@ -131,6 +131,8 @@ def _missing(found: Shards) -> list[str]:
         names = islice((f"{place}/{count}" for place in range(1, count + 1) if place not in own), SHOWN)
         more = f" and {number - SHOWN} more" if number > SHOWN else ""
         of = f" of the plan {plan}" if len(found) > 1 else ""
-        clauses.append(f"shard{'s' * (number > 1)} {', '.join(names)}{more}{of} {'is' if number == 1 else 'are'} missing")
+        clauses.append(
+            f"shard{'s' * (number > 1)} {', '.join(names)}{more}{of} {'is' if number == 1 else 'are'} missing"
+        )
     others = len(clauses) - SHOWN
     return [*clauses[:SHOWN], *([f"shards of {others} other plans are missing"] if others > 0 else [])]

@@ -24,7 +24,9 @@ SELECT {trials}, {measurements}, runs.suite,
 FROM measurements JOIN trials USING (trial_key) JOIN runs USING (run)
 WHERE {condition} ORDER BY trials.rowid, measurements.launch, measurements.measurement
 """
-LAST_PLANNED = "SELECT trial_key FROM planned WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series)"
+LAST_PLANNED = (
+    "SELECT trial_key FROM planned WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series)"
+)
 """The trials that count: of a series those that were planned last."""
 NOT_SUPERSEDED = f"""
 measurements.trial_key IN ({LAST_PLANNED})

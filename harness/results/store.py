@@ -19,7 +19,6 @@ from gnomon.harness.results.reading import runs as runs
 from gnomon.harness.results.reading import states as states
 from gnomon.harness.system.locks import lock_results, release_results
 
-
 TO_REPEAT = "to be run again: --repeat"
 """The reason of a trial that is recorded as interrupted because a run repeats it. Results files hold this text: it must not
 change."""
@@ -137,11 +136,12 @@ class Store:
     def interruptions(self) -> dict[tuple[str, int], int]:
         """Number of interruptions from outside of each trial and launch since it was last repeated, by (trial_key, launch)."""
         rows = self._connection.execute(
-            "SELECT trial_key, launch, count(*) FROM measurements AS own WHERE status = :interrupted AND NOT EXISTS ("
+            "SELECT trial_key, launch, count(*) FROM measurements AS own WHERE status = ? AND NOT EXISTS ("
             "SELECT 1 FROM measurements AS later WHERE later.trial_key = own.trial_key AND later.launch = own.launch"
-            " AND later.measurement >= own.measurement AND later.reason = :repeat) GROUP BY trial_key, launch",
-            {"interrupted": Status.INTERRUPTED.value, "repeat": TO_REPEAT},
+            " AND later.measurement >= own.measurement AND later.reason = ?) GROUP BY trial_key, launch",
+            (Status.INTERRUPTED.value, TO_REPEAT),
         )
+        return {(key, launch): count for key, launch, count in rows}
 
     def add(
         self,

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import synthetic
 from gnomon.harness.reporting.report_missing import missing
-from gnomon.harness.results import schema, store
+from gnomon.harness.results import schema
 
 
 @pytest.fixture
