@@ -46,6 +46,9 @@ _SPANS = declared("running", "timing_spans.toml")
 TIMING_FACTORS: dict[str, int] = _SPANS["factors"]
 ENDS: tuple[str, ...] = tuple(_SPANS["ends"]["cases"])
 """Foundation cases whose motion ends, so that a longer span is none for timing."""
+COMPILING = ("numba", "gnomon.harness.kernels")
+"""An integrator whose modules import from these depends on the version of numba."""
+INTEGRATORS = ("gnomon.harness.integrators", "gnomon.harness.adapters")
 _THIS_PROCESS = secrets.token_hex(16)
 """Stands in the key of a trial for a case or integrator whose source is in no file: it runs again in every process."""
 
@@ -263,7 +266,7 @@ class Series:
 def library_versions(integrator: Integrator) -> dict[str, str]:
     """The versions that a result of this integrator depends on: Python calls every one, numba compiles for some."""
     found = {"python": platform.python_version(), "numpy": environment.library_version("numpy") or ""}
-    if imports(type(integrator).__module__, "numba", apart=("gnomon.cases", "gnomon.reference")):
+    if imports(type(integrator).__module__, COMPILING, within=INTEGRATORS):
         found["numba"] = environment.library_version("numba") or ""
     try:
         found |= {name: str(value) for name, value in integrator.versions().items()}

@@ -235,13 +235,12 @@ class PlannedRun:
                 known = self.history[trial.key, launch]
                 turned = symmetric and suite.turned and launch == 1
                 first = trial is trials[0] and plan.wants_first_use(series, suite, launch)
-                interrupted = known.status == Status.INTERRUPTED
-                if not interrupted and (repeat == Repeat.ALL or (repeat == Repeat.FROM_OUTSIDE and known.from_outside)):
+                repeated = repeat == Repeat.ALL or (repeat == Repeat.FROM_OUTSIDE and known.from_outside)
+                if repeated:
                     row = {"trial_key": trial.key, "launch": launch, "status": Status.INTERRUPTED, "reason": TO_REPEAT}
                     marks.append(row)
                     self.interruptions.pop((trial.key, launch), None)
-                    interrupted = True
-                if interrupted:
+                if repeated or known.status == Status.INTERRUPTED:
                     self.again.setdefault(series.id, set()).add(launch)
                 elif launch > self.suite.launches or known.settles(limit_seconds, turned, suite.timed, first):
                     continue

@@ -70,10 +70,9 @@ def sources(*modules: str, within: tuple[str, ...] = (OURS,)) -> dict[str, str]:
 
 
 @cache
-def imports(module: str, library: str, apart: tuple[str, ...] = ()) -> bool:
-    """Whether one of `sources`, those under the packages `apart` aside, imports a library."""
-    considered = [name for name in sources(module) if not _is_under(name, {*apart})]
-    return any(_is_under(used, {library}) for name in considered for used in _read(name).imports)
+def imports(module: str, packages: tuple[str, ...], within: tuple[str, ...]) -> bool:
+    """Whether one of `sources` imports from one of the `packages`."""
+    return any(_is_under(used, {*packages}) for name in sources(module, within=within) for used in _read(name).imports)
 
 
 def forget() -> None:
