@@ -109,6 +109,7 @@ def test_a_merged_file_has_what_was_planned_and_what_was_interrupted(
     measured = SETTINGS - 2 + 3
     assert f"{measured} measurements of 2 files" in told.out
     assert f"{TRIALS - measured} of {TRIALS} planned trials have no measurement" in told.err
+    assert (store.load(merged)["status"] == Status.INTERRUPTED).sum() == 2, "so that a third interruption is a crash"
     assert gnomon("compare", str(merged), str(merged)) == 1
     rest = answering(monkeypatch)
     assert run(merged) == 0
