@@ -79,8 +79,13 @@ def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
 def _count_lacked(base: Any, run: Any, verdict: Verdict) -> None:
     """Count as compared what neither of the two can run on its machine: these rows are equal."""
     place = [*SERIES, "setting"]
-    own = [frame[frame["status"].isin(CANNOT_RUN)].drop_duplicates(place) for frame in map(_used, (base, run))]
-    both = own[0].merge(own[1], on=place)
+    before, after = (
+        frame.loc[(frame["launch"] == 1) & frame["status"].isin(CANNOT_RUN), place]
+        .astype({"setting": float})
+        .drop_duplicates()
+        for frame in (base, run)
+    )
+    both = before.merge(after, on=place)
     verdict.compared += both.groupby(SERIES).ngroups
     verdict.settings += len(both)
 
