@@ -19,7 +19,6 @@ from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry.lookup import reference
 from gnomon.harness.results.store import Store
-from gnomon.harness.running import plan
 from gnomon.harness.running.cost import divided, predicted_seconds
 from gnomon.harness.running.plan import Series, Suite, Trial
 from gnomon.harness.running.progress import Progress
@@ -132,7 +131,7 @@ class _Distributed:
         if (trials[0].key, 1) not in run_.history:
             return False
         suite = run_.suite.of(one.case)
-        for launch in range(1, plan.launches(one, run_.suite, run_.near_duplicates) + 1):
+        for launch in run_.launches(one):
             sweep = Sweep(
                 one, trials, scorer, suite, launch, run_.history, lambda *row: needed.append(row), lambda: None
             )
@@ -156,7 +155,7 @@ class _Distributed:
             for work in (group if run_.history else ())
             for machine in (environment.machine(), *self.machines)
             for trial in self._trials(work, machine)
-            for launch in range(1, run_.suite.launches + 1)
+            for launch in {*range(1, run_.suite.launches + 1), *run_.launches(work[0])}
         ]
         found = Group(
             run_.suite,
@@ -165,6 +164,7 @@ class _Distributed:
             {spec: self.exact[spec] for spec in specs},
             {key: run_.history[key] for key in measured if key in run_.history},
             {key: run_.interruptions[key] for key in measured if key in run_.interruptions},
+            {one.id: run_.again[one.id] for one, _, _ in group if one.id in run_.again},
         )
         return pickle.dumps(found)
 
@@ -178,7 +178,8 @@ class _Distributed:
                 " have other sources or libraries than this process"
             )
         if machine not in self.runs:
-            self.runs[machine] = self.store.begin_run(self.run_.suite.name, shlex.join(sys.argv), worker)
+            about = {**worker, **self.run_.shard}
+            self.runs[machine] = self.store.begin_run(self.run_.suite.name, shlex.join(sys.argv), about)
         number = self.runs[machine]
         if number != self.run_.number:
             for (one, _, scorer), each in zip(group, trials, strict=True):

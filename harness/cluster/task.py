@@ -48,7 +48,7 @@ class Group:
     """The series of a task as plain data: a worker builds them from its own sources, which are those of the client.
 
     A series is the `reference` of its integrator, its case and formulation, and its label. `history` and `interruptions`
-    are what the client's file has of their trials.
+    are what the client's file has of their trials, `again` the launches that run whatever the suite.
     """
 
     suite: Suite
@@ -57,6 +57,7 @@ class Group:
     exact: dict[CaseSpec, Packed]
     history: History
     interruptions: dict[tuple[str, int], int]
+    again: dict[str, set[int]]
 
 
 def packed(solution: ReferenceSolution) -> Packed:
@@ -123,7 +124,8 @@ def execute(client: Mapping[str, str], content: bytes) -> bytes:
         group: Group = pickle.loads(content)
         recorder = _Recorder(dict(group.history), dict(group.interruptions))
         known = {spec: unpacked(one) for spec, one in group.exact.items()}
-        run = PlannedRun(recorder, 0, group.suite, known, Progress(quiet=True), group.near_duplicates)
+        progress, again = Progress(quiet=True), dict(group.again)
+        run = PlannedRun(recorder, 0, group.suite, known, progress, group.near_duplicates, again=again)
         run.plan([_series(*one) for one in group.series])
         Pool(1, memory=memory).run(run.sweeps())
     return encode(Message(0, "environment", environment.describe(), {})) + b"".join(recorder.rows)

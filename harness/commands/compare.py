@@ -1,7 +1,7 @@
 """`gnomon compare`: whether a run got worse."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from gnomon.harness.commands import options
@@ -13,21 +13,22 @@ def compare(
     base: Annotated[Path, typer.Argument(help="The earlier results.", parser=options.as_path)],
     run: Annotated[Path, typer.Argument(help="The results to compare with the base.", parser=options.as_path)],
     allow_missing: Annotated[
-        bool, typer.Option("--allow-missing", help="Series that the run lacks are not regressions.")
+        bool,
+        typer.Option("--allow-missing", help="Series that the run lacks, and outstanding trials, are no failure."),
     ] = False,
 ) -> None:
     """Compare a run with an earlier one: status, order, errors and right-hand sides.
 
-    Exit code 1 if the run is worse, or if a series of the base is missing, has no setting left that is ok or none that
-    can be compared; 2 if nothing can be compared. A timeout counts only after three tries, which limits below half a
-    second allow.
+    Exit code 1 if the run is worse, if trials of one of the two are outstanding (planned, and interrupted or not run
+    yet), or if a series of the base is missing, has no setting left that is ok or none that can be compared; 2 if nothing
+    can be compared. A timeout counts only after three tries, which limits below half a second allow.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.results.regression import compare as compare_
     from gnomon.harness.results.regression import reasons
-    from gnomon.harness.results.store import load
 
-    verdict = compare_(load(base), load(run), allow_missing)
+    (before, lacking), (after, lacked) = _read(base), _read(run)
+    verdict = compare_(before, after, allow_missing)
     for line in verdict.notes:
         out.print(escape(line))
     for line in verdict.regressions:
@@ -35,7 +36,20 @@ def compare(
     left_out = verdict.not_compared
     if left_out:
         out.print(f"{left_out.total()} settings of the base not compared: {escape(reasons(left_out))}", highlight=False)
+    for path, text in ((base, lacking), (run, lacked)):
+        if text:
+            out.print(escape(f"outstanding in {path}: {text}"), highlight=False)
     compared = f"{verdict.compared} series compared at {verdict.settings} settings"
     out.print(f"{compared}, {len(verdict.regressions)} regressions")
-    if verdict.regressions:
+    if verdict.regressions or ((lacking or lacked) and not allow_missing):
         raise typer.Exit(1)
+
+
+def _read(path: Path) -> tuple[Any, str]:
+    """The measurements of one state of a file, and what is outstanding there, in words."""
+    from gnomon.harness.results import opening
+    from gnomon.harness.results.outstanding import outstanding
+    from gnomon.harness.results.store import load
+
+    with opening.one_state(path):
+        return load(path), outstanding(path).text

@@ -54,6 +54,7 @@ Kinds = Annotated[
     typer.Option("--kind", help="Only cases that offer, and integrators that accept, this form, as NBody; repeatable."),
 ]
 
+OUTSTANDING = "Exit with 0 although trials are outstanding: planned, and interrupted or not run yet."
 MOST_WORKERS = 256
 PART = ".part.1234567.123456789012345."
 """A prefix of the same length as that of the temporary name under which a file is written."""

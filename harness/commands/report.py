@@ -5,7 +5,8 @@ from typing import Annotated
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.options import out
+from gnomon.harness.commands.options import out, problems
+from rich.markup import escape
 
 
 def report(
@@ -24,6 +25,7 @@ def report(
     from gnomon.cases.core.registry import case_class
     from gnomon.harness.reporting.up_to_date import refreshed
     from gnomon.harness.results import opening
+    from gnomon.harness.results.outstanding import outstanding
     from gnomon.harness.results.store import results_file
 
     database, given = results_file(run), {name: case_class(name) for name in case or ()}
@@ -37,3 +39,6 @@ def report(
     else:
         page = refreshed(database, to, given)
     out.print(f"The report is {page}")
+    lacking = outstanding(database).text
+    if lacking:
+        problems.print(escape(f"{database}: {lacking}"), highlight=False)

@@ -12,7 +12,7 @@ import typer
 from gnomon.harness.commands import interruption, options
 from gnomon.harness.commands.cluster_options import Dask, Shard, Timing, TimingOption, part
 from gnomon.harness.commands.options import Output, out, problems
-from gnomon.harness.contract.status import SCORED, Status
+from gnomon.harness.contract.status import SCORED
 from rich.markup import escape
 
 if TYPE_CHECKING:
@@ -26,6 +26,11 @@ LAST_PAGE_SECONDS = 120.0
 """The time that the page of an interrupted run may take: of a whole standard run it is some 10 s of processor time."""
 SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
 """Seconds: about the resolution of a clock, and eleven days."""
+WORKERS = "Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal shares."
+REPEAT = (
+    "Run again what the file has: all trials of the integrators that --integrator, --command or --library names; with"
+    " none named, those that a cause outside ended (memory, again and again a signal)."
+)
 
 
 def run(
@@ -55,28 +60,27 @@ def run(
             " variants, .08 on hard variants (up to .4 on long ones), .12 in the suite quick."
         ),
     ] = None,
-    workers: Annotated[
-        int,
-        typer.Option(
-            help="Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal"
-            " shares.",
-        ),
-    ] = 2,
+    workers: Annotated[int, typer.Option(help=WORKERS)] = 2,
     parameters: options.Parameters = None,
     shard: Shard = None,
     timing: TimingOption = Timing.full,
     dask: Dask = None,
     report: options.Report = None,
+    repeat: Annotated[bool, typer.Option("--repeat", help=REPEAT)] = False,
+    allow_missing: Annotated[bool, typer.Option("--allow-missing", help=options.OUTSTANDING)] = False,
 ) -> None:
     """Run integrators on cases. The same command resumes an interrupted run.
 
-    Exit code 1 if nothing was measured, or if an integrator of your own never succeeded.
+    Exit code 1 if nothing was measured, if trials are outstanding, or if an integrator of your own never succeeded.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.running import plan, selection
 
     options.validate_workers(workers)
     chosen_suite = part(_suite(suite, case, limit), shard, timing)
+    if repeat:
+        again = plan.Repeat.ALL if integrator or command or library else plan.Repeat.FROM_OUTSIDE
+        chosen_suite = replace(chosen_suite, repeat=again)
     integrators = selection.integrators_of(_integrators(integrator or [], command or [], chosen_suite), library, kind)
     chosen = options.chosen(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
     chosen = selection.cases_of(chosen, family, kind)
@@ -85,7 +89,7 @@ def run(
     chosen = plan.with_timing_spans(chosen, chosen_suite)
     page = _page(report, out_path, chosen)
     path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, named, page)
-    _summarize(path, {one.name for one, _ in chosen}, integrators, shard, page)
+    _summarize(path, chosen, integrators, chosen_suite, page, allow_missing)
 
 
 def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:
@@ -134,10 +138,10 @@ def _measured(
         progress = Progress(interlude=page)
         return run_(out_path, suite, chosen, integrators, progress, workers, near_duplicates=near_duplicates)
     except Lost as error:
-        problems.print(escape(f"{error}; the same command resumes the run"), highlight=False)
+        problems.print(escape(f"{error}; {_same_command(suite)} resumes the run"), highlight=False)
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
-        problems.print("interrupted; the same command resumes the run")
+        problems.print(f"interrupted; {_same_command(suite)} resumes the run")
         if page is not None:
             problems.print("writing the report of what was measured; Ctrl-C again ends at once")
             interruption.allow(LAST_PAGE_SECONDS)
@@ -195,35 +199,53 @@ def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Sui
     return found.within(limit)
 
 
+def _same_command(suite: Suite) -> str:
+    """What resumes a run that was interrupted: with --repeat it would begin again."""
+    return f"the same command{' without --repeat' if suite.repeat else ''}"
+
+
 def _summarize(
-    path: Path, names: set[str], integrators: Sequence[Integrator], shard: str | None, page: LivePage | None
+    path: Path,
+    chosen: Sequence[tuple[Case, str]],
+    integrators: Sequence[Integrator],
+    suite: Suite,
+    page: LivePage | None,
+    allow_missing: bool,
 ) -> None:
-    from gnomon.harness.commands.run_table import run_table, shortcomings
+    """Print what the file has of the run, and what it lacks; the exit code says whether the run failed."""
+    from gnomon.harness.commands.run_table import ended_from_outside, interrupted, run_table, shortcomings
     from gnomon.harness.registry.lookup import users_own
     from gnomon.harness.reporting.tables import waited_text
     from gnomon.harness.results.store import load
+    from gnomon.harness.running.plan import DEFAULT
 
     frame = load(path)
-    frame = frame[frame["case"].isin(names) & frame["integrator_id"].isin([one.id for one in integrators])]
+    wanted = {(case.name, (case.variant or DEFAULT) + label, one.id) for case, label in chosen for one in integrators}
+    frame = frame.loc[
+        [row in wanted for row in zip(*(frame[n] for n in ("case", "variant", "integrator_id")), strict=True)]
+    ]
     if not frame.empty:
         Output(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(frame))
     counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
     out.print(f"{len(frame)} measurements: {counts}", highlight=False)
     out.print(waited_text(frame), highlight=False)
-    interrupted = frame[frame["status"] == Status.INTERRUPTED]
-    if len(interrupted):
-        reasons = ", ".join(interrupted["reason"].unique()[:3])
-        text = f"{len(interrupted)} trials were interrupted ({reasons}); the same command runs them again"
+    outstanding, outside = interrupted(frame), ended_from_outside(frame)
+    if len(outstanding):
+        reasons = ", ".join(outstanding["reason"].astype(str).unique()[:3])
+        text = f"{len(outstanding)} trials were interrupted ({reasons}); {_same_command(suite)} runs them again"
         problems.print(escape(text), highlight=False)
+    if outside is not None:
+        problems.print(escape(f"{outside}; with --repeat they run again"), highlight=False)
     out.print(f"results: {path}", highlight=False)
     if page is not None and page.written is not None:
         out.print(f"its report: {page.written}", highlight=False)
     elif frame["status"].isin(SCORED).any():
         out.print(f"its report: gnomon report {shlex.quote(str(path))}", highlight=False)
-    if shard is not None:  # another shard may have the series of an integrator, or all series
+    part_ = suite.shard != (1, 1)
+    if part_:  # another shard may have the series of an integrator, or all series
         integrators = [one for one in integrators if one.id in set(frame["integrator_id"])]
-    failed = [] if shard is not None and frame.empty else shortcomings(frame, [o for o in integrators if users_own(o)])
+    failed = [] if part_ and frame.empty else shortcomings(frame, [o for o in integrators if users_own(o)])
     for text in failed:
         problems.print(escape(text), highlight=False)
-    if failed:
+    if failed or (len(outstanding) and not allow_missing):
         raise typer.Exit(1)

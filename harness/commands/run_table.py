@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
+from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status, from_outside
 from gnomon.harness.reporting.tables import error_text, problem_name, time_text
 from gnomon.harness.results import analysis
 from rich.box import SIMPLE_HEAD
@@ -19,6 +19,8 @@ MOST_SERIES = 40
 """With more series than these the table has one row an integrator, with medians over its series."""
 REASON = 100
 """Characters of a reason that are shown."""
+NAMED = 3
+"""The most trials that are named."""
 
 
 def run_table(frame: pd.DataFrame) -> Table:
@@ -81,3 +83,29 @@ def shortcomings(frame: pd.DataFrame, own: Sequence[Integrator]) -> list[str]:
             status, reason = rows[["status", "reason"]].value_counts(dropna=False).index[0] if len(rows) else ("", "")
             found.append(f"{one.id} never succeeded ({f'{status}: {reason}'[:REASON]})")
     return found
+
+
+def interrupted(frame: pd.DataFrame) -> pd.DataFrame:
+    """The rows of launches that the same run would measure: interrupted ones that no machine has measured. Later launches
+    repeat what the first one scored."""
+    place = ["series", "setting", "launch"]
+    ended = frame[frame["status"] == Status.INTERRUPTED]
+    rest = frame[frame["status"] != Status.INTERRUPTED]
+    first = rest[(rest["launch"] == 1) & rest["status"].isin(SCORED)]
+    measured, scored = (set(rows[place].itertuples(index=False, name=None)) for rows in (rest, first))
+    wanted = [
+        one not in measured and (one[2] == 1 or (*one[:2], 1) in scored)
+        for one in ended[place].itertuples(index=False, name=None)
+    ]
+    return ended[np.array(wanted, dtype=bool)]
+
+
+def ended_from_outside(frame: pd.DataFrame) -> str | None:
+    """Which trials a cause outside their integrator may have ended, by name; None if there are none."""
+    ended = [row for row in frame.itertuples() if from_outside(row.status, row.reason)]
+    if not ended:
+        return None
+    found = {f"{row.series} at {row.setting:.3g}": row.status for row in ended}
+    counts = ", ".join(f"{count} {status}" for status, count in Counter(found.values()).most_common())
+    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
+    return f"a cause outside may have ended {len(found)} trials ({counts}): {', '.join([*found][:NAMED])}{more}"

@@ -213,7 +213,9 @@ class Integrator(ABC):
         return type(self).__module__
 
     def versions(self) -> Mapping[str, Any]:
-        """Versions of the libraries that its results depend on."""
+        """Versions of the libraries that its results depend on, by name. They are in the keys of its trials, which run again
+        where one has changed; what changes unseen, as a native library that is rebuilt, stands here, as a hash of its file.
+        """
         return {}
 
 

@@ -27,3 +27,12 @@ NOT_BROKEN = (Status.OK, Status.SKIPPED, Status.INTERRUPTED)
 """The integrator did not fail: it answered well, was not started, or was ended from outside."""
 CANNOT_RUN = (Status.UNSUPPORTED, Status.NOT_INSTALLED)
 """The pair of case and integrator cannot run on this machine: it has one row, without a setting."""
+AGAIN = "times before"
+"""The end of the reason of a trial that crashed because it was interrupted again and again. Results files hold this text: it
+must not change."""
+
+
+def from_outside(status: str, reason: object) -> bool:
+    """Whether a cause outside the integrator may have ended a trial: the memory that it was allowed or, again and again, a
+    signal, a full disk or the loss of the server of the workers."""
+    return status == Status.OUT_OF_MEMORY or (status == Status.CRASHED and str(reason).endswith(AGAIN))

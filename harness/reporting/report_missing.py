@@ -1,41 +1,42 @@
 """What a report says of a run that is not complete: how many of the planned trials are missing, and where."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness.results import reading
+from gnomon.harness.results.outstanding import Planned, outstanding
 
 SHOWN = 12
 """The most names in a list."""
 
 
-def missing(path: Path, runs: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
+def missing(path: Path) -> dict[str, Any] | None:
     """How many `trials` of the `planned` ones have no measurement; the cases of which none has one, those of which some
-    have, and the libraries with how many theirs are. None if the last run ended and nothing is missing.
-
-    With no trial missing and a run that has not ended, later launches are.
+    have, and the libraries with how many theirs are; `others` is what else is outstanding, `text` all of it. None if nothing
+    is.
     """
-    planned = reading.planned(path)
-    cases, libraries = (_by_name(planned, column) for column in (0, 1))
-    lost = {name: total - done for name, (total, done) in libraries.items() if done < total}
-    if not lost and all(run["ended"] for run in runs[-1:]):
+    found = outstanding(path)
+    if not found.text:
         return None
+    cases, libraries = (_by_name(found.planned, name) for name in ("case", "library"))
+    lost = {name: total - done for name, (total, done) in libraries.items() if done < total}
     return {
-        "planned": sum(total for _, _, total, _ in planned),
-        "trials": sum(lost.values()),
+        "text": found.text,
+        "others": found.others,
+        "planned": sum(total for total, _ in libraries.values()),
+        "trials": found.trials,
         "cases": _listed([name for name, (_, done) in cases.items() if done == 0]),
         "partly": _listed([name for name, (total, done) in cases.items() if 0 < done < total]),
         "libraries": _listed([f"{name} ({count})" for name, count in lost.items()]),
     }
 
 
-def _by_name(planned: Sequence[tuple[str, str, int, int]], column: int) -> dict[str, tuple[int, int]]:
+def _by_name(planned: Sequence[Planned], field: str) -> dict[str, tuple[int, int]]:
     """Planned and measured trials by case or by library."""
     found: dict[str, tuple[int, int]] = {}
     for row in planned:
-        total, done = found.get(str(row[column]), (0, 0))
-        found[str(row[column])] = total + row[2], done + row[3]
+        total, done = found.get(getattr(row, field), (0, 0))
+        found[getattr(row, field)] = total + row.trials, done + row.measured
     return found
 
 

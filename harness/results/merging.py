@@ -1,10 +1,14 @@
-"""Merges results files, as those of shards, into a new one; what was measured twice is refused, or counted as launches."""
+"""Merges results files, as those of shards, into a new one; what was measured twice is refused, or counted as launches.
+
+What is outstanding stays so: planned trials are copied with those that are measured, and an interrupted one as such unless
+another file has measured it.
+"""
 
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,7 +17,8 @@ from typing import Any
 from gnomon.harness.contract.environment import VERSIONS
 from gnomon.harness.contract.status import Status
 from gnomon.harness.results import opening, schema
-from gnomon.harness.results.reading import NOT_SUPERSEDED
+from gnomon.harness.results.outstanding import SHARD, Shards, shards, shards_text
+from gnomon.harness.results.reading import LAST_PLANNED, NOT_SUPERSEDED
 from gnomon.harness.results.visible import visible
 from gnomon.reference.storage import diskcache
 
@@ -21,9 +26,11 @@ KEYS = {
     "runs": "run", "environment": "run", "trials": "trial_key", "measurements": "measurement",
     "settings_changed": "measurement", "sampled_states": "measurement",
 }  # fmt: skip
-"""The tables that are copied, with the column of `measurements` that says which of their rows. `planned` is made anew."""
-_CURRENT = f"{NOT_SUPERSEDED} AND measurements.status != '{Status.INTERRUPTED.value}'"
-"""The measurements that are copied: superseded ones do not count, and an interrupted trial was not measured."""
+"""The tables that are copied, with the column that says which of their rows. `planned` is made anew."""
+_MEASURED = f"{NOT_SUPERSEDED} AND measurements.status != '{Status.INTERRUPTED.value}'"
+"""The measurements that may be there once: an interrupted trial was not measured."""
+ROWS = 1000
+"""Number of rows that are copied at a time."""
 
 Place = tuple[str, float | None, int]
 """What is measured once: a series, a setting, a launch."""
@@ -34,23 +41,38 @@ def merge(sources: Sequence[Path], target: Path, count: bool = False, command: s
 
     A trial that two files measured is refused; with `count` it is a further launch of the trial or, from another
     machine, a trial of its own. Raises ValueError, which names the file, for that, for files of other versions or
-    sources, for a target that exists, and for what is no results file; nothing is written then.
+    sources, for a target that exists or cannot be written, and for what is no results file; nothing is written then.
     """
     found = [opening.results_file(source) for source in sources]
     if target.exists():
         raise ValueError(f"--out {target}: exists already; name a new file")
     target.parent.mkdir(parents=True, exist_ok=True)
-    with diskcache.whole(target) as part, closing(schema.with_checksums(sqlite3.connect(part))) as db:
+    with (
+        diskcache.whole(target) as part,
+        _writing(target),
+        closing(schema.with_checksums(sqlite3.connect(part))) as db,
+    ):
         schema.create(db)
         with db:
-            merged = _Merged(db, count)
+            merged = _Merged(db, target, count)
             for source in found:
                 with opening.reading(source, schema.TABLES) as own:
                     merged.add(source, own)
-            merged.end(command)
+            measurements = merged.end(command)
             for table in schema.TABLES:
                 schema.seal_all(db, table)
-    return merged.measurements
+    return measurements
+
+
+@contextmanager
+def _writing(target: Path) -> Iterator[None]:
+    """Raises ValueError, which names the new file, where SQLite cannot write it: the disk may be full."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise ValueError(
+            f"--out {target}: cannot be written ({error}); free some space or name another place"
+        ) from None
 
 
 @dataclass
@@ -58,8 +80,8 @@ class _Merged:
     """The new file, with what is needed to compare the next one."""
 
     db: sqlite3.Connection
+    target: Path
     count: bool
-    measurements: int = 0
     versions: tuple[Path, dict[str, str | None]] | None = None
     """Those of the first file."""
     measured: dict[Place, dict[str, tuple[str, Path]]] = field(default_factory=dict)
@@ -69,11 +91,13 @@ class _Merged:
     launches: dict[str, int] = field(default_factory=dict)
     """The number of launches of each trial so far."""
     suites: dict[str, None] = field(default_factory=dict)
+    shards: Shards = field(default_factory=dict)
     unfinished: bool = False
 
     def add(self, path: Path, own: sqlite3.Connection) -> None:
         """Copy what counts in a verified file."""
         self._compare_versions(path, own)
+        self._compare_keys(path, own)
         added = self._added(path, own)
         ((runs, measurements),) = self.db.execute(
             "SELECT (SELECT coalesce(max(run), 0) FROM runs), (SELECT coalesce(max(measurement), 0) FROM measurements)"
@@ -81,20 +105,24 @@ class _Merged:
         for table, key in KEYS.items():
             names = list(schema.TABLES[table])
             columns, marks = ", ".join(f'"{name}"' for name in names), ", ".join("?" * len(names))
-            rows = own.execute(
-                f"SELECT {schema.selected(table, schema.version(own))} FROM {table} WHERE {table}.{key} IN"
-                f" (SELECT measurements.{key} FROM measurements WHERE {_CURRENT}) ORDER BY {table}.rowid"
+            counting = LAST_PLANNED if table == "trials" else f"SELECT {key} FROM measurements WHERE {NOT_SUPERSEDED}"
+            cursor = own.execute(
+                f"SELECT {schema.selected(table, schema.version(own))} FROM {table}"
+                f" WHERE {key} IN ({counting}) ORDER BY {table}.rowid"
             )
             insert = f"INSERT {'OR IGNORE' if table == 'trials' else ''} INTO {table} ({columns}) VALUES ({marks})"
-            self.db.executemany(insert, _renumbered(rows, names, runs, measurements, added))
+            while rows := cursor.fetchmany(ROWS):
+                with _writing(self.target):  # `reading` would take it for an error of the file that is read
+                    self.db.executemany(insert, _renumbered(rows, names, runs, measurements, added))
         for suite, ended in own.execute("SELECT suite, ended FROM runs ORDER BY run").fetchall()[-1:]:
             self.suites[suite] = None
             self.unfinished |= ended is None
-        ((self.measurements,),) = self.db.execute("SELECT count(*) FROM measurements")
+        for plan, places in shards(own).items():
+            self.shards.setdefault(plan, set()).update(places)
 
     def _compare_versions(self, path: Path, own: sqlite3.Connection) -> None:
         """Raise ValueError if versions or sources of a run differ from those of the first file."""
-        used = f"SELECT DISTINCT run FROM measurements WHERE {_CURRENT}"
+        used = f"SELECT DISTINCT run FROM measurements WHERE {_MEASURED}"
         for (run,) in own.execute(used).fetchall():
             every = dict(own.execute("SELECT name, value FROM environment WHERE run = ?", (run,)))
             found = {name: every.get(name) for name in VERSIONS}
@@ -107,12 +135,20 @@ class _Merged:
                         " merge files of the same versions and sources"
                     )
 
+    def _compare_keys(self, path: Path, own: sqlite3.Connection) -> None:
+        """Raise ValueError if the key of a trial is that of another trial in a file before."""
+        query = f"SELECT trial_key, series, setting FROM trials WHERE trial_key IN ({LAST_PLANNED})"
+        for key, series, setting in own.execute(query):
+            if self.trials.setdefault(key, (series, setting)) != (series, setting):
+                text = f"{visible(series)} at {setting}"
+                raise ValueError(f"{path}: {text}, has the key of another trial in another file; leave one out")
+
     def _added(self, path: Path, own: sqlite3.Connection) -> dict[str, int]:
         """By trial, how many launches come before those of this file. Raises ValueError for what is measured twice."""
         before = dict(self.launches)
         query = (
             "SELECT series, setting, launch, machine, trial_key FROM measurements JOIN trials USING (trial_key)"
-            f" WHERE {_CURRENT}"
+            f" WHERE {_MEASURED}"
         )
         for series, setting, launch, machine, key in own.execute(query):
             known = self.measured.setdefault((series, setting, launch), {})
@@ -124,24 +160,39 @@ class _Merged:
                 raise ValueError(
                     f"{path}: {text}, was measured with other sources or libraries than in {known[machine][1]}"
                 )
-            if self.trials.setdefault(key, (series, setting)) != (series, setting):
-                raise ValueError(f"{path}: {text}, has the key of another trial in another file; leave one out")
             known[machine] = key, path
             self.launches[key] = max(self.launches.get(key, 0), before.get(key, 0) + launch)
         return before
 
-    def end(self, command: str) -> None:
-        """Record the merging as the last run, which has planned all that was copied: none of it is superseded."""
+    def end(self, command: str) -> int:
+        """Record the merging as the last run, which has planned all trials that were copied: none of them is superseded.
+
+        Removes the interrupted ones that another file has measured; returns the number of measurements.
+        """
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         row = (now, None if self.unfinished else now, ", ".join(self.suites), command)
         run = self.db.execute("INSERT INTO runs (started, ended, suite, command) VALUES (?, ?, ?, ?)", row).lastrowid
+        if self.shards:
+            text = shards_text(self.shards)
+            self.db.execute("INSERT INTO environment (run, name, value) VALUES (?, ?, ?)", (run, SHARD, text))
         self.db.execute("INSERT INTO planned (run, series, trial_key) SELECT ?, series, trial_key FROM trials", (run,))
+        places = (
+            "SELECT series, setting, launch, measurement FROM measurements JOIN trials USING (trial_key) WHERE status"
+        )
+        measured = {row[:3] for row in self.db.execute(f"{places} != '{Status.INTERRUPTED.value}'")}
+        interrupted = self.db.execute(f"{places} = '{Status.INTERRUPTED.value}'").fetchall()
+        elsewhere = [row[3:] for row in interrupted if row[:3] in measured]
+        for table in ("sampled_states", "settings_changed", "measurements"):
+            self.db.executemany(f"DELETE FROM {table} WHERE measurement = ?", elsewhere)
+        ((measurements,),) = self.db.execute("SELECT count(*) FROM measurements")
+        return int(measurements) - len(interrupted) + len(elsewhere)
 
 
 def _renumbered(
-    rows: sqlite3.Cursor, names: Sequence[str], runs: int, measurements: int, added: Mapping[str, int]
+    rows: Iterable[Sequence[Any]], names: Sequence[str], runs: int, measurements: int, added: Mapping[str, int]
 ) -> Iterator[list[Any]]:
-    """The rows of a file with the numbers that follow those of the files before it."""
+    """The rows of a file with the numbers that follow those of the files before it. An interrupted launch keeps its number:
+    another file may have measured it."""
     places = {name: place for place, name in enumerate(names)}
     run, measurement, launch = (places.get(name) for name in ("run", "measurement", "launch"))
     for row in rows:
@@ -150,7 +201,7 @@ def _renumbered(
             values[run] += runs
         if measurement is not None:
             values[measurement] += measurements
-        if launch is not None:
+        if launch is not None and values[places["status"]] != Status.INTERRUPTED:
             values[launch] += added.get(values[places["trial_key"]], 0)
         yield values
 

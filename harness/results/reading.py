@@ -24,9 +24,12 @@ SELECT {trials}, {measurements}, runs.suite,
 FROM measurements JOIN trials USING (trial_key) JOIN runs USING (run)
 WHERE {condition} ORDER BY trials.rowid, measurements.launch, measurements.measurement
 """
-NOT_SUPERSEDED = """
-measurements.trial_key IN (SELECT trial_key FROM planned
-                           WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series))
+LAST_PLANNED = (
+    "SELECT trial_key FROM planned WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series)"
+)
+"""The trials that count: of a series those that were planned last."""
+NOT_SUPERSEDED = f"""
+measurements.trial_key IN ({LAST_PLANNED})
 AND measurements.measurement IN (SELECT max(measurement) FROM measurements GROUP BY trial_key, launch)
 """
 """The condition for the measurements that count: of the trials last planned for a series, the last of each launch."""
@@ -98,21 +101,6 @@ def runs(path: str | Path) -> list[dict[str, Any]]:
             rows = db.execute("SELECT name, value FROM environment WHERE run = ?", (run["run"],))
             run["environment"] = {visible(name): _shown(value) for name, value in rows}
     return found
-
-
-def planned(path: str | Path) -> list[tuple[str, str, int, int]]:
-    """Case, library, and how many of their trials are planned and how many of these have a measurement, in the order of
-    the plan. Of a series the last plan counts. Raises ValueError as `load` does.
-    """
-    with opening.reading(path, ["runs", "trials", "planned", "measurements"]) as db:
-        rows = db.execute(
-            """SELECT trials."case", library, count(*),
-                count((SELECT 1 FROM measurements WHERE measurements.trial_key = planned.trial_key LIMIT 1))
-            FROM planned JOIN trials USING (trial_key)
-            WHERE (planned.series, run) IN (SELECT series, max(run) FROM planned GROUP BY series)
-            GROUP BY trials."case", library ORDER BY min(trials.rowid)"""
-        )
-        return [(visible(case), visible(library), total, done) for case, library, total, done in rows]
 
 
 def _shown(value: Any) -> Any:

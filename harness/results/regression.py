@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from gnomon.harness.contract.status import SCORED, STOPPED, Status
+from gnomon.harness.contract.status import CANNOT_RUN, SCORED, STOPPED, Status
 from gnomon.harness.results.values import TRIES
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
@@ -72,7 +72,22 @@ def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
         verdict.not_compared["their series is not in the run"] += int(lacking)
         line = f"{len(missing)} series of the base are not in the run, the first: {' '.join(missing[0])}"
         (verdict.notes if allow_missing else verdict.regressions).append(line)
+    _count_lacked(base, run, verdict)
     return verdict
+
+
+def _count_lacked(base: Any, run: Any, verdict: Verdict) -> None:
+    """Count as compared what neither of the two can run on its machine: these rows are equal."""
+    place = [*SERIES, "setting"]
+    before, after = (
+        frame.loc[(frame["launch"] == 1) & frame["status"].isin(CANNOT_RUN), place]
+        .astype({"setting": float})
+        .drop_duplicates()
+        for frame in (base, run)
+    )
+    both = before.merge(after, on=place)
+    verdict.compared += both.groupby(SERIES).ngroups
+    verdict.settings += len(both)
 
 
 def _used(frame: Any) -> Any:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.contract.status import SCORED, STOPPED, Status
+from gnomon.harness.contract.status import SCORED, STOPPED, Status, from_outside
 from gnomon.harness.results import opening, schema
 from gnomon.harness.results.export import export as export
 from gnomon.harness.results.opening import results_file as results_file
@@ -19,6 +19,10 @@ from gnomon.harness.results.reading import load as load
 from gnomon.harness.results.reading import runs as runs
 from gnomon.harness.results.reading import states as states
 from gnomon.harness.system.locks import lock_results, release_results
+
+TO_REPEAT = "to be run again: --repeat"
+"""The reason of a trial that is recorded as interrupted because a run repeats it. Results files hold this text: it must not
+change."""
 
 
 class Known(NamedTuple):
@@ -34,6 +38,8 @@ class Known(NamedTuple):
     """Whether its errors come from turned starts."""
     first: bool = False
     """Whether the first use of its integrator was timed."""
+    from_outside: bool = False
+    """Whether a cause outside the integrator may have ended it (see `status.from_outside`)."""
 
     @classmethod
     def of(cls, row: Mapping[str, Any]) -> Self:
@@ -43,7 +49,10 @@ class Known(NamedTuple):
         seconds = row.get("seconds_low")
         if seconds is not None:  # waits for a processor are no cost of the method
             seconds = max(seconds - (row.get("delay_seconds") or 0.0), 0.0)
-        return cls(Status(row["status"]), work, row.get("limit_seconds"), seconds, turned, first)
+        status = Status(row["status"])
+        return cls(
+            status, work, row.get("limit_seconds"), seconds, turned, first, from_outside(status, row.get("reason"))
+        )
 
     def settles(self, limit_seconds: float, turned: bool = False, timed: bool = False, first: bool = False) -> bool:
         """Whether the trial need not run again. It must if it was interrupted, if a lower limit ended it, or if the run
@@ -122,16 +131,18 @@ class Store:
 
     def history(self) -> dict[tuple[str, int], Known]:
         """The last measurement of every trial and launch, by (trial_key, launch)."""
-        names = ["trial_key", "launch", "status", "rhs_calls", "steps", "limit_seconds"]
+        names = ["trial_key", "launch", "status", "reason", "rhs_calls", "steps", "limit_seconds"]
         names += ["seconds_low", "delay_seconds", "turned_starts", "first_seconds"]
         rows = self._connection.execute(f"SELECT {', '.join(names)} FROM measurements ORDER BY measurement")
         return {row[:2]: Known.of(dict(zip(names, row, strict=True))) for row in rows}
 
     def interruptions(self) -> dict[tuple[str, int], int]:
-        """Number of interruptions from outside of each trial and launch, by (trial_key, launch)."""
+        """Number of interruptions from outside of each trial and launch since it was last repeated, by (trial_key, launch)."""
         rows = self._connection.execute(
-            "SELECT trial_key, launch, count(*) FROM measurements WHERE status = ? GROUP BY trial_key, launch",
-            (Status.INTERRUPTED.value,),
+            "SELECT trial_key, launch, count(*) FROM measurements AS own WHERE status = ? AND NOT EXISTS ("
+            "SELECT 1 FROM measurements AS later WHERE later.trial_key = own.trial_key AND later.launch = own.launch"
+            " AND later.measurement >= own.measurement AND later.reason = ?) GROUP BY trial_key, launch",
+            (Status.INTERRUPTED.value, TO_REPEAT),
         )
         return {(key, launch): count for key, launch, count in rows}
 

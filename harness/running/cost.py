@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from typing import TypeVar
 
 from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.sources import digest
+from gnomon.harness.results.outstanding import SHARD, shard_text
 from gnomon.harness.running.plan import Series, Suite, launches
 
 COSTS: dict[str, dict[str, float]] = declared("running", "costs.toml")
@@ -65,6 +67,21 @@ def shard(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) 
     place, count = suite.shard
     if count == 1:
         return list(series)
-    ordered = sorted(series, key=lambda one: one.id)
-    costs = [predicted_seconds(one, suite, near_duplicates) for one in ordered]
+    ordered, costs = _ordered(series, suite, near_duplicates)
     return [one for piece in divided(ordered, costs, PIECES * count)[place - 1 :: count] for one in piece]
+
+
+def shard_named(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) -> dict[str, str]:
+    """What the environment of a run has of its shard, with a hash of the whole plan that is divided; empty for a whole plan."""
+    place, count = suite.shard
+    if count == 1:
+        return {}
+    ordered, costs = _ordered(series, suite, near_duplicates)
+    plan = digest(f"{one.id} {cost!r}" for one, cost in zip(ordered, costs, strict=True))
+    return {SHARD: shard_text(place, count, plan[:8])}
+
+
+def _ordered(series: Sequence[Series], suite: Suite, near_duplicates: bool) -> tuple[list[Series], list[float]]:
+    """All series of a plan in the order in which it is divided, and their costs."""
+    ordered = sorted(series, key=lambda one: one.id)
+    return ordered, [predicted_seconds(one, suite, near_duplicates) for one in ordered]

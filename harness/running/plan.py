@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import platform
 import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from functools import cache, cached_property
 from typing import Any
 
@@ -21,7 +23,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.schema import TIMING_SPAN
-from gnomon.reference.storage.import_closure import closure
+from gnomon.reference.storage.import_closure import closure, imports
 
 from gnomon import cases
 
@@ -44,8 +46,19 @@ _SPANS = declared("running", "timing_spans.toml")
 TIMING_FACTORS: dict[str, int] = _SPANS["factors"]
 ENDS: tuple[str, ...] = tuple(_SPANS["ends"]["cases"])
 """Foundation cases whose motion ends, so that a longer span is none for timing."""
+COMPILING = ("numba", "gnomon.harness.kernels")
+"""An integrator whose modules import from these depends on the version of numba."""
+INTEGRATORS = ("gnomon.harness.integrators", "gnomon.harness.adapters")
 _THIS_PROCESS = secrets.token_hex(16)
 """Stands in the key of a trial for a case or integrator whose source is in no file: it runs again in every process."""
+
+
+class Repeat(StrEnum):
+    """Which trials that a results file has already run again."""
+
+    NOTHING = ""
+    FROM_OUTSIDE = "those that a cause outside ended"
+    ALL = "all"
 
 
 @dataclass(frozen=True)
@@ -88,6 +101,7 @@ class Suite:
     """Whether times are recorded; else a run has errors alone."""
     shard: tuple[int, int] = (1, 1)
     """The part of the series that it runs, from 1, and the number of parts (see `cost.shard`)."""
+    repeat: Repeat = Repeat.NOTHING
 
     def of(self, case: Case) -> Suite:
         """How this suite runs a case."""
@@ -250,9 +264,10 @@ class Series:
 
 @cache
 def library_versions(integrator: Integrator) -> dict[str, str]:
-    """The versions that a result of this integrator depends on."""
-    names = ("numpy", "numba") if integrator.library == "gnomon" else ("numpy",)
-    found = {name: environment.library_version(name) or "" for name in names}
+    """The versions that a result of this integrator depends on: Python calls every one, numba compiles for some."""
+    found = {"python": platform.python_version(), "numpy": environment.library_version("numpy") or ""}
+    if imports(type(integrator).__module__, COMPILING, within=INTEGRATORS):
+        found["numba"] = environment.library_version("numba") or ""
     try:
         found |= {name: str(value) for name, value in integrator.versions().items()}
     except ImportError:

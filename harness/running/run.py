@@ -13,14 +13,15 @@ from typing import Any, Protocol
 from gnomon.cases import Case
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.status import Status
 from gnomon.harness.kernels.generated_modules import cache_folder
 from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.results import store
-from gnomon.harness.results.store import Known, Store
+from gnomon.harness.results.store import TO_REPEAT, Known, Store
 from gnomon.harness.running import plan
 from gnomon.harness.running.call_cost import described as python_calls
-from gnomon.harness.running.cost import launch_seconds, shard
-from gnomon.harness.running.plan import Series, Suite, Trial
+from gnomon.harness.running.cost import launch_seconds, shard, shard_named
+from gnomon.harness.running.plan import Repeat, Series, Suite, Trial
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.progress import Progress
 from gnomon.harness.running.sweep import Sweep
@@ -72,12 +73,13 @@ def opened(
     for integrator in integrators:
         declaration.validate(integrator)
     _verify_caches()
-    series = shard(plan.pairs(chosen, integrators, near_duplicates=near_duplicates), suite, near_duplicates)
+    whole = plan.pairs(chosen, integrators, near_duplicates=near_duplicates)
+    series, named = shard(whole, suite, near_duplicates), shard_named(whole, suite, near_duplicates)
     with progress, Store(path) as results:
         known, broken = _reference_solutions(series, progress)
         calls = python_calls() if any(one.library == "scipy" for one in integrators) else {}
-        number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls)
-        run_ = PlannedRun(results, number, suite, known, progress, near_duplicates)
+        number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls | named)
+        run_ = PlannedRun(results, number, suite, known, progress, near_duplicates, named)
         run_.plan(series)
         yield run_
         results.end_run(number)
@@ -153,12 +155,19 @@ class PlannedRun:
     reference_solutions: Mapping[CaseSpec, ReferenceSolution]
     progress: Progress
     near_duplicates: bool
+    shard: Mapping[str, str] = field(default_factory=dict)
+    """Its shard, as the environment of a run has it."""
+    again: dict[str, set[int]] = field(default_factory=dict)
+    """By series, the launches that run whatever the suite: they were interrupted, or are to be repeated."""
     scorers: dict[CaseSpec, Scorer] = field(default_factory=dict)
     work: list[tuple[Series, tuple[Trial, ...], Scorer]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.history = self.results.history()
         self.interruptions = self.results.interruptions()
+        self.known: dict[str, list[int]] = {}
+        for key, launch in self.history:
+            self.known.setdefault(key, []).append(launch)
 
     def plan(self, series: Sequence[Series]) -> None:
         """Record the trials of all series; for pairs that cannot run, record the status too."""
@@ -171,7 +180,7 @@ class PlannedRun:
             scorer = self._scorer(spec, one)
             trials = one.trials(scorer.problem(one.form))
             rows += [one.describe(trial, **scorer.summary()) for trial in trials]
-            if self.history:
+            if self.history and one.left_out is None:
                 self.reopen(one, trials, len(scorer.reference.turned) > 0 and not one.over_timing_span)
             if one.left_out is None:
                 self.work.append((one, trials, scorer))
@@ -187,12 +196,8 @@ class PlannedRun:
         A launch begins after the one before it of its series, whose settings it repeats; None while all that are left wait
         for that.
         """
-        launches = [
-            (launch, one, trials, scorer)
-            for launch in range(1, self.suite.launches + 1)
-            for one, trials, scorer in self.work
-            if launch <= plan.launches(one, self.suite, self.near_duplicates)
-        ]
+        launches = [(launch, *work) for work in self.work for launch in self.launches(work[0])]
+        launches.sort(key=lambda item: item[0])
         pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
         self.progress.begin("series", len(pending), sum(launch_seconds(one, self.suite, n) for n, one, *_ in pending))
         under_way = set[str]()
@@ -211,17 +216,36 @@ class PlannedRun:
             suite, ended = self.suite.of(one.case), partial(finished, one, launch_seconds(one, self.suite, launch))
             yield Sweep(one, trials, scorer, suite, launch, self.history, self._record, ended, self.interruptions)
 
+    def launches(self, series: Series) -> list[int]:
+        """The launches of a series in this run."""
+        suite = range(1, plan.launches(series, self.suite, self.near_duplicates) + 1)
+        return sorted({*suite, *self.again.get(series.id, ())})
+
     def reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:
-        """Remove from the history what this run must measure again of these trials."""
-        suite = self.suite.of(series.case)
+        """Remove from the history what this run must measure again of these trials.
+
+        What is repeated is recorded as interrupted first: where this run ends early, the next one measures it, and no old
+        measurement remains among new ones.
+        """
+        suite, repeat = self.suite.of(series.case), self.suite.repeat
         limit_seconds = suite.limit(series.case)
+        marks: list[dict[str, Any]] = []
         for trial in trials:
-            for launch in range(1, self.suite.launches + 1):
-                known = self.history.get((trial.key, launch))
+            for launch in self.known.get(trial.key, ()):
+                known = self.history[trial.key, launch]
                 turned = symmetric and suite.turned and launch == 1
                 first = trial is trials[0] and plan.wants_first_use(series, suite, launch)
-                if known is not None and not known.settles(limit_seconds, turned, suite.timed, first):
-                    del self.history[trial.key, launch]
+                repeated = repeat == Repeat.ALL or (repeat == Repeat.FROM_OUTSIDE and known.from_outside)
+                if repeated:
+                    row = {"trial_key": trial.key, "launch": launch, "status": Status.INTERRUPTED, "reason": TO_REPEAT}
+                    marks.append(row)
+                    self.interruptions.pop((trial.key, launch), None)
+                if repeated or known.status == Status.INTERRUPTED:
+                    self.again.setdefault(series.id, set()).add(launch)
+                elif launch > self.suite.launches or known.settles(limit_seconds, turned, suite.timed, first):
+                    continue
+                del self.history[trial.key, launch]
+        self.results.add_all(self.number, marks)
 
     def _scorer(self, spec: CaseSpec, series: Series) -> Scorer:
         if spec not in self.scorers:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from gnomon.harness.contract.integrator import Steps, Tolerance
-from gnomon.harness.contract.status import CANNOT_RUN, SCORED, Status
+from gnomon.harness.contract.status import AGAIN, CANNOT_RUN, SCORED, Status
 from gnomon.harness.registry.lookup import reference
 from gnomon.harness.results.schema import TIMES
 from gnomon.harness.results.store import Known
@@ -113,7 +113,7 @@ class Sweep:
         trial = self._taken()
         before = self.interruptions.get((trial.key, self.launch), 0)
         if status == Status.INTERRUPTED and before >= MOST_INTERRUPTIONS:
-            status, reason = Status.CRASHED, f"{reason}, as {before} times before"
+            status, reason = Status.CRASHED, f"{reason}, as {before} {AGAIN}"
         self._add(trial, {"status": status, "reason": reason, "output": output or None, "repeats": tries})
 
     def _taken(self) -> Trial:

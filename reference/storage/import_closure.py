@@ -69,9 +69,16 @@ def sources(*modules: str, within: tuple[str, ...] = (OURS,)) -> dict[str, str]:
     return found
 
 
+@cache
+def imports(module: str, packages: tuple[str, ...], within: tuple[str, ...]) -> bool:
+    """Whether one of `sources` imports from one of the `packages`."""
+    return any(_is_under(used, {*packages}) for name in sources(module, within=within) for used in _read(name).imports)
+
+
 def forget() -> None:
     """Read all sources again at the next call, for a process in which they are edited."""
     closure.cache_clear()
+    imports.cache_clear()
     _source.cache_clear()
     _read.cache_clear()
 

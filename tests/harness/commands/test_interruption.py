@@ -11,7 +11,8 @@ import threading
 from pathlib import Path
 
 import pytest
-from gnomon.harness.results import reading, store
+from gnomon.harness.results import store
+from gnomon.harness.results.outstanding import outstanding
 
 ENDED = 60
 """Seconds to an end, against hours of work: what a loaded machine takes for the five that are promised."""
@@ -185,7 +186,7 @@ def test_an_interrupted_run_leaves_the_page_of_what_was_measured(tmp_path: Path)
     assert page.rstrip().endswith("</html>")
     assert "This run is not complete" in page
     measured = len(store.load(tmp_path / "results.sqlite"))
-    planned = sum(count for _, _, count, _ in reading.planned(tmp_path / "results.sqlite"))
+    planned = sum(one.trials for one in outstanding(tmp_path / "results.sqlite").planned)
     assert 0 < measured < planned
     assert f"<b>{planned - measured} of {planned} planned trials</b>" in page
 

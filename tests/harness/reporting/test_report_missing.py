@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import synthetic
 from gnomon.harness.reporting.report_missing import missing
-from gnomon.harness.results import schema, store
+from gnomon.harness.results import schema
 
 
 @pytest.fixture
@@ -31,13 +31,13 @@ def _without(results: Path, condition: str) -> int:
 
 
 def test_a_complete_run_has_nothing_missing(results: Path) -> None:
-    assert missing(results, store.runs(results)) is None
+    assert missing(results) is None
 
 
 def test_cases_and_libraries_are_named(results: Path) -> None:
     lost = _without(results, "\"case\" = 'bouncing_ball'")
     scipy = _without(results, "\"case\" = 'kepler_orbit' AND library = 'scipy'")
-    found = missing(results, store.runs(results))
+    found = missing(results)
     assert found is not None
     assert found["trials"] == lost + scipy
     assert found["cases"]["names"] == ["bouncing_ball"]
@@ -52,6 +52,6 @@ def test_a_run_that_did_not_end_lacks_later_launches(results: Path) -> None:
     with sqlite3.connect(results) as db:
         db.execute("UPDATE runs SET ended = NULL")
         schema.seal_all(schema.with_checksums(db), "runs")
-    found = missing(results, store.runs(results))
+    found = missing(results)
     assert found is not None
     assert found["trials"] == 0

@@ -1,0 +1,138 @@
+"""What is outstanding in a results file: planned, and without a measurement because it was interrupted or is not run yet."""
+
+import re
+import sqlite3
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from gnomon.harness.contract.status import SCORED, Status
+from gnomon.harness.results import opening
+from gnomon.harness.results.reading import LAST_PLANNED
+from gnomon.harness.results.visible import visible
+
+SHARD = "shard"
+"""The name under which the environment of a run has its shards, as `shard_text` writes them; a run of a whole plan has none."""
+SHOWN = 3
+"""The most shards of a plan, and plans, that are named."""
+_SCORED = ", ".join(repr(status.value) for status in SCORED)
+_PLANNED = f"""
+WITH latest AS (SELECT trial_key, launch, status, max(measurement) FROM measurements GROUP BY trial_key, launch),
+launches AS (
+    SELECT "case", library, series, setting, launch, min(trials.rowid) AS place,
+        coalesce(max(status != '{Status.INTERRUPTED.value}'), 0) AS measured,
+        coalesce(max(status IN ({_SCORED})), 0) AS scored
+    FROM trials LEFT JOIN latest USING (trial_key) WHERE trial_key IN ({LAST_PLANNED})
+    GROUP BY series, setting, launch),
+settings AS (
+    SELECT "case", library, min(place) AS place, coalesce(max(launch = 1 AND measured), 0) AS measured,
+        coalesce(max(launch = 1 AND scored) * sum(launch > 1 AND NOT measured), 0) AS interrupted
+    FROM launches GROUP BY series, setting)
+SELECT "case", library, count(*), sum(measured), sum(interrupted) FROM settings
+GROUP BY "case", library ORDER BY min(place)
+"""
+"""Later launches repeat what the first one scored: those of other trials are not outstanding."""
+_SHARDS = f"""
+WITH whole AS (SELECT run FROM runs WHERE run NOT IN (SELECT run FROM environment WHERE name = '{SHARD}'))
+SELECT value FROM environment AS own WHERE name = '{SHARD}' AND (
+    NOT EXISTS (SELECT 1 FROM whole WHERE whole.run > own.run)
+    OR EXISTS (SELECT series FROM planned WHERE planned.run = own.run
+        EXCEPT SELECT series FROM planned WHERE planned.run > own.run AND planned.run IN whole))
+"""
+"""The shards of all runs, without those whose series a later run of a whole plan has planned too."""
+_TEXT = re.compile(r"([0-9]{1,7})/([0-9]{1,7}) of ([0-9a-f]{8})")
+
+Shards = dict[tuple[str, int], set[int]]
+"""By plan and number of its shards, those that were run."""
+
+
+class Planned(NamedTuple):
+    """The planned trials of one case and library: how many, how many of them are measured, and how many launches of these
+    were interrupted."""
+
+    case: str
+    library: str
+    trials: int
+    measured: int
+    interrupted: int
+
+
+@dataclass(frozen=True)
+class Outstanding:
+    """What is outstanding in a file."""
+
+    planned: list[Planned]
+    """In the order of the plan."""
+    shards: list[str]
+    """A clause for each plan of which shards are missing."""
+    ended: bool
+    """Whether its last run has ended."""
+
+    @property
+    def trials(self) -> int:
+        return sum(one.trials - one.measured for one in self.planned)
+
+    @property
+    def others(self) -> list[str]:
+        """What else is outstanding, a clause each: shards, and repeated launches."""
+        launches, found = sum(one.interrupted for one in self.planned), list(self.shards)
+        if launches:
+            found.append(f"{launches} repeated launches were interrupted")
+        if not (self.ended or self.trials or launches):
+            found.append("its last run has not ended, so that repeated launches may be missing")
+        return found
+
+    @property
+    def text(self) -> str:
+        """All that is outstanding, in words; empty if nothing is."""
+        planned = sum(one.trials for one in self.planned)
+        trials = [f"{self.trials} of {planned} planned trials have no measurement"] if self.trials else []
+        return "; ".join([*self.others, *trials])
+
+
+def outstanding(path: str | Path) -> Outstanding:
+    """What is outstanding in a results file; raises ValueError as `load` does.
+
+    Of a series the last plan counts. A trial that is planned on several machines is measured if one of them measured it.
+    """
+    with opening.reading(path, ["runs", "environment", "trials", "planned", "measurements"]) as db:
+        rows = [Planned(visible(case), visible(library), *counts) for case, library, *counts in db.execute(_PLANNED)]
+        last = db.execute("SELECT ended FROM runs ORDER BY run DESC LIMIT 1").fetchone()
+        return Outstanding(rows, _missing(shards(db)), last is None or last[0] is not None)
+
+
+def shard_text(place: int, count: int, plan: str) -> str:
+    """A shard as the environment of a run has it; `plan` is 8 hexadecimal digits."""
+    return f"{place}/{count} of {plan}"
+
+
+def shards(db: sqlite3.Connection) -> Shards:
+    """The shards that a file has."""
+    found: Shards = {}
+    for (value,) in db.execute(_SHARDS):
+        for place, count, plan in _TEXT.findall(value or ""):
+            found.setdefault((plan, int(count)), set()).add(int(place))
+    return found
+
+
+def shards_text(found: Shards) -> str:
+    """Shards of several files as the environment of the merged file has them."""
+    return ", ".join(shard_text(place, count, plan) for (plan, count), own in found.items() for place in sorted(own))
+
+
+def _missing(found: Shards) -> list[str]:
+    """A clause for each plan of which shards are missing; those after the first SHOWN are counted."""
+    clauses = []
+    for (plan, count), own in found.items():
+        number = count - sum(1 <= place <= count for place in own)
+        if number <= 0:
+            continue
+        names = islice((f"{place}/{count}" for place in range(1, count + 1) if place not in own), SHOWN)
+        more = f" and {number - SHOWN} more" if number > SHOWN else ""
+        of = f" of the plan {plan}" if len(found) > 1 else ""
+        clauses.append(
+            f"shard{'s' * (number > 1)} {', '.join(names)}{more}{of} {'is' if number == 1 else 'are'} missing"
+        )
+    others = len(clauses) - SHOWN
+    return [*clauses[:SHOWN], *([f"shards of {others} other plans are missing"] if others > 0 else [])]
