@@ -89,7 +89,7 @@ def _chart(found: Sequence[Profile], places: np.ndarray, title: str, labels: str
         x=x, y=alt.Y("share:Q", **share), color=colour, strokeDash=dash, tooltip=tooltip
     )
     data = {"profiles": records(rows)}
-    return dressed(alt.layer(band, lines).properties(width=640, height=300, datasets=data))
+    return dressed(alt.layer(band, lines).properties(width=640, height=300), data)
 
 
 def kinds_charts(

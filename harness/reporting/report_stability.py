@@ -124,7 +124,7 @@ def intervals(
         low, high = _ends(column, own)
         data[column["id"]] = [_row(column, mark, low, high) for mark in own]
         parts.append(_column(column, low, high, names, width, labels=not parts))
-    return dressed(alt.hconcat(*parts, spacing=14, datasets=data))
+    return dressed(alt.hconcat(*parts, spacing=14), data)
 
 
 def _row(column: Mapping[str, Any], mark: Mapping[str, Any], low: float, high: float) -> dict[str, Any]:
@@ -220,7 +220,7 @@ def _cells(columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, An
     ink = alt.condition("datum.shade > 0.75", alt.value("white"), alt.value(INK))
     words = base.mark_text(fontSize=9).encode(text="told:N", color=ink)
     size = {"width": {"step": CELL}, "height": {"step": ROW}}
-    return dressed(alt.layer(cells, words).properties(**size, datasets={"cells": rows}))
+    return dressed(alt.layer(cells, words).properties(**size), {"cells": rows})
 
 
 def _regions(rows: Sequence[Mapping[str, Any]]) -> alt.FacetChart | None:
@@ -245,11 +245,8 @@ def _regions(rows: Sequence[Mapping[str, Any]]) -> alt.FacetChart | None:
     )
     header = alt.Header(title=None, labelFontSize=11.5, labelColor=INK, labelPadding=4)
     facet = alt.Facet("integrator:N", header=header, sort=names)
-    return dressed(
-        chart.facet(facet, columns=REGIONS_IN_A_ROW, spacing=18, data=alt.NamedData("bars")).properties(
-            datasets={"bars": bars}
-        )
-    )
+    faceted = chart.facet(facet, columns=REGIONS_IN_A_ROW, spacing=18, data=alt.NamedData("bars"))
+    return dressed(faceted, {"bars": bars})
 
 
 def _bars(region: Any) -> list[dict[str, float]]:

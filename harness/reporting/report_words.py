@@ -113,7 +113,8 @@ def spans_text(timed: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, str]:
 
     `timed` and `reduced`: `analysis.settings` of the rows of which times are compared, and of the others.
     """
-    own = [table[table["variant"] == ""].groupby("case") for table in (timed, reduced)]
+    columns = ["case", "span", "limit_seconds"]
+    own = [table.loc[table["variant"] == "", columns].groupby("case") for table in (timed, reduced)]
     spans = [each["span"].first().astype(float) for each in own]
     limits = own[0]["limit_seconds"].max().astype(float)
     found = {}
@@ -137,9 +138,12 @@ def launches_text(frame: pd.DataFrame) -> str:
 
 def scatter_text(frame: pd.DataFrame) -> str:
     """The ratio of times of two launches of one setting in this run; empty if nothing was launched twice."""
-    timed = frame[(frame["status"] == Status.OK) & (frame["seconds_median"] > 0)]
-    launches = timed.groupby([*analysis.SERIES, "setting"])["seconds_median"].apply(np.array)
-    apart = [max(a, b) / min(a, b) for times in launches for a, b in itertools.combinations(times, 2)]
+    columns = [*analysis.SERIES, "setting", "seconds_median"]
+    timed = frame.loc[(frame["status"] == Status.OK) & (frame["seconds_median"] > 0), columns]
+    launches: dict[tuple[Any, ...], list[float]] = {}
+    for *setting, seconds in zip(*(timed[name].tolist() for name in columns), strict=True):
+        launches.setdefault(tuple(setting), []).append(seconds)
+    apart = [max(a, b) / min(a, b) for times in launches.values() for a, b in itertools.combinations(times, 2)]
     if not apart:
         return ""
     half, most = np.quantile(apart, [0.5, 0.9])

@@ -32,7 +32,9 @@ def entry(setting: float, case: str = "pendulum_simple") -> Entry:
 
 
 BASE = Baseline("mine:RK4", "low", "0", tuple(entry(0.5 / 2**k) for k in range(6)))
-WORSE = replace(BASE, entries=tuple(replace(e, error_low=1e5 * e.error_low, error_high=1e5 * e.error_high) for e in BASE.entries))
+WORSE = replace(
+    BASE, entries=tuple(replace(e, error_low=1e5 * e.error_low, error_high=1e5 * e.error_high) for e in BASE.entries)
+)
 
 
 def written(folder: Path, **columns: Any) -> Path:
@@ -117,7 +119,9 @@ def test_numbers_that_both_lack_pass(measured: Path) -> None:
     frame = store.load(measured)
     assert not compare(*[frame.assign(rhs_calls=None)] * 2).failed
     ok = frame["status"] == "ok"
-    stopped = frame.assign(status=frame["status"].where(~ok | (frame["setting"] > frame["setting"].median()), "timeout"))
+    stopped = frame.assign(
+        status=frame["status"].where(~ok | (frame["setting"] > frame["setting"].median()), "timeout")
+    )
     assert not compare(stopped, stopped).failed
 
 
