@@ -146,9 +146,9 @@ def _column(
     points = base.transform_filter("isValid(datum.at)").mark_point(filled=True, size=44, opacity=1)
     words = base.transform_filter("datum.told").mark_text(align="left", dx=3, fontSize=9.5, color=QUIET)
     layers = (
-        bars.encode(x=alt.X("low:Q", scale=scale), x2="high:Q", color=colour),
+        bars.encode(x=alt.X("low:Q", scale=scale), x2=alt.X2("high:Q"), color=colour),
         points.encode(x=x, color=colour),
-        words.encode(x=alt.X("edge:Q", scale=scale), text="told:N"),
+        words.encode(x=alt.X("edge:Q", scale=scale), text=alt.Text("told:N")),
     )
     return alt.layer(*layers).properties(width=width, height=ROW * len(names))
 

@@ -20,6 +20,12 @@ from gnomon.harness.results.rankings import third_party
 from gnomon.harness.running.call_cost import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 
+TIMED = [
+    *(*analysis.SERIES, "setting", "launch", "status", "error_max", "span", "limit_seconds"),
+    *("prepare_seconds", "seconds_median"),
+]
+"""The columns that the tables of times need: copies of all would take tens of megabytes."""
+
 
 def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> dict[str, Any]:
     """The values of the templates of page and summary, without the charts. Certificates and benchmarks are read from the
@@ -77,7 +83,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
 
 def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
     """Each case with its variants and the rows of its tables."""
-    timed = analysis.settings(run.timed)
+    timed = analysis.settings(run.timed[TIMED])
     uses = analysis.first_uses(run.frame)
     times = tables.equal_error_rows(run.equal, timed, uses)
     others = tables.equal_error_rows(third_party(run.equal), timed[timed["library"] != OURS], uses)

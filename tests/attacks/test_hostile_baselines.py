@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import fields, replace
@@ -11,9 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import synthetic
+from changes import changing
 from command_line import gnomon
 from gnomon.harness.contract.status import Status
-from gnomon.harness.results import store
+from gnomon.harness.results import schema, store
 from gnomon.harness.results.regression import compare
 from gnomon.harness.system.files import MOST_BYTES
 from gnomon.harness.verification.baseline import Baseline, Entry, as_text, case_names, compared, read
@@ -95,14 +98,19 @@ def test_an_error_of_zero_that_is_none_any_more_is_named() -> None:
     assert any("changed" in line for line in compared(exact, BASE).regressions)
 
 
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return synthetic.write(tmp_path_factory.mktemp("invented") / "results.sqlite")
+
+
 LACKING = ("floor", "conditioning", "error_max", "rhs_calls", "numbers", "span")
 
 
 @pytest.mark.parametrize("side", [0, 1])
 @pytest.mark.parametrize("column", LACKING)
-def test_a_null_in_either_file_hides_no_worse_error(measured: Path, column: str, side: int) -> None:
+def test_a_null_in_either_file_hides_no_worse_error(results: Path, column: str, side: int) -> None:
     """One setting lacks a number, and is 1e5 times worse; what cannot be compared there fails even if rows may be missing."""
-    frame = store.load(measured)
+    frame = store.load(results)
     place = frame.index[(frame["status"] == "ok") & (frame["launch"] == 1) & (frame["error_max"] > 1e-12)][0]
     worse = frame.copy()
     worse.loc[place, "error_max"] *= 1e5
@@ -115,8 +123,8 @@ def test_a_null_in_either_file_hides_no_worse_error(measured: Path, column: str,
     assert verdict.not_compared.total() == 1
 
 
-def test_numbers_that_both_lack_pass(measured: Path) -> None:
-    frame = store.load(measured)
+def test_numbers_that_both_lack_pass(results: Path) -> None:
+    frame = store.load(results)
     assert not compare(*[frame.assign(rhs_calls=None)] * 2).failed
     ok = frame["status"] == "ok"
     stopped = frame.assign(
@@ -125,8 +133,8 @@ def test_numbers_that_both_lack_pass(measured: Path) -> None:
     assert not compare(stopped, stopped).failed
 
 
-def test_a_setting_without_a_result_fails_unless_it_is_allowed(measured: Path) -> None:
-    frame = store.load(measured)
+def test_a_setting_without_a_result_fails_unless_it_is_allowed(results: Path) -> None:
+    frame = store.load(results)
     place = frame.index[(frame["status"] == "ok") & (frame["launch"] == 1)][0]
     fewer = frame.drop(place)
     interrupted = frame.assign(status=frame["status"].where(frame.index != place, "interrupted"))
@@ -137,15 +145,16 @@ def test_a_setting_without_a_result_fails_unless_it_is_allowed(measured: Path) -
 
 
 def test_compare_exits_with_1_where_a_bound_is_null_and_with_2_where_it_is_infinite(
-    measured: Path, change: Callable[..., Path], capfd: pytest.CaptureFixture[str]
+    results: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    worse = "UPDATE measurements SET error_max = 1e5 * error_max WHERE status = 'ok'"
-    theirs = change(worse, "UPDATE trials SET floor = NULL WHERE variant = 'default'", seal=("trials", "measurements"))
-    assert gnomon("compare", str(theirs), str(measured), "--allow-missing") == 1
-    assert "settings of the base not compared" in capfd.readouterr().out
-    change("UPDATE trials SET conditioning = 9e999", seal=("trials",))
-    assert gnomon("compare", str(theirs), str(measured)) == 2
-    assert "conditioning = inf is not allowed" in capfd.readouterr().err
+    theirs = shutil.copy(results, tmp_path / "theirs.sqlite")
+    for bound, code, said in (("NULL", 1, "settings of the base not compared"), ("9e999", 2, "inf is not allowed")):
+        with changing(theirs) as db:
+            schema.with_checksums(db)
+            db.execute(f"UPDATE trials SET floor = {bound} WHERE variant = 'default'")
+            schema.seal_all(db, "trials")
+        assert gnomon("compare", str(theirs), str(results), "--allow-missing") == code
+        assert said in "".join(capfd.readouterr())
 
 
 EVIL = "import pathlib; pathlib.Path('owned').touch()\nfrom gnomon.cases.pendulums.pendulum_simple import PendulumSimple as Case"
