@@ -15,8 +15,6 @@ from gnomon.reference.numerics.precision import Number, exact
 
 FEW = 20
 """The most valid names that an error message lists."""
-LONGEST = 100
-"""The characters of an unknown name that are compared with the valid ones: a file of others may hold millions."""
 LARGEST, SMALLEST = max(Fraction(10) ** 300, Fraction(1e300)), min(Fraction(1, 10**300), Fraction(1e-300))
 """Limits of the size of a number that is not 0, given as text or as a double: closer to the limits of binary64 a
 square root or a quotient may overflow or underflow."""
@@ -208,7 +206,7 @@ def is_pattern(name: str) -> bool:
 def nearest(name: str, valid: Iterable[str]) -> str:
     """The hint for an unknown name: the valid names most like it, or all valid names if none is like it."""
     valid = sorted(valid)
-    close = difflib.get_close_matches(name[:LONGEST], valid, n=3, cutoff=0.5)
+    close = difflib.get_close_matches(name, valid, n=3, cutoff=0.5)
     if close:
         return f"did you mean {' or '.join(close)}?"
     shown = ", ".join(valid[:FEW])

@@ -196,15 +196,15 @@ def test_a_case_that_is_not_installed_comes_from_the_command_line(
 def test_what_is_no_text_file_of_a_limited_size_is_refused(
     kind: str, reads: Callable[[Path], object], tmp_path: Path
 ) -> None:
-    """A pipe is never read to its end, nor is /dev/zero, which would fill the memory before."""
+    """A pipe is never read to its end, nor is /dev/zero, which would fill the memory before. The large one is sound."""
     path = Path("/dev/zero") if kind == "device" else tmp_path / "theirs.txt"
     if kind == "pipe":
         os.mkfifo(path)
     elif kind == "folder":
         path.mkdir()
     elif kind == "large":
-        path.touch()
-        os.truncate(path, MOST_BYTES + 1)
+        repeated = "# a comment\n" if reads is read_known else f"{as_text(BASE).splitlines()[-1]}\n"
+        path.write_text(("" if reads is read_known else as_text(BASE)) + repeated * (1 + MOST_BYTES // len(repeated)))
     elif kind == "bytes":
         path.write_bytes(b"\xff\xfe")
     with pytest.raises(ValueError, match=str(path)) as caught:
