@@ -14,18 +14,21 @@ def compare(
     run: Annotated[Path, typer.Argument(help="The results to compare with the base.", parser=options.as_path)],
     allow_missing: Annotated[
         bool,
-        typer.Option("--allow-missing", help="Series that the run lacks, and outstanding trials, are no failure."),
+        typer.Option(
+            "--allow-missing",
+            help="Series and settings without a result in the run, and outstanding trials, do not fail.",
+        ),
     ] = False,
 ) -> None:
     """Compare a run with an earlier one: status, order, errors and right-hand sides.
 
     Exit code 1 if the run is worse, if trials of one of the two are outstanding (planned, and interrupted or not run
-    yet), or if a series of the base is missing, has no setting left that is ok or none that can be compared; 2 if nothing
-    can be compared. A timeout counts only after three tries, which limits below half a second allow.
+    yet), or if a setting of the base is not compared: it has no result in the run, unless --allow-missing is given, or an
+    error, a bound or a count is missing. 2 if nothing can be compared. A timeout counts as worse only after three tries,
+    which limits below half a second allow.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.results.regression import compare as compare_
-    from gnomon.harness.results.regression import reasons
 
     (before, lacking), (after, lacked) = _read(base), _read(run)
     verdict = compare_(before, after, allow_missing)
@@ -33,15 +36,12 @@ def compare(
         out.print(escape(line))
     for line in verdict.regressions:
         out.print(f"[red]worse[/] {escape(line)}")
-    left_out = verdict.not_compared
-    if left_out:
-        out.print(f"{left_out.total()} settings of the base not compared: {escape(reasons(left_out))}", highlight=False)
     for path, text in ((base, lacking), (run, lacked)):
         if text:
             out.print(escape(f"outstanding in {path}: {text}"), highlight=False)
-    compared = f"{verdict.compared} series compared at {verdict.settings} settings"
-    out.print(f"{compared}, {len(verdict.regressions)} regressions")
-    if verdict.regressions or ((lacking or lacked) and not allow_missing):
+    for line in verdict.summary():
+        out.print(escape(line), highlight=False)
+    if verdict.failed or ((lacking or lacked) and not allow_missing):
         raise typer.Exit(1)
 
 

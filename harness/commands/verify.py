@@ -75,7 +75,7 @@ def verify(
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.verification import verification_report
-    from gnomon.harness.verification.baseline import read
+    from gnomon.harness.verification.baseline import case_names, read
 
     _validate(integrator, against, picture, case, claim)
     options.validate_workers(workers)
@@ -83,6 +83,7 @@ def verify(
         raise ValueError(f"--max-seconds {max_seconds:g}: give a positive number of seconds")
     known = verification_report.read_known(known_failures) if known_failures is not None else {}
     base = read(baseline) if baseline is not None else None
+    names = case_names(base, case or ()) if base is not None else []
     files = {"json": json_path, "junit": junit, "markdown": markdown, "badge": badge}
     for kind, path in files.items():
         if path is not None:
@@ -95,7 +96,7 @@ def verify(
     for kind, path in files.items():
         if path is not None:
             path.write_text(verification_report.WRITERS[kind](report, known, how), encoding="utf-8")
-    worse = base is not None and _worse(base, chosen, workers)
+    worse = base is not None and _worse(base, names, chosen, workers)
     code = verification_report.exit_code(report, known)
     if code == verification_report.NOTHING:
         problems.print("no claim was checked: no case takes this integrator, or no claim applies")
@@ -198,17 +199,15 @@ def _show(report: Report, known: Known, how: str) -> None:
         print(line)
 
 
-def _worse(base: Baseline, integrator: Integrator, workers: int) -> bool:
-    """Run an integrator on the cases of a baseline, print what is worse, and return whether anything is."""
+def _worse(base: Baseline, names: list[str], integrator: Integrator, workers: int) -> bool:
+    """Run an integrator on the cases of a baseline, print what is worse or not compared, and return whether anything is."""
     from gnomon.harness.verification.baseline import compared, measure
 
-    names = list(dict.fromkeys(entry.case_id for entry in base.entries))
     verdict = compared(base, measure(integrator, names, base.depth, runs=1, workers=workers))
     for line in verdict.notes:
         out.print(escape(line), highlight=False)
     for line in verdict.regressions:
         out.print(f"[red]worse[/] {escape(line)}", highlight=False)
-    out.print(
-        f"baseline: {verdict.settings} settings compared, {len(verdict.regressions)} regressions", highlight=False
-    )
-    return bool(verdict.regressions)
+    for line in verdict.summary():
+        out.print(escape(f"baseline: {line}"), highlight=False)
+    return verdict.failed

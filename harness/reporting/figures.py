@@ -84,7 +84,7 @@ def trust_map(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> a
 def _map(chart: alt.LayerChart, table: pd.DataFrame, data: dict[str, Any]) -> alt.LayerChart:
     """A map whose columns have the width of readable cells and fit beside the names of the problems."""
     step = max(21, min(27, 850 // max(table["integrator_id"].nunique(), 1)))
-    return dressed(chart.properties(width={"step": step}, height={"step": 20}, datasets=data))
+    return dressed(chart.properties(width={"step": step}, height={"step": 20}), data)
 
 
 def _grid(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> alt.Chart:
@@ -145,7 +145,7 @@ def tolerance_chart(spread: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
     asked = alt.Chart(alt.NamedData("asked")).mark_rule(color=INK, strokeDash=[3, 3]).encode(x="decades:Q")
     data = {"spread": _kept(spread, *spread.columns), "asked": [{"decades": 0}]}
     chart = alt.layer(asked, wide, half, middle)
-    return dressed(chart.properties(width=640, height=24 * len(look), datasets=data))
+    return dressed(chart.properties(width=640, height=24 * len(look)), data)
 
 
 def hierarchy_chart(levels: pd.DataFrame) -> alt.LayerChart:
@@ -202,7 +202,7 @@ def hierarchy_chart(levels: pd.DataFrame) -> alt.LayerChart:
         late.mark_text(**small, align="left", dx=9).encode(x, y, text="words:N"),
     ]
     data = {"levels": _kept(table, "place", "lacks", "over", "words", "decades")}
-    return dressed(alt.layer(lines, dots, *words).properties(width=640, height=30 * len(places), datasets=data))
+    return dressed(alt.layer(lines, dots, *words).properties(width=640, height=30 * len(places)), data)
 
 
 def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
@@ -240,4 +240,4 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
         tooltip=["problem:N", "engine:N", "policy:N", "step:Q", alt.Tooltip("error:Q", format=".2e"), "status:N"],
     )
     data = {"points": _kept(table, "place", "problem", "engine", "policy", "step", "error", "status", "decades")}
-    return dressed(alt.layer(lines, dots).properties(width=640, height=20 * table["place"].nunique(), datasets=data))
+    return dressed(alt.layer(lines, dots).properties(width=640, height=20 * table["place"].nunique()), data)

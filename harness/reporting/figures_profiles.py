@@ -82,14 +82,14 @@ def _chart(found: Sequence[Profile], places: np.ndarray, title: str, labels: str
         alt.Tooltip("high:Q", title="to", format=".0%"),
     ]
     band = base.mark_area(opacity=0.13, interpolate="step-after").encode(
-        x=x, y=alt.Y("low:Q", title="share of the problems", **share), y2="high:Q", color=colour
+        x=x, y=alt.Y("low:Q", title="share of the problems", **share), y2=alt.Y2("high:Q"), color=colour
     )
-    dash = alt.condition(f"datum.library === '{THIRD_PARTY}'", alt.value([6, 4]), alt.value([1, 0]))
+    dash = alt.StrokeDashValue([1, 0], condition={"test": f"datum.library === '{THIRD_PARTY}'", "value": [6, 4]})
     lines = base.mark_line(strokeWidth=2.5, interpolate="step-after").encode(
         x=x, y=alt.Y("share:Q", **share), color=colour, strokeDash=dash, tooltip=tooltip
     )
     data = {"profiles": records(rows)}
-    return dressed(alt.layer(band, lines).properties(width=640, height=300, datasets=data))
+    return dressed(alt.layer(band, lines).properties(width=640, height=300), data)
 
 
 def kinds_charts(

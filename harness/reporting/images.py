@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import vl_convert
 from gnomon.harness.reporting.png import smaller
 from gnomon.harness.system.child_process import interrupts_ignored, main_hidden, process_pool
 from gnomon.reference.storage import diskcache
@@ -34,6 +33,8 @@ def write_images(specifications: Mapping[str, dict[str, Any]], folder: Path) -> 
 
 
 def _write(specification: dict[str, Any], path: Path) -> None:
+    import vl_convert  # many megabytes, which a page alone does not need
+
     svg = vl_convert.vegalite_to_svg(specification)
     diskcache.replace(path.with_suffix(".svg"), leaner(svg).encode())
     diskcache.replace(path.with_suffix(".png"), smaller(vl_convert.svg_to_png(svg, scale=PNG_SCALE)))

@@ -11,6 +11,7 @@ from typing import Any
 import altair as alt
 import numpy as np
 import pandas as pd
+from altair.utils import schemapi
 from gnomon.harness.contract.status import SCORED
 from gnomon.harness.reporting import figures, report_stability, style, tables
 from gnomon.harness.reporting.figures_profiles import kinds_charts, profile_charts
@@ -84,6 +85,11 @@ def specifications(charts: Mapping[str, alt.TopLevelMixin]) -> Specifications:
 
 def run_charts(run: Run) -> Specifications:
     """Every chart of a run but the work-precision diagrams; charts without data are left out."""
+    with schemapi.debug_mode(False):  # else Altair validates every part of a chart
+        return specifications(_run_charts(run))
+
+
+def _run_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
     charts: dict[str, alt.TopLevelMixin] = {**profile_charts(run.equal, run.reduced)}
     charts |= kinds_charts(run.equal, run.matrix, run.kinds)
     asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & run.reduced["status"].isin(SCORED)]
@@ -96,7 +102,7 @@ def run_charts(run: Run) -> Specifications:
         charts["hierarchy"] = figures.hierarchy_chart(levels[levels["error"] > 0])
     if len(run.policies):
         charts["policies"] = figures.policy_chart(run.policies)
-    return specifications(charts)
+    return charts
 
 
 def panel_charts(found: Mapping[str, Any] | None) -> Specifications:
@@ -155,8 +161,10 @@ def _map(run: Run) -> dict[str, Any]:
     looks = run.look
     verdicts = list(style.STATUS_COLOURS)
     columns_ = {name: i for i, name in enumerate(looks["series"])}
-    attainable = run.trusted.set_index(["problem", "integrator_id"])["attainable"]
-    parts = dict(list(run.matrix.groupby("problem", sort=False)))
+    attainable = run.trusted.set_index(["problem", "integrator_id"])["attainable"].to_dict()
+    parts: dict[str, list[dict[str, Any]]] = {}
+    for one in analysis.records(run.matrix):
+        parts.setdefault(one["problem"], []).append(one)
     rows = []
     place_of = {name: i for i, name in enumerate(run.names)}
     problems = run.matrix.drop_duplicates("problem").sort_values(
@@ -164,13 +172,13 @@ def _map(run: Run) -> dict[str, Any]:
     )
     for problem in problems.to_dict("records"):
         cells, why = ["   "] * len(columns_), {}
-        for one in analysis.records(parts[problem["problem"]]):
+        for one in parts[problem["problem"]]:
             place = columns_[one["integrator_id"]]
             digits = lost = "-"
             if np.isfinite(one["best"]):
                 got = tables.digits(one["best"])
                 best = max(one["best"], 1e-17)
-                limit = max(float(attainable[problem["problem"], one["integrator_id"]]), 1e-17)
+                limit = max(attainable[problem["problem"], one["integrator_id"]], 1e-17)
                 digits = np.base_repr(got, 36)
                 lost = np.base_repr(int(np.clip(round(np.log10(best / limit)), 0, 35)), 36)
             elif one["reason"]:

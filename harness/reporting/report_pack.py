@@ -9,7 +9,6 @@ import json
 from importlib.metadata import version
 from typing import Any
 
-import pandas as pd
 from gnomon.harness.reporting.kept_parts import kept
 
 
@@ -48,8 +47,9 @@ def columns(table: dict[str, list[Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, values in table.items():
         if any(isinstance(value, str) for value in values):
-            codes, words = pd.factorize(pd.Series(values, dtype=object))
-            found[name] = {"words": list(words), "codes": codes.tolist()}
+            places: dict[str, int] = {}
+            codes = [places.setdefault(value, len(places)) if isinstance(value, str) else -1 for value in values]
+            found[name] = {"words": list(places), "codes": codes}
         else:
             found[name] = [_short(value) for value in values]
     return found

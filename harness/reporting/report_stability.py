@@ -124,7 +124,7 @@ def intervals(
         low, high = _ends(column, own)
         data[column["id"]] = [_row(column, mark, low, high) for mark in own]
         parts.append(_column(column, low, high, names, width, labels=not parts))
-    return dressed(alt.hconcat(*parts, spacing=14, datasets=data))
+    return dressed(alt.hconcat(*parts, spacing=14), data)
 
 
 def _row(column: Mapping[str, Any], mark: Mapping[str, Any], low: float, high: float) -> dict[str, Any]:
@@ -146,9 +146,9 @@ def _column(
     points = base.transform_filter("isValid(datum.at)").mark_point(filled=True, size=44, opacity=1)
     words = base.transform_filter("datum.told").mark_text(align="left", dx=3, fontSize=9.5, color=QUIET)
     layers = (
-        bars.encode(x=alt.X("low:Q", scale=scale), x2="high:Q", color=colour),
+        bars.encode(x=alt.X("low:Q", scale=scale), x2=alt.X2("high:Q"), color=colour),
         points.encode(x=x, color=colour),
-        words.encode(x=alt.X("edge:Q", scale=scale), text="told:N"),
+        words.encode(x=alt.X("edge:Q", scale=scale), text=alt.Text("told:N")),
     )
     return alt.layer(*layers).properties(width=width, height=ROW * len(names))
 
@@ -220,7 +220,7 @@ def _cells(columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, An
     ink = alt.condition("datum.shade > 0.75", alt.value("white"), alt.value(INK))
     words = base.mark_text(fontSize=9).encode(text="told:N", color=ink)
     size = {"width": {"step": CELL}, "height": {"step": ROW}}
-    return dressed(alt.layer(cells, words).properties(**size, datasets={"cells": rows}))
+    return dressed(alt.layer(cells, words).properties(**size), {"cells": rows})
 
 
 def _regions(rows: Sequence[Mapping[str, Any]]) -> alt.FacetChart | None:
@@ -245,11 +245,8 @@ def _regions(rows: Sequence[Mapping[str, Any]]) -> alt.FacetChart | None:
     )
     header = alt.Header(title=None, labelFontSize=11.5, labelColor=INK, labelPadding=4)
     facet = alt.Facet("integrator:N", header=header, sort=names)
-    return dressed(
-        chart.facet(facet, columns=REGIONS_IN_A_ROW, spacing=18, data=alt.NamedData("bars")).properties(
-            datasets={"bars": bars}
-        )
-    )
+    faceted = chart.facet(facet, columns=REGIONS_IN_A_ROW, spacing=18, data=alt.NamedData("bars"))
+    return dressed(faceted, {"bars": bars})
 
 
 def _bars(region: Any) -> list[dict[str, float]]:

@@ -20,6 +20,12 @@ from gnomon.harness.results.rankings import third_party
 from gnomon.harness.running.call_cost import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 
+TIMED = [
+    *(*analysis.SERIES, "setting", "launch", "status", "error_max", "span", "limit_seconds"),
+    *("prepare_seconds", "seconds_median"),
+]
+"""The columns that the tables of times need: copies of all would take tens of megabytes."""
+
 
 def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> dict[str, Any]:
     """The values of the templates of page and summary, without the charts. Certificates and benchmarks are read from the
@@ -77,7 +83,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
 
 def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
     """Each case with its variants and the rows of its tables."""
-    timed = analysis.settings(run.timed)
+    timed = analysis.settings(run.timed[TIMED])
     uses = analysis.first_uses(run.frame)
     times = tables.equal_error_rows(run.equal, timed, uses)
     others = tables.equal_error_rows(third_party(run.equal), timed[timed["library"] != OURS], uses)
@@ -113,7 +119,8 @@ def spans_text(timed: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, str]:
 
     `timed` and `reduced`: `analysis.settings` of the rows of which times are compared, and of the others.
     """
-    own = [table[table["variant"] == ""].groupby("case") for table in (timed, reduced)]
+    columns = ["case", "span", "limit_seconds"]
+    own = [table.loc[table["variant"] == "", columns].groupby("case") for table in (timed, reduced)]
     spans = [each["span"].first().astype(float) for each in own]
     limits = own[0]["limit_seconds"].max().astype(float)
     found = {}
@@ -137,9 +144,12 @@ def launches_text(frame: pd.DataFrame) -> str:
 
 def scatter_text(frame: pd.DataFrame) -> str:
     """The ratio of times of two launches of one setting in this run; empty if nothing was launched twice."""
-    timed = frame[(frame["status"] == Status.OK) & (frame["seconds_median"] > 0)]
-    launches = timed.groupby([*analysis.SERIES, "setting"])["seconds_median"].apply(np.array)
-    apart = [max(a, b) / min(a, b) for times in launches for a, b in itertools.combinations(times, 2)]
+    columns = [*analysis.SERIES, "setting", "seconds_median"]
+    timed = frame.loc[(frame["status"] == Status.OK) & (frame["seconds_median"] > 0), columns]
+    launches: dict[tuple[Any, ...], list[float]] = {}
+    for *setting, seconds in zip(*(timed[name].tolist() for name in columns), strict=True):
+        launches.setdefault(tuple(setting), []).append(seconds)
+    apart = [max(a, b) / min(a, b) for times in launches.values() for a, b in itertools.combinations(times, 2)]
     if not apart:
         return ""
     half, most = np.quantile(apart, [0.5, 0.9])

@@ -122,7 +122,7 @@ def with_problems(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(problem=[problem_name(*names) for names in columns])
 
 
-@dataclass
+@dataclass(slots=True)
 class Cell:
     """A table cell: its text, a small second line, its class for the style sheet, and text that a narrow page omits.
 
@@ -140,7 +140,7 @@ class Cell:
         return f"{self.value:.6g}" if math.isfinite(self.value) else ""
 
 
-@dataclass
+@dataclass(slots=True)
 class Row:
     """A table row: its heading and its cells."""
 
@@ -158,8 +158,9 @@ def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Ro
     `equal`: `rankings.ranked`.
     """
     default = equal[equal["variant"] == ""].sort_values("seconds")
-    cells = default.groupby(["case", "formulation", "target"], sort=False)
-    found = {key: part.to_dict("records") for key, part in cells}
+    found: dict[tuple[str, str, float], list[dict[str, Any]]] = {}
+    for row in records(default):
+        found.setdefault((row["case"], row["formulation"], row["target"]), []).append(row)
     rows = []
     for case, formulation in problems:
         at = [found.get((case, formulation, target)) for target in TARGETS]
@@ -268,7 +269,7 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame, uses: pd.DataFr
     preparing = preparations(ran).groupby(list(PROBLEM_AND_NAME)).first().to_dict()
     firsts = uses.to_dict("index")
     found: dict[str, list[tuple[Any, Row]]] = {}
-    for case, formulation, name in sorted(_by_key(ran, *PROBLEM_AND_NAME)):
+    for case, formulation, name in sorted(set(zip(*(ran[column] for column in PROBLEM_AND_NAME), strict=True))):
         cells, place = [], [math.inf] * len(TARGETS)
         for i, target in enumerate(TARGETS):
             at = reached.get((case, formulation, name, target))

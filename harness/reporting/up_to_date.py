@@ -3,6 +3,7 @@
 What a report depends on has one hash; the files that were written for it are kept under that hash, in the user's cache.
 """
 
+import gc
 import hashlib
 import platform
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,6 +34,7 @@ def refreshed(database: Path, folder: Path, cases: Mapping[str, type[Case]]) -> 
         return folder / WRITTEN[0]
     from gnomon.harness.reporting.report import write_report  # takes 2 s to load
 
+    gc.freeze()  # else the garbage collector visits all imported modules again and again
     page = write_report(database, folder, cases)
     if key is not None:
         diskcache.store_or_warn(_entry(key), diskcache.Entry(notes=_state(folder)))

@@ -1,7 +1,6 @@
 """Analysis of stored measurements: time at equal error, reliability, failures of each integrator. Runs nothing."""
 
 import math
-import operator
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
@@ -42,11 +41,12 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
     `one_machine`). If one launch of a trial was solved from turned starts, the errors of its other launches become nan:
     those are of one orientation only.
     """
-    frame = rows.copy()
-    for column in ("variant", "formulation", "policy", "reason", "sampling", "setting_kind", "settings_changed"):
-        frame[column] = frame[column].astype(object).where(frame[column].notna(), "").astype(str)
-    frame["variant"] = frame["variant"].replace("default", "")
-    frame["formulation"] = frame["formulation"].replace("standard", "")
+    found = {
+        column: rows[column].astype(object).where(rows[column].notna(), "")
+        for column in ("variant", "formulation", "policy", "reason", "sampling", "setting_kind", "settings_changed")
+    }
+    found["variant"] = found["variant"].replace("default", "")
+    found["formulation"] = found["formulation"].replace("standard", "")
     for column in (
         *("setting", "error_max", "error_end", "error_rms", "floor", "conditioning", "order_declared"),
         *("error_phase", "error_shape", "turns", "events_missing", "events_extra", "events_time_error"),
@@ -54,8 +54,8 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
         *("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start"),
         *("null_work", "first_seconds", "delay_seconds"),
     ):
-        frame[column] = pd.to_numeric(frame[column], errors="coerce").astype(float)
-    frame = one_machine(frame)
+        found[column] = pd.to_numeric(rows[column], errors="coerce").astype(float)
+    frame = one_machine(rows.assign(**found))
     frame = frame.assign(null_seconds=null_calls(frame), null_work=0.0)
     turned = frame.groupby("trial_key")["turned_starts"].transform("max") > 0
     aside = turned & frame["turned_starts"].isna()
@@ -68,6 +68,8 @@ def over_timing_spans(frame: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The rows of `tidy` without the series over timing spans, and the rows of which times are compared: the default variants
     of cases with such series are replaced by these. The column `longer` says which are over timing spans."""
     longer = frame["variant"].str.startswith(f"default{TIMING_SPAN}")
+    if not longer.any():
+        return frame, frame.reset_index(drop=True).assign(longer=False)
     replaced = longer | ((frame["variant"] == "") & frame["case"].isin(set(frame.loc[longer, "case"])))
     timed = pd.concat([frame[longer].assign(variant=""), frame[~replaced]], ignore_index=True)
     return frame[~longer], timed.assign(longer=np.arange(len(timed)) < longer.sum())
@@ -111,7 +113,7 @@ def null_calls(frame: pd.DataFrame) -> pd.Series:
 def waited(frame: pd.DataFrame) -> tuple[int, int, int]:
     """The number of timed measurements; of those that are `delayed`; of those where the system did not tell, or the file is
     older."""
-    timed = frame[frame["seconds_median"].notna()]
+    timed = frame.loc[frame["seconds_median"].notna(), ["seconds_median", "delay_seconds"]]
     return len(timed), int(delayed(timed).sum()), int(timed["delay_seconds"].isna().sum())
 
 
@@ -199,7 +201,8 @@ def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> 
 
 def preparations(rows: pd.DataFrame) -> pd.Series:
     """For each series, the median over its settings of the seconds of a preparation in the first launch."""
-    ran = rows[~rows["status"].isin(NEVER_RAN)].drop_duplicates([*SERIES, "setting"])
+    ran = rows.loc[~rows["status"].isin(NEVER_RAN), [*SERIES, "setting", "prepare_seconds"]]
+    ran = ran.drop_duplicates([*SERIES, "setting"])
     return ran.groupby(list(SERIES))["prepare_seconds"].median().rename("preparation")
 
 
@@ -215,9 +218,10 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
     rows = []
-    usable = frame[frame["status"].isin(SCORED) & (frame["seconds_median"] > 0)]
-    usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
     columns = ("run", "launch", "setting", "error_max", "seconds_median", "null_seconds")
+    chosen = frame["status"].isin(SCORED) & (frame["seconds_median"] > 0)
+    usable = frame.loc[chosen, [*SERIES, "machine", "status", *columns]]
+    usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
         launches: dict[int, dict[float, float]] = {}
         errors: dict[int, dict[float, float]] = {}
@@ -256,7 +260,7 @@ def trust(reduced: pd.DataFrame) -> pd.DataFrame:
     rows = []
     spread = ("turned_starts", "error_low", "error_high")
     columns = ("status", "setting", "setting_kind", "sampling", "error_max", "conditioning", "floor", *spread)
-    for key, series in _series(reduced[~reduced["status"].isin(NEVER_RAN)], *columns):
+    for key, series in _series(reduced.loc[~reduced["status"].isin(NEVER_RAN), [*SERIES, *columns]], *columns):
         good = [row for row in series if row["status"] == Status.OK]
         record: dict[str, Any] = dict(zip(SERIES, key, strict=True))
         record |= {"settings": len(series), "settings_ok": len(good), "sampling": series[0]["sampling"]}
@@ -326,11 +330,13 @@ def not_run(matrix: pd.DataFrame, variants: Mapping[str, Iterable[str]]) -> pd.D
 
 def _series(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[tuple[str, ...], list[dict[str, Any]]]]:
     """Key and rows of each series, sorted by key. The rows are dicts: a DataFrame for each series takes far longer."""
-    found: dict[tuple[str, ...], list[dict[str, Any]]] = {}
-    keys = zip(*(frame[name].tolist() for name in SERIES), strict=True)
-    for key, row in zip(keys, records(frame, columns), strict=True):
-        found.setdefault(key, []).append(row)
-    yield from sorted(found.items(), key=operator.itemgetter(0))
+    places: dict[tuple[str, ...], list[int]] = {}
+    for place, key in enumerate(zip(*(frame[name].tolist() for name in SERIES), strict=True)):
+        places.setdefault(key, []).append(place)
+    values = [frame[name].tolist() for name in columns]
+    for key, own in sorted(places.items()):
+        rows = zip(*([column[place] for place in own] for column in values), strict=True)
+        yield key, [dict(zip(columns, row, strict=True)) for row in rows]
 
 
 def records(frame: pd.DataFrame, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
@@ -378,12 +384,13 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == Status.OK)]
-    for key, series in fixed.groupby(SERIES, dropna=False):
-        steps, declared = series["setting"].to_numpy(float), float(series["order_declared"].iloc[0])
-        attainable = float(np.nanmax([series["conditioning"].max(), series["floor"].max(), 0.0]))
+    kinds = ("error_max", "error_rms", "error_end", "error_start")
+    for key, series in _series(fixed, "setting", "order_declared", "conditioning", "floor", *kinds):
+        steps, declared = np.array([row["setting"] for row in series]), series[0]["order_declared"]
+        attainable = float(np.nanmax([[row["conditioning"], row["floor"], 0.0] for row in series]))
         order, margin, bent, why = math.nan, math.nan, (math.nan, math.nan), ""
-        for name in ("error_max", "error_rms", "error_end", "error_start"):
-            errors = series[name].to_numpy(float)
+        for name in kinds:
+            errors = np.array([row[name] for row in series], dtype=float)
             floor = max(attainable, _plateau(steps, errors, declared))
             found = line(steps.tolist(), errors.tolist(), floor, ON_A_LINE)
             if name == "error_max":

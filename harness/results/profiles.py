@@ -70,13 +70,12 @@ def ratios(table: pd.DataFrame) -> pd.DataFrame:
 
 def profiles(values: pd.DataFrame, points: Sequence[float], above: bool = False) -> list[Profile]:
     """For each column the share of rows with a value up to each of `points`, or with `above` at least it."""
-    cases = values.index.get_level_values(0)
+    codes, names = pd.factorize(values.index.get_level_values(0))
     held = np.stack([values.to_numpy() >= x if above else values.to_numpy() <= x for x in points])  # (points, rows, n)
-    names = pd.unique(cases)
-    sums = np.stack([held[:, cases == name].sum(axis=1) for name in names], axis=1)  # (points, cases, n)
-    counts = np.array([np.count_nonzero(cases == name) for name in names])
+    sums = np.stack([held[:, codes == case].sum(axis=1) for case in range(len(names))], axis=1)  # (points, cases, n)
+    counts = np.bincount(codes)
     draws = np.random.default_rng(SEED).multinomial(len(names), np.full(len(names), 1 / len(names)), DRAWS)
-    drawn = np.einsum("dc,pcn->dpn", draws, sums) / (draws @ counts)[:, None, None]
+    drawn = np.tensordot(draws.astype(float), sums.astype(float), (1, 1)) / (draws @ counts)[:, None, None]
     low, high = np.quantile(drawn, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], axis=0)
     share, at = held.mean(axis=1), np.asarray(points, dtype=float)
     return [Profile(str(name), at, share[:, k], low[:, k], high[:, k]) for k, name in enumerate(values.columns)]

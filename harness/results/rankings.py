@@ -48,9 +48,9 @@ def ranked(equal: pd.DataFrame) -> pd.DataFrame:
     least = equal.groupby([*PROBLEM, "target"])["seconds"].transform("min")
     table = equal.assign(ratio=equal["seconds"] / least, cell=ONE_LAUNCH).reset_index(drop=True)
     p, cells = np.ones(len(table)), table["cell"].to_numpy(dtype=object)
-    columns = ("ratio", "times", "null_share")
+    every = list(records(table, ("ratio", "times", "null_share")))
     for places in table.groupby([*PROBLEM, "target"]).indices.values():
-        rows = list(records(table.iloc[places], columns))
+        rows = [every[place] for place in places.tolist()]
         cells[places] = _cell(rows)
         if cells[places[0]] == RANKED:
             p[places] = _values(rows)
@@ -189,7 +189,8 @@ def telling(table: pd.DataFrame, known: AbstractSet[tuple[str, str]]) -> pd.Data
 
 def exact(reduced: pd.DataFrame) -> set[tuple[str, str]]:
     """The pairs of case and integrator of which the loosest setting has an error of round-off on the default variant."""
-    default = own(reduced).sort_values("setting").groupby(["case", "integrator_id"]).tail(1)
+    columns = ["case", "integrator_id", "setting", "conditioning", "status", "error_max"]
+    default = own(reduced)[columns].sort_values("setting").groupby(["case", "integrator_id"]).tail(1)
     enough = np.maximum(EXACT, CONDITIONED * default["conditioning"].fillna(0.0))
     right = default[(default["status"] == Status.OK) & (default["error_max"] <= enough)]
     return set(right[["case", "integrator_id"]].itertuples(index=False, name=None))

@@ -1,5 +1,6 @@
 """Reads a results file: measurements, sampled states, runs. `opening` verifies the file first."""
 
+import sqlite3
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +17,15 @@ LOADED = ("runs", "trials", "planned", "measurements", "settings_changed")
 """The tables whose rows `load` reads."""
 IN_LINES = ("reason", "output")
 """Columns of text that may have several lines."""
+TEXTS = {"suite", "settings_changed"} | {
+    name
+    for table in ("trials", "measurements")
+    for name, kind in schema.TABLES[table].items()
+    if kind.startswith("TEXT")
+}
+"""The columns of texts of a frame."""
+ROWS = 1000
+"""The number of rows that are read at a time."""
 
 _CURRENT = """
 SELECT {trials}, {measurements}, runs.suite,
@@ -48,15 +58,28 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     condition = "1" if superseded else NOT_SUPERSEDED
     with opening.reading(path, LOADED) as db:
         columns = {table: schema.selected(table, schema.version(db)) for table in ("trials", "measurements")}
-        cursor = db.execute(_CURRENT.format(condition=condition, **columns))
-        frame = pandas.DataFrame(cursor.fetchall(), columns=[column[0] for column in cursor.description])
-    frame = frame.loc[:, ~frame.columns.duplicated()]  # trial_key comes from both tables
-    for name in frame.select_dtypes(exclude="number").columns:
-        texts = {text: visible(text, name in IN_LINES) for text in frame[name].unique() if isinstance(text, str)}
-        if any(text != shown for text, shown in texts.items()):
-            frame[name] = frame[name].map(lambda text, texts=texts: texts.get(text, text))
+        frame = pandas.DataFrame(_columns(db.execute(_CURRENT.format(condition=condition, **columns))))
     frame["work"] = frame["rhs_calls"].fillna(frame["steps"])
     return frame
+
+
+def _columns(cursor: sqlite3.Cursor) -> dict[str, Any]:
+    """The columns of a query by name. Texts are visible, and equal ones are one object, since many rows repeat them."""
+    import pandas
+
+    names = [column[0] for column in cursor.description]  # trial_key comes from both tables
+    found: dict[str, list[Any]] = {name: [] for name in names}
+    shown: dict[str, dict[Any, Any]] = {name: {None: None} for name in TEXTS}
+    while rows := cursor.fetchmany(ROWS):
+        for name, values in dict(zip(names, zip(*rows, strict=True), strict=True)).items():
+            known = shown.get(name)
+            if known is not None:
+                known |= {text: visible(text, name in IN_LINES) for text in set(values) - known.keys()}
+            found[name] += values if known is None else map(known.__getitem__, values)
+    # Texts are objects in every version of pandas: as its own type of texts they take more memory and time.
+    return {
+        name: pandas.Series(found.pop(name), dtype=object if name in TEXTS else None) for name in dict.fromkeys(names)
+    }
 
 
 def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[int, Floats]:

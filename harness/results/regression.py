@@ -1,11 +1,13 @@
 """The regression check: whether a run is worse than a base run, for continuous integration.
 
-Every setting that the base measured and the run did not is a regression, or counted as not compared.
+Every setting that the base measured is compared, or counted as not compared. What is not compared does not pass.
 """
 
 import math
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -13,9 +15,10 @@ from gnomon.harness.contract.status import CANNOT_RUN, SCORED, STOPPED, Status
 from gnomon.harness.results.values import TRIES
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
-COLUMNS = [
-    "setting", "setting_kind", "numbers", "span", "status", "reason", "limit_seconds", "repeats", "turned_starts",
-    "error_max", "floor", "conditioning", "rhs_calls", "steps", "seconds_median", "machine",
+TEXTS = ["setting_kind", "numbers", "status", "reason", "machine"]
+NUMBERS = [
+    "setting", "span", "limit_seconds", "repeats", "turned_starts", "error_max", "floor", "conditioning", "rhs_calls",
+    "seconds_median",
 ]  # fmt: skip
 ERROR_FACTOR = 2.0
 """A series is worse if the median ratio of errors at equal settings is above this. Differences of libm and FMA in the
@@ -32,6 +35,9 @@ RANK = {status: rank for rank, status in enumerate(SCORED)}
 ANSWERED = (*SCORED, Status.REFUSED, Status.CRASHED, Status.OUT_OF_MEMORY)
 """The statuses that the integrator determines; the clock, the machine or the plan determine the others."""
 
+Row = Mapping[str, Any]
+"""The TEXTS and NUMBERS of a measurement; numbers that are null are nan."""
+
 
 @dataclass
 class Verdict:
@@ -43,36 +49,52 @@ class Verdict:
     regressions: list[str] = field(default_factory=list)
     not_compared: Counter[str] = field(default_factory=Counter)
     """Number of settings of the base that were not compared, by reason."""
+    allowed: int = 0
+    """Number of these that may be missing in the run."""
     notes: list[str] = field(default_factory=list)
+
+    @property
+    def failed(self) -> bool:
+        """Whether anything is worse, or is not compared and may not be missing."""
+        return bool(self.regressions) or self.not_compared.total() > self.allowed
+
+    def summary(self) -> list[str]:
+        """How many settings were not compared, by reason, and how many were: one or two lines."""
+        reasons_ = f"{self.not_compared.total()} settings of the base not compared: {reasons(self.not_compared)}"
+        counts = f"{self.compared} series compared at {self.settings} settings, {len(self.regressions)} regressions"
+        return [reasons_, counts] if self.not_compared else [counts]
 
 
 def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
     """Compare two frames of `gnomon.harness.load`, series by series, at the settings that both have.
 
-    A series that the run lacks is a regression unless `allow_missing`. A series of which no setting can be compared is
-    a regression. Raises ValueError if no setting of any series can be compared.
+    A series that the run lacks is a regression unless `allow_missing`, which also lets settings pass that have no result
+    in the run. A series of which no setting can be compared is a regression. Raises ValueError if no setting of any
+    series can be compared.
     """
     verdict = Verdict()
-    before, after = (dict(list(_used(frame).groupby(SERIES))) for frame in (base, run))
-    before = {name: rows for name, rows in before.items() if rows["status"].isin(ANSWERED).any()}
+    before, after = _series(base), _series(run)
+    before = {name: rows for name, rows in before.items() if any(row["status"] in ANSWERED for row in rows)}
     if not before:
         raise ValueError("nothing ran in the base, so there is nothing to compare with; give another base")
-    if not set(before) & set(after):
+    if not before.keys() & after.keys():
         raise ValueError("the two runs have no case and integrator in common; run the same cases")
     incomparable: list[str] = []
-    for name in before:
+    for name, rows in before.items():
         if name in after:
-            _series(" ".join(name), before[name], after[name], verdict, incomparable)
+            _compare(" ".join(name), rows, after[name], verdict, incomparable)
     if not verdict.compared and not verdict.regressions:
         raise ValueError(f"no setting of the two runs can be compared: {reasons(verdict.not_compared)}")
     verdict.regressions += incomparable
     missing = [name for name in before if name not in after]
     if missing:
-        lacking = sum(before[name]["status"].isin(ANSWERED).sum() for name in missing)
-        verdict.not_compared["their series is not in the run"] += int(lacking)
+        lacking = sum(row["status"] in ANSWERED for name in missing for row in before[name])
+        verdict.not_compared["their series is not in the run"] += lacking
+        verdict.allowed += lacking
         line = f"{len(missing)} series of the base are not in the run, the first: {' '.join(missing[0])}"
         (verdict.notes if allow_missing else verdict.regressions).append(line)
     _count_lacked(base, run, verdict)
+    verdict.allowed *= allow_missing
     return verdict
 
 
@@ -90,11 +112,17 @@ def _count_lacked(base: Any, run: Any, verdict: Verdict) -> None:
     verdict.settings += len(both)
 
 
-def _used(frame: Any) -> Any:
-    """The rows and columns of a frame that are compared: its first launch, with numbers in place of nulls."""
-    frame = frame.loc[frame["launch"] == 1].reindex(columns=[*SERIES, *COLUMNS])
-    filled = {"turned_starts": 0.0, "repeats": 1.0, "limit_seconds": math.nan}
-    return frame.assign(**{name: frame[name].astype(float).fillna(value) for name, value in filled.items()})
+def _series(frame: Any) -> dict[tuple[str, ...], list[Row]]:
+    """The first launches in a frame by series."""
+    frame = frame.loc[frame["launch"] == 1].reindex(columns=[*SERIES, *TEXTS, *NUMBERS])
+    filled = {"turned_starts": 0.0, "repeats": 1.0}
+    numbers = [frame[name].astype(float).fillna(filled.get(name, math.nan)).tolist() for name in NUMBERS]
+    texts = [frame[name].tolist() for name in TEXTS]
+    names = zip(*(frame[name].tolist() for name in SERIES), strict=True)
+    found: dict[tuple[str, ...], list[Row]] = {}
+    for name, *values in zip(names, *texts, *numbers, strict=True):
+        found.setdefault(name, []).append(dict(zip((*TEXTS, *NUMBERS), values, strict=True)))
+    return found
 
 
 def reasons(counted: Counter[str]) -> str:
@@ -102,84 +130,136 @@ def reasons(counted: Counter[str]) -> str:
     return ", ".join(f"{count} because {reason}" for reason, count in counted.most_common())
 
 
-def _series(name: str, before: Any, after: Any, verdict: Verdict, incomparable: list[str]) -> None:
-    answered = before[before["status"].isin(ANSWERED)]
-    pairs = answered.merge(after, on="setting", how="left", suffixes=("", "_after"))
-    hangs = ((after["status"] == Status.TIMEOUT) & (after["repeats"] >= TRIES)).any()
-    why_not = [_why_not(row, hangs) for row in pairs.itertuples()]
-    left_out = Counter(reason for reason in why_not if reason is not None)
+def _compare(name: str, before: Sequence[Row], after: Sequence[Row], verdict: Verdict, incomparable: list[str]) -> None:
+    hangs = any(row["status"] == Status.TIMEOUT and row["repeats"] >= TRIES for row in after)
+    both: list[tuple[Row, Row]] = []
+    left_out: Counter[str] = Counter()
+    for row, found in _paired([row for row in before if row["status"] in ANSWERED], after):
+        lacking = _lacking(row, found, hangs)
+        reason = lacking or (_incomparable(row, found) if found else None)
+        if reason is not None:
+            left_out[reason] += 1
+            verdict.allowed += lacking is not None
+        elif found is not None:
+            both.append((row, found))
     verdict.not_compared += left_out
-    both = pairs[[reason is None for reason in why_not]]
-    if len(both):
-        verdict.compared += 1
-        verdict.settings += len(both)
+    verdict.compared += bool(both)
+    verdict.settings += len(both)
     _statuses(name, both, verdict)
-    if (before["status"] == Status.OK).any() and not (after["status"] == Status.OK).any():
-        counts = ", ".join(f"{count} {status}" for status, count in after["status"].value_counts().items())
+    if _any_ok(before) and not _any_ok(after):
+        counts = ", ".join(f"{n} {status}" for status, n in Counter(row["status"] for row in after).most_common())
         verdict.regressions.append(f"{name}: ok in the base, no setting is ok any more ({counts})")
-    elif both.empty:
+    elif not both:
         incomparable.append(f"{name}: no setting can be compared ({reasons(left_out)})")
-    _numbers(name, both, verdict)
+    _numbers(name, [pair for pair in both if all(row["status"] == Status.OK for row in pair)], verdict)
 
 
-def _why_not(row: Any, hangs: bool) -> str | None:
-    """Why a setting of the base cannot be compared with that of the run; None if it can."""
-    status = row.status_after
-    if not isinstance(status, str):
+def _any_ok(rows: Sequence[Row]) -> bool:
+    return any(row["status"] == Status.OK for row in rows)
+
+
+def _paired(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row, Row | None]]:
+    """Each row of the base with that of the run at its setting: of several, the one from the base's machine or the first."""
+    at: dict[Any, Row] = {}
+    for row in reversed(after):
+        at[_setting(row)] = at[_setting(row), row["machine"]] = row
+    return [(row, at.get((_setting(row), row["machine"]), at.get(_setting(row)))) for row in before]
+
+
+def _setting(row: Row) -> float | None:
+    return None if math.isnan(row["setting"]) else float(row["setting"])
+
+
+def _lacking(before: Row, after: Row | None, hangs: bool) -> str | None:
+    """Why the run has no result at a setting of the base; None if it has one, or if it should have one and hangs."""
+    if after is None:
         return "the run has no such setting"
-    if (row.numbers, row.span) != (row.numbers_after, row.span_after):
-        return "the numbers of the case are others in the run"
+    status = after["status"]
     if status == Status.INTERRUPTED:
         return "the trial was interrupted in the run"
-    if status in STOPPED:
-        if row.limit_seconds_after < row.limit_seconds:
-            return f"the trial is {status} under a lower limit than the base had"
-        near = row.seconds_median > NEAR_LIMIT * row.limit_seconds_after
-        lasting = row.status == Status.OK and row.limit_seconds_after >= row.limit_seconds and hangs and not near
-        return None if lasting else f"the trial is {status} in the run"
-    if row.status in SCORED and status in SCORED and row.turned_starts != row.turned_starts_after:
+    if status not in STOPPED:
+        return None
+    if after["limit_seconds"] < before["limit_seconds"]:
+        return f"the trial is {status} under a lower limit than the base had"
+    near = before["seconds_median"] > NEAR_LIMIT * after["limit_seconds"]
+    lasting = before["status"] == Status.OK and after["limit_seconds"] >= before["limit_seconds"] and hangs and not near
+    return None if lasting else f"the trial is {status} in the run"
+
+
+def _incomparable(before: Row, after: Row) -> str | None:
+    """Why two results at one setting cannot be compared; None if they can."""
+    statuses = before["status"], after["status"]
+    if any(before[name] != after[name] for name in ("numbers", "span")):
+        return "the numbers of the case are others in the run"
+    if all(status in SCORED for status in statuses) and before["turned_starts"] != after["turned_starts"]:
         return "errors are medians over turned starts in one of the two alone"
+    if statuses != (Status.OK, Status.OK):
+        return None
+    if not all(math.isfinite(row[name]) for row in (before, after) for name in ("error_max", "floor", "conditioning")):
+        return "an error, a floor or a conditioning is missing or not finite in one of the two"
+    if math.isnan(before["rhs_calls"]) != math.isnan(after["rhs_calls"]):
+        return "right-hand sides are counted in one of the two alone"
     return None
 
 
-def _statuses(name: str, both: Any, verdict: Verdict) -> None:
+def _statuses(name: str, both: Sequence[tuple[Row, Row]], verdict: Verdict) -> None:
     """A line for each kind of worse status, with the first setting and reason."""
-    worse: dict[tuple[str, str], list[Any]] = {}
-    for row in both.itertuples():
-        if RANK.get(row.status_after, 3) > RANK.get(row.status, 3):
-            worse.setdefault((row.status, row.status_after), []).append(row)
+    worse: dict[tuple[str, str], list[Row]] = {}
+    for before, after in both:
+        if RANK.get(after["status"], 3) > RANK.get(before["status"], 3):
+            worse.setdefault((before["status"], after["status"]), []).append(after)
     for (was, became), rows in worse.items():
         more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
-        line = f"{name} at {rows[0].setting:g}{more}: {was} became {became} {rows[0].reason_after or ''}"
+        line = f"{name} at {rows[0]['setting']:g}{more}: {was} became {became} {rows[0]['reason'] or ''}"
         verdict.regressions.append(line.rstrip())
 
 
-def _numbers(name: str, both: Any, verdict: Verdict) -> None:
-    """Compare errors, right-hand sides, order and time at the settings that are ok in both runs."""
-    sound = both[(both["status"] == Status.OK) & (both["status_after"] == Status.OK)]
-    attainable = np.maximum(10 * sound["conditioning"], 10 * sound["floor"])
-    errors = np.maximum(sound["error_max"], attainable)
-    ratios = np.maximum(sound["error_max_after"], attainable) / errors
-    if len(ratios) and np.median(ratios) > ERROR_FACTOR:
-        verdict.regressions.append(f"{name}: errors are {np.median(ratios):.2g} times those of the base")
-    for setting, ratio in zip(sound["setting"], ratios, strict=True):
+def _numbers(name: str, sound: Sequence[tuple[Row, Row]], verdict: Verdict) -> None:
+    """Compare errors, right-hand sides, order and time at the settings that are ok in both runs.
+
+    Of the attainable errors of the two, the smaller one counts: a bound that is too large in one of them hides no error.
+    """
+    if not sound:
+        return
+    settings = [before["setting"] for before, _ in sound]
+    attainable = [10 * min(max(row["conditioning"], row["floor"]) for row in pair) for pair in sound]
+    errors = [[pair[side]["error_max"] for pair in sound] for side in (0, 1)]
+    ratios = [_ratio(max(b, least), max(a, least)) for a, b, least in zip(*errors, attainable, strict=True)]
+    if median(ratios) > ERROR_FACTOR:
+        verdict.regressions.append(f"{name}: errors are {median(ratios):.2g} times those of the base")
+    for setting, ratio in zip(settings, ratios, strict=True):
         if ratio > SINGLE_FACTOR:
             verdict.regressions.append(f"{name} at {setting:g}: the error is {ratio:.2g} times that of the base")
-    calls = (sound["rhs_calls_after"] / sound["rhs_calls"]).dropna()
-    if len(calls) and np.median(calls) > CALLS_FACTOR:
-        verdict.regressions.append(f"{name}: {np.median(calls):.2f} times the right-hand sides of the base")
-    orders = [_order(sound["setting"], sound[column], attainable) for column in ("error_max", "error_max_after")]
-    if (sound["setting_kind"] == "step").any() and orders[1] < orders[0] - ORDER_LOSS:
-        verdict.regressions.append(f"{name}: order {orders[0]:.2f} became {orders[1]:.2f}")
-    timed = sound[sound["machine"] == sound["machine_after"]]
-    seconds = (timed["seconds_median_after"] / timed["seconds_median"]).dropna()
-    if len(seconds) and np.median(seconds) > 1.5:
-        verdict.notes.append(f"{name}: {np.median(seconds):.2g} times the time of the base (advisory)")
+    counted = [(before["rhs_calls"], after["rhs_calls"]) for before, after in sound]
+    calls = [_ratio(after, before) for before, after in counted if not math.isnan(before)]
+    if calls and median(calls) > CALLS_FACTOR:
+        verdict.regressions.append(f"{name}: {median(calls):.2f} times the right-hand sides of the base")
+    if any(before["setting_kind"] == "step" for before, _ in sound):
+        orders = [_order(settings, values, attainable) for values in errors]
+        if orders[1] < orders[0] - ORDER_LOSS:
+            verdict.regressions.append(f"{name}: order {orders[0]:.2f} became {orders[1]:.2f}")
+    timed = [pair for pair in sound if pair[0]["machine"] == pair[1]["machine"]]
+    seconds = [_ratio(after["seconds_median"], before["seconds_median"]) for before, after in timed]
+    seconds = [ratio for ratio in seconds if not math.isnan(ratio)]
+    if seconds and median(seconds) > 1.5:
+        verdict.notes.append(f"{name}: {median(seconds):.2g} times the time of the base (advisory)")
 
 
-def _order(settings: Any, errors: Any, attainable: Any) -> float:
-    """The slope of log error over log step where errors are well above the attainable one; nan below 4 points."""
-    use = (errors > 30 * attainable) & (errors < 1e-2)
-    if use.sum() < 4:
+def _ratio(after: float, before: float) -> float:
+    """The quotient; 1 for two zeros."""
+    if before == 0:
+        return math.inf if after > 0 else 1.0
+    return after / before
+
+
+def _order(settings: Sequence[float], errors: Sequence[float], attainable: Sequence[float]) -> float:
+    """The slope of log error over log step where errors are well above the attainable one; nan below 4 points.
+
+    An order that one of the two lacks hides nothing: the errors themselves are compared at every setting.
+    """
+    rows = zip(settings, errors, attainable, strict=True)
+    used = [(setting, error) for setting, error, least in rows if 30 * least < error < 1e-2]
+    if len(used) < 4:
         return math.nan
-    return float(np.polyfit(np.log(settings[use].astype(float)), np.log(errors[use].astype(float)), 1)[0])
+    steps, sizes = np.log(np.array(used)).T
+    return float(np.polyfit(steps, sizes, 1)[0])

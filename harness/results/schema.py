@@ -123,13 +123,12 @@ def _checksum_of(table: str, version: int = SCHEMA_VERSION) -> str:
 
 def _row_checksum(*values: object) -> int:
     """CRC-32 of the values with their types. It detects damage, and does not protect against a forged file."""
-    return zlib.crc32(
-        b"".join(
-            _NOTHING if value is None else _NUMBER.pack(b"f", 8, value) if isinstance(value, float) else
-            _piece(b"b", value) if isinstance(value, bytes) else _repeated(value)
-            for value in values
-        )
-    )  # fmt: skip
+    pieces = [
+        _NOTHING if value is None else _NUMBER.pack(b"f", 8, value) if type(value) is float else
+        _piece(b"b", value) if type(value) is bytes else _repeated(value)
+        for value in values
+    ]  # fmt: skip
+    return zlib.crc32(b"".join(pieces))
 
 
 @lru_cache(2048)

@@ -28,6 +28,7 @@ def _listed(statuses: Iterable[Status]) -> str:
 _KINDS = {"TEXT": "text", "INTEGER": "integer", "REAL": "real", "BLOB": "blob"}
 _FINITE = "{0} > 0 AND {0} < 1e308"
 _COUNT = "{0} >= 0"
+_BOUND = "{0} >= 0 AND {0} < 1e308"
 _RULES = {
     "trials": {
         "order_declared": f"{{0}} BETWEEN 0 AND {MOST_ORDER}",
@@ -35,8 +36,8 @@ _RULES = {
         "dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}",
         "span": _FINITE,
         "time_scale": _FINITE,
-        "floor": _COUNT,
-        "conditioning": _COUNT,
+        "floor": _BOUND,
+        "conditioning": _BOUND,
     },
     "measurements": {"launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}", "status": f"{{0}} IN {_listed(Status)}"}
     | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")},

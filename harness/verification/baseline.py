@@ -16,20 +16,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.regression import Verdict, compare
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
+from gnomon.harness.system.files import read_text
 from gnomon.harness.system.jobs import run
 from gnomon.harness.verification.claims import Finding, Outcome
 from gnomon.harness.verification.trials import DEPTHS, Floats, Trials
 from gnomon.harness.verification.verify import CaseJob, Row, planned
+from gnomon.reference.numerics.precision import shortened
 
 from gnomon import __version__
 
 FORMAT = "gnomon baseline 1"
 RUNS = 16
-MOST_BYTES = 2**24
+RANGES = {"error": "errors", "rhs": "right-hand sides", "steps": "steps"}
 ENDS = ("low", "high")
 NOISE = 0.01
 """Share by which counts differ between builds of the same code; .3 % was seen."""
@@ -63,6 +66,20 @@ class Entry:
     def case_id(self) -> str:
         return self.case if self.variant == "default" else f"{self.case}/{self.variant}"
 
+    @property
+    def fault(self) -> str | None:
+        """Why nothing can be compared with it; None if it is sound."""
+        if not (0 < self.setting < math.inf and 0 <= self.floor < math.inf and 0 <= self.conditioning < math.inf):
+            return "a setting is a positive number, floor and conditioning are finite numbers from 0"
+        for name in RANGES:
+            low, high = (getattr(self, f"{name}_{end}") for end in ENDS)
+            if math.isnan(low) and math.isnan(high) and not (name == "error" and self.status in SCORED):
+                continue
+            endless = name == "error" and self.status in (Status.INACCURATE, Status.DIVERGED)
+            if not (0 <= low <= high and (high < math.inf or endless)):
+                return f"{name}_low and {name}_high of a setting that is {self.status} are no range of finite numbers from 0"
+        return None
+
 
 COLUMNS = tuple(field.name for field in fields(Entry))
 TEXTS = ("case", "variant", "numbers", "setting_kind", "status")
@@ -95,7 +112,11 @@ def measure(
     def add(row: Row) -> None:
         if row.finding.outcome == Outcome.FAILED:
             raise ValueError(f"{integrator.id} on {row.case}: {row.finding.got}; name other cases with --case")
-        entries.extend(Entry(**each | {"status": Status(each["status"])}) for each in json.loads(row.finding.got))
+        found = [Entry(**each | {"status": Status(each["status"])}) for each in json.loads(row.finding.got)]
+        for entry in found:
+            if entry.fault is not None:
+                raise ValueError(f"{integrator.id} on {row.case}: {entry.fault}; name other cases with --case")
+        entries.extend(found)
         progress(row.case)
 
     def measured(trials: Trials) -> Finding:
@@ -154,12 +175,26 @@ def _runs(trials: Trials, setting: float, starts: Sequence[Floats]) -> tuple[Sta
         )
         for solution, calls in solved
     ]
-    named = zip(("error", "rhs", "steps"), np.array(found, dtype=np.float64).T, strict=True)
+    named = zip(RANGES, np.array(found, dtype=np.float64).T, strict=True)
     return status, {
         f"{name}_{end}": float(of(values))
         for name, values in named
         for end, of in zip(ENDS, (np.min, np.max), strict=True)
     }
+
+
+def case_names(base: Baseline, given: Sequence[str] = ()) -> list[str]:
+    """The cases of a baseline, for `measure`. A file names no code to import: a case that is not installed is one of those
+    `given`, as package.module:Class; a ValueError names the others."""
+    own = {case_class(name).name: name for name in (each.partition("/")[0] for each in given) if ":" in name}
+    known = {name: name for name in installed_names()} | own
+    for entry in base.entries:
+        if entry.case not in known:
+            raise ValueError(
+                f"the baseline has the case {shortened(entry.case)}, which is not installed, and a file cannot name code to"
+                " import; give --case package.module:Class of this case"
+            )
+    return list(dict.fromkeys(known[entry.case] + entry.case_id.removeprefix(entry.case) for entry in base.entries))
 
 
 def compared(base: Baseline, run: Baseline) -> Verdict:
@@ -171,7 +206,7 @@ def compared(base: Baseline, run: Baseline) -> Verdict:
     if base.integrator != run.integrator:
         raise ValueError(f"the baseline is of {base.integrator}, not of {run.integrator}; write one for it")
     verdict = compare(_frame(base), _frame(run))
-    verdict.regressions += _changes(base, run)
+    _changes(base, run, verdict)
     now = {entry.case_id: entry for entry in run.entries}
     for case, entry in {entry.case_id: entry for entry in base.entries}.items():
         for bound in ("floor", "conditioning"):
@@ -183,30 +218,40 @@ def compared(base: Baseline, run: Baseline) -> Verdict:
     return verdict
 
 
-def _changes(base: Baseline, run: Baseline) -> list[str]:
-    """A line for each case and number that is outside the range of the base, and what noise explains, at most settings."""
+def _changes(base: Baseline, run: Baseline, verdict: Verdict) -> None:
+    """Add a line for each case and number that is outside the range of the base, and what noise explains, at most settings;
+    and count the steps that one of the two lacks."""
     after = {(entry.case_id, entry.setting): entry for entry in run.entries}
-    found: list[str] = []
     for case in dict.fromkeys(entry.case_id for entry in base.entries):
         pairs = [(e, after[case, e.setting]) for e in base.entries if e.case_id == case and (case, e.setting) in after]
-        for name, what in (("error", "errors"), ("rhs", "right-hand sides"), ("steps", "steps")):
-            changes = [_change(name, *pair) for pair in pairs if Status.OK == pair[0].status == pair[1].status]
+        pairs = [pair for pair in pairs if Status.OK == pair[0].status == pair[1].status]
+        lacking = sum(math.isnan(before.steps_high) != math.isnan(now.steps_high) for before, now in pairs)
+        if lacking:
+            verdict.not_compared["steps are counted in one of the two alone"] += lacking
+        for name, what in RANGES.items():
+            changes = [_change(name, *pair) for pair in pairs]
             changes = [change for change in changes if not math.isnan(change)]
             if 2 * sum(change != 0 for change in changes) > len(changes):
-                found.append(
+                verdict.regressions.append(
                     f"changed: {case}: {what}, in the median over {len(changes)} settings by {np.median(changes):+.1e} of those"
                     " of the baseline; if it is meant, write the baseline anew"
                 )
-    return found
 
 
 def _change(name: str, before: Entry, after: Entry) -> float:
-    """By how much of itself a number is beyond its range, twice as wide on both sides, and noise; 0 within these."""
+    """By how much of itself a number is beyond its range, twice as wide on both sides, and noise; 0 within these, nan where one of the two
+    has no such number."""
     low, high = (getattr(before, f"{name}_{end}") for end in ENDS)
-    noise = CONDITIONED * before.conditioning if name == "error" else NOISE * high
     now = getattr(after, f"{name}_high")
+    if math.isnan(low) or math.isnan(now):
+        return math.nan
+    conditioning = min(before.conditioning, after.conditioning)
+    noise = CONDITIONED * conditioning if name == "error" else NOISE * high
     near = min(max(now, low - (high - low) - noise), high + (high - low) + noise)
-    return float((now - (low + high) / 2) / ((low + high) / 2)) if now != near else 0.0 * float(now)
+    middle = (low + high) / 2
+    if now == near:
+        return 0.0
+    return float((now - middle) / middle) if middle else math.inf
 
 
 def _frame(baseline: Baseline) -> Any:
@@ -239,13 +284,8 @@ def _word(value: Any) -> str:
 
 
 def read(path: Path) -> Baseline:
-    """The baseline in a file. Raises ValueError, with the line, for what is none."""
-    if path.stat().st_size > MOST_BYTES:
-        raise ValueError(f"{path}: a baseline has at most {MOST_BYTES} bytes")
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: not a text file: {error.reason}") from None
+    """The baseline in a file. Raises ValueError, with the line, for what is none, or holds what cannot be compared."""
+    lines = read_text(path).splitlines()
     if not lines or lines[0] != f"# {FORMAT}":
         raise ValueError(f"{path}: its first line is not '# {FORMAT}'; write it with gnomon baseline write")
     words = dict(line[2:].split(" ", 1) for line in lines[1:4] if line.startswith("# ") and line.count(" ") > 1)
@@ -266,7 +306,8 @@ def _entry(line: str, place: str) -> Entry:
         found |= {name: float(found[name]) for name in COLUMNS if name not in TEXTS}
         found["status"] = Status(found["status"])
     except ValueError as error:
-        raise ValueError(f"{place}: {error}") from None
-    if not found["setting"] > 0 or (found["status"] in SCORED and math.isnan(found["error_high"])):
-        raise ValueError(f"{place}: a setting is positive, and {found['status']} has an error")
-    return Entry(**found)
+        raise ValueError(f"{place}: {str(error)[:200]}; write it anew") from None
+    entry = Entry(**found)
+    if entry.fault is not None:
+        raise ValueError(f"{place}: {entry.fault}; write it anew")
+    return entry

@@ -13,13 +13,14 @@ from typing import Any
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.numbers import LARGEST, show
 from gnomon.harness.certification.certify import Certificate, certify
+from gnomon.harness.system.files import read_text
 from gnomon.reference.numerics.precision import exact, shortened
 from mpmath.libmp import to_str
 
 import gnomon
 
 SCHEMA_VERSION = 1
-MOST_DIGITS, MOST_TIMES, MOST_BYTES = 1000, 100_000, 2**24
+MOST_DIGITS, MOST_TIMES = 1000, 100_000
 MOST_SCALES = 1_000_000
 """The latest time beyond the span, in time scales: the certificate of a longer motion may take hours."""
 
@@ -123,15 +124,7 @@ def times_of(given: str | None, case: Case) -> tuple[str, ...]:
     None, as hexadecimal doubles."""
     if given is None:
         return tuple(t.hex() for t in case.rounded().times.tolist())
-    text = given
-    if is_file(given):
-        size = Path(given).stat().st_size
-        if size > MOST_BYTES:
-            raise ValueError(f"--times {given}: {size} bytes; give a file of at most {MOST_BYTES}")
-        try:
-            text = Path(given).read_text(encoding="utf-8")
-        except UnicodeDecodeError:
-            raise ValueError(f"--times {given}: no text; give a file with numbers, one a line") from None
+    text = read_text(Path(given)) if is_file(given) else given
     found = tuple(text.replace(",", " ").split())
     if not found:
         raise ValueError(f"--times {shortened(given)}: no times; give numbers of seconds, as 0.5,1,1.5")

@@ -14,9 +14,11 @@ from xml.etree import ElementTree
 
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.results.visible import visible
+from gnomon.harness.system.files import read_text
 from gnomon.harness.verification.claims import TEXTS, TIME, Outcome
 from gnomon.harness.verification.diagnosis import HISTORY
 from gnomon.harness.verification.verify import Report, Row
+from gnomon.reference.numerics.precision import shortened
 
 SCHEMA = 1
 """Version of the JSON result: it changes when a key changes its meaning or goes."""
@@ -30,18 +32,18 @@ Known = Mapping[tuple[str, str], str]
 def read_known(path: Path) -> dict[tuple[str, str], str]:
     """The known failures of a text file, a line each: `CLAIM CASE REASON`; empty lines and lines with # are comments.
 
-    Raises ValueError for an unknown claim, a line without a reason and a line that stands twice.
+    Raises ValueError for an unknown claim, a line without a reason, a line that stands twice, and what is no text file.
     """
     found: dict[tuple[str, str], str] = {}
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+    for number, line in enumerate(read_text(path).splitlines(), 1):
         words = line.split(maxsplit=2)
         if not words or words[0].startswith("#"):
             continue
         if len(words) < 3:
-            raise ValueError(f"{path}:{number}: {line.strip()!r}; write CLAIM CASE REASON")
+            raise ValueError(f"{path}:{number}: {shortened(line.strip())}; write CLAIM CASE REASON")
         claim, case, reason = words
         if claim not in TEXTS:
-            raise ValueError(f"{path}:{number}: no claim is called {claim!r}; {nearest(claim, TEXTS)}")
+            raise ValueError(f"{path}:{number}: no claim is called {shortened(claim)}; {nearest(claim, TEXTS)}")
         if (claim, case) in found:
             raise ValueError(f"{path}:{number}: {claim} {case} is listed twice; list it once")
         found[claim, case] = reason

@@ -40,6 +40,7 @@ def test_a_run_is_no_worse_than_itself(base: Any) -> None:
     assert verdict.settings == (base["status"][base["launch"] == 1].isin(compared)).sum()
     assert verdict.regressions == []
     assert verdict.not_compared == {}
+    assert not verdict.failed
 
 
 @pytest.mark.parametrize(
@@ -155,6 +156,8 @@ def test_a_timeout_is_a_regression_once_it_was_tried_three_times_under_the_limit
         ["ok became timeout", "ok became skipped"] if regression else []
     )
     assert verdict.not_compared.total() == (0 if regression else 3)
+    assert verdict.failed
+    assert compare(base, run, allow_missing=True).failed == regression
 
 
 @pytest.mark.parametrize(("share", "regression"), [(0.2, True), (0.5, False)])
@@ -176,6 +179,7 @@ def test_a_missing_series_is_a_regression_unless_it_is_allowed(base: Any) -> Non
     assert verdict.regressions == []
     assert verdict.notes == [line]
     assert verdict.not_compared == {"their series is not in the run": 11}
+    assert not verdict.failed
 
 
 def test_other_settings_are_not_compared_and_fail(base: Any) -> None:
@@ -226,7 +230,7 @@ def test_the_exit_codes_of_compare(results: Path, tmp_path: Path, capfd: pytest.
         rows = frame[(frame["integrator"] == "RK4") & (frame["launch"] == 1) & (frame["case"] == "kepler_orbit")]
         trials = rows[list(store.schema.TRIAL_COLUMNS)].to_dict("records")
         written.plan(number, trials)
-        kept = ["trial_key", "launch", "status", "error_max", "limit_seconds"]
+        kept = ["trial_key", "launch", "status", "error_max", "rhs_calls", "limit_seconds"]
         written.add_all(number, rows[kept].to_dict("records"))
     base, run = str(results), str(smaller)
     assert gnomon("compare", base, base) == 0
