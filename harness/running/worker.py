@@ -62,6 +62,9 @@ COUNTING_ULPS = 1000
 MAYBE_SECONDS = ("reset_seconds", "null_seconds", "delay_seconds", "first_seconds")
 """The times of an Outcome that need not be there."""
 _OUTPUT_BYTES = 4000
+MOST_PRINTED = 64 * 10**6
+"""Bytes that an integrator may print in one trial: more than anybody reads, and less than fills a disk."""
+FLOODED = f"printed more than {MOST_PRINTED // 10**6} MB in one trial"
 
 
 @dataclass(frozen=True)
@@ -495,15 +498,27 @@ def _redirect(path: str) -> None:
 
 
 def _read_output(path: str) -> str:
-    """The end of what was printed since the last trial; empties the file."""
-    sys.stdout.flush()
-    sys.stderr.flush()
+    """The end of what was printed since the last trial; empties the file. Raises Unusable if that was too much."""
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:  # where an integrator, or a process without standard streams, has none
+            stream.flush()
+    if printed_bytes(path) > MOST_PRINTED:
+        raise Unusable(FLOODED)
     return take_output(path)
 
 
+def printed_bytes(path: str) -> int:
+    """Size of an output file; 0 if an integrator removed it."""
+    with contextlib.suppress(OSError):
+        return os.stat(path).st_size
+    return 0
+
+
 def take_output(path: str) -> str:
-    """The end of an output file as text; empties the file."""
-    with open(path, "r+b") as file:
-        content = file.read()
+    """The end of an output file as text; empties the file. "" if an integrator removed it."""
+    with contextlib.suppress(FileNotFoundError), open(path, "r+b") as file:
+        file.seek(max(0, file.seek(0, os.SEEK_END) - _OUTPUT_BYTES))
+        content = file.read(_OUTPUT_BYTES)
         file.truncate(0)
-    return content[-_OUTPUT_BYTES:].decode(errors="replace")
+        return content.decode(errors="replace")
+    return ""
