@@ -176,6 +176,8 @@ def into_guarded_child() -> None:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, stop)
         rely_on_guard()
         return
+    for ignored in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(ignored, signal.SIG_IGN)
     signal.set_wakeup_fd(-1)  # that of the server, which is closed here too
     os.closerange(0, 2**16)  # above all pipes to the parent, which must close when the child ends
 
@@ -185,8 +187,6 @@ def into_guarded_child() -> None:
         os._exit(1)
 
     signal.signal(signal.SIGTERM, end)
-    for ignored in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
-        signal.signal(ignored, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, stop)
     _, status = os.waitpid(child, 0)
     if sys.platform != "linux":
