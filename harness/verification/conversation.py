@@ -37,7 +37,11 @@ class Conversation:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 bufsize=0,
-                preexec_fn=into_guarded_child if self._guarded else die_with_parent if sys.platform == "linux" else None,
+                preexec_fn=into_guarded_child
+                if self._guarded
+                else die_with_parent
+                if sys.platform == "linux"
+                else None,
             )
         except (OSError, ValueError, subprocess.SubprocessError) as error:
             raise Unusable(f"{command[0]} cannot be started ({getattr(error, 'strerror', None) or error})") from None

@@ -295,7 +295,6 @@ def leaves_a_fork_that_waits(solution: Solution, _: Problem) -> Any:
     return solution
 
 
-
 @attack("timeout skipped")
 def leaves_a_fork_and_hangs(solution: Solution, _: Problem) -> Any:
     if fork():
@@ -303,6 +302,7 @@ def leaves_a_fork_and_hangs(solution: Solution, _: Problem) -> Any:
         with open(os.path.join(FOLDER, "forked"), "w"):
             pass
     hang()
+
 
 @attack("ok")
 def leaves_a_program_in_a_session_of_its_own(solution: Solution, _: Problem) -> Any:
@@ -346,7 +346,6 @@ def prints_megabytes(solution: Solution, _: Problem) -> Any:
     return solution
 
 
-
 @attack("crashed")
 def prints_without_end(solution: Solution, _: Problem) -> Any:
     while True:
@@ -369,6 +368,7 @@ def prints_too_much_and_answers(solution: Solution, _: Problem) -> Any:
 def has_no_standard_streams(solution: Solution, _: Problem) -> Any:
     sys.stdout = sys.stderr = None  # type: ignore[assignment]
     return solution
+
 
 @attack("crashed")
 def replaces_the_clock(solution: Solution, _: Problem) -> Any:

@@ -119,7 +119,10 @@ def test_a_server_that_cannot_start_says_why_in_one_line(
 
 def test_a_server_that_dies_is_named_too() -> None:
     """A library that crashes at its import leaves no reason: the pipe ends."""
-    with pytest.raises(child_process.ServerFailed, match="ended without a reason"), child_process.server_failure_named():
+    with (
+        pytest.raises(child_process.ServerFailed, match="ended without a reason"),
+        child_process.server_failure_named(),
+    ):
         raise EOFError
 
 
@@ -145,7 +148,9 @@ class Recorded:
         self.rows.append((status, reason, output, Path(self.task.output).exists()))
 
 
-@pytest.mark.parametrize("attack", ["prints without end", "starts a program that prints without end", "prints too much and answers"])
+@pytest.mark.parametrize(
+    "attack", ["prints without end", "starts a program that prints without end", "prints too much and answers"]
+)
 def test_output_without_end_ends_the_trial_and_keeps_no_space(attack: str) -> None:
     """With a status and a reason of its own: neither that of a time limit nor that of a full disk. The end is kept."""
     job = Recorded(attack)
