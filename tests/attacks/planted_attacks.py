@@ -342,7 +342,7 @@ def writes_to_every_pipe(solution: Solution, _: Problem) -> Any:
 @attack("ok")
 def prints_megabytes(solution: Solution, _: Problem) -> Any:
     print("planted" * 2**18)
-    print("planted" * 2**18, file=sys.stderr)
+    os.write(2, b"planted" * 2**18)
     return solution
 
 
