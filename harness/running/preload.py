@@ -60,7 +60,7 @@ def _quietly() -> None:
 
 def _start() -> None:
     """Import everything; or write down why that is not possible, where the parent reads it, and end."""
-    file = Path(os.environ.pop(SERVER_FAILURE))
+    file = Path(os.environ.pop(SERVER_FAILURE, os.devnull))
     try:
         _quietly()
     except BaseException as error:

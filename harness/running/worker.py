@@ -63,7 +63,7 @@ MAYBE_SECONDS = ("reset_seconds", "null_seconds", "delay_seconds", "first_second
 """The times of an Outcome that need not be there."""
 _OUTPUT_BYTES = 4000
 """Length of the output that is kept, its end; a file of more than _LONG_OUTPUT bytes is shortened to this."""
-_LONG_OUTPUT = 10**6
+_LONG_OUTPUT = 10**5
 MOST_PRINTED = 64 * 10**6
 """Bytes that an integrator may print in one call: more than anybody reads, and less than fills a disk."""
 FLOODED = f"printed more than {MOST_PRINTED // 10**6} MB in one call"
@@ -320,6 +320,7 @@ class _Series:
         """End a preparation. Collecting what a compiler left takes 0.1 s and more: done here, it is not timed."""
         gc.collect()
         gc.freeze()
+        limit_output(self.task.output)
         self.say("prepared")
         self.unannounced = 0.0
 

@@ -10,13 +10,7 @@ import sys
 from collections.abc import Sequence
 
 from gnomon.harness.contract.validation import Unusable
-from gnomon.harness.system.child_process import (
-    KEPT,
-    TimeLimit,
-    die_with_parent,
-    into_guarded_child,
-    needs_guard,
-)
+from gnomon.harness.system.child_process import KEPT, TimeLimit, die_with_parent, into_guarded_child, needs_guard
 
 MOST_BYTES = 2**22
 """The longest line that a program may write."""
@@ -30,6 +24,7 @@ class Conversation:
     def __init__(self, command: Sequence[str], folder: str) -> None:
         """Start `command` in `folder`. Raises Unusable if it cannot be started."""
         self._guarded = needs_guard()
+        prepare = into_guarded_child if self._guarded else die_with_parent
         try:
             self._program = subprocess.Popen(
                 list(command),
@@ -37,11 +32,7 @@ class Conversation:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 bufsize=0,
-                preexec_fn=into_guarded_child
-                if self._guarded
-                else die_with_parent
-                if sys.platform == "linux"
-                else None,
+                preexec_fn=prepare if sys.platform == "linux" else None,
             )
         except (OSError, ValueError, subprocess.SubprocessError) as error:
             raise Unusable(f"{command[0]} cannot be started ({getattr(error, 'strerror', None) or error})") from None
