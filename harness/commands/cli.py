@@ -25,6 +25,8 @@ from gnomon.harness.commands.show import show
 from gnomon.harness.commands.stability import stability
 from gnomon.harness.commands.verify import verify
 from gnomon.harness.results.visible import visible
+from gnomon.harness.system.child_process import ServerFailed
+from gnomon.harness.system.streams import open_standard_streams
 from rich.markup import escape
 
 from gnomon import __version__
@@ -67,6 +69,7 @@ WRITING = (*FULL, errno.EACCES, errno.EROFS, errno.ENOENT, errno.EEXIST, errno.E
 
 def main() -> None:
     """Run the command line. Wrong usage prints one line and exits with 2, without a traceback; Ctrl-C exits with 130."""
+    open_standard_streams()
     sys.path.append(os.getcwd())  # a user's own module:Class is looked for in the working directory
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # not every output is UTF-8
@@ -77,6 +80,7 @@ def main() -> None:
 
 
 def _exit_code() -> int:
+    code = 2
     try:
         return int(app(prog_name="gnomon", standalone_mode=False) or 0)
     except SystemExit as end:
@@ -89,6 +93,8 @@ def _exit_code() -> int:
         if isinstance(error, OSError) and error.errno in WRITING:
             way_out = "free some space or name" if error.errno in FULL else "name"
             told = f"{error.filename or 'the disk'}: {error.strerror}; {way_out} another place to write to"
+    except ServerFailed as error:
+        told, code = str(error), 1
     except (KeyboardInterrupt, typer.Abort):
         return interruption.INTERRUPTED
     except USAGE as error:
@@ -98,7 +104,7 @@ def _exit_code() -> int:
         message = error.format_message().replace("Value error, ", "")  # a prefix that a library adds
         told = f"{message} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
     problems.print(f"[bold red]error:[/] {escape(_line(told))}")
-    return 2
+    return code
 
 
 def _line(text: str) -> str:

@@ -17,7 +17,7 @@ from gnomon.harness.contract.integrator import solver_of
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.registry import lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.system.child_process import run_delays
+from gnomon.harness.system.child_process import rely_on_guard, run_delays
 
 MOST_SECONDS = 50.0
 """Below the deadline of a preparation: what takes longer is not measured, and the trial keeps its outcome."""
@@ -62,4 +62,5 @@ def _delay() -> int:
 
 
 if __name__ == "__main__":
+    rely_on_guard()  # of the worker that measures it
     print(measured(*pickle.load(sys.stdin.buffer)))

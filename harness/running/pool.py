@@ -16,9 +16,18 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running.messages import Garbled, Inbox, Message
 from gnomon.harness.running.progress import Interlude
-from gnomon.harness.running.worker import Request, Task, outcome_of, serve, take_output
+from gnomon.harness.running.worker import (
+    FLOODED,
+    MOST_PRINTED,
+    Request,
+    Task,
+    outcome_of,
+    printed_bytes,
+    serve,
+    take_output,
+)
 from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.system.child_process import context, main_hidden, queued_seconds
+from gnomon.harness.system.child_process import context, main_hidden, queued_seconds, server_failure_named
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.memory import worker_bytes
 
@@ -28,6 +37,8 @@ GRACE_SECONDS = 0.15
 """Time beyond the trial's limit before a worker is killed: for the start of the call, its message, scheduling."""
 QUEUED_SECONDS = 0.001
 """If a worker waited longer than this for the processor, its deadline is extended by the wait."""
+LOOK_SECONDS = 0.1
+"""At least so often the pool compares the output of its workers with what they may print."""
 RETRY_SECONDS = 0.5
 """Trials with a limit below this are tried TRIES times: a stall of the machine, up to 0.2 s, is not a timeout."""
 
@@ -161,7 +172,7 @@ class Pool:
         job.task = replace(job.task, output=str(path), memory_bytes=int(min(worker_bytes(self.workers), self.memory)))
         ours, theirs = self._context.Pipe()
         process = self._context.Process(target=serve, args=(theirs, job.task), daemon=True)
-        with main_hidden(not job.task.spec.in_main):
+        with main_hidden(not job.task.spec.in_main), server_failure_named():
             process.start()
         theirs.close()
         slot = _Slot(job, process, ours, request, 0.0, again=again, tries=tries)
@@ -190,14 +201,16 @@ class Pool:
         slot.queued = queued_seconds(slot.process.pid)
 
     def _listen(self) -> None:
-        """Wait for messages until the nearest deadline. Read all messages that arrived before comparing deadlines."""
-        timeout = max(0.0, min(slot.deadline for slot in self._slots) - monotonic())
+        """Wait for messages until the nearest deadline, at most LOOK_SECONDS; read all before comparing deadlines."""
+        timeout = min(LOOK_SECONDS, max(0.0, min(slot.deadline for slot in self._slots) - monotonic()))
         wait([slot.connection for slot in self._slots], timeout)
         for slot in list(self._slots):
             self._drain(slot)
         now = monotonic()
         for slot in list(self._slots):
-            if now > slot.deadline and not slot.connection.poll():
+            if printed_bytes(slot.job.task.output) > MOST_PRINTED:
+                self._fail(slot, Status.CRASHED, FLOODED)
+            elif now > slot.deadline and not slot.connection.poll():
                 self._late(slot)
 
     def _late(self, slot: _Slot) -> None:
@@ -295,6 +308,7 @@ class Pool:
         if slot.process.is_alive():
             slot.process.terminate()
         slot.connection.close()
+        Path(slot.job.task.output).unlink(missing_ok=True)  # what it still prints before its end takes no space
         self._dying = [process for process in (*self._dying, slot.process) if process.is_alive()]
 
 

@@ -5,17 +5,21 @@ import gc
 import importlib
 import os
 import sys
+import traceback
+from pathlib import Path
 
-from gnomon.harness.kernels.equations import keeper
-from gnomon.harness.registry import lookup
-from gnomon.harness.system.child_process import quiet_child
-
-from gnomon import cases
+from gnomon.harness.system.child_process import SERVER_FAILURE, quiet_child
+from gnomon.harness.system.streams import open_standard_streams
 
 LIBRARIES = ("gnomon.harness.running.worker", "scipy.integrate", "numba", "rebound", "heyoka", "pybullet")
 
 
 def _import_everything() -> None:
+    from gnomon.harness.kernels.equations import keeper  # these imports may fail, which `_start` reports
+    from gnomon.harness.registry import lookup
+
+    from gnomon import cases
+
     for name in LIBRARIES:
         with contextlib.suppress(ImportError):  # the plan gives trials of a missing library the status `not_installed`
             importlib.import_module(name)
@@ -54,7 +58,19 @@ def _quietly() -> None:
             os.close(descriptor)
 
 
+def _start() -> None:
+    """Import everything; or write down why that is not possible, where the parent reads it, and end."""
+    file = Path(os.environ.pop(SERVER_FAILURE, os.devnull))
+    try:
+        _quietly()
+    except BaseException as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        file.write_text(f"{type(error).__name__}: {error} ({place.filename}, line {place.lineno})", encoding="utf-8")
+        os._exit(1)
+
+
 quiet_child()
-_quietly()
+open_standard_streams()
+_start()
 gc.collect()
 gc.freeze()  # a collection in a worker then neither visits these objects nor copies their pages

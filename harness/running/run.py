@@ -29,6 +29,7 @@ from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolutio
 from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.locks import temporary_folder
+from gnomon.harness.system.streams import open_standard_streams
 from gnomon.reference.storage import cachefolder, diskcache
 
 WORKERS = 2
@@ -70,6 +71,7 @@ def opened(
     near_duplicates: bool,
 ) -> Iterator["PlannedRun"]:
     """A run whose plan is in the results file: the caller runs its `work`. Raises ValueError as `run` does."""
+    open_standard_streams()  # before a file of the run is opened in the place of one
     for integrator in integrators:
         declaration.validate(integrator)
     _verify_caches()

@@ -62,6 +62,11 @@ COUNTING_ULPS = 1000
 MAYBE_SECONDS = ("reset_seconds", "null_seconds", "delay_seconds", "first_seconds")
 """The times of an Outcome that need not be there."""
 _OUTPUT_BYTES = 4000
+"""Length of the output that is kept, its end; a file of more than _LONG_OUTPUT bytes is shortened to this."""
+_LONG_OUTPUT = 10**5
+MOST_PRINTED = 64 * 10**6
+"""Bytes that an integrator may print in one call: more than anybody reads, and less than fills a disk."""
+FLOODED = f"printed more than {MOST_PRINTED // 10**6} MB in one call"
 
 
 @dataclass(frozen=True)
@@ -315,6 +320,7 @@ class _Series:
         """End a preparation. Collecting what a compiler left takes 0.1 s and more: done here, it is not timed."""
         gc.collect()
         gc.freeze()
+        limit_output(self.task.output)
         self.say("prepared")
         self.unannounced = 0.0
 
@@ -325,6 +331,7 @@ class _Series:
             self.unannounced = 0.0
         call = Call(solver, start, (len(self.task.times), len(start)), keep)
         self.unannounced += call.seconds + (call.reset_seconds or 0.0)
+        limit_output(self.task.output)
         return call
 
     def _compiling(self, begins: bool) -> None:
@@ -496,14 +503,38 @@ def _redirect(path: str) -> None:
 
 def _read_output(path: str) -> str:
     """The end of what was printed since the last trial; empties the file."""
-    sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:  # where an integrator, or a process without standard streams, has none
+            stream.flush()
     return take_output(path)
 
 
+def printed_bytes(path: str) -> int:
+    """Size of an output file; 0 if an integrator removed it."""
+    with contextlib.suppress(OSError):
+        return os.stat(path).st_size
+    return 0
+
+
+def limit_output(path: str) -> None:
+    """Shorten a long output file to its end, after each call: how often an integrator is called is not its own choice.
+
+    Raises Unusable if one call printed too much.
+    """
+    printed = printed_bytes(path)
+    if printed > MOST_PRINTED:
+        raise Unusable(FLOODED)
+    if printed > _LONG_OUTPUT:
+        end = take_output(path)
+        with open(path, "a", encoding="utf-8") as file:
+            file.write(end)
+
+
 def take_output(path: str) -> str:
-    """The end of an output file as text; empties the file."""
-    with open(path, "r+b") as file:
-        content = file.read()
+    """The end of an output file as text; empties the file. "" if an integrator removed it."""
+    with contextlib.suppress(FileNotFoundError), open(path, "r+b") as file:
+        file.seek(max(0, file.seek(0, os.SEEK_END) - _OUTPUT_BYTES))
+        content = file.read(_OUTPUT_BYTES)
         file.truncate(0)
-    return content[-_OUTPUT_BYTES:].decode(errors="replace")
+        return content.decode(errors="replace")
+    return ""

@@ -16,18 +16,54 @@ from time import monotonic
 from typing import Any, NoReturn
 
 from gnomon.harness.system.locks import temporary_folder
+from gnomon.harness.system.streams import open_standard_streams
+
+SERVER_FAILURE = "GNOMON_SERVER_FAILURE"
+"""The variable of the environment that says in which file the server writes why it cannot start."""
+
+
+class ServerFailed(RuntimeError):  # noqa: N818 (it names what happened)
+    """The server of the worker processes cannot start; the message says why."""
 
 
 def context(method: str = "forkserver") -> Any:
     """The multiprocessing context of workers: forks of a server that has already imported the modules that they need."""
+    open_standard_streams()  # the server and all workers have those of this process
     if method != "forkserver":
         return multiprocessing.get_context(method)
-    temporary_folder()  # before multiprocessing makes one of its own, which stays after kill -9
+    os.environ[SERVER_FAILURE] = str(_failure_file())
     found = multiprocessing.get_context(method)
     found.set_forkserver_preload(["gnomon.harness.running.preload"])
     with interrupts_ignored():
         forkserver.ensure_running()
     return found
+
+
+def _failure_file() -> Path:
+    # Its folder is made before multiprocessing makes one of its own, which stays after kill -9.
+    return temporary_folder() / "server"
+
+
+@contextlib.contextmanager
+def server_failure_named() -> Iterator[None]:
+    """Processes are started within the block. Raises ServerFailed where the server that forks them has ended."""
+    try:
+        yield
+    except (EOFError, ConnectionError):
+        reason = "it ended without a reason: it was killed, or a library that it imports crashed"
+        with contextlib.suppress(OSError):
+            told = _failure_file().read_text(encoding="utf-8")
+            reason = f"{told}; correct this, or the environment that leads to it"
+            _failure_file().unlink()
+        raise ServerFailed(f"the server of the worker processes cannot start: {reason}") from None
+
+
+class _Processes(ProcessPoolExecutor):
+    """A pool of forks of the server."""
+
+    def submit(self, *arguments: Any, **named: Any) -> Any:  # starts the processes
+        with server_failure_named():
+            return super().submit(*arguments, **named)
 
 
 @contextlib.contextmanager
@@ -36,7 +72,8 @@ def process_pool(workers: int, method: str = "forkserver") -> Iterator[ProcessPo
 
     The processes start when calls are submitted: with `spawn` submit them within `interrupts_ignored`.
     """
-    pool = ProcessPoolExecutor(workers, mp_context=context(method), initializer=quiet_child)
+    kind = _Processes if method == "forkserver" else ProcessPoolExecutor
+    pool = kind(workers, mp_context=context(method), initializer=quiet_child)
     try:
         yield pool
     except BaseException:
@@ -77,10 +114,10 @@ def main_hidden(hidden: bool) -> Iterator[None]:
         sys.modules["__main__"] = main
 
 
-def die_with_parent() -> None:
-    """Kill this process when its parent ends, however that ends: by the kernel on Linux, else by a thread."""
+def die_with_parent(name: str = "SIGKILL") -> None:
+    """End this process when its parent ends, however that ends: on Linux by the signal `name`, else by a thread."""
     if sys.platform == "linux":
-        _control(_SET_DEATH_SIGNAL, signal.SIGKILL)
+        _control(_SET_DEATH_SIGNAL, getattr(signal, name))
         return
     parent = os.getppid()
 
@@ -108,26 +145,41 @@ def adopt_orphans() -> None:
 
 
 def guarded(work: Callable[[], None]) -> NoReturn:
-    """Run `work` in a child of this process; kill all processes that it leaves behind; end with its exit status.
+    """Run `work` in a child of this process, which becomes its guard."""
+    into_guarded_child()
+    work()
+    os._exit(0)
 
-    This process, the guard, is the parent of the child, and the server that all workers are forked from is not: an
-    integrator that kills its parent ends only its own trial. SIGTERM kills the child and its descendants.
+
+_has_guard = False
+"""Whether a guard above this process ends all that it starts."""
+
+
+def into_guarded_child() -> None:
+    """Fork, and return in the child. This process becomes its guard: it kills all processes that the child leaves behind,
+    in other sessions too (Linux), and ends with the child's exit status.
+
+    The guard is the parent of the child, and the server that all workers are forked from is not: an integrator that
+    kills its parent ends only its own trial. SIGTERM, which the end of the guard's parent sends too (Linux), kills the
+    child and its descendants. The signals of a terminal are for the parent, whose end ends the rest.
     """
-    die_with_parent()
-    adopt_orphans()
-    guard = os.getpid()
     stop = {signal.SIGTERM}
     signal.pthread_sigmask(signal.SIG_BLOCK, stop)  # until there is a child to end
+    die_with_parent("SIGTERM")
+    adopt_orphans()
+    guard = os.getpid()
     child = os.fork()
     if child == 0:
         die_with_parent()
         if os.getppid() != guard:  # the guard ended before die_with_parent was called
             os._exit(1)
         signal.pthread_sigmask(signal.SIG_UNBLOCK, stop)
-        work()
-        os._exit(0)
+        rely_on_guard()
+        return
+    for ignored in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
+        signal.signal(ignored, signal.SIG_IGN)
     signal.set_wakeup_fd(-1)  # that of the server, which is closed here too
-    os.closerange(3, 2**16)  # above all the pipe to the parent, which must close when the child ends
+    os.closerange(0, 2**16)  # above all pipes to the parent, which must close when the child ends
 
     def end(*_: object) -> None:
         _kill(child)
@@ -147,6 +199,17 @@ def guarded(work: Callable[[], None]) -> NoReturn:
             signal.signal(number, signal.SIG_DFL)  # Python ignores SIGPIPE, and nohup SIGHUP
         os.kill(guard, number)
     os._exit(os.waitstatus_to_exitcode(status) & 0xFF)
+
+
+def needs_guard() -> bool:
+    """Whether a program that this process starts can have a guard (Linux) and no guard above this process ends it."""
+    return sys.platform == "linux" and not _has_guard
+
+
+def rely_on_guard() -> None:
+    """The guard above the process that started this one ends what this one starts."""
+    global _has_guard
+    _has_guard = True
 
 
 def leave_server(kept: int) -> None:

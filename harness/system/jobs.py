@@ -7,7 +7,6 @@ import json
 import math
 import multiprocessing
 import os
-import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -65,7 +64,6 @@ class _Child:
         context = multiprocessing.get_context("fork")
         self.connection, theirs = context.Pipe(duplex=False)
         process: Any = context.Process(target=guarded, args=(partial(_work, job, theirs),))  # type: ignore[attr-defined]
-        sys.stdout.flush()
         process.start()
         theirs.close()
         self.process = process

@@ -13,7 +13,9 @@ def limitations() -> dict[str, str]:
         found["worker processes"] = "none, they need fork: no `gnomon run` and no `gnomon verify`; use WSL"
     elif sys.platform != "linux":
         found["memory limit of trials"] = "none: the system enforces no limit of the address space (RLIMIT_AS)"
-        found["processes of an integrator"] = "not killed if they leave the process group of their worker"
+        found["processes of an integrator"] = (
+            "not killed if they leave the process group of their worker; those of --command not if started before the run"
+        )
         found["waits for the processor"] = "not measured: on a busy machine they count towards time limits"
         found["processor time of an integrator"] = (
             "not measured by `gnomon verify`: a hang ends after ten times its limit"

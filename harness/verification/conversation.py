@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 
 from gnomon.harness.contract.validation import Unusable
-from gnomon.harness.system.child_process import KEPT, TimeLimit, die_with_parent
+from gnomon.harness.system.child_process import KEPT, TimeLimit, die_with_parent, into_guarded_child, needs_guard
 
 MOST_BYTES = 2**22
 """The longest line that a program may write."""
@@ -19,10 +19,12 @@ ENDING_SECONDS = 0.5
 
 
 class Conversation:
-    """One running program. It ends with this process, however that ends."""
+    """One running program. It ends with this process, however that ends, and on Linux all that it started with it."""
 
     def __init__(self, command: Sequence[str], folder: str) -> None:
         """Start `command` in `folder`. Raises Unusable if it cannot be started."""
+        self._guarded = needs_guard()
+        prepare = into_guarded_child if self._guarded else die_with_parent
         try:
             self._program = subprocess.Popen(
                 list(command),
@@ -30,7 +32,7 @@ class Conversation:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 bufsize=0,
-                preexec_fn=die_with_parent if sys.platform == "linux" else None,
+                preexec_fn=prepare if sys.platform == "linux" else None,
             )
         except (OSError, ValueError, subprocess.SubprocessError) as error:
             raise Unusable(f"{command[0]} cannot be started ({getattr(error, 'strerror', None) or error})") from None
@@ -119,7 +121,10 @@ class Conversation:
         atexit.unregister(self.close)
         if self._owner != os.getpid():
             return
-        self._program.kill()
+        if self._guarded:
+            self._program.terminate()  # the guard kills all
+        else:
+            self._program.kill()
         self._program.wait()
         KEPT.discard(self._program.pid)
         for pipe in (self._program.stdin, self._program.stdout):

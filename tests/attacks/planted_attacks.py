@@ -295,6 +295,15 @@ def leaves_a_fork_that_waits(solution: Solution, _: Problem) -> Any:
     return solution
 
 
+@attack("timeout skipped")
+def leaves_a_fork_and_hangs(solution: Solution, _: Problem) -> Any:
+    if fork():
+        os.setsid()
+        with open(os.path.join(FOLDER, "forked"), "w"):
+            pass
+    hang()
+
+
 @attack("ok")
 def leaves_a_program_in_a_session_of_its_own(solution: Solution, _: Problem) -> Any:
     subprocess.Popen(["sleep", str(END_SECONDS)], start_new_session=True)
@@ -333,7 +342,31 @@ def writes_to_every_pipe(solution: Solution, _: Problem) -> Any:
 @attack("ok")
 def prints_megabytes(solution: Solution, _: Problem) -> Any:
     print("planted" * 2**18)
-    print("planted" * 2**18, file=sys.stderr)
+    os.write(2, b"planted" * 2**18)
+    return solution
+
+
+@attack("crashed")
+def prints_without_end(solution: Solution, _: Problem) -> Any:
+    while True:
+        os.write(2, b"planted" * 2**17)
+
+
+@attack("crashed")
+def starts_a_program_that_prints_without_end(solution: Solution, _: Problem) -> Any:
+    subprocess.run(["yes"], check=True)
+
+
+@attack("crashed")
+def prints_too_much_and_answers(solution: Solution, _: Problem) -> Any:
+    for _megabyte in range(65):
+        os.write(1, b"x" * 10**6)
+    return solution
+
+
+@attack("ok")
+def has_no_standard_streams(solution: Solution, _: Problem) -> Any:
+    sys.stdout = sys.stderr = None  # type: ignore[assignment]
     return solution
 
 

@@ -7,6 +7,7 @@ clock advances only if a worker has nothing more to say, so that no result depen
 from __future__ import annotations
 
 import faulthandler
+import math
 import os
 import signal
 import time
@@ -108,11 +109,12 @@ class Clock:
 
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Iterator[Clock]:
-    """Pools use this clock, and no worker ever waits for the processor."""
+    """Pools use this clock, they wait up to the next deadline, and no worker ever waits for the processor."""
     hears, says = os.pipe()
     clock = Clock(hears, says)
     monkeypatch.setattr(pool, "monotonic", lambda: clock.now)
     monkeypatch.setattr(pool, "wait", clock.wait)
+    monkeypatch.setattr(pool, "LOOK_SECONDS", math.inf)
     monkeypatch.setattr(pool, "queued_seconds", lambda _guard: 0.0)
     yield clock
     os.close(hears)

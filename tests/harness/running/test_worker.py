@@ -41,7 +41,7 @@ def call_of(seconds: float, start: Any, delay: float | None = None) -> Any:
 def planted_series(monkeypatch: pytest.MonkeyPatch, call: Any) -> _Series:
     """A series on START whose calls are those of `call(start)`."""
     series = object.__new__(_Series)
-    series.task = SimpleNamespace(start=START, times=np.zeros(64))  # type: ignore[assignment]
+    series.task = SimpleNamespace(start=START, times=np.zeros(64), output="")  # type: ignore[assignment]
     series.perturbed = (np.full(2, float(k)) for k in itertools.count(1))
     series.say = lambda stage, **content: None  # type: ignore[assignment]
     monkeypatch.setattr(worker, "Call", lambda solver, start, shape, keep=True: call(start))

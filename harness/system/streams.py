@@ -1,0 +1,20 @@
+"""Standard input, output and error of a process that was started without them, as by a daemon or by `2>&-` in a shell."""
+
+import os
+import sys
+
+
+def open_standard_streams() -> None:
+    """Open those that are closed on the null device, here and for processes that this one starts.
+
+    Otherwise the next file that is opened gets the number of the closed one, and what a library prints is written into it.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)  # the lowest number that is free: this one
+            if getattr(sys, name) is None:
+                mode = "w" if number else "r"
+                stream = os.fdopen(number, mode, encoding="utf-8", errors="backslashreplace", closefd=False)
+                setattr(sys, name, stream)
