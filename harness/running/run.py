@@ -14,7 +14,7 @@ from gnomon.cases import Case
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.kernels.generated_modules import cache_folder
-from gnomon.harness.registry import declaration, lookup
+from gnomon.harness.registry import declaration, lookup, references
 from gnomon.harness.results import store
 from gnomon.harness.results.store import Known, Store
 from gnomon.harness.running import plan
@@ -54,7 +54,7 @@ def run(
     need_fork()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     with opened(path, suite, chosen, integrators, progress or Progress(quiet=True), near_duplicates) as run_:
-        method = "fork" if any(lookup.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
+        method = references.start_method(integrators)
         Pool(workers, method, prepare_seconds).run(run_.sweeps(), run_.progress.interlude)
     return path
 
@@ -69,8 +69,10 @@ def opened(
     near_duplicates: bool,
 ) -> Iterator["PlannedRun"]:
     """A run whose plan is in the results file: the caller runs its `work`. Raises ValueError as `run` does."""
+    lookup.require_distinct(integrators)
     for integrator in integrators:
         declaration.validate(integrator)
+        references.require_rebuilt(integrator)
     _verify_caches()
     series = shard(plan.pairs(chosen, integrators, near_duplicates=near_duplicates), suite, near_duplicates)
     with progress, Store(path) as results:
@@ -100,12 +102,8 @@ def compare(
     chosen: list[tuple[Case, str]] = []
     for case in [cases] if isinstance(cases, str | Case) else cases:
         chosen += plan.choose([case], False) if isinstance(case, str) else [(case.rounded(), "")]
-    found: list[Integrator] = []
-    for item in [integrators] if isinstance(integrators, str | Integrator | type) else integrators:
-        if isinstance(item, str):
-            found += lookup.find(item)
-        else:
-            found.append(item() if isinstance(item, type) else item)
+    given = [integrators] if isinstance(integrators, str | Integrator | type) else list(integrators)
+    found = lookup.find_all(given) if given else ()
     suite = replace(
         plan.suite("foundation").within(limit_seconds), name="compare", launches=launches, timing_spans=False
     )
