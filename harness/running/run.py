@@ -48,8 +48,9 @@ def run(
     If `near_duplicates` is False, near-duplicate methods (those with `primary = False`) do not run on hard variants.
 
     Trials that the file contains already are not repeated. After an interruption at any moment the same call continues
-    from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, and after all other
-    cases are done if the exact motion of a case cannot be computed.
+    from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, if two have one id, or
+    if a worker process could not make one again; and after all other cases are done if the exact motion of a case cannot
+    be computed.
     """
     need_fork()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
@@ -97,7 +98,8 @@ def compare(
     """Run cases through integrators and return the DataFrame of `gnomon.harness.load`: for notebooks.
 
     `cases`: names, or Case objects (their numbers are rounded to binary64). `integrators`: names, Integrator classes
-    or instances; the class may be defined in the notebook itself. Raises ValueError for unknown names.
+    or objects, which run as they are and may be defined in the notebook itself. Raises ValueError for unknown names,
+    and as `run` does.
     """
     chosen: list[tuple[Case, str]] = []
     for case in [cases] if isinstance(cases, str | Case) else cases:

@@ -111,7 +111,9 @@ def temporary_folder() -> Path:
         folder = tempfile.gettempdir()
         excess = len(os.fsencode(f"{folder}/{PREFIX}12345678{_SOCKET}")) + 1 - SOCKET_BYTES
         if excess > 0:
-            raise ValueError(f"TMPDIR={folder}: {excess} bytes too long for the path of a socket in it; name a shorter one")
+            raise ValueError(
+                f"TMPDIR={folder}: {excess} bytes too long for the path of a socket in it; name a shorter one"
+            )
         _remove_abandoned()
         while True:
             path = Path(tempfile.mkdtemp(prefix=PREFIX))

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import planted
 import pytest
 from command_line import gnomon
 from gnomon.harness.cluster import identity
@@ -35,7 +36,7 @@ class Theta(Integrator):
     '''y + h ((1 - theta) f(y) + theta f(y + h f(y))): of order 2 for theta = 1/2, else of order 1.'''
 
     name, library = "theta", "mine"
-    accepts, sweep = (FirstOrder,), Steps(0.125, 7)
+    accepts, sweep = (FirstOrder,), Steps(0.5, 7)
 
     def __init__(self, theta=0.0):
         self.theta = theta
@@ -93,6 +94,8 @@ class Wakes(Theta):
 class Keeps(Theta):
     '''Nothing of it is lost, though a lock is made anew, and though its texts may become other objects.'''
 
+    name = "keeps"
+
     def __init__(self, theta=0.0):
         self.theta, self.kind, self.words = theta, "kind", {"b", "a", "kind"}
         self.__setstate__(vars(self))
@@ -135,41 +138,47 @@ def thetas(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     sys.path.remove(str(folder))
 
 
-def errors(frame: Any, identifier: str) -> list[float]:
-    rows = frame[(frame["integrator_id"] == identifier) & (frame["status"] == "ok")]
-    return [float(error) for error in rows.sort_values("setting")["error_max"]]
+@pytest.fixture(scope="module")
+def half(thetas: Any) -> dict[float, float]:
+    """The errors by step size of the class that has the number itself."""
+    return errors(compare(planted.Short(), thetas.Half), "mine:half")
 
 
-def are_of_order_2(found: list[float], expected: list[float]) -> None:
-    """Like those of the class that has the number itself, and so those of no other number: these are a hundred times larger."""
-    assert len(found) >= 4
-    assert found == pytest.approx(expected[: len(found)], rel=1e-6)
-    assert found[0] < 1e-4
+def errors(frame: Any, identity: str) -> dict[float, float]:
+    rows = frame[(frame["integrator_id"] == identity) & (frame["status"] == "ok")]
+    return dict(zip(rows["setting"], rows["error_max"], strict=True))
 
 
-def test_an_object_runs_with_its_own_numbers(thetas: Any) -> None:
-    frame = compare(CASE, [thetas.half, thetas.Half], limit_seconds=5.0)
-    are_of_order_2(errors(frame, "mine:theta"), errors(frame, "mine:half"))
+def are_alike(found: dict[float, float], expected: dict[float, float]) -> None:
+    """Of order 2, which no other number gives."""
+    both = found.keys() & expected.keys()
+    assert len(both) >= 4
+    assert [found[step] for step in both] == pytest.approx([expected[step] for step in both], rel=1e-6)
+    assert all(expected[step] < 20 * step**2 for step in both)
+
+
+def test_an_object_runs_with_its_own_numbers(thetas: Any, half: dict[float, float]) -> None:
     held = importlib.import_module("helping_thetas").a_half
-    frame = compare(CASE, [thetas.Keeps(0.5), thetas.Told(held), thetas.Half()], limit_seconds=5.0)
-    are_of_order_2(errors(frame, "mine:theta"), errors(frame, "mine:half"))
-    are_of_order_2(errors(frame, "mine:told"), errors(frame, "mine:half"))
+    frame = compare(planted.Short(), [thetas.half, thetas.Keeps(0.5), thetas.Told(held)])
+    for name in ("theta", "keeps", "told"):
+        are_alike(errors(frame, f"mine:{name}"), half)
 
 
-def test_an_object_of_a_module_runs_from_the_command_line(thetas: Any, tmp_path: Path) -> None:
-    named = [f"{thetas.__name__}:{name}" for name in ("half", "Half")]
-    asked = [word for name in named for word in ("--integrator", name)]
+def test_an_object_of_a_module_runs_from_the_command_line(
+    thetas: Any, half: dict[float, float], tmp_path: Path
+) -> None:
     out = tmp_path / "results.sqlite"
-    assert gnomon("run", "--case", CASE, *asked, "--suite", "quick", "--limit", "5", "--out", str(out)) == 0
-    frame = store.load(out)
-    are_of_order_2(errors(frame, "mine:theta"), errors(frame, "mine:half"))
+    asked = ("--case", "planted:Short", "--integrator", f"{thetas.__name__}:half", "--suite", "quick", "--limit", "1")
+    assert gnomon("run", *asked, "--out", str(out)) == 0
+    are_alike(errors(store.load(out), "mine:theta"), half)
 
 
 NOTEBOOK = """
 import json
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness import compare
-from thetas_of_a_user import Half, Told, Theta
+from planted import Short
+from thetas_of_a_user import Told, Theta
 
 
 class Mine(Theta):
@@ -190,12 +199,12 @@ def a_half():
     return 0.5
 
 
-found = compare("pendulum_simple", [mine, Told(a_half), Half], limit_seconds=5.0)
+found = compare(Short(), [mine, Told(a_half)])
 print(json.dumps(found[["integrator_id", "status", "setting", "error_max"]].to_dict("list")))
 """
 
 
-def test_what_a_notebook_defines_runs_as_it_is(thetas: Any, tmp_path: Path) -> None:
+def test_what_a_notebook_defines_runs_as_it_is(half: dict[float, float], tmp_path: Path) -> None:
     """A class that is no longer there under its name, a function without a name, and one that a module's object is given."""
     import pandas
 
@@ -209,7 +218,7 @@ def test_what_a_notebook_defines_runs_as_it_is(thetas: Any, tmp_path: Path) -> N
     assert ran.returncode == 0, ran.stderr
     frame = pandas.DataFrame(json.loads(ran.stdout.splitlines()[-1]))
     for name in ("mine:defined here", "mine:told"):
-        are_of_order_2(errors(frame, name), errors(frame, "mine:half"))
+        are_alike(errors(frame, name), half)
 
 
 def local(thetas: Any) -> Any:
@@ -229,9 +238,9 @@ LOST: dict[str, tuple[Callable[[Any], Any], str]] = {
     "a class within a function": (local, "mine:local: a worker process cannot make"),
     "a function without a name": (lambda t: t.Told(lambda: 0.5), "mine:told: a worker process cannot make"),
     "a file that is open": (lambda t: t.Theta(open(os.devnull)), "mine:theta: a worker process cannot make"),  # noqa: SIM115
-    "a pickle without its number": (lambda t: t.Forgets(0.5), "mine:theta: .* its theta becomes another"),
-    "a pickle that cannot be read": (lambda t: t.Wakes(0.5), "mine:theta: .* OSError: asleep"),
-    "a step without a variable": (unnamed, "mine:unnamed: .* give it a name there"),
+    "a pickle without its number": (lambda t: t.Forgets(0.5), "mine:theta: .*its theta becomes another"),
+    "a pickle that cannot be read": (lambda t: t.Wakes(0.5), "mine:theta: .*OSError: asleep"),
+    "a step without a variable": (unnamed, "mine:unnamed: .*give it a name there"),
 }
 
 
@@ -268,7 +277,9 @@ def test_the_id_of_one_that_comes_with_gnomon_is_refused(
     points = [EntryPoint(name, f"{thetas.__name__}:{name}", lookup.GROUP) for name in ("half", "Theta")]
     points.append(EntryPoint("false", "false_names:RK4", lookup.GROUP))
     monkeypatch.setattr(lookup, "entry_points", lambda group: points)
-    with pytest.warns(UserWarning, match=r"Theta \(.*\) cannot be loaded: .*another package registers mine:theta") as said:
+    with pytest.warns(
+        UserWarning, match=r"Theta \(.*\) cannot be loaded: .*another package registers mine:theta"
+    ) as said:
         found = lookup.everything()
     assert any("gnomon:RK4 comes with gnomon" in str(one.message) for one in said)
     assert found["mine:theta"] is thetas.half
@@ -286,7 +297,9 @@ def test_a_result_of_another_object_is_not_taken_for_its_own(thetas: Any) -> Non
     assert keys(thetas.Theta(0.5)) == keys(thetas.half)
     assert not keys(thetas.Theta(0.5)) & keys(thetas.Theta(0.25))
     folder = Path(thetas.__file__).parent
-    told = [keys(thetas.Told(written(folder, "helping_thetas", text).a_half)) for text in (HELPERS, HELPERS, "\n" + HELPERS)]
+    told = [
+        keys(thetas.Told(written(folder, "helping_thetas", text).a_half)) for text in (HELPERS, HELPERS, "\n" + HELPERS)
+    ]
     assert told[0] == told[1]
     assert not told[0] & told[2]
 
