@@ -97,7 +97,7 @@ def require_rebuilt(integrator: Integrator) -> None:
 
 
 def _same(first: Any, second: Any) -> bool:
-    with suppress(Exception):  # an array has no truth value
+    with suppress(Exception):  # arrays are compared element by element
         if first == second:
             return True
     try:

@@ -70,10 +70,10 @@ def opened(
     near_duplicates: bool,
 ) -> Iterator["PlannedRun"]:
     """A run whose plan is in the results file: the caller runs its `work`. Raises ValueError as `run` does."""
-    lookup.require_distinct(integrators)
     for integrator in integrators:
         declaration.validate(integrator)
         references.require_rebuilt(integrator)
+    lookup.require_distinct(integrators)
     _verify_caches()
     series = shard(plan.pairs(chosen, integrators, near_duplicates=near_duplicates), suite, near_duplicates)
     with progress, Store(path) as results:

@@ -292,7 +292,7 @@ def keys(integrator: Any) -> set[str]:
     return {trial.key for trial in series.trials(problem_of(case, integrator.accepts))}
 
 
-def test_a_result_of_another_object_is_not_taken_for_its_own(thetas: Any) -> None:
+def test_a_result_of_another_object_is_none_of_its_own(thetas: Any) -> None:
     """Objects of one class and one id differ in what they hold; a trial of one is no trial of the other."""
     assert keys(thetas.Theta(0.5)) == keys(thetas.half)
     assert not keys(thetas.Theta(0.5)) & keys(thetas.Theta(0.25))
