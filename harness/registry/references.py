@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import io
 import pickle
 import sys
@@ -40,22 +41,55 @@ class _Pickler(pickle.Pickler):
             self.modules.add(item.__module__ or MAIN)
 
 
+class _Held:
+    """Stands in a pickle for an object that a module holds under a name, or at a place in its INTEGRATORS."""
+
+    def __init__(self, *where: Any) -> None:
+        self.where = where
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _held, self.where
+
+
+def _held(module: str, name: str, place: int | None = None) -> Any:
+    value = getattr(importlib.import_module(module), name)
+    return value if place is None else value[place]
+
+
+def _holder(integrator: Integrator) -> _Held | None:
+    """Where a module holds an integrator; None where none does."""
+    for module in dict.fromkeys((type(integrator).__module__, *sys.modules)):
+        variables: dict[str, Any] = dict(getattr(sys.modules.get(module), "__dict__", {}))
+        for name, value in variables.items() if module != MAIN else ():
+            if value is integrator:
+                return _Held(module, name)
+            if name == "INTEGRATORS" and isinstance(value, tuple | list):
+                for place, one in enumerate(value):
+                    if one is integrator:
+                        return _Held(module, name, place)
+    return None
+
+
 def pickled(integrator: Integrator) -> tuple[bytes | None, tuple[str, ...]]:
     """A pickle of an integrator, and the modules that define its class and what it holds.
 
-    The pickle is None where MAIN defines something that cannot be pickled. Raises ValueError for any other integrator that
-    cannot.
+    An integrator that cannot be pickled is named by the module that holds it; where MAIN defines a part of it, the pickle
+    is None. Raises ValueError for any other that cannot.
     """
     file, kind = io.BytesIO(), type(integrator)
-    pickler, content = _Pickler(file), None
+    pickler = _Pickler(file)
+    modules, content = pickler.modules, None
     try:
         pickler.dump(integrator)
-        content = _GIVEN.get(integrator) or file.getvalue()
+        content = file.getvalue()
     except Exception as error:  # a user's own class may raise anything
-        if MAIN not in {kind.__module__, *pickler.modules}:
-            raise ValueError(_refused(integrator, f"{type(error).__name__}: {str(error)[:TEXT]}")) from None
-    held = {name for name in pickler.modules if name.partition(".")[0] not in _VERSIONED}
-    return content, tuple(sorted({kind.__module__, *held}))
+        if MAIN not in {kind.__module__, *modules}:
+            holder = _holder(integrator)
+            if holder is None:
+                raise ValueError(_refused(integrator, f"{type(error).__name__}: {str(error)[:TEXT]}")) from None
+            modules, content = {holder.where[0]}, pickle.dumps(holder, _PROTOCOL)
+    parts = {name for name in modules if name.partition(".")[0] not in _VERSIONED}
+    return content and _GIVEN.get(integrator, content), tuple(sorted({kind.__module__, *parts}))
 
 
 def reference(integrator: Integrator) -> Reference:
@@ -115,5 +149,5 @@ def _refused(integrator: Integrator, why: str) -> str:
     kind = type(integrator)
     return (
         f"{integrator.id}: a worker process cannot make this {kind.__module__}:{kind.__qualname__} again ({why}); define"
-        " its class and functions at the top level of a module, and let the object hold what can be pickled"
+        " its class at the top level of a module, and let it hold what can be pickled, or be held by a variable there"
     )

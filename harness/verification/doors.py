@@ -77,14 +77,6 @@ class Door(Integrator):
 
     function: ClassVar[Callable[..., Any]]
 
-    def __reduce__(self) -> str:
-        """Other processes find it by its name in the module that made it: its class has no name there."""
-        module = type(self).__module__
-        for name, value in vars(sys.modules[module]).items():
-            if value is self:
-                return name
-        raise ValueError(f"no variable of {module}, which made it, has it: give it a name there")
-
     def prepare(self, problem: Problem, setting: float) -> Solver:
         self.validate(problem, setting)
         f = right_hand_side(problem)
@@ -156,7 +148,7 @@ def right_hand_side(problem: Problem) -> RightHandSide:
 
 
 def _made(base: type[Door], attributes: dict[str, Any]) -> Integrator:
-    """An instance of a new class that belongs to the module of the user's call."""
+    """An instance of a new class that belongs to the module of the user's call: a variable there names it to workers."""
     module = sys._getframe(2).f_globals.get("__name__", "__main__")
     kind = type(base.__name__.strip("_"), (base,), attributes | {"__module__": module})
     made: Integrator = kind()

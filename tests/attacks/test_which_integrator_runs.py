@@ -115,7 +115,19 @@ class Compares(Theta):
         return self.theta == other.theta
 
 
+class Named(Told):
+    '''Holds a function without a name, so that only the module that holds it can make it again.'''
+
+    name = "named"
+
+
+class Listed(Named):
+    name = "listed"
+
+
 half = Theta(0.5)
+named = Named(lambda: 0.5)
+INTEGRATORS = [Theta, Listed(lambda: 0.5)]
 """
 """A module of a user."""
 HELPERS = "def a_half():\n    return 0.5\n"
@@ -159,8 +171,9 @@ def are_alike(found: dict[float, float], expected: dict[float, float]) -> None:
 
 def test_an_object_runs_with_its_own_numbers(thetas: Any, half: dict[float, float]) -> None:
     held = importlib.import_module("helping_thetas").a_half
-    frame = compare(planted.Short(), [thetas.half, thetas.Keeps(0.5), thetas.Told(held)])
-    for name in ("theta", "keeps", "told"):
+    given = [thetas.half, thetas.Keeps(0.5), thetas.Told(held), thetas.named, thetas.INTEGRATORS[1]]
+    frame = compare(planted.Short(), given)
+    for name in ("theta", "keeps", "told", "named", "listed"):
         are_alike(errors(frame, f"mine:{name}"), half)
 
 
@@ -240,7 +253,7 @@ LOST: dict[str, tuple[Callable[[Any], Any], str]] = {
     "a file that is open": (lambda t: t.Theta(open(os.devnull)), "mine:theta: a worker process cannot make"),  # noqa: SIM115
     "a pickle without its number": (lambda t: t.Forgets(0.5), "mine:theta: .*its theta becomes another"),
     "a pickle that cannot be read": (lambda t: t.Wakes(0.5), "mine:theta: .*OSError: asleep"),
-    "a step without a variable": (unnamed, "mine:unnamed: .*give it a name there"),
+    "a step without a variable": (unnamed, "mine:unnamed: a worker process cannot make"),
 }
 
 
@@ -306,7 +319,7 @@ def test_a_result_of_another_object_is_none_of_its_own(thetas: Any) -> None:
 
 def test_an_object_that_was_made_again_has_the_same_trials(thetas: Any) -> None:
     """The workers of a cluster name trials as the client does, and have the modules that the client has."""
-    for one in (thetas.Keeps(0.5), thetas.half, lookup.own()["gnomon:RK4"]):
+    for one in (thetas.Keeps(0.5), thetas.half, thetas.named, lookup.own()["gnomon:RK4"]):
         again = references.dereference(references.reference(one))
         assert keys(again) == keys(one)
     told = thetas.Told(importlib.import_module("helping_thetas").a_half)
