@@ -10,6 +10,7 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.check import Check
 from gnomon.cases.core.numbers import nearest
 from gnomon.reference.numerics.precision import Number
+from gnomon.reference.storage.importing import confined
 
 _MODULES = {
     "pendulum_simple": "pendulums.pendulum_simple:PendulumSimple",
@@ -200,12 +201,9 @@ def load(path: str) -> type[Case]:
     """A case class from `package.module:Class`."""
     module, _, attribute = path.partition(":")
     try:
-        return _checked(getattr(importlib.import_module(module), attribute), path)
-    except (
-        Exception,
-        SystemExit,
-        KeyboardInterrupt,
-    ) as error:  # a user's module may raise anything while it is imported
+        with confined():
+            return _checked(getattr(importlib.import_module(module), attribute), path)
+    except BaseException as error:  # a user's module may raise anything while it is imported
         raise ValueError(
             f"{path}: {type(error).__name__}: {error}; give package.module:Class of a subclass of gnomon.cases.Case"
         ) from None

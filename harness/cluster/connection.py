@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -98,7 +100,6 @@ def connected(address: str, workers: int) -> Iterator[Cluster]:
         # Imported here and not above: Dask is optional, and slow to load.
         import dask
         from distributed import Client, LocalCluster, as_completed
-        from distributed.comm.addressing import get_address_host_port
     except ImportError as error:
         raise ValueError(f"--dask: {error}; install Dask with pip install 'gnomon[cluster]'") from None
     logging.getLogger("distributed").setLevel(logging.ERROR)  # else each lost worker prints a page
@@ -119,9 +120,23 @@ def connected(address: str, workers: int) -> Iterator[Cluster]:
                 )
         try:
             if address != LOCAL:
-                get_address_host_port(address)  # a client without an address would wait for a minute before it ends
+                with ThreadPoolExecutor(1) as pool:  # a notebook has a loop in this thread
+                    pool.submit(asyncio.run, _greet(address)).result()
             client = Client(place, timeout=CONNECT_SECONDS, set_as_default=False)
-        except (OSError, ValueError) as error:
-            raise ValueError(f"--dask {address}: no scheduler answers there ({error}); give tcp://host:port") from None
+        except Exception as error:  # what answers may be anything
+            why = " ".join(str(error).split()) or f"none within {CONNECT_SECONDS:g} s"
+            raise ValueError(f"--dask {address}: no scheduler answers there ({why}); give tcp://host:port") from None
         stack.callback(client.close, CLOSE_SECONDS)  # it would wait as long as a new connection may take
         yield Cluster(client, as_completed)
+
+
+async def _greet(address: str) -> None:
+    """Raise an exception unless a scheduler answers: a client that was not made whole waits at the end of the process."""
+    from distributed.comm.addressing import get_address_host_port
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    get_address_host_port(address)
+    trust = Security().get_connection_args("client")
+    greeting = connect(address, CONNECT_SECONDS, **trust)
+    (await asyncio.wait_for(greeting, CONNECT_SECONDS)).abort()

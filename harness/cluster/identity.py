@@ -8,7 +8,7 @@ from functools import cache
 from gnomon.cases import Case
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.registry.lookup import reference
+from gnomon.harness.registry.references import MAIN, pickled
 from gnomon.reference.storage.import_closure import closure
 
 
@@ -19,7 +19,7 @@ def identity(cases: Iterable[Case], integrators: Iterable[Integrator]) -> dict[s
     """
     modules = {type(case).__module__ for case in cases}
     for one in integrators:
-        modules |= {type(one).__module__, reference(one)[0].partition(":")[0]}
+        modules |= {*pickled(one)[1]}
     found = environment.versions() | {name: environment.versions().get(name, "none") for name in environment.LIBRARIES}
     for module in sorted(name for name in modules if not name.startswith("gnomon.")):
         if _source(module) == "none":
@@ -41,4 +41,4 @@ def difference(client: Mapping[str, str]) -> str | None:
 @cache
 def _source(module: str) -> str:
     """A hash of a module and of all that it imports, as it was when this process first asked."""
-    return "none" if module == "__main__" else closure(module) or "none"
+    return "none" if module == MAIN else closure(module) or "none"

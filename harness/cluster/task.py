@@ -15,7 +15,7 @@ import numpy as np
 from gnomon.harness.cluster.identity import difference
 from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.registry.lookup import dereference
+from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.store import Known
 from gnomon.harness.running.messages import Garbled, Inbox, Message, encode
 from gnomon.harness.running.plan import Series, Suite
@@ -53,7 +53,7 @@ class Group:
 
     suite: Suite
     near_duplicates: bool
-    series: tuple[tuple[tuple[str, str], CaseSpec, str], ...]
+    series: tuple[tuple[Reference, CaseSpec, str], ...]
     exact: dict[CaseSpec, Packed]
     history: History
     interruptions: dict[tuple[str, int], int]
@@ -131,9 +131,9 @@ def execute(client: Mapping[str, str], content: bytes) -> bytes:
     return encode(Message(0, "environment", environment.describe(), {})) + b"".join(recorder.rows)
 
 
-def _series(integrator: tuple[str, str], spec: CaseSpec, label: str) -> Series:
+def _series(integrator: Reference, spec: CaseSpec, label: str) -> Series:
     case, formulation = spec.build()
-    return Series(case, formulation, dereference(*integrator), None, label)
+    return Series(case, formulation, dereference(integrator), None, label)
 
 
 def rows(content: bytes) -> tuple[dict[str, str], list[Row]]:

@@ -207,11 +207,6 @@ class Integrator(ABC):
     def id(self) -> str:
         return f"{self.library}:{self.name}" + (f" [{self.policy}]" if self.policy else "")
 
-    @property
-    def origin(self) -> str:
-        """Where worker processes find it: its module, or `module:text` if the module's `restored(text)` makes it again."""
-        return type(self).__module__
-
     def versions(self) -> Mapping[str, Any]:
         """Versions of the libraries that its results depend on, by name. They are in the keys of its trials, which run again
         where one has changed; what changes unseen, as a native library that is rebuilt, stands here, as a hash of its file.

@@ -18,6 +18,8 @@ def validate(integrator: Integrator, origin: str = "") -> None:
     """
     kind = type(integrator)
     who = origin or f"{kind.__module__}:{kind.__qualname__}"
+    if kind.__hash__ is None:
+        raise ValueError(f"{who}: its objects have no hash; with @dataclass write @dataclass(eq=False)")
     for attribute, (holds, rule) in _RULES.items():
         try:
             value = getattr(integrator, attribute)

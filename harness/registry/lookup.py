@@ -4,7 +4,7 @@ import importlib
 import importlib.util
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import PurePath
@@ -13,6 +13,7 @@ from gnomon.cases.core.numbers import is_pattern, matching, nearest
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import declaration
+from gnomon.reference.storage.importing import confined
 
 MODULES: list[str] = declared("registry", "modules.toml")["modules"]
 """Modules with a tuple `INTEGRATORS`."""
@@ -32,7 +33,7 @@ def own() -> dict[str, Integrator]:
     found: dict[str, Integrator] = {}
     for name in MODULES:
         for item in importlib.import_module(name).INTEGRATORS:
-            integrator = _instance(item, name)
+            integrator = made(item, name)
             if integrator.id in found:
                 raise ValueError(f"two integrators have the id {integrator.id}; the second is in {name}")
             found[integrator.id] = integrator
@@ -42,10 +43,13 @@ def own() -> dict[str, Integrator]:
 def registered() -> dict[str, Integrator]:
     """The integrators of the entry point group `gnomon.integrators`, by id; one that cannot be loaded is a warning."""
     found: dict[str, Integrator] = {}
-    for point in entry_points(group=GROUP):
+    for point in dict.fromkeys(entry_points(group=GROUP)):
         try:
-            integrator = _instance(point.load(), point.name)
-        except (Exception, SystemExit, KeyboardInterrupt) as error:  # one package that fails must not end the run
+            with confined():
+                integrator = made(point.load(), point.name)
+            if integrator.id in found:
+                raise ValueError(f"another package registers {integrator.id}")
+        except BaseException as error:  # one package that fails must not end the run
             cause = f"{type(error).__name__}: {error}"
             warnings.warn(f"integrator {point.name} ({point.value}) cannot be loaded: {cause}", stacklevel=2)
             continue
@@ -57,13 +61,13 @@ def everything() -> dict[str, Integrator]:
     return own() | registered()
 
 
-def find(name: str) -> tuple[Integrator, ...]:
+def find(name: str, known: Mapping[str, Integrator] | None = None) -> tuple[Integrator, ...]:
     """The integrators that `name` selects: an id, a name (all policies), a library, a pattern of ids with * and ?, or
-    `package.module:Class`.
+    `package.module:Class`. `known`: those to select from, by default `everything`.
 
     Raises ValueError for an unknown name, with the nearest valid ones, and for a name in several libraries.
     """
-    known = everything()
+    known = everything() if known is None else known
     if name in known:
         return (known[name],)
     if is_pattern(name):
@@ -92,46 +96,44 @@ def find_one(name: str) -> Integrator:
     return found[0]
 
 
-def find_all(names: Sequence[str] | None) -> tuple[Integrator, ...]:
-    """The integrators that several names select, each once; all integrators for None."""
-    if not names:
-        return tuple(everything().values())
-    return tuple({i.id: i for name in names for i in find(name)}.values())
+def find_all(chosen: Sequence[str | Integrator | type[Integrator]] | None) -> tuple[Integrator, ...]:
+    """The integrators that several names select, and those given as an object or a class, each once; all for None.
+
+    Raises ValueError as `find`, `made` and `require_distinct` do.
+    """
+    known = everything()
+    if not chosen:
+        return tuple(known.values())
+    found: dict[int, Integrator] = {}
+    for item in chosen:
+        named = find(item, known) if isinstance(item, str) else [made(item, getattr(item, "__name__", f"{item!r}"))]
+        found |= {id(one): one for one in named}
+    require_distinct(found.values())
+    return tuple(found.values())
+
+
+def require_distinct(integrators: Iterable[Integrator]) -> None:
+    """Raise ValueError where an id comes twice: results could not tell which of the two ran."""
+    seen = set[str]()
+    for one in integrators:
+        if one.id in seen:
+            raise ValueError(f"two integrators have the id {one.id}; name one of them, or give each its own name")
+        seen.add(one.id)
 
 
 def from_path(path: str) -> Integrator:
     """An integrator from `package.module:Class`."""
     module, _, attribute = path.partition(":")
     try:
-        found = getattr(importlib.import_module(module), attribute)
-        made = found() if isinstance(found, type) and issubclass(found, Integrator) else found
-    except (Exception, SystemExit, KeyboardInterrupt) as error:  # of a user's module while it is imported
+        with confined():
+            found = getattr(importlib.import_module(module), attribute)
+            found = found() if isinstance(found, type) and issubclass(found, Integrator) else found
+    except BaseException as error:  # of a user's module while it is imported
         wanted = "package.module:Class of a subclass of Integrator"
         if module.endswith(".py"):
             wanted = f"the module and not its file: {PurePath(module).stem}:{attribute or 'Class'}"
         raise ValueError(f"{path}: {type(error).__name__}: {error}; give {wanted}") from None
-    if not isinstance(made, Integrator):
-        raise ValueError(
-            f"{path}: {made!r} is no gnomon.harness.contract.integrator.Integrator; give package.module:Class"
-        )
-    return _instance(made, path)
-
-
-def reference(integrator: Integrator) -> tuple[str, str]:
-    """(origin, id), from which a worker process loads the integrator."""
-    return integrator.origin, integrator.id
-
-
-def dereference(origin: str, identity: str) -> Integrator:
-    """The integrator behind a `reference`: one of the module's INTEGRATORS, else a class or an instance defined in it, or
-    the one that the module restores from text."""
-    module, _, text = origin.partition(":")
-    if text:
-        return _instance(importlib.import_module(module).restored(text), module)
-    for candidate in _declared(module):
-        if candidate.id == identity:
-            return candidate
-    raise ValueError(f"{module} has no integrator {identity}")
+    return made(found, path)
 
 
 def missing(integrator: Integrator) -> str | None:
@@ -153,45 +155,30 @@ def absent(library: str) -> str:
     return f"{library} is {'optional' if library in OPTIONAL else 'not installed'}: pip install {OPTIONAL.get(library, library)}"
 
 
-def _declared(module: str) -> Iterator[Integrator]:
-    loaded = importlib.import_module(module)
-    for item in getattr(loaded, "INTEGRATORS", ()):
-        yield _instance(item, module)
-    for item in list(vars(loaded).values()):
-        if isinstance(item, Integrator) and type(item).__module__ == module:  # made by gnomon.verify.from_step
-            yield _instance(item, module)
-        if isinstance(item, type) and issubclass(item, Integrator) and not getattr(item, "__abstractmethods__", None):
-            try:
-                made = item()
-            except TypeError:
-                continue  # the base class of a family takes arguments; its members are in INTEGRATORS
-            if not _undeclared(made):  # else a base class that several integrators share
-                yield made
-
-
-def _instance(item: object, origin: str) -> Integrator:
-    made = item() if isinstance(item, type) and issubclass(item, Integrator) else item
-    if not isinstance(made, Integrator):
-        raise ValueError(f"{origin}: {item!r} is no gnomon.harness.contract.integrator.Integrator")
-    if undeclared := _undeclared(made):
+def made(item: object, origin: str) -> Integrator:
+    """An integrator from its class or an object of it, which `origin` names; ValueError for a wrong declaration, and for a
+    user's own with the id of one that comes with gnomon."""
+    found = item() if isinstance(item, type) and issubclass(item, Integrator) else item
+    if not isinstance(found, Integrator):
         raise ValueError(
-            f"{origin}: {type(made).__name__} does not declare {', '.join(undeclared)}; "
+            f"{origin}: {item!r} is no gnomon.harness.contract.integrator.Integrator; give package.module:Class"
+        )
+    if undeclared := [attribute for attribute in ("name", "accepts", "sweep") if not hasattr(found, attribute)]:
+        raise ValueError(
+            f"{origin}: {type(found).__name__} does not declare {', '.join(undeclared)}; "
             "a base class that several integrators share is no integrator: name a subclass that declares them"
         )
-    if users_own(made):  # a test validates those of gnomon
-        declaration.validate(made, origin if ":" in origin else "")
-    return made
+    if users_own(found):  # a test validates those of gnomon
+        declaration.validate(found, origin if ":" in origin else "")
+        if found.id in own():
+            raise ValueError(f"{origin}: {found.id} comes with gnomon; give yours a name or a library of its own")
+    return found
 
 
 def users_own(integrator: Integrator) -> bool:
     """Whether an integrator does not come with gnomon: `verification` makes integrators of what a user brings."""
     module = type(integrator).__module__
     return not module.startswith("gnomon.") or module.startswith("gnomon.harness.verification.")
-
-
-def _undeclared(integrator: Integrator) -> list[str]:
-    """The attributes that every integrator must declare and this one does not."""
-    return [attribute for attribute in ("name", "accepts", "sweep") if not hasattr(integrator, attribute)]
 
 
 @cache

@@ -180,7 +180,7 @@ def _map(run: Run) -> dict[str, Any]:
                 best = max(one["best"], 1e-17)
                 limit = max(attainable[problem["problem"], one["integrator_id"]], 1e-17)
                 digits = np.base_repr(got, 36)
-                lost = np.base_repr(int(np.clip(round(np.log10(best / limit)), 0, 35)), 36)
+                lost = np.base_repr(int(np.clip(round(np.log10(best) - np.log10(limit)), 0, 35)), 36)
             elif one["reason"]:
                 why[place] = one["reason"]
             cells[place] = f"{verdicts.index(one['verdict']):x}{digits}{lost}"

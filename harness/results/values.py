@@ -26,35 +26,47 @@ def _listed(statuses: Iterable[Status]) -> str:
 
 
 _KINDS = {"TEXT": "text", "INTEGER": "integer", "REAL": "real", "BLOB": "blob"}
-_FINITE = "{0} > 0 AND {0} < 1e308"
+MOST = 1e150
+"""Larger sizes, and smaller ones than 1 / MOST, are refused: no motion has them, and their squares and ratios overflow."""
+_SIZE = f"{{0}} BETWEEN {1 / MOST!r} AND {MOST!r}"
+_SECONDS = f"({{0}} = 0 OR {_SIZE})"
 _COUNT = "{0} >= 0"
-_BOUND = "{0} >= 0 AND {0} < 1e308"
+_BOUNDED = f"{{0}} BETWEEN 0 AND {MOST!r}"
 _RULES = {
     "trials": {
         "order_declared": f"{{0}} BETWEEN 0 AND {MOST_ORDER}",
-        "setting": _FINITE,
+        "setting": _SIZE,
         "dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}",
-        "span": _FINITE,
-        "time_scale": _FINITE,
-        "floor": _BOUND,
-        "conditioning": _BOUND,
+        "span": _SIZE,
+        "time_scale": _SIZE,
+        "floor": _BOUNDED,
+        "conditioning": _BOUNDED,
     },
     "measurements": {"launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}", "status": f"{{0}} IN {_listed(Status)}"}
-    | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")},
+    | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")}
+    | dict.fromkeys((*schema.TIMES, "limit_seconds"), _SECONDS),
     "sampled_states": {"dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}"},
 }
 """Conditions on values that are not null, beside their type; `{0}` is the column."""
 _TOGETHER = {
-    "trials": (
-        "SELECT max(row) FROM (SELECT max(rowid) AS row FROM trials"
-        " GROUP BY integrator_id HAVING count(DISTINCT library) > 1)",
-        "its integrator_id has another library in another row",
-    ),
-    "measurements": (
-        "SELECT max(measurement) FROM measurements JOIN trials USING (trial_key)"
-        f" WHERE setting IS NULL AND status IN {_listed(SCORED)}",
-        "its status needs a setting, and its trial has none",
-    ),
+    "trials": [
+        (
+            "SELECT max(row) FROM (SELECT max(rowid) AS row FROM trials"
+            " GROUP BY integrator_id HAVING count(DISTINCT library) > 1)",
+            "its integrator_id has another library in another row",
+        )
+    ],
+    "measurements": [
+        (
+            "SELECT max(measurement) FROM measurements JOIN trials USING (trial_key)"
+            f" WHERE setting IS NULL AND status IN {_listed(SCORED)}",
+            "its status needs a setting, and its trial has none",
+        ),
+        (
+            f"SELECT max(measurement) FROM measurements WHERE status != '{Status.DIVERGED}' AND error_max > {MOST!r}",
+            f"an error_max above {MOST:g} is that of a solution that diverged",
+        ),
+    ],
 }
 """Conditions on several values together: a query for the last row that violates it (null if none does), and a message."""
 
@@ -69,8 +81,7 @@ def verify(db: sqlite3.Connection, table: str) -> None:
             ((fine, value),) = db.execute(f'SELECT {holds[name]}, "{name}" FROM {table} WHERE rowid = ?', wrong)
             if not fine:
                 raise Damaged(f"table {table}, row {wrong[0]}: {name} = {_shown(value)} is not allowed in this column")
-    if table in _TOGETHER:
-        query, words = _TOGETHER[table]
+    for query, words in _TOGETHER.get(table, ()):
         ((row,),) = db.execute(query)
         if row is not None:
             raise Damaged(f"table {table}, row {row}: {words}")

@@ -8,6 +8,7 @@ from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.registry.lookup import users_own
+from gnomon.harness.registry.references import start_method
 from gnomon.harness.running import plan
 from gnomon.harness.running.plan import Suite
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
@@ -68,5 +69,5 @@ def crashes(
                 FirstTrial(one.integrator, one.case.id, task_of(one, exact), suite.limit(one.case), chosen_two)
             )
     if trials:
-        Pool(1, prepare_seconds=prepare_seconds).run(trials)
+        Pool(1, start_method(trial.integrator for trial in trials), prepare_seconds).run(trials)
     return [f"{trial.integrator.id} on {trial.case_id}: {trial.crashes[-1]}" for trial in trials if not trial.passed]

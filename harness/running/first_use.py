@@ -15,7 +15,7 @@ from time import perf_counter_ns
 
 from gnomon.harness.contract.integrator import solver_of
 from gnomon.harness.contract.problem import initial_state, problem_of
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import rely_on_guard, run_delays
 
@@ -25,10 +25,10 @@ CACHES = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "JAX_COMPILATION_CACHE_DIR")
 """The variables of the environment that say where compiled code is kept."""
 
 
-def first_seconds(integrator: tuple[str, str], spec: CaseSpec, setting: float, folder: Path) -> float | None:
+def first_seconds(integrator: Reference, spec: CaseSpec, setting: float, folder: Path) -> float | None:
     """Seconds of the first use; None where the new process fails or takes longer than MOST_SECONDS.
 
-    `integrator` is a reference (see `registry.lookup`). The empty caches are in a new folder in `folder`.
+    `integrator` is a reference (see `registry.references`). The empty caches are in a new folder in `folder`.
     """
     with tempfile.TemporaryDirectory(dir=folder) as empty, suppress(OSError, subprocess.SubprocessError, ValueError):
         places = {name: str(Path(empty) / name) for name in CACHES}
@@ -46,12 +46,12 @@ def first_seconds(integrator: tuple[str, str], spec: CaseSpec, setting: float, f
     return None
 
 
-def measured(reference: tuple[str, str], spec: CaseSpec, setting: float) -> float:
+def measured(reference: Reference, spec: CaseSpec, setting: float) -> float:
     """Seconds of the first use, which is in this process, without those that its main thread waited for a processor."""
     case, formulation = spec.build()
     start = initial_state(case, formulation)[None]
     began, delay = perf_counter_ns(), _delay()
-    integrator = lookup.dereference(*reference)
+    integrator = dereference(reference)
     solver_of(integrator, problem_of(case, integrator.accepts, formulation), setting)(start)
     return (perf_counter_ns() - began - (_delay() - delay)) * 1e-9
 

@@ -21,7 +21,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Toler
 from gnomon.harness.contract.problem import accepted_form, takes
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, references
 from gnomon.harness.results.schema import TIMING_SPAN
 from gnomon.reference.storage.import_closure import closure, imports
 
@@ -215,6 +215,7 @@ class Series:
         coding = (
             "" if self.formulation is None else sources.of_value((self.formulation.encode, self.formulation.decode))
         )
+        pickle, modules = references.pickled(self.integrator)
         return [
             self.case.name,
             self.variant,
@@ -226,7 +227,8 @@ class Series:
             sources.of_value(self.form),
             closure(type(self.case).__module__) or _THIS_PROCESS,
             self.integrator.id,
-            closure(type(self.integrator).__module__) or _THIS_PROCESS,
+            _THIS_PROCESS if pickle is None else pickle.hex(),
+            closure(*modules) or _THIS_PROCESS,
             json.dumps(library_versions(self.integrator)),
         ]
 
@@ -371,8 +373,8 @@ def wants_first_use(series: Series, suite: Suite, launch: int) -> bool:
     FOUNDATION that the integrator takes. A new process must be able to import the integrator."""
     wanted = suite.first_use and suite.timed and launch == 1
     own = series.formulation is None and series.case.variant is None and not series.label
-    importable = lookup.reference(series.integrator)[0] != "__main__"
-    return wanted and own and importable and series.case.name == _first_case(series.integrator)
+    right_case = wanted and own and series.case.name == _first_case(series.integrator)
+    return right_case and isinstance(references.reference(series.integrator), bytes)
 
 
 @cache

@@ -15,7 +15,7 @@ from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
 from gnomon.harness.kernels.generated_modules import cache_folder
-from gnomon.harness.registry import declaration, lookup
+from gnomon.harness.registry import declaration, lookup, references
 from gnomon.harness.results import store
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
 from gnomon.harness.running import plan
@@ -50,13 +50,14 @@ def run(
     If `near_duplicates` is False, near-duplicate methods (those with `primary = False`) do not run on hard variants.
 
     Trials that the file contains already are not repeated. After an interruption at any moment the same call continues
-    from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, and after all other
-    cases are done if the exact motion of a case cannot be computed.
+    from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, if two have one id, or
+    if a worker process could not make one again; and after all other cases are done if the exact motion of a case cannot
+    be computed.
     """
     need_fork()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     with opened(path, suite, chosen, integrators, progress or Progress(quiet=True), near_duplicates) as run_:
-        method = "fork" if any(lookup.reference(i)[0] == "__main__" for i in integrators) else "forkserver"
+        method = references.start_method(integrators)
         Pool(workers, method, prepare_seconds).run(run_.sweeps(), run_.progress.interlude)
     return path
 
@@ -74,6 +75,8 @@ def opened(
     open_standard_streams()  # before a file of the run is opened in the place of one
     for integrator in integrators:
         declaration.validate(integrator)
+        references.require_rebuilt(integrator)
+    lookup.require_distinct(integrators)
     _verify_caches()
     whole = plan.pairs(chosen, integrators, near_duplicates=near_duplicates)
     series, named = shard(whole, suite, near_duplicates), shard_named(whole, suite, near_duplicates)
@@ -99,17 +102,14 @@ def compare(
     """Run cases through integrators and return the DataFrame of `gnomon.harness.load`: for notebooks.
 
     `cases`: names, or Case objects (their numbers are rounded to binary64). `integrators`: names, Integrator classes
-    or instances; the class may be defined in the notebook itself. Raises ValueError for unknown names.
+    or objects, which run as they are and may be defined in the notebook itself. Raises ValueError for unknown names,
+    and as `run` does.
     """
     chosen: list[tuple[Case, str]] = []
     for case in [cases] if isinstance(cases, str | Case) else cases:
         chosen += plan.choose([case], False) if isinstance(case, str) else [(case.rounded(), "")]
-    found: list[Integrator] = []
-    for item in [integrators] if isinstance(integrators, str | Integrator | type) else integrators:
-        if isinstance(item, str):
-            found += lookup.find(item)
-        else:
-            found.append(item() if isinstance(item, type) else item)
+    given = [integrators] if isinstance(integrators, str | Integrator | type) else list(integrators)
+    found = lookup.find_all(given) if given else ()
     suite = replace(
         plan.suite("foundation").within(limit_seconds), name="compare", launches=launches, timing_spans=False
     )

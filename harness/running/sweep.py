@@ -8,7 +8,7 @@ from typing import Any
 
 from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.contract.status import AGAIN, CANNOT_RUN, SCORED, Status
-from gnomon.harness.registry.lookup import reference
+from gnomon.harness.registry.references import reference
 from gnomon.harness.results.schema import TIMES
 from gnomon.harness.results.store import Known
 from gnomon.harness.running.plan import Series, Suite, Trial, wants_first_use

@@ -32,7 +32,7 @@ from gnomon.harness.contract.problem import accepted_form, groups_of, names_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable
 from gnomon.harness.kernels.generated_modules import WATCHERS
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.values import DELAYED
 from gnomon.harness.running import messages, timed_call
 from gnomon.harness.running.first_use import first_seconds
@@ -71,12 +71,12 @@ FLOODED = f"printed more than {MOST_PRINTED // 10**6} MB in one call"
 
 @dataclass(frozen=True)
 class Task:
-    """What a worker needs to know of a series. The integrator is named by (module, id); `output` is the path of a file.
+    """What a worker needs to know of a series. `output` is the path of a file.
 
     `turned` (n, dim_y) are the turned starts of a case with a rotational symmetry.
     """
 
-    integrator: tuple[str, str]
+    integrator: Reference
     spec: CaseSpec
     times: Floats
     start: Floats
@@ -239,7 +239,7 @@ class _Series:
     def __init__(self, task: Task, say: _Speaker) -> None:
         self.task = task
         self.say = say
-        self.integrator = lookup.dereference(*task.integrator)
+        self.integrator = dereference(task.integrator)
         self.case, self.formulation = task.spec.build()
         self.form = accepted_form(self.case, self.integrator.accepts, self.formulation)
         self.parameters = np.array([float(value) for value in self.case.parameter_values()])

@@ -18,6 +18,10 @@ from gnomon.harness.system.limitations import need_fork
 
 PREFIX = "gnomon-run-"
 """Prefix of temporary folders. The next run of the same user removes those that a killed process left behind."""
+SOCKET_BYTES = 108 if sys.platform == "linux" else 104
+"""The most bytes of the path of a socket, with a zero byte at its end."""
+_SOCKET = "/listener-12345678"
+"""As the server of multiprocessing names its socket."""
 
 
 def _lock_whole(descriptor: int) -> None:
@@ -141,6 +145,12 @@ def temporary_folder() -> Path:
     """
     need_fork()
     if os.getpid() not in _OWN or not _OWN[os.getpid()][0].exists():
+        folder = tempfile.gettempdir()
+        excess = len(os.fsencode(f"{folder}/{PREFIX}12345678{_SOCKET}")) + 1 - SOCKET_BYTES
+        if excess > 0:
+            raise ValueError(
+                f"TMPDIR={folder}: {excess} bytes too long for the path of a socket in it; name a shorter one"
+            )
         _remove_abandoned()
         while True:
             path = Path(tempfile.mkdtemp(prefix=PREFIX))

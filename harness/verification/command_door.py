@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import json
 import os
 import shlex
 import shutil
@@ -51,10 +50,6 @@ class CommandIntegrator(Integrator):
         }
         self.__dict__.update(declared)
         self._version = found.version
-
-    @property
-    def origin(self) -> str:
-        return f"{__name__}:{json.dumps([self.command, self.folder, self.described, self.seconds])}"
 
     def versions(self) -> Mapping[str, Any]:
         """The version that the program declares, and a hash of the files that its command names."""
@@ -132,8 +127,3 @@ def from_command(command: str | Sequence[str], seconds: float | None = None) -> 
         raise ValueError(f"--command {shown!r}: asked to describe itself, {error}") from None
     declaration.validate(made, f"--command {shown!r}")
     return made
-
-
-def restored(text: str) -> CommandIntegrator:
-    """The integrator whose `origin` ends with this text."""
-    return CommandIntegrator(*json.loads(text))

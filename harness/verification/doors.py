@@ -148,7 +148,7 @@ def right_hand_side(problem: Problem) -> RightHandSide:
 
 
 def _made(base: type[Door], attributes: dict[str, Any]) -> Integrator:
-    """An instance of a new class that belongs to the module of the user's call: worker processes find it there by id."""
+    """An instance of a new class that belongs to the module of the user's call: a variable there names it to workers."""
     module = sys._getframe(2).f_globals.get("__name__", "__main__")
     kind = type(base.__name__.strip("_"), (base,), attributes | {"__module__": module})
     made: Integrator = kind()

@@ -6,8 +6,6 @@ whose needs are among the tokens that it declares.
 
 from __future__ import annotations
 
-import importlib
-import json
 from collections.abc import Callable, Iterable, Mapping
 from numbers import Real
 from typing import Any, Protocol
@@ -49,9 +47,8 @@ class EngineIntegrator(Integrator):
         self.__dict__.update(name=declared["name"], order=declared["order"], sweep=Steps(**declared["sweep"]))
         self.__dict__.update(conserves=tuple(declared["conserves"]))
 
-    @property
-    def origin(self) -> str:
-        return f"{__name__}:{json.dumps([self.path, self.declared])}"
+    def __reduce__(self) -> tuple[Any, ...]:
+        return EngineIntegrator, (self.engine, self.path, self.declared)
 
     def versions(self) -> Mapping[str, Any]:
         """A hash of the sources of the engine's module and of what it imports beside it; "" where it has no file."""
@@ -112,12 +109,6 @@ def from_engine(
     made = EngineIntegrator(engine, (module, qualified), declared)
     declaration.validate(made, f"{module}:{qualified}")
     return made
-
-
-def restored(text: str) -> EngineIntegrator:
-    """The integrator whose `origin` ends with this text."""
-    (module, qualified), declared = json.loads(text)
-    return EngineIntegrator(getattr(importlib.import_module(module), qualified), (module, qualified), declared)
 
 
 def checked(readings: Any, scene: Scene) -> Readings:

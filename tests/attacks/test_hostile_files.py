@@ -11,6 +11,7 @@ import subprocess
 import sys
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pandas
@@ -18,7 +19,7 @@ import pytest
 from changes import changing
 from gnomon.harness.commands import cli
 from gnomon.harness.reporting.report import write_report
-from gnomon.harness.results import export, schema, store
+from gnomon.harness.results import export, regression, schema, store
 
 pytestmark = pytest.mark.usefixtures("no_hang")
 
@@ -110,6 +111,9 @@ VALUES: dict[str, tuple[str, str, object]] = {
     "deep numbers": ("trials", "numbers", DEEP),
     "broken numbers": ("trials", "numbers", "{"),
     "an infinite span": ("trials", "span", float("inf")),
+    "a step of which no number of steps is finite": ("trials", "setting", 5e-324),
+    "a time of which no ratio is finite": ("measurements", "seconds_median", 5e-324),
+    "an error of no solution": ("measurements", "error_max", 1.7e308),
     "a text that is no text": ("trials", "title", b"\xff\xfe\x00"),
     "a dimension of no bound": ("sampled_states", "dimension", 2**40),
     "another integrator's library": ("trials", "library", "other"),
@@ -128,6 +132,42 @@ def test_a_value_that_its_column_does_not_hold_is_named(change: Change, name: st
     assert len(str(caught.value)) < 500
     with pytest.raises(ValueError, match=f"table {table}, row"):
         store.Store(path)
+
+
+REALS = [
+    (table, name)
+    for table in ("trials", "measurements")
+    for name, kind in schema.TABLES[table].items()
+    if kind.startswith("REAL")
+]
+QUICK = ("setting", "error_max", "seconds_median")
+"""Columns that `make test` fills; the others are slow together."""
+
+
+@pytest.mark.parametrize(
+    "value", [1.7e308, 5e-324, *(pytest.param(x, marks=pytest.mark.slow) for x in (1e149, 1e-149))]
+)
+@pytest.mark.parametrize(
+    ("table", "column"),
+    [pytest.param(*pair, marks=() if pair[1] in QUICK else pytest.mark.slow) for pair in REALS],
+)
+def test_a_number_of_any_size_is_shown_or_named(
+    change: Change, results: Path, tmp_path: Path, table: str, column: str, value: float
+) -> None:
+    """Never an error of arithmetic, which would name no file: such sizes overflow in a ratio or a square."""
+    base = Path(shutil.copy(results, tmp_path / "base.sqlite"))
+    path = change(f"UPDATE {table} SET {column} = {value!r} WHERE {column} IS NOT NULL", seal=tuple(schema.TABLES))
+    try:
+        store.load(path)
+    except ValueError as error:
+        told = str(error)
+    else:
+        write_report(path, tmp_path / "report", figures=False)
+        for pair in ((base, path), (path, base)):
+            with suppress(ValueError):  # other settings, or another span, have nothing in common
+                regression.compare(*map(store.load, pair))
+        return
+    assert told.startswith(f"{path}: damaged (table {table}, row ")
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, references
 
 SHARED = """
 from gnomon.cases.core.forms import FirstOrder
@@ -39,7 +39,7 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_integrators_with_a_base_without_a_name_are_found(module: str, name: str) -> None:
     """A worker searches the classes of the module for the one that it must run."""
     (found,) = lookup.find(f"{module}:{name}")
-    assert lookup.dereference(*lookup.reference(found)).id == f"mine:{name.lower()}"
+    assert references.dereference(references.reference(found)).id == f"mine:{name.lower()}"
 
 
 def test_a_base_without_a_name_is_refused_in_one_line_with_the_way_out(module: str) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import planted
 import pytest
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, references
 from gnomon.harness.results import store
 from gnomon.harness.running import first_use, plan
 from gnomon.harness.running.first_use import CACHES, first_seconds
@@ -49,7 +49,7 @@ def test_its_caches_are_empty_and_end_with_it(tmp_path: Path, monkeypatch: pytes
     for name in CACHES:
         monkeypatch.setenv(name, str(tmp_path / "kept"))
     seconds = [
-        first_seconds(lookup.reference(planted.SlowAtFirst()), SHORT, planted.Short().rounded().times[0], tmp_path)
+        first_seconds(references.reference(planted.SlowAtFirst()), SHORT, planted.Short().rounded().times[0], tmp_path)
         for _ in range(2)
     ]
     assert all(each is not None and each >= planted.SlowAtFirst.seconds for each in seconds)
@@ -62,12 +62,12 @@ def test_waits_for_a_processor_are_not_in_it(monkeypatch: pytest.MonkeyPatch) ->
     clock = iter([0, 100 * 10**9])
     monkeypatch.setattr(first_use, "perf_counter_ns", lambda: next(clock))
     monkeypatch.setattr(first_use, "run_delays", lambda: {str(os.getpid()): next(readings), "another": 7})
-    assert first_use.measured(lookup.reference(planted.Sound()), SHORT, 0.08437502384185791) == pytest.approx(10.0)
+    assert first_use.measured(references.reference(planted.Sound()), SHORT, 0.08437502384185791) == pytest.approx(10.0)
 
 
 def test_what_fails_in_a_new_process_has_no_time(tmp_path: Path) -> None:
     for kind in (planted.Raises, planted.Aborts):
-        assert first_seconds(lookup.reference(kind()), SHORT, 0.1, tmp_path) is None
+        assert first_seconds(references.reference(kind()), SHORT, 0.1, tmp_path) is None
 
 
 @pytest.mark.parametrize("integrator", ["gnomon:RK4", "rebound:IAS15", "pybullet:stepSimulation [configured]"])

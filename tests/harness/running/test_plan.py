@@ -19,7 +19,7 @@ from gnomon.cases.core.forms import Separable
 from gnomon.cases.core.numbers import Domain
 from gnomon.harness.certification import agreement
 from gnomon.harness.contract.integrator import Steps, Tolerance
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, references
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
@@ -209,7 +209,7 @@ def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
     assert {i.library for i in lookup.find("scipy")} == {"scipy"}
     (one,) = lookup.find("planted:Sound")
     assert isinstance(one, planted.Sound)
-    assert lookup.dereference(*lookup.reference(one)).id == one.id
+    assert references.dereference(references.reference(one)).id == one.id
 
 
 def test_an_entry_point_registers_an_integrator_and_a_broken_one_does_not_affect_others(
@@ -226,7 +226,7 @@ def test_an_entry_point_registers_an_integrator_and_a_broken_one_does_not_affect
 
 def test_every_integrator_is_found_again_by_a_worker() -> None:
     for identity, one in lookup.everything().items():
-        again = lookup.dereference(*lookup.reference(one))
+        again = references.dereference(references.reference(one))
         assert (again.id, type(again)) == (identity, type(one))
 
 

@@ -162,13 +162,14 @@ def test_other_trials_are_kept(frame: Any) -> None:
     assert frame.groupby("trial_key").size().eq(1).all()
 
 
+class Wants(planted.Sound):
+    """Takes a form that no case offers."""
+
+    name = "wants"
+    accepts = (int,)
+
+
 def test_pairs_that_are_left_out_have_a_reason(tmp_path: Path) -> None:
-    class Wants(planted.Sound):
-        """Takes a form that no case offers."""
-
-        name = "wants"
-        accepts = (int,)
-
     rows = store.load(run(tmp_path, SUITE, plan.choose([CASE], False), [Wants()]))
     assert list(rows["status"]) == ["unsupported"]
     assert rows["reason"][0] == "takes int; the case offers Separable, FirstOrder, Scene"

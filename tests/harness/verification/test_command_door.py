@@ -23,7 +23,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import Unusable
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, references
 from gnomon.harness.running import plan, pool, worker
 from gnomon.harness.running.sweep import task_of
 from gnomon.harness.scoring.outcome import Outcome
@@ -439,14 +439,14 @@ def test_the_schema_admits_what_the_code_admits() -> None:
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
 
 
-def test_a_worker_finds_the_program_by_its_origin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_gets_the_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From any working folder, and as a user's own; a change of the program is another version."""
     script = tmp_path / "mine.py"
     script.write_text((HERE / "odd_program.py").read_text())
     monkeypatch.chdir(tmp_path)
     integrator = from_command([sys.executable, "mine.py", "fine"])
     monkeypatch.chdir("/")
-    again = lookup.dereference(*lookup.reference(integrator))
+    again = references.dereference(references.reference(integrator))
     assert again.id == integrator.id == "command:odd"
     assert lookup.users_own(again)
     assert solved(again).steps == 64

@@ -13,7 +13,7 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Refused, Steps
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, references
 from gnomon.harness.verification.doors import from_solve, from_step, right_hand_side
 
 CASE = get("pendulum_simple").rounded()
@@ -84,8 +84,8 @@ def test_impossible_settings_are_refused(integrator: Any, setting: float) -> Non
         integrator.prepare(problem_of(CASE, integrator.accepts), setting)
 
 
-def test_other_processes_find_it_by_its_module_and_id() -> None:
-    found = lookup.dereference(*lookup.reference(planted_methods.good_pair))
+def test_other_processes_find_it_by_its_name_in_its_module() -> None:
+    found = references.dereference(references.reference(planted_methods.good_pair))
     assert found is planted_methods.good_pair
     assert lookup.from_path("planted_methods:good_verlet") is planted_methods.good_verlet
 

@@ -16,7 +16,7 @@ from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import Unusable
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, references
 from gnomon.harness.verification.engine_door import EngineIntegrator, from_engine
 from timed_forms import FORMS
 
@@ -57,11 +57,11 @@ def test_a_free_fall_follows_the_steps_of_the_engine() -> None:
 
 def test_an_engine_can_declare_what_it_conserves() -> None:
     """Symplectic Euler declares the symplectic form, and a worker that makes the engine again declares it too."""
-    from gnomon.harness.verification.engine_door import restored
     from toy_engine import ToyEngine
 
     made = from_engine(ToyEngine, name="toy", order=1, conserves=("symplectic",))
-    assert restored(made.origin.partition(":")[2]).conserves == made.conserves == ("symplectic",)
+    again = references.dereference(references.reference(made))
+    assert again.conserves == made.conserves == ("symplectic",)
 
 
 @pytest.mark.parametrize("name", ["kepler_orbit", "two_body", "projectile_quadratic_drag", "free_fall_first_order"])
@@ -104,8 +104,8 @@ def test_a_run_measures_the_engine_and_names_what_it_lacks(tmp_path: Path, capfd
     assert (swing.status, swing.reason) == (Status.UNSUPPORTED, "lacks hinge")
 
 
-def test_a_worker_finds_the_engine_by_its_origin() -> None:
-    again = lookup.dereference(*lookup.reference(toy()))
+def test_a_worker_gets_the_engine_with_its_declaration() -> None:
+    again = references.dereference(references.reference(toy()))
     assert isinstance(again, EngineIntegrator)
     assert (again.id, again.order, again.tokens, again.sweep) == (toy().id, 1, toy().tokens, toy().sweep)
     assert lookup.users_own(again)

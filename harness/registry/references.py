@@ -1,0 +1,153 @@
+"""What a worker process gets of an integrator: a pickle, from which it makes the same object again."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import pickle
+import sys
+from collections.abc import Iterable
+from contextlib import suppress
+from types import FunctionType
+from typing import Any
+from weakref import WeakKeyDictionary
+
+from gnomon.harness.contract import environment
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.validation import TEXT
+
+MAIN = "__main__"
+"""The module of a notebook, or of the script that runs. Only a fork of its process has what it defines."""
+
+Reference = bytes | Integrator
+"""A pickle; or the object itself, of which MAIN defines a part: a forked process has it."""
+
+_VERSIONED = {*sys.stdlib_module_names, *environment.LIBRARIES}
+"""Packages whose versions results depend on, so that their sources need not be compared."""
+_PROTOCOL = 5
+_GIVEN: WeakKeyDictionary[Integrator, bytes] = WeakKeyDictionary()
+"""The pickle that an integrator was made from. A second pickle of equal content may have other bytes."""
+
+
+class _Pickler(pickle.Pickler):
+    """Collects the modules of the classes and functions in a pickle."""
+
+    def __init__(self, file: io.BytesIO) -> None:
+        super().__init__(file, _PROTOCOL)
+        self.modules = set[str]()
+
+    def persistent_id(self, item: Any) -> None:
+        if isinstance(item, type | FunctionType):
+            self.modules.add(item.__module__ or MAIN)
+
+
+class _Held:
+    """Stands in a pickle for an object that a module holds under a name, or at a place in its INTEGRATORS."""
+
+    def __init__(self, *where: Any) -> None:
+        self.where = where
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _held, self.where
+
+
+def _held(module: str, name: str, place: int | None = None) -> Any:
+    value = getattr(importlib.import_module(module), name)
+    return value if place is None else value[place]
+
+
+def _holder(integrator: Integrator) -> _Held | None:
+    """Where a module holds an integrator; None where none does."""
+    for module in dict.fromkeys((type(integrator).__module__, *sys.modules)):
+        variables: dict[str, Any] = dict(getattr(sys.modules.get(module), "__dict__", {}))
+        for name, value in variables.items() if module != MAIN else ():
+            if value is integrator:
+                return _Held(module, name)
+            if name == "INTEGRATORS" and isinstance(value, tuple | list):
+                for place, one in enumerate(value):
+                    if one is integrator:
+                        return _Held(module, name, place)
+    return None
+
+
+def pickled(integrator: Integrator) -> tuple[bytes | None, tuple[str, ...]]:
+    """A pickle of an integrator, and the modules that define its class and what it holds.
+
+    An integrator that cannot be pickled is named by the module that holds it; where MAIN defines a part of it, the pickle
+    is None. Raises ValueError for any other that cannot.
+    """
+    file, kind = io.BytesIO(), type(integrator)
+    pickler = _Pickler(file)
+    modules, content = pickler.modules, None
+    try:
+        pickler.dump(integrator)
+        content = file.getvalue()
+    except Exception as error:  # a user's own class may raise anything
+        if MAIN not in {kind.__module__, *modules}:
+            holder = _holder(integrator)
+            if holder is None:
+                raise ValueError(_refused(integrator, f"{type(error).__name__}: {str(error)[:TEXT]}")) from None
+            modules, content = {holder.where[0]}, pickle.dumps(holder, _PROTOCOL)
+    parts = {name for name in modules if name.partition(".")[0] not in _VERSIONED}
+    return content and _GIVEN.get(integrator, content), tuple(sorted({kind.__module__, *parts}))
+
+
+def reference(integrator: Integrator) -> Reference:
+    """What `dereference` makes the integrator from. Raises ValueError as `pickled` does."""
+    content, modules = pickled(integrator)
+    return integrator if content is None or MAIN in modules else content
+
+
+def dereference(given: Reference) -> Integrator:
+    """The integrator behind a `reference`; imports the modules that define it."""
+    if isinstance(given, Integrator):
+        return given
+    made: Integrator = pickle.loads(given)
+    _GIVEN[made] = given
+    return made
+
+
+def start_method(integrators: Iterable[Integrator]) -> str:
+    """How worker processes of these integrators start (see `system.child_process`)."""
+    return "fork" if any(isinstance(reference(one), Integrator) for one in integrators) else "forkserver"
+
+
+def require_rebuilt(integrator: Integrator) -> None:
+    """Raise ValueError, which names the integrator, unless a worker process gets it as it is here."""
+    given = reference(integrator)
+    if isinstance(given, Integrator):
+        return
+    try:
+        again = pickle.loads(given)
+        wrong = None if type(again) is type(integrator) else f"it becomes a {type(again).__qualname__}"
+    except BaseException as error:  # a user's own class may raise anything
+        wrong = f"{type(error).__name__}: {str(error)[:TEXT]}"
+    if wrong is None:
+        here, there = vars(integrator), vars(again)
+        lost = [name for name in here.keys() & there.keys() if not _same(here[name], there[name])]
+        wrong = f"its {min(lost)} becomes another" if lost else None
+    if wrong is not None:
+        raise ValueError(_refused(integrator, wrong))
+
+
+def _same(first: Any, second: Any) -> bool:
+    with suppress(Exception):  # arrays are compared element by element
+        if first == second:
+            return True
+    try:
+        return _settled(first) == _settled(second)
+    except Exception:  # what cannot be pickled, as a lock, is made anew
+        return True
+
+
+def _settled(value: Any) -> bytes:
+    """A pickle of a value that was pickled before, as its second side was: pickles of equal texts depend on which are one."""
+    return pickle.dumps(pickle.loads(pickle.dumps(value, _PROTOCOL)), _PROTOCOL)
+
+
+def _refused(integrator: Integrator, why: str) -> str:
+    kind = type(integrator)
+    return (
+        f"{integrator.id}: a worker process cannot make this {kind.__module__}:{kind.__qualname__} again ({why}); define"
+        " its class at the top level of a module, and let it hold what can be pickled, or be held by a variable there"
+    )
