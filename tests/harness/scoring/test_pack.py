@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gnomon.harness.scoring import reference_solution
 from gnomon.harness.scoring.reference_solution import PACK, CaseSpec, ReferenceSolution
-from gnomon.harness.studies.solutions import specs
+from gnomon.harness.stability.kept_solutions import specs
 from gnomon.reference.storage import diskcache
 
 from gnomon import cases
