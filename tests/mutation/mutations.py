@@ -684,8 +684,8 @@ RECORDS = (
         "registry: an integrator that two names select is taken twice",
         "harness/registry/lookup.py",
         "find_all",
-        "tuple({i.id: i for name in names for i in find(name)}.values())",
-        "tuple(i for name in names for i in find(name))",
+        "{id(one): one for one in named}",
+        "{len(found) + n: one for n, one in enumerate(named)}",
         ("tests/harness/registry/test_lookup.py::test_an_integrator_that_several_names_select_is_taken_once",),
     ),
     Mutation(

@@ -21,6 +21,7 @@ import numpy as np
 import planted
 import pytest
 from gnomon.harness.contract.status import Status
+from gnomon.harness.registry.references import reference
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running import messages, pool
 from gnomon.harness.running.messages import Message
@@ -36,7 +37,7 @@ PREPARE, LIMIT, SHORT, BLOCK = 1000.0, 10.0, RETRY_SECONDS / 4, 3.0
 """Seconds: the deadline of a preparation, two limits of a trial, and the time of a block of calls."""
 OUTCOME = Outcome(np.zeros((2, 1)), None, None, 1, 1, (1.0,), 1.0, None)
 NOTHING = np.zeros((0, 1))
-TASK = Task(("", ""), CaseSpec("", None, (), (), "1"), np.arange(1.0, 3.0), np.zeros(1), np.ones(1), 1.0, NOTHING, "")
+TASK = Task(b"", CaseSpec("", None, (), (), "1"), np.arange(1.0, 3.0), np.zeros(1), np.ones(1), 1.0, NOTHING, "")
 STOPPED = "no message came, and the worker did not say that it has none"
 
 
@@ -389,7 +390,7 @@ def task_of(kind: type[planted.Sound]) -> Task:
     """The short pendulum with an integrator, for the worker's own code."""
     case = planted.Short().rounded()
     start = np.array(case.initial_state, dtype=float)
-    task = replace(TASK, integrator=(kind.__module__, kind().id), spec=CaseSpec.of(case), times=case.times, start=start)
+    task = replace(TASK, integrator=reference(kind()), spec=CaseSpec.of(case), times=case.times, start=start)
     return replace(task, sizes=np.ones(2), turned=np.zeros((0, 2)))
 
 
