@@ -20,6 +20,7 @@ from gnomon.cases.core import forms
 from gnomon.cases.core.arithmetic import FUNCTIONS, _names
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.kernels import counting
 
 OPTIONS = 'error_model="numpy", fastmath={"contract"}'
 INNER = f"{OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True"
@@ -32,25 +33,45 @@ C_SIGNATURE = "void(float64, CPointer(float64), CPointer(float64), CPointer(floa
 
 
 class Kernel:
-    """A compiled function of a problem, callable in three ways, each compiled or loaded on first use."""
+    """A compiled function of a problem, callable in three ways, each compiled or loaded on first use.
 
-    def __init__(self, source: str) -> None:
-        self.source = source
+    One that counts its calls (`counts`: at this place of p) calls the same function without counting, which is compiled
+    anyhow for what is timed.
+    """
+
+    def __init__(self, source: str, plain: "Kernel | None" = None, counts: int = 0) -> None:
+        self.source, self.plain, self.counts = source, plain, counts
 
     @property
     def address(self) -> int:
         """Address of the C function void(double t, double *y, double *p, double *out), which in-house methods call."""
+        if self.plain is not None:
+            return counting.address(self.plain.address, self.counts)
         return address(self.source, "c_kernel")
 
     @property
     def pointer(self) -> Any:
         """Compiled (t, y, p, out) -> None."""
+        if self.plain is not None:
+            return _counted(self.plain.pointer, self.counts)
         return compiled(self.source, "kernel", SIGNATURE)
 
     @property
     def array(self) -> Any:
         """Compiled (t, y, p) -> new array."""
+        if self.plain is not None:
+            return _counted(self.plain.array, self.counts)
         return compiled(self.source, "array", ARRAY_SIGNATURE)
+
+
+def _counted(function: Callable[..., Any], place: int) -> Callable[..., Any]:
+    """A function (t, y, p, ...) that adds 1 to p[place] besides."""
+
+    def counted(t: float, y: Any, p: Any, *out: Any) -> Any:
+        p[place] += 1.0
+        return function(t, y, p, *out)
+
+    return counted
 
 
 def compiled(source: str, name: str, signature: str = "") -> Any:
@@ -124,6 +145,7 @@ def call_kernel(
 
     The kernel writes into `out` (outputs,) the second half of y (`lead` values, for q' = v), then these values.
     """
+    plain = call_kernel(functions, call, states, parameters, outputs, False, lead) if counted else None
     check_values(functions, call, states, parameters, outputs - lead)
     names = {alias: function.__name__ for alias, function in functions.items()}
     call = re.sub(r"\w+(?=\()", lambda found: names.get(found[0], found[0]), call)
@@ -141,7 +163,7 @@ def call_kernel(
         f"@njit({OPTIONS})\ndef c_kernel(t, y_, p_, out):\n"
         f"    kernel(t, carray(y_, {states}), carray(p_, {parameters + counted}), carray(out, {outputs}))\n"
     )
-    return Kernel(source)
+    return Kernel(source, plain, parameters)
 
 
 def check_values(functions: dict[str, Any], call: str, states: int, parameters: int, wanted: int) -> None:
