@@ -35,8 +35,8 @@ C_SIGNATURE = "void(float64, CPointer(float64), CPointer(float64), CPointer(floa
 class Kernel:
     """A compiled function of a problem, callable in three ways, each compiled or loaded on first use.
 
-    One that counts its calls (`counts`: at this place of p) calls the same function without counting, which is compiled
-    anyhow for what is timed.
+    One that counts its calls (at the place `counts` of p) calls `plain`, the same function without counting: that one is
+    compiled for the timed calls too.
     """
 
     def __init__(self, source: str, plain: "Kernel | None" = None, counts: int = 0) -> None:

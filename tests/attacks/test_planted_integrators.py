@@ -18,7 +18,7 @@ import planted_attacks
 import pytest
 from gnomon.harness.results import store
 from planted_attacks import ATTACKS
-from waiting import wait_until
+from waiting import wait_until, with_variable
 
 FOLDERS = [str(Path(module.__file__).parent) for module in (planted, planted_attacks)]
 
@@ -62,12 +62,14 @@ def _run(names: Sequence[str], folder: Path, temporary: Path) -> None:
     try:
         _, said = process.communicate(timeout=RUN_SECONDS)
     finally:
-        for number in _marked(own["GNOMON_ATTACKS"]) if process.poll() is None else []:
+        for number in with_variable("GNOMON_ATTACKS", own["GNOMON_ATTACKS"]) if process.poll() is None else []:
             os.kill(number, signal.SIGKILL)
     assert process.returncode == 0, said.decode()
     assert not list(temporary.iterdir()), "a temporary file was left"
-    assert all(map(_ending, _marked(own["GNOMON_ATTACKS"]))), "a process was left"
-    wait_until(lambda: not _marked(own["GNOMON_ATTACKS"]), "the killed processes of the run have ended")
+    assert all(map(_ending, with_variable("GNOMON_ATTACKS", own["GNOMON_ATTACKS"]))), "a process was left"
+    wait_until(
+        lambda: not with_variable("GNOMON_ATTACKS", own["GNOMON_ATTACKS"]), "the killed processes of the run have ended"
+    )
 
 
 def _rows(folder: Path) -> pd.DataFrame:
@@ -78,18 +80,6 @@ def _rows(folder: Path) -> pd.DataFrame:
     for before, now in zip(alone["measurement"], others["measurement"], strict=True):
         np.testing.assert_array_equal(kept[before], found[now], strict=True)
     return after[~after["integrator"].isin(OTHERS)]
-
-
-def _marked(folder: str) -> list[int]:
-    """Processes of a run, by the environment that all of them inherit; ended processes have none."""
-    marker, found = f"GNOMON_ATTACKS={folder}".encode(), []
-    for path in Path("/proc").glob("[0-9]*"):
-        try:
-            if marker in (path / "environ").read_bytes().split(b"\0"):
-                found.append(int(path.name))
-        except OSError:
-            continue
-    return found
 
 
 def _ending(number: int) -> bool:

@@ -24,7 +24,7 @@ from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.system import child_process
 from planted import Short
-from waiting import wait_until
+from waiting import wait_until, with_variable
 
 HELPERS = Path(__file__).parents[1] / "helpers"
 ODD_PROGRAM = HELPERS.parent / "harness" / "verification" / "odd_program.py"
@@ -218,20 +218,8 @@ def daemons(tmp_path: Path) -> Any:
     (tmp_path / "program.py").write_text(LEAVES_A_DAEMON)
     place = tmp_path / "number"
     yield [sys.executable, str(tmp_path / "program.py"), str(place), str(ODD_PROGRAM), "right"], place
-    for number in marked(tmp_path):
+    for number in with_variable("GNOMON_TEST", tmp_path):
         os.kill(number, signal.SIGKILL)
-
-
-def marked(folder: Path) -> list[int]:
-    """Processes that have GNOMON_TEST=folder in their environment, which all inherit."""
-    marker, found = f"GNOMON_TEST={folder}".encode(), []
-    for path in Path("/proc").glob("[0-9]*"):
-        try:
-            if marker in (path / "environ").read_bytes().split(b"\0"):
-                found.append(int(path.name))
-        except OSError:
-            continue
-    return found
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has subreapers")
@@ -242,7 +230,7 @@ def test_what_a_program_leaves_in_other_sessions_ends_with_gnomon(end: str, tmp_
     found = ended([sys.executable, "-c", DESCRIBES, end, *command], tmp_path, GNOMON_TEST=str(tmp_path))
     assert found.returncode == (0 if end == "normal" else -signal.SIGKILL), found
     assert place.read_text(), "the program did start them"
-    wait_until(lambda: not marked(tmp_path), "all that the program started has ended")
+    wait_until(lambda: not with_variable("GNOMON_TEST", tmp_path), "all that the program started has ended")
 
 
 @pytest.mark.slow
@@ -261,7 +249,7 @@ def test_what_a_program_leaves_in_other_sessions_ends_with_a_command(
     command, place = daemons
     ended([*GNOMON, *arguments, "--command", shlex.join(command)], tmp_path, GNOMON_TEST=str(tmp_path))
     assert place.read_text()
-    wait_until(lambda: not marked(tmp_path), "all that the program started has ended")
+    wait_until(lambda: not with_variable("GNOMON_TEST", tmp_path), "all that the program started has ended")
 
 
 KILLED = """
@@ -285,7 +273,11 @@ def test_a_run_that_is_killed_leaves_no_process_in_another_session(tmp_path: Pat
         wait_until((tmp_path / "forked").exists, "the integrator has forked")
         process.kill()
         process.wait()
-        wait_until(lambda: not marked(tmp_path), "all processes of the run have ended", planted_attacks.END_SECONDS / 2)
+        wait_until(
+            lambda: not with_variable("GNOMON_TEST", tmp_path),
+            "all processes of the run have ended",
+            planted_attacks.END_SECONDS / 2,
+        )
     finally:
-        for number in marked(tmp_path):
+        for number in with_variable("GNOMON_TEST", tmp_path):
             os.kill(number, signal.SIGKILL)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -18,3 +19,15 @@ def wait_until(condition: Callable[[], object], what: str, seconds: float = LIMI
         if time.monotonic() > end:
             pytest.fail(f"not within {seconds:g} s: {what}")
         time.sleep(0.005)
+
+
+def with_variable(name: str, value: object) -> list[int]:
+    """Processes that have a variable in their environment, which all that a process starts inherit; ended ones have none."""
+    wanted, found = f"{name}={value}".encode(), []
+    for path in Path("/proc").glob("[0-9]*"):
+        try:
+            if wanted in (path / "environ").read_bytes().split(b"\0"):
+                found.append(int(path.name))
+        except OSError:
+            continue
+    return found

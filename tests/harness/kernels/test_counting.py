@@ -1,5 +1,6 @@
 """A function that counts its calls is the one that is timed, called through a counter."""
 
+import ctypes
 from dataclasses import replace
 
 import numpy as np
@@ -23,4 +24,10 @@ def test_counting_changes_no_bit_and_counts_each_call_once() -> None:
     np.testing.assert_array_equal(out, wanted)
     np.testing.assert_array_equal(kernel.array(0.5, state, buffer), wanted)
     assert buffer[-1] == before + 2
+    out[:] = np.nan
+    numbers = ctypes.POINTER(ctypes.c_double)
+    function = ctypes.CFUNCTYPE(None, ctypes.c_double, numbers, numbers, numbers)(kernel.address)
+    function(0.5, *(array.ctypes.data_as(numbers) for array in (state, buffer, out)))
+    np.testing.assert_array_equal(out, wanted)
+    assert buffer[-1] == before + 3
     assert right_hand_side(plain).plain is None

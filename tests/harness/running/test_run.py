@@ -18,7 +18,7 @@ from gnomon.harness.results import regression, store
 from gnomon.harness.running import plan
 from gnomon.harness.running.progress import Progress
 from gnomon.harness.running.run import compare, run
-from waiting import LIMIT_SECONDS, wait_until
+from waiting import LIMIT_SECONDS, wait_until, with_variable
 
 SUITE = replace(plan.suite("quick"), limit_seconds=2.0, variant_limit_seconds=2.0, block_seconds=0.002, repeats=5)
 WITHIN_1 = replace(SUITE, limit_seconds=1.0, variant_limit_seconds=1.0)
@@ -270,10 +270,10 @@ def test_a_run_that_is_killed_leaves_no_worker_and_continues_where_it_stopped(tm
     path = tmp_path / "results.sqlite"
     wait_until(lambda: process.poll() is not None or _count(path) >= 4, "the run has measured something")
     assert process.poll() is None, "the run ended before it could be killed"
-    assert len(_family(marker)) > 1, "the marker finds the workers"
+    assert len(with_variable("GNOMON_TEST_RUN", tmp_path)) > 1, "the marker finds the workers"
     process.send_signal(how)
     assert process.wait(LIMIT_SECONDS) != 0
-    wait_until(lambda: not _family(marker), "all processes of the run have ended")
+    wait_until(lambda: not with_variable("GNOMON_TEST_RUN", tmp_path), "all processes of the run have ended")
     with sqlite3.connect(path) as db:
         assert db.execute("PRAGMA integrity_check").fetchone() == ("ok",)
     before = measurements(path)
@@ -290,20 +290,6 @@ def _count(path: Path) -> int:
         return len(measurements(path)) if path.exists() else 0
     except sqlite3.OperationalError:
         return 0  # the tables are not there yet
-
-
-def _family(marker: dict[str, str]) -> list[int]:
-    """Processes that inherited the marker of a run, without zombies."""
-    ((name, value),) = marker.items()
-    wanted = f"{name}={value}".encode()
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if wanted in (folder / "environ").read_bytes().split(b"\0"):
-                found.append(int(folder.name))
-        except OSError:
-            continue  # it ended meanwhile, or is another user's
-    return found
 
 
 def test_a_run_takes_the_interlude_of_its_progress(tmp_path: Path) -> None:
