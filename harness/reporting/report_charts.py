@@ -22,6 +22,7 @@ from gnomon.harness.reporting.report_pack import columnar, columns
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_stability import stability_charts
 from gnomon.harness.results import analysis
+from gnomon.harness.results.outstanding import outstanding
 
 TIMED = "timing span"
 FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an ulp of the input"
@@ -89,8 +90,14 @@ def run_charts(run: Run) -> Specifications:
         return specifications(_run_charts(run))
 
 
+def complete(run: Run, rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows of cases without outstanding trials: in a profile an outstanding trial would count as a failure."""
+    lost = {row.case for row in outstanding(run.path).planned if row.measured < row.trials}
+    return rows[~rows["case"].isin(lost)]
+
+
 def _run_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
-    charts: dict[str, alt.TopLevelMixin] = {**profile_charts(run.equal, run.reduced)}
+    charts: dict[str, alt.TopLevelMixin] = {**profile_charts(complete(run, run.equal), complete(run, run.reduced))}
     charts |= kinds_charts(run.equal, run.matrix, run.kinds)
     asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & run.reduced["status"].isin(SCORED)]
     asked = asked[(asked["setting"] > asked["conditioning"].fillna(0)) & asked["error_max"].notna()]
