@@ -22,7 +22,6 @@ from gnomon.harness.reporting.report_pack import columnar, columns
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_stability import stability_charts
 from gnomon.harness.results import analysis
-from gnomon.harness.results.outstanding import outstanding
 
 TIMED = "timing span"
 FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an ulp of the input"
@@ -92,7 +91,7 @@ def run_charts(run: Run) -> Specifications:
 
 def complete(run: Run, rows: pd.DataFrame) -> pd.DataFrame:
     """The rows of cases without outstanding trials: in a profile an outstanding trial would count as a failure."""
-    lost = {row.case for row in outstanding(run.path).planned if row.measured < row.trials}
+    lost = {row.case for row in run.outstanding.planned if row.measured < row.trials}
     return rows[~rows["case"].isin(lost)]
 
 

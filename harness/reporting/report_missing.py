@@ -1,21 +1,19 @@
 """What a report says of a run that is not complete: how many of the planned trials are missing, and where."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-from gnomon.harness.results.outstanding import Planned, outstanding
+from gnomon.harness.results.outstanding import Outstanding, Planned
 
 SHOWN = 12
 """The most names in a list."""
 
 
-def missing(path: Path) -> dict[str, Any] | None:
+def missing(found: Outstanding) -> dict[str, Any] | None:
     """How many `trials` of the `planned` ones have no measurement; the cases of which none has one, those of which some
     have, and the libraries with how many theirs are; `others` is what else is outstanding, `text` all of it. None if nothing
     is.
     """
-    found = outstanding(path)
     if not found.text:
         return None
     cases, libraries = (_by_name(found.planned, name) for name in ("case", "library"))

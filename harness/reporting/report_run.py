@@ -16,6 +16,7 @@ from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import report_card, style, tables
 from gnomon.harness.results import analysis, rankings, store
+from gnomon.harness.results.outstanding import Outstanding, outstanding
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.plan import NEAR_DUPLICATE
 from gnomon.harness.studies import model_hierarchy
@@ -52,6 +53,10 @@ class Run:
             raise ValueError(f"{path}: nothing in it ran, so there is nothing to report ({why})")
         rest, timed = analysis.over_timing_spans(frame)
         return cls(path, rest, analysis.settings(rest), timed, given or {})
+
+    @cached_property
+    def outstanding(self) -> Outstanding:
+        return outstanding(self.path)
 
     @cached_property
     def look(self) -> pd.DataFrame:

@@ -40,7 +40,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
     return {
         "results": "/".join(run.path.resolve().parts[-2:]),
         "runs": runs,
-        "missing": missing(run.path),
+        "missing": missing(run.outstanding),
         "history": runs[-1],
         "environment": together([each["environment"] for each in runs]),
         "machines": machines_text(run.frame),

@@ -48,11 +48,11 @@ def test_a_shard_that_is_missing_is_named_by_merge_report_and_compare(
     whole, two = str(tmp_path / "whole.sqlite"), str(tmp_path / "two.sqlite")
     assert gnomon("merge", *map(str, shards), "--out", whole) == 0
     assert gnomon("compare", whole, whole) == 0
-    assert missing(Path(whole)) is None
+    assert missing(outstanding(whole)) is None
     capfd.readouterr()
     assert gnomon("merge", *map(str, shards[:2]), "--out", two) == 1
     assert "shard 3/3 is missing" in capfd.readouterr().err
-    found = missing(Path(two))
+    found = missing(outstanding(two))
     assert found is not None
     assert found["text"] == "shard 3/3 is missing"
     assert gnomon("compare", two, two) == 1

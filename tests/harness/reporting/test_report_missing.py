@@ -11,6 +11,7 @@ from gnomon.harness.reporting.report_charts import complete
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import schema
+from gnomon.harness.results.outstanding import outstanding
 
 
 @pytest.fixture
@@ -33,13 +34,13 @@ def _without(results: Path, condition: str) -> int:
 
 
 def test_a_complete_run_has_nothing_missing(results: Path) -> None:
-    assert missing(results) is None
+    assert missing(outstanding(results)) is None
 
 
 def test_cases_and_libraries_are_named(results: Path) -> None:
     lost = _without(results, "\"case\" = 'bouncing_ball'")
     scipy = _without(results, "\"case\" = 'kepler_orbit' AND library = 'scipy'")
-    found = missing(results)
+    found = missing(outstanding(results))
     assert found is not None
     assert found["trials"] == lost + scipy
     assert found["cases"]["names"] == ["bouncing_ball"]
@@ -63,6 +64,6 @@ def test_a_run_that_did_not_end_lacks_later_launches(results: Path) -> None:
     with sqlite3.connect(results) as db:
         db.execute("UPDATE runs SET ended = NULL")
         schema.seal_all(schema.with_checksums(db), "runs")
-    found = missing(results)
+    found = missing(outstanding(results))
     assert found is not None
     assert found["trials"] == 0
