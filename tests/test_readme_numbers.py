@@ -215,14 +215,14 @@ def _project() -> dict[str, Any]:
     return found
 
 
-def test_every_dependency_has_its_licence_in_the_readme_and_its_reason_in_contributing() -> None:
+def test_every_dependency_has_its_licence_in_the_readme_and_its_reason_in_the_docs() -> None:
     rows = dict(re.findall(r"^\| ([^|]+?) \| ([^|]+?) \|$", README.read_text().split("## Licences")[1], re.M))
     licences = {name: rows[cell] for cell in rows for name in re.findall(r"[\w-]+", cell.partition(" (")[0])}
     needed = {re.split(r"[^\w-]", each)[0] for each in _project()["dependencies"]}
     optional = {re.split(r"[^\w-]", each)[0] for each in _project()["optional-dependencies"]["peers"]}
     wanted = needed | optional
     assert set(licences) - {"package", "---"} == wanted
-    reasons = (README.parent / "CONTRIBUTING.md").read_text().split("each with its reason")[1]
+    reasons = (README.parent / "docs" / "development.md").read_text().split("each with its reason")[1]
     for name in sorted(wanted):
         assert re.search(rf"^\|.*\b{name}\b.*\|.*\|$", reasons, re.M), name
         try:
