@@ -38,7 +38,7 @@ class Measured(NamedTuple):
 
 
 class Scaling(NamedTuple):
-    """Seconds of a simulated run, and those in which its scheduler and its client are busy."""
+    """Seconds of a simulated run, and the seconds in which its scheduler and its client are busy."""
 
     seconds: float
     scheduler: float
@@ -111,7 +111,7 @@ def main() -> None:
     tasks = [(sum(one.seconds for one in part), sum(one.rows for one in part)) for part in parts if part]
     longest, total = max(seconds for seconds, _ in tasks), sum(seconds for seconds, _ in tasks)
     print(f"{len(series)} series, {total:.0f} s in {len(tasks)} tasks, the longest {longest:.1f} s\n")
-    print("| workers | run | of the work, on each worker | scheduler busy | client busy |\n|---|---|---|---|---|")
+    print("| workers | run | workers busy | scheduler busy | client busy |\n|---|---|---|---|---|")
     for workers in WORKERS:
         found = simulated(tasks, workers)
         print(
