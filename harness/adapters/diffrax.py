@@ -16,9 +16,8 @@ Traps: its default of 4096 steps would end long intervals early. Where no step i
 singularity) it halves steps up to that limit, whatever its least step. After a failure the samples not reached are infinite.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache
-from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
@@ -48,9 +47,6 @@ class Tsit5(Installed):
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-14)
     counts_rhs = False
-
-    def versions(self) -> Mapping[str, str]:
-        return {name: version(name) for name in ("diffrax", "jax")}
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         import diffrax  # without the library the status is `not_installed`

@@ -26,7 +26,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import cache
-from importlib.metadata import files, version
+from importlib.metadata import files
 from importlib.util import find_spec
 from typing import Any, ClassVar
 
@@ -138,9 +138,6 @@ class Sundials(Installed):
     accepts = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
-
-    def versions(self) -> Mapping[str, str]:
-        return {"scikit-sundae": version("scikit-sundae")}
 
 
 class Native(Sundials):

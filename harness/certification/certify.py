@@ -29,7 +29,7 @@ from gnomon.harness.certification import agreement
 from gnomon.harness.certification.certify_hybrid import flight_ways
 from gnomon.harness.certification.certify_long import long_ways
 from gnomon.harness.certification.enclosures import enclosure
-from gnomon.harness.contract import environment
+from gnomon.harness.registry import environment
 from gnomon.harness.results import measured_rows
 from gnomon.reference.numerics.certified import CertifiedMotion
 from gnomon.reference.numerics.extrapolation import extrapolate

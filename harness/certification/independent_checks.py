@@ -18,9 +18,9 @@ import pandas
 from gnomon.cases import check_names, get_check
 from gnomon.cases.core.check import Check
 from gnomon.harness.certification.independent import IndependentComputation
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Unsupported
 from gnomon.harness.contract.status import Status
+from gnomon.harness.registry import environment
 from gnomon.harness.results import measured_rows
 from gnomon.reference.numerics.precision import working
 

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 
 from gnomon.cases import Case
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.registry import environment
 from gnomon.harness.registry.references import MAIN, pickled
 from gnomon.reference.storage.import_closure import closure
 
@@ -20,7 +20,9 @@ def identity(cases: Iterable[Case], integrators: Iterable[Integrator]) -> dict[s
     modules = {type(case).__module__ for case in cases}
     for one in integrators:
         modules |= {*pickled(one)[1]}
-    found = environment.versions() | {name: environment.versions().get(name, "none") for name in environment.LIBRARIES}
+    found = environment.versions() | {
+        name: environment.versions().get(name, "none") for name in environment.DISTRIBUTIONS
+    }
     for module in sorted(name for name in modules if not name.startswith("gnomon.")):
         if _source(module) == "none":
             raise ValueError(f"--dask: workers cannot import {module}; put the integrator or the case into a module")

@@ -15,8 +15,8 @@ from gnomon.cases import Case
 from gnomon.harness.cluster.connection import Cluster, Lost, connected
 from gnomon.harness.cluster.identity import identity
 from gnomon.harness.cluster.task import Differs, Group, Packed, Row, execute, packed, rows
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.registry import environment
 from gnomon.harness.registry.references import reference
 from gnomon.harness.results.store import Store
 from gnomon.harness.running.cost import divided, predicted_seconds

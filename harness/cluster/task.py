@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from gnomon.harness.cluster.identity import difference
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.registry import environment
 from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.store import Known
 from gnomon.harness.running.messages import Garbled, Inbox, Message, encode

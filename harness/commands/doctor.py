@@ -14,9 +14,9 @@ def doctor() -> None:
 def environment_table() -> Table:
     """Machine, versions, and where results are cached."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.contract import environment
     from gnomon.harness.kernels import numba_cache
     from gnomon.harness.kernels.generated_modules import cache_folder
+    from gnomon.harness.registry import environment
     from gnomon.harness.system.limitations import limitations
     from gnomon.reference.storage import diskcache
 

@@ -221,9 +221,9 @@ def _line(chosen: Ensemble, start: Start) -> str:
 
 
 def _write(job: Job, found: Distribution, path: Path) -> None:
-    from gnomon.harness.contract import environment
     from gnomon.harness.ensembles import picture
     from gnomon.harness.ensembles.distribution import as_data
+    from gnomon.harness.registry import environment
     from gnomon.reference.storage import diskcache
 
     chosen = job.ensemble

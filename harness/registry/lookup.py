@@ -10,21 +10,17 @@ from importlib.metadata import entry_points
 from pathlib import PurePath
 
 from gnomon.cases.core.numbers import is_pattern, matching, nearest
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import declaration
 from gnomon.reference.storage.importing import confined
 
-MODULES: list[str] = declared("registry", "modules.toml")["modules"]
+ADAPTERS = [f"gnomon.harness.adapters.{name}" for library in LIBRARIES.values() for name in library.modules]
+MODULES: list[str] = [*declared("registry", "modules.toml")["modules"], *ADAPTERS]
 """Modules with a tuple `INTEGRATORS`."""
 
 GROUP = "gnomon.integrators"
-
-OPTIONAL = {"heyoka": "heyoka", "sksundae": "scikit-sundae", "diffrax": "diffrax"}
-"""Libraries that are not installed with gnomon, and the packages that have them."""
-
-LAST_WHEELS = {"pybullet": (3, 11)}
-"""The newest Python for which a library has wheels."""
 
 
 @cache
@@ -148,11 +144,11 @@ def missing(integrator: Integrator) -> str | None:
 
 
 def absent(library: str) -> str:
-    """Why a library is missing, and the command that installs it."""
-    last = LAST_WHEELS.get(library)
-    if last is not None and sys.version_info[:2] > last:
-        return f"{library} has wheels up to CPython {last[0]}.{last[1]} only"
-    return f"{library} is {'optional' if library in OPTIONAL else 'not installed'}: pip install {OPTIONAL.get(library, library)}"
+    """Why a declared library is missing, and the command that installs it."""
+    known = LIBRARIES[library]
+    if known.last_wheels is not None and sys.version_info[:2] > known.last_wheels:
+        return f"{library} has wheels up to CPython {known.last_wheels[0]}.{known.last_wheels[1]} only"
+    return f"{library} is {'optional' if known.extra else 'not installed'}: pip install {known.package}"
 
 
 def made(item: object, origin: str) -> Integrator:

@@ -12,9 +12,9 @@ from types import FunctionType
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.validation import TEXT
+from gnomon.harness.registry import environment
 
 MAIN = "__main__"
 """The module of a notebook, or of the script that runs. Only a fork of its process has what it defines."""
@@ -22,7 +22,7 @@ MAIN = "__main__"
 Reference = bytes | Integrator
 """A pickle; or the object itself, of which MAIN defines a part: a forked process has it."""
 
-_VERSIONED = {*sys.stdlib_module_names, *environment.LIBRARIES}
+_VERSIONED = {*sys.stdlib_module_names, *environment.DISTRIBUTIONS}
 """Packages whose versions results depend on, so that their sources need not be compared."""
 _PROTOCOL = 5
 _GIVEN: WeakKeyDictionary[Integrator, bytes] = WeakKeyDictionary()

@@ -1,5 +1,6 @@
 """The report of a run: one self-contained page, a summary for CI, and the figures as files."""
 
+import re
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -19,7 +20,7 @@ from gnomon.harness.reporting.report_pack import packed_json, packed_vega
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
 from gnomon.harness.results import opening, store
-from gnomon.harness.results.visible import code, markdown
+from gnomon.harness.results.visible import Verbatim, code, markdown
 from gnomon.reference.storage import diskcache
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup, escape
@@ -54,7 +55,11 @@ def write_report(
     with diskcache.whole(page) as part:
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")
     plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=markdown)
-    plain.filters |= {"counted": tables.counted, "code": code}
+    plain.filters |= {
+        "counted": tables.counted,
+        "code": code,
+        "joined": lambda words: Verbatim(tables.join_words(words)),
+    }
     with diskcache.whole(folder / "summary.md") as part:
         part.write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")
     if figures:
@@ -67,7 +72,12 @@ def write_report(
 def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     """The page. Tables of single cases are compressed, and inserted when their case is chosen."""
     environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"breakable": _breakable, "counted": tables.counted, "grouped": tables.grouped}
+    environment.filters |= {
+        "breakable": _breakable,
+        "counted": tables.counted,
+        "grouped": tables.grouped,
+        "joined": _joined,
+    }
     panel = environment.from_string(_source("report_case.html.j2")).module
     panels = {
         case["name"]: {
@@ -104,6 +114,12 @@ def _breakable(name: str) -> Markup:
     for separator in (":", "_", "/"):
         text = text.replace(separator, separator + "<wbr>")
     return Markup(text)
+
+
+def _joined(words: Sequence[str]) -> Markup:
+    """The words of declarations as a sentence lists them; what stands there between backticks is emphasised."""
+    text = str(escape(tables.join_words(words).replace("'", "’")))
+    return Markup(re.sub(r"`(.+?)`", r"<em>\1</em>", text))
 
 
 def _source(name: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import report_benchmarks, report_card, report_checks, report_stability, style, tables
 from gnomon.harness.reporting.report_charts import Problems
@@ -68,6 +69,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
         "hierarchies": hierarchy_rows(run.hierarchies),
         "engine_settings": engine_settings(run.frame),
+        "calls": describe_calls(),
         "python_call": PYTHON_CALL,
         "meanings": style.MEANINGS,
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
@@ -79,6 +81,15 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "growth": growth,
         "stability": report_stability.stability(*folders),
     }
+
+
+def describe_calls() -> dict[str, list[str]]:
+    """The integrators that call equations in each of the ways of `Library.calls`, in words."""
+    found: dict[str, list[str]] = {"compiled": ["in-house methods"], "direct": [], "python": []}
+    for library in LIBRARIES.values():
+        for way, words in library.calls.items():
+            found[way].append(words)
+    return found
 
 
 def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:

@@ -10,11 +10,12 @@ from collections.abc import Iterable
 from typing import Any
 
 import pandas as pd
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
 
 STYLE = declared("reporting", "templates/figures.toml")
 INK, QUIET, PALE, GRID = (STYLE["inks"][name] for name in ("ink", "quiet", "pale", "grid"))
-HUES: dict[str, str] = STYLE["hues"]
+HUES: dict[str, str] = STYLE["hues"] | {name: one.colour for name, one in LIBRARIES.items() if one.colour}
 _OTHER_HUES = ("#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
 FAMILIES: dict[str, dict[str, Any]] = STYLE["families"]
 STATUSES: dict[str, dict[str, str]] = declared("reporting", "templates/statuses.toml")

@@ -14,8 +14,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness.contract.environment import VERSIONS
 from gnomon.harness.contract.status import Status
+from gnomon.harness.registry.environment import VERSIONS
 from gnomon.harness.results import opening, schema
 from gnomon.harness.results.outstanding import SHARD, Shards, shards, shards_text
 from gnomon.harness.results.reading import LAST_PLANNED, NOT_SUPERSEDED

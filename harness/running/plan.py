@@ -15,13 +15,14 @@ from typing import Any
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import is_pattern, matching, nearest
-from gnomon.harness.contract import environment, sources
+from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.contract import sources
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form, takes
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
-from gnomon.harness.registry import lookup, references
+from gnomon.harness.registry import environment, lookup, references
 from gnomon.harness.results.schema import TIMING_SPAN
 from gnomon.reference.storage.import_closure import closure, imports
 
@@ -142,6 +143,8 @@ class Suite:
 
 def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
     lists: dict[str, Any] = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators", "hardest")}
+    if lists["integrators"]:
+        lists["integrators"] += tuple(f"{one.name}:{quick}" for one in LIBRARIES.values() for quick in one.quick)
     return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
 
 

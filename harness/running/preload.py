@@ -11,16 +11,16 @@ from pathlib import Path
 from gnomon.harness.system.child_process import SERVER_FAILURE, quiet_child
 from gnomon.harness.system.streams import open_standard_streams
 
-LIBRARIES = ("gnomon.harness.running.worker", "scipy.integrate", "numba", "rebound", "heyoka", "pybullet")
-
 
 def _import_everything() -> None:
-    from gnomon.harness.kernels.equations import keeper  # these imports may fail, which `_start` reports
+    from gnomon.harness.adapters.libraries import LIBRARIES  # these imports may fail, which `_start` reports
+    from gnomon.harness.kernels.equations import keeper
     from gnomon.harness.registry import lookup
 
     from gnomon import cases
 
-    for name in LIBRARIES:
+    declared = [name for library in LIBRARIES.values() for name in library.preload]
+    for name in ("gnomon.harness.running.worker", "numba", *declared):
         with contextlib.suppress(ImportError):  # the plan gives trials of a missing library the status `not_installed`
             importlib.import_module(name)
     for name in cases.names():

@@ -11,11 +11,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from gnomon.cases import Case
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
 from gnomon.harness.kernels.generated_modules import cache_folder
-from gnomon.harness.registry import declaration, lookup, references
+from gnomon.harness.registry import declaration, environment, lookup, references
 from gnomon.harness.results import store
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
 from gnomon.harness.running import plan

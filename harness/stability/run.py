@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.cases.core.numbers import nearest
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import environment, lookup
 from gnomon.harness.stability import tiers
 from gnomon.harness.stability.panel import Panel, for_json, panels
 from gnomon.harness.system import jobs

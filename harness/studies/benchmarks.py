@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from gnomon.harness.contract import environment
+from gnomon.harness.registry import environment
 from gnomon.harness.results import measured_rows
 
 NAMED = ("group", "problem", "level", "first_name", "second_name", "unit")

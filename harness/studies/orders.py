@@ -6,6 +6,7 @@ A method that chooses its own steps is measured at fixed steps, with the formula
 `python -m gnomon.harness.studies.orders --to reports/local/orders.json` is part of `make bench`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,7 @@ from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
+from gnomon.harness.integrators.runge_kutta import explicit_pairs
 from gnomon.harness.integrators.taylor.taylor import Taylor
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.measured_rows import publish
@@ -60,9 +62,15 @@ class Subject:
         return tuple(self.coarsest * n // 12 for n in (12, 16, 24, 32) if self.coarsest)
 
 
-SUBJECTS = [
-    Subject(name, **row) for row in declared("studies", "orders.toml")["subjects"] for name in row.pop("integrators")
-]
+def subjects_of(pairs: Sequence[type[Integrator]]) -> list[Subject]:
+    """The subjects that orders.toml lists, and each of the explicit pairs that it does not list."""
+    table = declared("studies", "orders.toml")
+    listed = [Subject(name, **row) for row in table["subjects"] for name in row.pop("integrators")]
+    names = {one.integrator for one in listed}
+    return listed + [Subject(pair.name, **table["pairs"]) for pair in pairs if pair.name not in names]
+
+
+SUBJECTS = subjects_of(explicit_pairs.INTEGRATORS)
 
 
 def measured(subject: Subject) -> dict[str, Any]:

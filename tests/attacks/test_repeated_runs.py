@@ -13,10 +13,9 @@ import planted
 import pytest
 from answering import answering
 from command_line import gnomon
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import environment, lookup
 from gnomon.harness.results import store
 from gnomon.harness.results.outstanding import outstanding
 from gnomon.harness.running import plan

@@ -13,7 +13,7 @@ import pytest
 from command_line import gnomon
 from gnomon.harness.commands.options import Output
 from gnomon.harness.commands.stability import panel_table
-from gnomon.harness.contract import environment
+from gnomon.harness.registry import environment
 from gnomon.harness.results.visible import visible
 from gnomon.harness.stability import run
 from gnomon.harness.stability.run import Row

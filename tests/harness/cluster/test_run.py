@@ -12,10 +12,9 @@ from typing import Any
 import planted
 import pytest
 from gnomon.harness.cluster import identity
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import STOPPED
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import environment, lookup
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
 from gnomon.harness.running.progress import Progress
@@ -151,7 +150,7 @@ def measurements(path: Path) -> list[tuple[Any, ...]]:
 def test_a_worker_of_another_version_is_refused_by_name(tmp_path: Path, processes: Processes) -> None:
     """Before anything runs, in one line that names the worker, what it has and what the client has."""
     (tmp_path / "other_version.py").write_text(
-        "from gnomon.harness.contract import environment\n"
+        "from gnomon.harness.registry import environment\n"
         "found = environment.versions() | {'numba': '0.1'}\n"
         "environment.versions = lambda: found\n"
     )

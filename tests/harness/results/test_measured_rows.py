@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from gnomon.harness.contract import environment
+from gnomon.harness.registry import environment
 from gnomon.harness.results import measured_rows
 
 

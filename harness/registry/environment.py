@@ -11,23 +11,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import cpuinfo
+from gnomon.harness.adapters.libraries import INSTALLED_FIRST
 
-LIBRARIES = (
-    "numpy",
-    "scipy",
-    "numba",
-    "rebound",
-    "pybullet",
-    "heyoka",
-    "scikit-sundae",
-    "diffrax",
-    "jax",
-    "mpmath",
-    "python-flint",
-    "llvmlite",
-)
+_DRIVEN = (name for library in INSTALLED_FIRST for name in library.versions)
+DISTRIBUTIONS = tuple(dict.fromkeys(("numpy", "scipy", "numba", *_DRIVEN, "mpmath", "python-flint", "llvmlite")))
+"""The distributions whose versions results depend on: those that gnomon computes with, and those of the libraries."""
 
-VERSIONS = ("python", "gnomon", "sources", *LIBRARIES)
+VERSIONS = ("python", "gnomon", "sources", *DISTRIBUTIONS)
 """The names of `versions`."""
 
 
@@ -48,7 +38,7 @@ def describe() -> dict[str, str]:
 def versions() -> dict[str, str]:
     """What results depend on, whatever the machine: Python, gnomon and its sources, the libraries that are installed."""
     found = {"python": platform.python_version(), "gnomon": version("gnomon"), "sources": sources()}
-    return found | {name: installed for name in LIBRARIES if (installed := library_version(name))}
+    return found | {name: installed for name in DISTRIBUTIONS if (installed := library_version(name))}
 
 
 @cache
