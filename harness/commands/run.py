@@ -164,7 +164,7 @@ def _page(folder: Path | None, out_path: Path, chosen: Sequence[tuple[Case, str]
 
 def _programs(commands: Sequence[str]) -> list[Integrator]:
     """The integrators that are programs; ValueError for two with one name."""
-    from gnomon.harness.verification.command_door import from_command
+    from gnomon.harness.verification.program_adapter import from_command
 
     found: dict[str, Integrator] = {}
     for command in commands:

@@ -242,7 +242,7 @@ def local(thetas: Any) -> Any:
 
 
 def unnamed(_thetas: Any) -> Any:
-    from gnomon.harness.verification.doors import from_step
+    from gnomon.harness.verification.function_adapter import from_step
 
     return from_step(lambda f, t, y, h: y + h * f(t, y), name="unnamed", order=1)
 

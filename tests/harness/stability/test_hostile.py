@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.stability import run
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 
 
 def not_finite(f: Any, t: float, y: Any, h: float) -> Any:

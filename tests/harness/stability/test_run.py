@@ -12,7 +12,7 @@ from gnomon.harness.contract.integrator import Steps
 from gnomon.harness.registry import lookup
 from gnomon.harness.stability import run
 from gnomon.harness.stability.panel import Panel, panels
-from gnomon.harness.verification.doors import from_step
+from gnomon.harness.verification.function_adapter import from_step
 
 
 def dies(f: Any, t: float, y: Any, h: float) -> Any:

@@ -29,7 +29,7 @@ from gnomon.harness.running.sweep import task_of
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.verification import protocol
-from gnomon.harness.verification.command_door import from_command
+from gnomon.harness.verification.program_adapter import from_command
 from gnomon.harness.verification.trials import DEPTHS, Trials
 
 from gnomon import cases
