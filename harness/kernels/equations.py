@@ -88,10 +88,10 @@ def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
 @cache
 def keeper() -> Any:
     """The module that compiles functions and keeps them: as machine code if this version of numba is known."""
-    from gnomon.harness.kernels import numba_cache  # loads numba
+    from gnomon.harness.kernels import numba_fallback  # loads numba
 
-    if not numba_cache.known():
-        return numba_cache
+    if not numba_fallback.known():
+        return numba_fallback
     from gnomon.harness.kernels import machine_code
 
     return machine_code

@@ -5,7 +5,7 @@ and imports what they need, and beside the machine code it reads LLVM's form of 
 The functions here are only called, from Python or by address, so a file holds machine code, the names of its two entry
 points and the types of the arguments. numba's compiler is not needed to load it.
 
-This uses private parts of numba: `numba_cache.KNOWN` lists the versions that have them, and replaces this for others.
+This uses private parts of numba: `numba_fallback.KNOWN` lists the versions that have them, and replaces this for others.
 """
 
 import ctypes
@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.kernels.generated_modules import announced, cache_folder, load_module, module_name
-from gnomon.harness.kernels.numba_cache import machine
+from gnomon.harness.kernels.numba_fallback import machine
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding
 from numba import _dispatcher, _dynfunc, types

@@ -682,7 +682,7 @@ RECORDS = (
     ),
     Mutation(
         "kernels: machine code is used with another version of numba",
-        "harness/kernels/numba_cache.py",
+        "harness/kernels/numba_fallback.py",
         "machine",
         "numba {numba.__version__} ",
         "",
@@ -873,11 +873,11 @@ DRAWN = tuple(
             (f"{ON_CASES}/core/test_sampling.py",),
         ),
         (
-            "harness/reporting/report_card.py",
-            "card",
+            "harness/reporting/report_integrators.py",
+            "integrator_rows",
             "TARGETS[1]",
             "TARGETS[0]",
-            (f"{ON_REPORT}/test_report_card.py",),
+            (f"{ON_REPORT}/test_report_integrators.py",),
         ),
         (
             "harness/reporting/report_benchmarks.py",

@@ -134,12 +134,12 @@ def compiled_once(what: str, make: Callable[[], Any]) -> None:
 
     So the compiled code is on disk before anything is timed, and is not loaded where it is not used.
     """
-    from gnomon.harness.kernels import numba_cache  # loads numba
+    from gnomon.harness.kernels import numba_fallback  # loads numba
 
     own = (__name__, *(module.__name__ for module in (fixed_step, gauss_steps, linear, stepping, tableau)))
     kernels = (f"gnomon.harness.kernels.{name}" for name in ("derivatives", "straight_line", "traced"))
     made_of = closure(*own, *kernels, within=())
-    name = f"{module_name(f'{what} {numba_cache.machine()} {made_of}')}.newton"
+    name = f"{module_name(f'{what} {numba_fallback.machine()} {made_of}')}.newton"
     if made_of is None or cachefolder.load(cache_folder(), name) is None:
         make()
         cachefolder.store_or_warn(cache_folder(), name, b"")
