@@ -19,9 +19,9 @@ from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.store import Known
 from gnomon.harness.running.messages import Garbled, Inbox, Message, encode
 from gnomon.harness.running.plan import Series, Suite
+from gnomon.harness.running.planned_run import PlannedRun
 from gnomon.harness.running.pool import Pool
 from gnomon.harness.running.progress import Progress
-from gnomon.harness.running.run import PlannedRun
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
 
 History = dict[tuple[str, int], Known]

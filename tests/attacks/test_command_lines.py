@@ -17,7 +17,7 @@ import pytest
 from gnomon.harness.certification import certify_all
 from gnomon.harness.commands import cli
 from gnomon.harness.reporting import images
-from gnomon.harness.running import run
+from gnomon.harness.running import planned_run
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "harness"))
 
@@ -226,7 +226,7 @@ def at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
     monkeypatch.chdir(folder)
     monkeypatch.syspath_prepend(folder)
-    for module, name in ((run, "run"), (certify_all, "certificates"), (images, "write_images")):
+    for module, name in ((planned_run, "run"), (certify_all, "certificates"), (images, "write_images")):
         monkeypatch.setattr(module, name, works)
     for name in MODULES:
         monkeypatch.delitem(sys.modules, name, raising=False)

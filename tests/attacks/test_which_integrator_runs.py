@@ -21,7 +21,7 @@ from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, references
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import compare
+from gnomon.harness.running.planned_run import compare
 from gnomon.reference.storage import import_closure
 from waiting import LIMIT_SECONDS
 

@@ -21,8 +21,8 @@ from gnomon.harness.registry.references import reference
 from gnomon.harness.results.store import Store
 from gnomon.harness.running.cost import divided, predicted_seconds
 from gnomon.harness.running.plan import Series, Suite, Trial
+from gnomon.harness.running.planned_run import PlannedRun, opened
 from gnomon.harness.running.progress import Progress
-from gnomon.harness.running.run import PlannedRun, opened
 from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.scoring.score import Scorer
@@ -44,7 +44,7 @@ def run(
     workers: int = 2,
     near_duplicates: bool = True,
 ) -> Path:
-    """Run as `gnomon.harness.running.run.run` does, on the Dask cluster at `address`; returns the path of the results.
+    """Run as `gnomon.harness.running.planned_run.run` does, on the Dask cluster at `address`; returns the path of the results.
 
     `address` is that of a scheduler, or `local` for `workers` processes of this machine. A series that the file has
     complete from any machine is not repeated. Raises ValueError before anything runs if versions or sources of a worker
