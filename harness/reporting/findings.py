@@ -85,14 +85,14 @@ def _by_kind(kinds: Sequence[Mapping[str, Any]]) -> list[str]:
             answers.setdefault(cell.text, []).append(head[:1].lower() + head[1:])
     if not answers:
         return []
-    words = [f"{name} for {_listed(heads)}" for name, heads in answers.items()]
+    words = [f"{name} for {_join(heads)}" for name, heads in answers.items()]
     return [
         "By kind of system, the fastest or tied with it at 1e-6 on more cases than any other, where the cases separate"
         f" them: {'; '.join(words)}."
     ]
 
 
-def _listed(words: Sequence[str]) -> str:
+def _join(words: Sequence[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
@@ -105,7 +105,7 @@ def _most_reliable(reduced: pd.DataFrame) -> list[str]:
     first = found.first
     near = [*first[:3], f"{len(first) - 3} more"] if len(first) > 3 else first
     alone = f"{first[0]} is separated from all others, by the variants that are known of both"
-    claim = f"{_listed(near)} are not separated" if len(first) > 1 else alone
+    claim = f"{_join(near)} are not separated" if len(first) > 1 else alone
     shown = found.counts.loc[list(dict.fromkeys([*first, *found.counts.index]))[:3]]
     words = [f"{name} {held} of {known}" for name, held, known in shown.itertuples()]
     cases = table.index.get_level_values("case").nunique()

@@ -235,7 +235,7 @@ def at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def check(line: Line, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
     arguments, code, words = line
-    before = listed(folder)
+    before = list_files(folder)
     monkeypatch.setattr(sys, "argv", ["gnomon", *arguments])
     with pytest.raises(SystemExit) as end:
         cli.main()
@@ -250,10 +250,10 @@ def check(line: Line, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pyte
     assert told.isprintable()
     for word in words:
         assert word in told
-    assert listed(folder) == before, "what is refused leaves nothing behind"
+    assert list_files(folder) == before, "what is refused leaves nothing behind"
 
 
-def listed(folder: Path) -> list[str]:
+def list_files(folder: Path) -> list[str]:
     """The files in a folder and its subfolders, without those that Python and SQLite write beside files that they read."""
     names = (str(path.relative_to(folder)) for path in folder.rglob("*"))
     return sorted(name for name in names if not name.startswith(("__pycache__", "results.sqlite-")))

@@ -96,7 +96,7 @@ def test_a_function_holds_references_to_what_it_calls() -> None:
 def test_a_damaged_file_is_replaced(kept: Path) -> None:
     kept.write_bytes(kept.read_bytes()[:-1])
     assert machine_code.function(SOURCE, "scaled")(np.array([6.0, 4.0]), 5.0) == 7.5
-    assert machine_code.unpacked(read(kept)) is not None
+    assert machine_code.unpack(read(kept)) is not None
 
 
 class Anew(Exception):  # noqa: N818 (it says what happens)

@@ -25,7 +25,7 @@ from gnomon.harness.reporting.figures_work import EXACT, drawn, front, work_prec
 from gnomon.harness.reporting.images import leaner, smaller
 from gnomon.harness.reporting.report import write_report
 from gnomon.harness.reporting.report_charts import work_problems
-from gnomon.harness.reporting.report_pack import packed_json
+from gnomon.harness.reporting.report_pack import pack_json
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results.analysis import not_run
 from gnomon.harness.results.store import Store
@@ -181,7 +181,7 @@ def test_an_error_of_exactly_zero_is_drawn_below_every_floor(written: Path) -> N
 
 def test_numbers_that_json_does_not_have_are_refused() -> None:
     with pytest.raises(ValueError, match="JSON"):
-        packed_json({"error": -math.inf})
+        pack_json({"error": -math.inf})
 
 
 def test_the_front_has_the_fastest_of_each_kind_at_each_error() -> None:
