@@ -1,4 +1,8 @@
-"""The values that each column of a results file allows; they are verified once, when a file is opened."""
+"""The values that each column of a results file allows; they are verified once, when a file is opened.
+
+CHECK constraints in the file would not serve: whoever made the file may have left them out by giving it an older schema,
+which has none, and `PRAGMA integrity_check` names the table of a violation but not the row.
+"""
 
 import json
 import re
