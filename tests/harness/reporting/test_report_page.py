@@ -142,7 +142,7 @@ def test_page_in_a_browser(visit: Callable[..., Visit], report: Path, tmp_path: 
     # Typing finds a case and opens its chapter; nothing typed shows all.
     chapters, find = page.locator("details.chapter:not([hidden])"), page.locator('[data-role="find"]')
     find.fill("orbit 7.12")
-    expect(chapters.locator("strong")).to_have_text(["7 Momentum, work and energy"])
+    expect(chapters.locator("summary strong")).to_have_text(["7 Momentum, work and energy"])
     links = chapters.locator("tr[data-words] a:visible")
     assert [link.get_attribute("href") for link in links.all()] == ["#case-kepler_orbit"]
     find.fill("")
