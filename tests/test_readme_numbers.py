@@ -35,7 +35,7 @@ def _text() -> str:
     return " ".join(README.read_text().split())
 
 
-def _said(pattern: str) -> tuple[str, ...]:
+def _match(pattern: str) -> tuple[str, ...]:
     """The groups of a pattern that the README must match."""
     found = re.search(pattern, _text())
     assert found is not None, pattern
@@ -45,11 +45,11 @@ def _said(pattern: str) -> tuple[str, ...]:
 def test_what_verification_finds_is_what_was_measured() -> None:
     measured = json.loads((REPORTS / "verification.json").read_text())
     said = r"normal (\d+) of (\d+) mutants of .*? \(95 % interval (\d+) to (\d+) %\) and (\d+) of (\d+) rebuilt defects"
-    found, of, low, high, defects, of_defects = map(int, _said(said))
+    found, of, low, high, defects, of_defects = map(int, _match(said))
     assert (found, of) == (measured["mutants"]["found"], measured["mutants"]["of"])
     assert [low, high] == [round(100 * share) for share in measured["mutants"]["interval"]]
     assert (defects, of_defects) == (measured["defects"]["found"], measured["defects"]["of"])
-    runs, alarms = map(int, _said(r"In (\d+) runs of right integrators .*? it gave (\d+) false alarms"))
+    runs, alarms = map(int, _match(r"In (\d+) runs of right integrators .*? it gave (\d+) false alarms"))
     assert runs == sum(measured["right_runs"].values())
     assert alarms == len(measured["false_alarms"])
     assert not measured["survivors_without_reason"]
@@ -58,7 +58,7 @@ def test_what_verification_finds_is_what_was_measured() -> None:
 
 def test_the_published_stability_is_of_so_many_integrators() -> None:
     published = json.loads((REPORTS / "stability.json").read_text())
-    (count, depth) = _said(r"its eight panels of (\d+) integrators at depth (\w+)")
+    (count, depth) = _match(r"its eight panels of (\d+) integrators at depth (\w+)")
     assert int(count) == len({row["integrator"] for row in published["rows"]})
     assert depth == published["depth"]
     assert len(published["panels"]) == 8
@@ -73,7 +73,7 @@ def page() -> dict[str, Any]:
 
 
 def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
-    closed, integrated = map(int, _said(r"to at least (\d+) digits where it is a closed form and (\d+) where"))
+    closed, integrated = map(int, _match(r"to at least (\d+) digits where it is a closed form and (\d+) where"))
     certificates = json.loads((REPORTS / "certificates.json").read_text())
     assert all(each["passed"] and each["digits"] >= integrated for each in certificates)
     fewer = [each for each in certificates if each["digits"] < closed]
@@ -84,7 +84,7 @@ def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
 
 def test_the_numbers_of_the_readme_are_those_of_the_report(page: dict[str, Any]) -> None:
     """All integrators, and those that ran on most hard variants of cases outside the foundation."""
-    hard, all_of_them = map(int, _said(r"with (\d+) of the (\d+) integrators"))
+    hard, all_of_them = map(int, _match(r"with (\d+) of the (\d+) integrators"))
     cells = page["map"]
     assert len(cells["series"]) == all_of_them
     rows = [
@@ -102,17 +102,17 @@ def test_the_numbers_of_the_readme_are_those_of_the_report(page: dict[str, Any])
 
 def test_the_numbers_of_the_readme_are_those_of_the_code() -> None:
     count = {"one": 1, "five": 5, "twelve": 12}
-    assert count[_said(r"the (\w+) cases that exercise every form, at most two of each")[0]] == len(plan.FOUNDATION)
-    assert count[_said(r"primary methods in (\w+) launch")[0]] == plan.SUITES["standard"].launches
-    assert count[_said(r"twelve and (\w+) launches")[0]] == plan.SUITES["full"].launches
-    assert int(_said(r"the largest of (\d+) samples")[0]) == SAMPLES
-    (python,) = _said(r"With Python ([\d.]+) and make")
+    assert count[_match(r"the (\w+) cases that exercise every form, at most two of each")[0]] == len(plan.FOUNDATION)
+    assert count[_match(r"primary methods in (\w+) launch")[0]] == plan.SUITES["standard"].launches
+    assert count[_match(r"twelve and (\w+) launches")[0]] == plan.SUITES["full"].launches
+    assert int(_match(r"the largest of (\d+) samples")[0]) == SAMPLES
+    (python,) = _match(r"With Python ([\d.]+) and make")
     assert _project()["requires-python"] == f">={python}"
 
 
 def test_failures_in_the_figure_of_the_readme_are_those_that_it_explains() -> None:
     letters = set(re.findall(r">([A-Z])</text>", FIGURE.read_text()))
-    (explained,) = _said(r"band above \((.*?)\)")
+    (explained,) = _match(r"band above \((.*?)\)")
     assert letters == set(re.findall(r"\b([A-Z])\b", explained))
     assert all(f"{style.LETTERS[word]} {word}" in explained for word in ("diverged", "skipped"))
 
@@ -195,7 +195,7 @@ def test_errors_in_the_figure_of_the_readme_are_found_again(page: dict[str, Any]
 
 def test_the_limits_in_the_figure_of_the_readme(page: dict[str, Any]) -> None:
     """Half an ulp of the angle or the rate over their sizes; and what half an ulp of the release, g, L and t does."""
-    (words,) = _said(r"half an ulp \(unit in the last place\) in (.*?) has that effect")
+    (words,) = _match(r"half an ulp \(unit in the last place\) in (.*?) has that effect")
     assert words == "the initial state, the parameters and the time"
     limits = page["work"]["cases"]["pendulum_simple"]["default"]["limits"]
     floor, conditioning = (next(x["at"] for x in limits if word in x["limit"]) for word in ("floor", "conditioning"))

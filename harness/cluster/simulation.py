@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gnomon.harness.cluster.connection import AHEAD, FEWEST_AHEAD
-from gnomon.harness.cluster.run import TASK_SECONDS
+from gnomon.harness.cluster.dask_run import TASK_SECONDS
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.results import opening
 from gnomon.harness.running.cost import divided, kind_of, seconds_of

@@ -19,9 +19,9 @@ from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.store import Known
 from gnomon.harness.running.messages import Garbled, Inbox, Message, encode
 from gnomon.harness.running.plan import Series, Suite
+from gnomon.harness.running.planned_run import PlannedRun
 from gnomon.harness.running.pool import Pool
 from gnomon.harness.running.progress import Progress
-from gnomon.harness.running.run import PlannedRun
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
 
 History = dict[tuple[str, int], Known]
@@ -60,14 +60,14 @@ class Group:
     again: dict[str, set[int]]
 
 
-def packed(solution: ReferenceSolution) -> Packed:
-    """A reference solution as data that `unpacked` verifies."""
+def pack(solution: ReferenceSolution) -> Packed:
+    """A reference solution as data that `unpack` verifies."""
     arrays = {name: np.asarray(getattr(solution, name)) for name in ReferenceSolution.__dataclass_fields__}
     content = encode(Message(0, "exact", {}, arrays))
     return Packed(content, hashlib.sha256(content).hexdigest())
 
 
-def unpacked(given: Packed) -> ReferenceSolution:
+def unpack(given: Packed) -> ReferenceSolution:
     """Raises ValueError for content that does not have its hash."""
     if hashlib.sha256(given.content).hexdigest() != given.digest:
         raise ValueError("an exact motion arrived damaged: its hash is another one")
@@ -123,7 +123,7 @@ def execute(client: Mapping[str, str], content: bytes) -> bytes:
         process.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
         group: Group = pickle.loads(content)
         recorder = _Recorder(dict(group.history), dict(group.interruptions))
-        known = {spec: unpacked(one) for spec, one in group.exact.items()}
+        known = {spec: unpack(one) for spec, one in group.exact.items()}
         progress, again = Progress(quiet=True), dict(group.again)
         run = PlannedRun(recorder, 0, group.suite, known, progress, group.near_duplicates, again=again)
         run.plan([_series(*one) for one in group.series])

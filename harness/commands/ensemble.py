@@ -17,7 +17,7 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from gnomon.harness.ensembles.distribution import Distribution, Start
-    from gnomon.harness.ensembles.run import Cost, Job
+    from gnomon.harness.ensembles.ensemble_run import Cost, Job
     from gnomon.harness.ensembles.samples import Ensemble
 
 MOST_TIMES, MOST_KEPT = 10_000, 1000
@@ -57,16 +57,16 @@ def ensemble(
     """Measure an integrator from many starts of a case. Exit code 1 if all samples failed, or a cluster was lost."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.cluster.connection import Lost
-    from gnomon.harness.ensembles import run
+    from gnomon.harness.ensembles import ensemble_run
 
     options.validate_workers(workers)
     _validate(seed, times, worst)
     chosen = _ensemble(case, integrator, setting, vary or [], seed, times, parameters)
-    job = run.Job(
+    job = ensemble_run.Job(
         chosen, _samples(samples), worst, _sides(chosen, sides), None if parquet is None else str(parquet.resolve())
     )
     _ensure_places(out_path, parquet, sides is not None)
-    _announce(job, run.probe_apart(chosen), workers)
+    _announce(job, ensemble_run.probe_apart(chosen), workers)
     try:
         found = _measured(job, workers, dask)
     except Lost as error:
@@ -86,15 +86,15 @@ def ensemble(
 
 
 def _measured(job: Job, workers: int, dask: str | None) -> Distribution:
-    from gnomon.harness.ensembles import run
+    from gnomon.harness.ensembles import ensemble_run
     from gnomon.harness.ensembles.on_dask import on_cluster
     from gnomon.harness.running.progress import Progress
 
     with ExitStack() as stack:
-        mapper = run.in_processes(workers)
+        mapper = ensemble_run.in_processes(workers)
         if dask is not None:
             mapper = stack.enter_context(on_cluster(dask, workers, job.ensemble))
-        return run.run(job, mapper, stack.enter_context(Progress()))
+        return ensemble_run.run(job, mapper, stack.enter_context(Progress()))
 
 
 def _validate(seed: int, times: int, worst: int) -> None:
@@ -109,7 +109,7 @@ def _validate(seed: int, times: int, worst: int) -> None:
 
 def _samples(text: str) -> int:
     from gnomon.harness.ensembles.draws import MOST_SAMPLES
-    from gnomon.harness.ensembles.run import samples_of
+    from gnomon.harness.ensembles.ensemble_run import samples_of
 
     found = samples_of(text)
     if not 1 <= found <= MOST_SAMPLES:

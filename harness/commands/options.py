@@ -162,7 +162,7 @@ def given_parameters(parameters: list[str] | None) -> dict[str, str]:
 def integrator_or_program(integrator: str | None, command: str | None) -> tuple[Integrator, str]:
     """The integrator that a command line names, by an argument or by --command, and the words that name it."""
     from gnomon.harness.registry import lookup
-    from gnomon.harness.verification.command_door import from_command
+    from gnomon.harness.verification.program_adapter import from_command
 
     if (integrator is None) == (command is None):
         raise ValueError("name one integrator: package.module:object, an id, a name, or a program with --command")

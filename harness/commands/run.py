@@ -121,10 +121,10 @@ def _measured(
     """Run the trials, unless one of the first crashes, and write the page, after Ctrl-C or an error too; returns the file of
     the results."""
     from gnomon.harness.cluster.connection import Lost
-    from gnomon.harness.cluster.run import run as run_on_cluster
+    from gnomon.harness.cluster.dask_run import run as run_on_cluster
     from gnomon.harness.running import first_trials
+    from gnomon.harness.running.planned_run import run as run_
     from gnomon.harness.running.progress import Progress
-    from gnomon.harness.running.run import run as run_
 
     try:
         crashes = first_trials.crashes(chosen, integrators, suite)
@@ -164,7 +164,7 @@ def _page(folder: Path | None, out_path: Path, chosen: Sequence[tuple[Case, str]
 
 def _programs(commands: Sequence[str]) -> list[Integrator]:
     """The integrators that are programs; ValueError for two with one name."""
-    from gnomon.harness.verification.command_door import from_command
+    from gnomon.harness.verification.program_adapter import from_command
 
     found: dict[str, Integrator] = {}
     for command in commands:

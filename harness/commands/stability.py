@@ -15,7 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from gnomon.harness.stability.run import Row
+    from gnomon.harness.stability.panel_run import Row
 
 NOTHING = 2
 """The exit code if nothing was measured."""
@@ -48,18 +48,18 @@ def stability(
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup
     from gnomon.harness.running.progress import Progress
-    from gnomon.harness.stability import run
+    from gnomon.harness.stability import panel_run
 
     options.validate_workers(workers)
     if update and to is None:
         raise ValueError("--update: name the file with --out")
-    run.seconds_of(depth)
-    chosen = run.chosen_panels(panel)
+    panel_run.seconds_of(depth)
+    chosen = panel_run.chosen_panels(panel)
     found = lookup.find_all(integrator)
     if to is not None:
         options.ensure_writable(to, "--out")
     again = {(each.id, name) for each in found for name in panel or ()} if update else None
-    rows = run.kept(to, depth, again) if to is not None else []
+    rows = panel_run.kept(to, depth, again) if to is not None else []
     written = monotonic()
 
     def add(row: Row) -> None:
@@ -67,19 +67,19 @@ def stability(
         rows.append(row)
         progress.advance()
         if to is not None and monotonic() - written > WRITE_SECONDS:
-            run.write(rows, depth, to)
+            panel_run.write(rows, depth, to)
             written = monotonic()
 
     done = {(row.integrator, row.panel) for row in rows}
     with Progress() as progress:
         progress.begin("panels", sum((each.id, name) not in done for each in found for name in chosen))
         try:
-            rows = run.measured(found, panel, depth, workers, add, former=list(rows))
+            rows = panel_run.measured(found, panel, depth, workers, add, former=list(rows))
         finally:
             if to is not None and rows:
-                run.write(rows, depth, to)
+                panel_run.write(rows, depth, to)
     rows = [row for row in rows if row.integrator in {each.id for each in found} and row.panel in chosen]
-    _show(rows, {name: each.title for name, each in chosen.items()}, run.tiers_of(rows))
+    _show(rows, {name: each.title for name, each in chosen.items()}, panel_run.tiers_of(rows))
     if all(row.reason is not None for row in rows):
         problems.print("nothing was measured: no panel applies, or every integrator refused")
         raise typer.Exit(NOTHING)

@@ -41,7 +41,7 @@ def checked(solution: Any, shape: tuple[int, ...]) -> Solution:
         real_states(solution.states, shape),
         None if solution.steps is None else count(solution.steps, "steps"),
         solution.stopped and solution.stopped[:TEXT],
-        None if solution.events is None else tuple(_event(event) for event in _listed(solution.events)),
+        None if solution.events is None else tuple(_event(event) for event in _as_list(solution.events)),
     )
 
 
@@ -79,7 +79,7 @@ def possible(count: int | None, seconds: float, name: str) -> None:
         raise Unusable(f"claims {count} {name} in {seconds:.2g} s: one takes {LEAST_SECONDS:g} s at least")
 
 
-def _listed(events: Any) -> list[Any]:
+def _as_list(events: Any) -> list[Any]:
     try:
         return list(events)
     except TypeError:

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 from gnomon.harness.cluster.connection import connected
 from gnomon.harness.cluster.identity import difference, identity
-from gnomon.harness.ensembles.run import Job, Mapper, execute
+from gnomon.harness.ensembles.ensemble_run import Job, Mapper, execute
 from gnomon.harness.ensembles.samples import Ensemble
 
 _ONE_AT_A_TIME = threading.Lock()

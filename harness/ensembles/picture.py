@@ -11,7 +11,7 @@ import numpy as np
 import vl_convert
 from gnomon.harness.ensembles.distribution import CELLS, LOWEST, PER_DECADE, Distribution
 from gnomon.harness.ensembles.draws import Varied
-from gnomon.harness.reporting.png import smaller
+from gnomon.harness.reporting.images import smaller
 from gnomon.harness.reporting.style import QUIET, dressed
 from gnomon.reference.storage import diskcache
 

@@ -88,10 +88,10 @@ def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
 @cache
 def keeper() -> Any:
     """The module that compiles functions and keeps them: as machine code if this version of numba is known."""
-    from gnomon.harness.kernels import numba_cache  # loads numba
+    from gnomon.harness.kernels import numba_fallback  # loads numba
 
-    if not numba_cache.known():
-        return numba_cache
+    if not numba_fallback.known():
+        return numba_fallback
     from gnomon.harness.kernels import machine_code
 
     return machine_code
@@ -149,7 +149,7 @@ def call_kernel(
     check_values(functions, call, states, parameters, outputs - lead)
     names = {alias: function.__name__ for alias, function in functions.items()}
     call = re.sub(r"\w+(?=\()", lambda found: names.get(found[0], found[0]), call)
-    lines = [*unpacked(states, parameters), f"r = {call}"]
+    lines = [*unpack_arguments(states, parameters), f"r = {call}"]
     lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
     lines += [f"out[{lead + i}] = r[{i}]" for i in range(outputs - lead)]
     if counted:
@@ -181,7 +181,7 @@ def check_values(functions: dict[str, Any], call: str, states: int, parameters: 
         raise ValueError(f"{names} gives {count} where {wanted} {'is' if wanted == 1 else 'are'} wanted")
 
 
-def unpacked(states: int, parameters: int) -> list[str]:
+def unpack_arguments(states: int, parameters: int) -> list[str]:
     """Lines that copy the arrays y_ and p_ into tuples y and p, which plain functions take."""
     return [f"{name} = ({_items(f'{name}_', count)})" for name, count in (("y", states), ("p", parameters))]
 

@@ -5,7 +5,7 @@ and imports what they need, and beside the machine code it reads LLVM's form of 
 The functions here are only called, from Python or by address, so a file holds machine code, the names of its two entry
 points and the types of the arguments. numba's compiler is not needed to load it.
 
-This uses private parts of numba: `numba_cache.KNOWN` lists the versions that have them, and replaces this for others.
+This uses private parts of numba: `numba_fallback.KNOWN` lists the versions that have them, and replaces this for others.
 """
 
 import ctypes
@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.kernels.generated_modules import announced, cache_folder, load_module, module_name
-from gnomon.harness.kernels.numba_cache import machine
+from gnomon.harness.kernels.numba_fallback import machine
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding
 from numba import _dispatcher, _dynfunc, types
@@ -89,7 +89,7 @@ def compiled(source: str, name: str, signature: str) -> Compiled:
         kept = cachefolder.load(folder, file)
         if kept is not None:
             with suppress(ValueError):
-                return unpacked(kept)
+                return unpack(kept)
         with announced():
             dispatcher = getattr(load_module(source), name)
             if signature:
@@ -97,7 +97,7 @@ def compiled(source: str, name: str, signature: str) -> Compiled:
                 result = dispatcher.overloads[sigutils.normalize_signature(signature)[0]]
             else:
                 (result,) = dispatcher.overloads.values()
-            cachefolder.store_or_warn(folder, file, packed(result))
+            cachefolder.store_or_warn(folder, file, pack(result))
         begin = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
         return Compiled(begin, result.entry_point, result.signature.args)
 
@@ -107,7 +107,7 @@ def _of_this_machine(signature: str) -> str:
     return hashlib.sha256(f"{machine()} {way}\n{signature}".encode()).hexdigest()[:16]
 
 
-def packed(result: Any) -> bytes:
+def pack(result: Any) -> bytes:
     """The content of a file for a function that numba has compiled: a line of JSON, then machine code.
 
     Raises ValueError for a function that needs Python objects other than dtypes.
@@ -155,7 +155,7 @@ def _argument(kind: str, *rest: Any) -> Any:
     return {"array": types.Array, "pointer": types.CPointer, "tuple": types.UniTuple}[kind](inner, *rest[1:])
 
 
-def unpacked(content: bytes) -> Compiled:
+def unpack(content: bytes) -> Compiled:
     """The compiled function in the content of a file. Raises ValueError where it cannot be read.
 
     Other content may crash the process: pass only what `cachefolder.load` returns, which verifies it.

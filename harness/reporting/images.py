@@ -1,5 +1,6 @@
 """The printed figures: SVG and PNG files of Vega-Lite specifications, made small, on all cores."""
 
+import io
 import itertools
 import os
 import re
@@ -8,11 +9,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness.reporting.png import smaller
 from gnomon.harness.system.child_process import interrupts_ignored, main_hidden, process_pool
 from gnomon.reference.storage import diskcache
 
 PNG_SCALE = 1.0
+COLOURS = 64
+"""Of a PNG file: a drawing has few colours."""
 SVG = "{http://www.w3.org/2000/svg}"
 INHERITED = (
     *("fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-miterlimit"),
@@ -38,6 +40,21 @@ def _write(specification: dict[str, Any], path: Path) -> None:
     svg = vl_convert.vegalite_to_svg(specification)
     diskcache.replace(path.with_suffix(".svg"), leaner(svg).encode())
     diskcache.replace(path.with_suffix(".png"), smaller(vl_convert.svg_to_png(svg, scale=PNG_SCALE)))
+
+
+def smaller(png: bytes) -> bytes:
+    """The picture with a palette, in fewer bytes; `png` itself unless it is opaque and without one."""
+    from PIL import Image  # only printed figures need it
+
+    with Image.open(io.BytesIO(png)) as picture:
+        if picture.mode != "RGBA" or picture.getchannel("A").getextrema() != (255, 255):
+            return png
+        # Maximum coverage finds colours as different as possible, so that a thin line keeps its own beside a large area.
+        method = Image.Quantize.MAXCOVERAGE
+        palette = picture.convert("RGB").quantize(COLOURS, method, dither=Image.Dither.NONE)
+        found = io.BytesIO()
+        palette.save(found, "PNG", optimize=True)
+    return found.getvalue()
 
 
 def leaner(svg: str) -> str:

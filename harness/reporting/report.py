@@ -16,7 +16,7 @@ from gnomon.harness.reporting.report_charts import (
     work_problems,
     write_figures,
 )
-from gnomon.harness.reporting.report_pack import packed_json, packed_vega
+from gnomon.harness.reporting.report_pack import pack_json, pack_vega
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
 from gnomon.harness.results import opening, store
@@ -103,8 +103,8 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         profiles=[name for name in charts["others"] if name.startswith("profile_") and not name.endswith("_others")],
         css=_source("report.css"),
         script=_source("report.js"),
-        data=packed_json(charts | carried),
-        vega=packed_vega(),
+        data=pack_json(charts | carried),
+        vega=pack_vega(),
     )
 
 

@@ -213,7 +213,7 @@ def write_figures(run: Run, work: dict[str, Problems], charts: Specifications, f
 
 def remove_figures(folder: Path, but: Set[str] = frozenset()) -> None:
     """Remove the figures of an earlier report from a folder, which are those that its manifest lists."""
-    for name in _listed(folder) - but:
+    for name in _read_manifest(folder) - but:
         for suffix in SUFFIXES:
             (folder / (name + suffix)).unlink(missing_ok=True)
     (folder / MANIFEST).unlink(missing_ok=True)
@@ -227,7 +227,7 @@ def slug(text: str) -> str:
     return f"{plain[:60] or 'unnamed'}_{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
 
-def _listed(folder: Path) -> set[str]:
+def _read_manifest(folder: Path) -> set[str]:
     """The figures that the manifest in a folder names; none where it is missing or is not a list of plain names."""
     try:
         names = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))

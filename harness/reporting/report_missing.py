@@ -25,9 +25,9 @@ def missing(path: Path) -> dict[str, Any] | None:
         "others": found.others,
         "planned": sum(total for total, _ in libraries.values()),
         "trials": found.trials,
-        "cases": _listed([name for name, (_, done) in cases.items() if done == 0]),
-        "partly": _listed([name for name, (total, done) in cases.items() if 0 < done < total]),
-        "libraries": _listed([f"{name} ({count})" for name, count in lost.items()]),
+        "cases": _shorten([name for name, (_, done) in cases.items() if done == 0]),
+        "partly": _shorten([name for name, (total, done) in cases.items() if 0 < done < total]),
+        "libraries": _shorten([f"{name} ({count})" for name, count in lost.items()]),
     }
 
 
@@ -40,5 +40,5 @@ def _by_name(planned: Sequence[Planned], field: str) -> dict[str, tuple[int, int
     return found
 
 
-def _listed(names: Sequence[str]) -> dict[str, Any]:
+def _shorten(names: Sequence[str]) -> dict[str, Any]:
     return {"count": len(names), "names": list(names[:SHOWN]), "more": max(len(names) - SHOWN, 0)}

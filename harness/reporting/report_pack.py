@@ -12,25 +12,25 @@ from typing import Any
 from gnomon.harness.reporting.kept_parts import kept
 
 
-def packed(text: str) -> str:
+def pack(text: str) -> str:
     """Text as base64 of its gzip, the same bytes for the same text."""
     return base64.b64encode(gzip.compress(text.encode("utf-8"), 9, mtime=0)).decode("ascii")
 
 
-def packed_vega() -> str:
-    """The `packed` script that draws charts, kept on disk: making it takes 5 s."""
+def pack_vega() -> str:
+    """The script that draws charts, packed and kept on disk: making it takes 5 s."""
     return str(kept((__name__,), version("vl-convert-python"), _vega))
 
 
 def _vega() -> str:
     import vl_convert  # slow to load
 
-    return packed(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;"))
+    return pack(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;"))
 
 
-def packed_json(value: Any) -> str:
-    """`packed` JSON. Raises ValueError for nan and infinity, which JSON does not have: a browser would reject the whole."""
-    return packed(json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False))
+def pack_json(value: Any) -> str:
+    """JSON, packed. Raises ValueError for nan and infinity, which JSON does not have: a browser would reject the whole."""
+    return pack(json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False))
 
 
 def columnar(spec: dict[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import report_card, style, tables
+from gnomon.harness.reporting import report_integrators, style, tables
 from gnomon.harness.results import analysis, rankings, store
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.plan import NEAR_DUPLICATE
@@ -65,7 +65,7 @@ class Run:
     @cached_property
     def kinds(self) -> dict[str, list[str]]:
         """The cases of each kind of system."""
-        return report_card.kinds(self.forms, self.names)
+        return report_integrators.kinds(self.forms, self.names)
 
     @cached_property
     def matrix(self) -> pd.DataFrame:

@@ -10,7 +10,14 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import report_benchmarks, report_card, report_checks, report_stability, style, tables
+from gnomon.harness.reporting import (
+    report_benchmarks,
+    report_checks,
+    report_integrators,
+    report_stability,
+    style,
+    tables,
+)
 from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
@@ -50,7 +57,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "waited": tables.waited_text(run.frame),
         "views": views(run, problems, growth, orders),
         "own": f"{OURS}:",
-        "card_heads": report_card.CARD,
+        "card_heads": report_integrators.HEADS,
         "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
         "cases": _cases(run, work),
         "counts": {

@@ -1,4 +1,8 @@
-"""The values that each column of a results file allows; they are verified once, when a file is opened."""
+"""The values that each column of a results file allows; they are verified once, when a file is opened.
+
+CHECK constraints in the file would not serve: whoever made the file may have left them out by giving it an older schema,
+which has none, and `PRAGMA integrity_check` names the table of a violation but not the row.
+"""
 
 import json
 import re
@@ -20,7 +24,7 @@ _FRACTION = re.compile(r"[+-]?[0-9]{1,4300}(/0*[1-9][0-9]{0,4200})?")
 """A number as `str` writes a Fraction, of no more digits than Python converts."""
 
 
-def _listed(statuses: Iterable[Status]) -> str:
+def _quote(statuses: Iterable[Status]) -> str:
     """Statuses as SQL takes them after IN."""
     return f"({', '.join(repr(status.value) for status in statuses)})"
 
@@ -42,7 +46,7 @@ _RULES = {
         "floor": _BOUNDED,
         "conditioning": _BOUNDED,
     },
-    "measurements": {"launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}", "status": f"{{0}} IN {_listed(Status)}"}
+    "measurements": {"launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}", "status": f"{{0}} IN {_quote(Status)}"}
     | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")}
     | dict.fromkeys((*schema.TIMES, "limit_seconds"), _SECONDS),
     "sampled_states": {"dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}"},
@@ -59,7 +63,7 @@ _TOGETHER = {
     "measurements": [
         (
             "SELECT max(measurement) FROM measurements JOIN trials USING (trial_key)"
-            f" WHERE setting IS NULL AND status IN {_listed(SCORED)}",
+            f" WHERE setting IS NULL AND status IN {_quote(SCORED)}",
             "its status needs a setting, and its trial has none",
         ),
         (

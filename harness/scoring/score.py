@@ -84,7 +84,7 @@ class Scorer:
         states = self.decoded(outcome.states)
         scored = self.score(states)
         if outcome.turned is not None:
-            own, over = scored["error_max"], self.over_turned(outcome.turned)
+            own, over = scored["error_max"], self.score_turned(outcome.turned)
             # The median over the turned starts would hide that the solution from the case's own is lost.
             scored = scored | {name: over[name] for name in SPREAD} if math.isnan(own) else over
             row["error_unturned"] = own
@@ -97,7 +97,7 @@ class Scorer:
             row["error_over_tolerance"] = row["error_max"] / tolerance
         return row, states
 
-    def over_turned(self, answers: Floats) -> dict[str, Any]:
+    def score_turned(self, answers: Floats) -> dict[str, Any]:
         """Status and errors of the turned start with the median error, and the range of errors over all turned starts.
 
         `answers` (n, 64, dim_y) are the solutions from the turned starts of the reference solution. If an error is not

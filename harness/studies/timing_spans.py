@@ -17,7 +17,7 @@ from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import lookup
 from gnomon.harness.results import analysis, rankings, store
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 
 from gnomon import cases
 

@@ -1,1 +1,1 @@
-"""Verifies integrators of others: doors through which they come in, claims with bounds, exact states to compare with."""
+"""Verifies integrators of others: adapters through which they come in, claims with bounds, exact states to compare with."""

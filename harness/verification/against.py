@@ -27,8 +27,8 @@ from gnomon.harness.scoring.perturbed_starts import perturbed_states
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.studies.benchmarks import spread
 from gnomon.harness.verification.claims import TEXTS, TIME, Finding, Outcome, failed, not_applicable
-from gnomon.harness.verification.conversation import Conversation
 from gnomon.harness.verification.other_version import Other
+from gnomon.harness.verification.program_process import ProgramProcess
 from gnomon.harness.verification.trials import DEPTHS, Trials
 
 CLAIM = 1.2
@@ -71,13 +71,13 @@ def compared(named: str, names: Sequence[str], depth: str, other: Other) -> tupl
     return loaded, {name: finding(times[name], other.label) for name in names}
 
 
-def _started(named: str, paths: Sequence[str]) -> Conversation:
+def _started(named: str, paths: Sequence[str]) -> ProgramProcess:
     """A process that looks for modules in `paths` and answers the requests of `serve`."""
     program = f"import sys; sys.path[:] = {list(paths)!r}; from {__name__} import serve; serve({named!r})"
-    return Conversation([sys.executable, "-c", program], os.getcwd())
+    return ProgramProcess([sys.executable, "-c", program], os.getcwd())
 
 
-def _asked(side: Conversation, other: Other, **request: Any) -> dict[str, Any]:
+def _asked(side: ProgramProcess, other: Other, **request: Any) -> dict[str, Any]:
     try:
         found: dict[str, Any] = json.loads(side.ask(json.dumps(request), ANSWER_SECONDS))
     except (Unusable, TimeoutError) as error:
@@ -87,7 +87,7 @@ def _asked(side: Conversation, other: Other, **request: Any) -> dict[str, Any]:
     return found
 
 
-def _launch(sides: Sequence[Conversation], other: Other, **request: Any) -> dict[str, Any]:
+def _launch(sides: Sequence[ProgramProcess], other: Other, **request: Any) -> dict[str, Any]:
     """The seconds of both sides and of their null calls, the least over all turns, and errors; or why there are none.
 
     Other processes only add to a time, so the least one is the best known.
@@ -102,7 +102,7 @@ def _launch(sides: Sequence[Conversation], other: Other, **request: Any) -> dict
     return least | {"error": [own[0]["error"] for own in turns], "named": turns[0][0]["named"]}
 
 
-def _loaded(present: Conversation, before: Conversation, other: Other) -> str:
+def _loaded(present: ProgramProcess, before: ProgramProcess, other: Other) -> str:
     """Which files both processes imported, as text. Raises ValueError where these are not two versions."""
     now, then = (_asked(side, other, package=other.name, modules=other.modules) for side in (present, before))
     if not now["files"] or not then["files"]:

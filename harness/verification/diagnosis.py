@@ -255,14 +255,14 @@ def coordinates(case: Case) -> int:
 
 def conclude(failures: Failures, found: Facts) -> str | None:
     """The cause as `id: sentence`; None where nothing is known. `found`: facts, the digest as `alone`, what is declared."""
-    for cause in (_of_conduct, _of_samples, _of_cases, _of_control, _of_order):
+    for cause in (_of_calls, _of_samples, _of_cases, _of_control, _of_order):
         text = cause(failures, failures.claims, found)
         if text is not None:
             return text
     return None
 
 
-def _of_conduct(failures: Failures, claims: set[str], found: Facts) -> str | None:
+def _of_calls(failures: Failures, claims: set[str], found: Facts) -> str | None:
     bits = found.get("bits")
     if found.get("changed_start") or "start_kept" in claims:
         return "input: it changes the start that it is given"

@@ -15,10 +15,10 @@ import numpy as np
 from gnomon.cases.core.arithmetic import calling, written
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
 from gnomon.harness.contract.integrator import Problem, Refused, Solution, solver_of
+from gnomon.harness.verification.call_claims import answers, same_bits
 from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed
-from gnomon.harness.verification.conduct_claims import answers, same_bits
 from gnomon.harness.verification.convergence_claims import same_solution
-from gnomon.harness.verification.doors import Door
+from gnomon.harness.verification.function_adapter import FunctionAdapter
 from gnomon.harness.verification.quadrature_claim import ROUNDINGS
 from gnomon.harness.verification.relation_claims import APART
 from gnomon.harness.verification.trials import HALF_ULP, Floats, Trials
@@ -120,7 +120,7 @@ def _named(trials: Trials) -> str:
 def _last(trials: Trials, acceleration: Callable[[Any, Values, Values], Values], rate: float) -> float:
     """q at the last sample from q = 1; inf or nan where there is no solution there."""
     times = END * np.arange(1, SAMPLES + 1) / SAMPLES
-    called = _limited(acceleration) if isinstance(trials.integrator, Door) else acceleration
+    called = _limited(acceleration) if isinstance(trials.integrator, FunctionAdapter) else acceleration
     problem = Problem(_form(trials, called), 2, np.zeros(0), times, 1.0)
     setting = times[0] / STEPS if trials.steps else trials.usual()
     try:

@@ -20,7 +20,7 @@ from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.jobs import Job, Send, run
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.verification import (
-    conduct_claims,
+    call_claims,
     convergence_claims,
     equation_claims,
     event_claims,
@@ -30,13 +30,13 @@ from gnomon.harness.verification import (
 )
 from gnomon.harness.verification.claims import TEXTS, TIME, Claim, Finding, Outcome, failed, not_applicable, passed
 from gnomon.harness.verification.diagnosis import Facts, Failures, conclude, digest, facts
-from gnomon.harness.verification.doors import Stepped
+from gnomon.harness.verification.function_adapter import Stepped
 from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 
 from gnomon import cases
 
 _MODULES = (
-    convergence_claims, quadrature_claim, structure_claims, relation_claims, conduct_claims, equation_claims, event_claims
+    convergence_claims, quadrature_claim, structure_claims, relation_claims, call_claims, equation_claims, event_claims
 )  # fmt: skip
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
 CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS if name != TIME}

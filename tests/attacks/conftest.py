@@ -13,7 +13,7 @@ from types import FrameType
 import pytest
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 
 sys.path.insert(0, str(Path(__file__).parent))
 

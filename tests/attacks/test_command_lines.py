@@ -17,7 +17,7 @@ import pytest
 from gnomon.harness.certification import certify_all
 from gnomon.harness.commands import cli
 from gnomon.harness.reporting import images
-from gnomon.harness.running import run
+from gnomon.harness.running import planned_run
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "harness"))
 
@@ -226,7 +226,7 @@ def at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
     monkeypatch.chdir(folder)
     monkeypatch.syspath_prepend(folder)
-    for module, name in ((run, "run"), (certify_all, "certificates"), (images, "write_images")):
+    for module, name in ((planned_run, "run"), (certify_all, "certificates"), (images, "write_images")):
         monkeypatch.setattr(module, name, works)
     for name in MODULES:
         monkeypatch.delitem(sys.modules, name, raising=False)
@@ -235,7 +235,7 @@ def at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def check(line: Line, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
     arguments, code, words = line
-    before = listed(folder)
+    before = list_files(folder)
     monkeypatch.setattr(sys, "argv", ["gnomon", *arguments])
     with pytest.raises(SystemExit) as end:
         cli.main()
@@ -250,10 +250,10 @@ def check(line: Line, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pyte
     assert told.isprintable()
     for word in words:
         assert word in told
-    assert listed(folder) == before, "what is refused leaves nothing behind"
+    assert list_files(folder) == before, "what is refused leaves nothing behind"
 
 
-def listed(folder: Path) -> list[str]:
+def list_files(folder: Path) -> list[str]:
     """The files in a folder and its subfolders, without those that Python and SQLite write beside files that they read."""
     names = (str(path.relative_to(folder)) for path in folder.rglob("*"))
     return sorted(name for name in names if not name.startswith(("__pycache__", "results.sqlite-")))

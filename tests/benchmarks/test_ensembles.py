@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from gnomon.cases import get
 from gnomon.harness.ensembles.draws import varied
+from gnomon.harness.ensembles.ensemble_run import Job, execute
 from gnomon.harness.ensembles.exact_formulas import exact_states
-from gnomon.harness.ensembles.run import Job, execute
 from gnomon.harness.ensembles.samples import Ensemble
 
 pytestmark = pytest.mark.benchmark

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Integrator, Refused, Steps, Tolerance
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 
 SCRATCH: dict[str, Any] = {}
 """State that faulty methods keep between calls."""

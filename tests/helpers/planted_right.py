@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import right_methods
 from gnomon.harness.contract.integrator import Integrator, Steps, Tolerance
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 from scipy.integrate import solve_ivp
 
 

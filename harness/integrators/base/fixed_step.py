@@ -38,6 +38,10 @@ class FixedStep(Integrator):
     sweep = Steps()
     sampling = "grid"
     step: ClassVar[stepping.Step]
+    function: ClassVar[str] = ""
+    """The name of the function of the form that the step calls; "": its acceleration, else its equations."""
+    function_widths: ClassVar[tuple[int, int] | None] = None
+    """The result of `widths` where all forms that the method accepts have it."""
 
     @classmethod
     @abstractmethod
@@ -50,6 +54,9 @@ class FixedStep(Integrator):
 
     def equations(self, form: Form) -> Callable[..., Any]:
         """The plain function that the step calls."""
+        if self.function:
+            named: Callable[..., Any] = getattr(form, self.function)
+            return named
         if isinstance(form, SecondOrder):
             return form.acceleration
         assert isinstance(form, FirstOrder)
@@ -57,6 +64,8 @@ class FixedStep(Integrator):
 
     def widths(self, form: Form, dimension: int) -> tuple[int, int]:
         """The lengths of the state that this function takes and of the values that it returns."""
+        if self.function_widths is not None:
+            return self.function_widths
         width = dimension // 2 if isinstance(form, SecondOrder) else dimension
         return width, width
 

@@ -64,22 +64,22 @@ def first_sizes(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inv
     enlarge(y, groups, sizes)
 
 
-def nudge(y: Floats, x: Floats) -> None:
+def perturb_by_roundoff(y: Floats, x: Floats) -> None:
     """Set `x` to the first components of `y`, perturbed by one to three units of round-off of alternating sign."""
     for i in range(x.size):
         x[i] = y[i] + (1 + i % 3) * (-1) ** i * 2.0**-52 * abs(y[i])
 
 
-def roughen(slope: Floats, nudged: Floats, first: int, groups: Integers, rough: Floats) -> None:
-    """Raise `rough`, the effect of round-off of the state on the rates of each group, to |nudged - slope|.
+def enlarge_roundoff(slope: Floats, perturbed: Floats, first: int, groups: Integers, rough: Floats) -> None:
+    """Raise `rough`, the effect of round-off of the state on the rates of each group, to |perturbed - slope|.
 
     The slopes are those of the components from `first` on.
     """
     for i in range(slope.size):
-        rough[groups[first + i]] = max(rough[groups[first + i]], abs(nudged[i] - slope[i]))
+        rough[groups[first + i]] = max(rough[groups[first + i]], abs(perturbed[i] - slope[i]))
 
 
-def soften(share: float, groups: Integers, rough: Floats, inverse: Floats) -> bool:
+def limit_by_roundoff(share: float, groups: Integers, rough: Floats, inverse: Floats) -> bool:
     """Limit `inverse` so that errors are divided by no less than the effect of round-off on a step, 4 h |change of the
     rate|, over the tolerance. `share`: the step over the tolerance. Returns whether that is near for a component."""
     near = False

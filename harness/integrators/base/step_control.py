@@ -27,11 +27,11 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refu
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Loop, Table, rounded
 from gnomon.harness.integrators.base.sizes import (
     enlarge,
+    enlarge_roundoff,
     first_sizes,
     invert,
-    nudge,
-    roughen,
-    soften,
+    limit_by_roundoff,
+    perturb_by_roundoff,
     trial_step,
     turning_time,
 )
@@ -208,17 +208,17 @@ def integrate(
             if noisy:
                 if t > 0.0:
                     invert(groups, sizes, inverse)
-                soften(step / tolerance, groups, rough, inverse)
+                limit_by_roundoff(step / tolerance, groups, rough, inverse)
             error = attempt(f, t, step, y, compensation, p, table, inverse, x, slope, k, change, end) / tolerance
             if not error < np.inf:
                 h = min(h, step) / 10
                 rejected = True
                 continue
             if error > 1.0:
-                nudge(y, x)
+                perturb_by_roundoff(y, x)
                 call(f, t, x, p, slope)
-                roughen(k[0], slope, dimension - width, groups, rough)
-                noisy = soften(step / tolerance, groups, rough, inverse) or noisy
+                enlarge_roundoff(k[0], slope, dimension - width, groups, rough)
+                noisy = limit_by_roundoff(step / tolerance, groups, rough, inverse) or noisy
                 h = min(h, step) * max(1 / SHRINK_MOST, shortened(error))
                 rejected = True
                 continue

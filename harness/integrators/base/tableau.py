@@ -91,7 +91,7 @@ class NystromTableau:
         return [*table[:stages], *last, *table[stages : stages + 2]]
 
 
-def listed(text: str) -> tuple[Row, ...]:
+def parse_rows(text: str) -> tuple[Row, ...]:
     """Rows of coefficients from text, as papers print them: numbers from column 0 on, a semicolon after each row.
 
     Raises ValueError where the last one has none.

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition
 from gnomon.harness.contract.sources import cached_by_content
-from gnomon.harness.kernels.equations import IMPORTS, OPTIONS, address, check_values, gather_into, unpacked
+from gnomon.harness.kernels.equations import IMPORTS, OPTIONS, address, check_values, gather_into, unpack_arguments
 
 
 def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
@@ -40,7 +40,7 @@ def _parts(
     sources = list(IMPORTS)
     seen: dict[str, Any] = {"np": np}
     lines = [f"@njit({OPTIONS})", "def parts(t, y_, p_, out):"]
-    lines += [*(f"    {line}" for line in unpacked(dimension, parameters)), "    k = int(out[0])"]
+    lines += [*(f"    {line}" for line in unpack_arguments(dimension, parameters)), "    k = int(out[0])"]
     for k, (function, arguments, count, ends) in enumerate(functions):
         call = f"{function.__name__}(t, y, {arguments})"
         check_values({function.__name__: function}, call, dimension, parameters, count)

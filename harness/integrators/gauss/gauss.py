@@ -10,10 +10,9 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Step
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.base import fixed_step, linear, stepping, tableau
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Loop, Table, kept, rounded
-from gnomon.harness.integrators.base.stepping import Step
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import gauss_steps
-from gnomon.harness.integrators.gauss.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
+from gnomon.harness.integrators.gauss.gauss_steps import gauss_step, newton_numbers, newton_step
 from gnomon.harness.kernels.generated_modules import cache_folder, module_name
 from gnomon.harness.kernels.straight_line import compiled, counting_text
 from gnomon.reference.numerics.precision import nearest_double, working
@@ -45,16 +44,14 @@ class Gauss(FixedStep):
     accepts = (FirstOrder, SecondOrder)
     conserves = ("symplectic", "reversible", "momentum")
     compensated = True
+    step = gauss_step
     stages: ClassVar[int]
-
-    def step_for(self, form: Form) -> Step:
-        return gauss_nystrom_step if isinstance(form, SecondOrder) else gauss_step
 
     def rows(self, form: Form) -> int:
         return 1 + (1 + STEPS_BACK.get(self.stages, 1)) * self.stages
 
     def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
-        """The table of `gauss_step` or `gauss_nystrom_step`: coefficients that conserve quadratic invariants exactly.
+        """The table of `gauss_step`: coefficients that conserve quadratic invariants exactly.
 
         A step is symplectic where m_ij + m_ji = 1 for m_ij = a_ij / b_j, or, for q'' = f, m_ij - m_ji = c_i - c_j for
         m_ij = (a^2)_ij / b_j. Multiples of a power of two keep that, the sum of b and the symmetry of the nodes without
@@ -137,12 +134,12 @@ def compiled_once(what: str, make: Callable[[], Any]) -> None:
 
     So the compiled code is on disk before anything is timed, and is not loaded where it is not used.
     """
-    from gnomon.harness.kernels import numba_cache  # loads numba
+    from gnomon.harness.kernels import numba_fallback  # loads numba
 
     own = (__name__, *(module.__name__ for module in (fixed_step, gauss_steps, linear, stepping, tableau)))
     kernels = (f"gnomon.harness.kernels.{name}" for name in ("derivatives", "straight_line", "traced"))
     made_of = closure(*own, *kernels, within=())
-    name = f"{module_name(f'{what} {numba_cache.machine()} {made_of}')}.newton"
+    name = f"{module_name(f'{what} {numba_fallback.machine()} {made_of}')}.newton"
     if made_of is None or cachefolder.load(cache_folder(), name) is None:
         make()
         cachefolder.store_or_warn(cache_folder(), name, b"")

@@ -11,8 +11,11 @@ MOST_ITERATIONS = 100
 def gauss_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 / b_1 ... a_js / b_s for each stage; 0 and the coefficients
-    that extrapolate weighted slopes of the last steps, for each stage; the unit round-off, b_1 ... b_s.
+    """One step for y' = f(t, y), or for q'' = f(t, q), with half the unknowns.
+
+    Rows of `table`: c_j, a_j1 / b_1 ... a_js / b_s for each stage, for q'' = f the squared matrix in place of a; 0 and the
+    coefficients that extrapolate weighted slopes of the last steps, for each stage; the unit round-off, b_1 ... b_s; for
+    q'' = f also 0 and 1 - c_j, the weights of the weighted slopes in the change of q.
 
     `store` holds a flag, the weighted slopes b_j k_j, and those of the last steps, the latest first. The iteration ends
     when its next change would be far below round-off, or when round-off stops it from shrinking. The error that it leaves
@@ -21,22 +24,27 @@ def gauss_step(
     stages = (table.shape[0] - 1) // 2
     weights = 2 * stages
     back = table.shape[1] - 1
-    start_stages(f, t, y, p, table, x, slope, store, stages, y.size, back)
+    width = x.size
+    second = width < y.size
+    start_stages(f, t, y, p, table, x, slope, store, stages, width, back)
     before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
     for iteration in range(MOST_ITERATIONS):
         change = 0.0
         for j in range(stages):
-            for i in range(y.size):
-                x[i] = y[i] + h * weighted_sum(table, j, store, 1, i, stages)
+            for i in range(width):
+                total = weighted_sum(table, j, store, 1, i, stages)
+                if second:
+                    total = table[j, 0] * y[width + i] + h * total
+                x[i] = y[i] + h * total
             call(f, t + table[j, 0] * h, x, p, slope)
             weight = table[weights, j + 1]
-            for i in range(y.size):
+            for i in range(width):
                 weighted_slope = weight * slope[i]
                 difference = weighted_slope - store[j + 1, i]
                 distance = abs(difference)
                 if not distance <= LARGEST:
                     return False
-                size = weight * abs(y[i]) + h * abs(weighted_slope)
+                size = weight * abs(y[y.size - width + i]) + h * abs(weighted_slope)
                 if h * distance > SMALLEST and h * distance > change * size:  # divides at each new maximum only
                     change = h * distance / size
                 store[j + 1, i] = weighted_slope + beyond * difference
@@ -44,63 +52,13 @@ def gauss_step(
         stalled = stalled + 1 if change >= least else 0
         accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
         if change == 0.0 or accepted > MORE_ROUNDS:
-            for i in range(y.size):
+            for i in range(width):
                 total = 0.0
                 for j in range(stages):
                     total += store[j + 1, i]
-                increment[i] = h * total
-            return True
-        if iteration > 1 and change > before and change > FAR:
-            return False
-        if iteration == 1:
-            store[0, 0] = -store[0, 0]
-        elif iteration == 2:
-            store[0, 0] = as_far(store[0, 0], change / before)
-        least = change if iteration == 0 else min(least, change)
-        before = change
-    return False
-
-
-def gauss_nystrom_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
-    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b comes
-    a row of 0 and 1 - c_j, the weights of the weighted slopes in the change of q."""
-    half = x.size
-    stages = (table.shape[0] - 2) // 2
-    weights = 2 * stages
-    back = table.shape[1] - 1
-    start_stages(f, t, y, p, table, x, slope, store, stages, half, back)
-    before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
-    for iteration in range(MOST_ITERATIONS):
-        change = 0.0
-        for j in range(stages):
-            for i in range(half):
-                total = weighted_sum(table, j, store, 1, i, stages)
-                x[i] = y[i] + h * (table[j, 0] * y[half + i] + h * total)
-            call(f, t + table[j, 0] * h, x, p, slope)
-            weight = table[weights, j + 1]
-            for i in range(half):
-                weighted_slope = weight * slope[i]
-                difference = weighted_slope - store[j + 1, i]
-                distance = abs(difference)
-                if not distance <= LARGEST:
-                    return False
-                size = weight * abs(y[half + i]) + h * abs(weighted_slope)
-                if h * distance > SMALLEST and h * distance > change * size:  # divides at each new maximum only
-                    change = h * distance / size
-                store[j + 1, i] = weighted_slope + beyond * difference
-        beyond = 0.0
-        stalled = stalled + 1 if change >= least else 0
-        accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
-        if change == 0.0 or accepted > MORE_ROUNDS:
-            for i in range(half):
-                total, weighted = 0.0, 0.0
-                for j in range(stages):
-                    total += store[j + 1, i]
-                    weighted += table[weights + 1, j + 1] * store[j + 1, i]
-                increment[i] = h * (h * weighted) + h * y[half + i]
-                increment[half + i] = h * total
+                increment[y.size - width + i] = h * total
+                if second:
+                    increment[i] = h * (h * weighted_sum(table, weights + 1, store, 1, i, stages)) + h * y[width + i]
             return True
         if iteration > 1 and change > before and change > FAR:
             return False

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.linear import factor, substitute
-from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, soften
+from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, limit_by_roundoff, perturb_by_roundoff
 from gnomon.harness.integrators.base.step_control import NOT_FINITE, NOT_SOLVED, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
@@ -98,7 +98,7 @@ def integrate(
                         elif noisy:
                             invert(groups, sizes, inverse)
                         if noisy:
-                            soften(1.0 / tolerance, groups, rough, inverse)
+                            limit_by_roundoff(1.0 / tolerance, groups, rough, inverse)
                     for i in range(n):
                         weight[i] = (1.0 / (1.0 + abs(y[i])) if ABSOLUTE == 1 else inverse[i]) / tolerance
                 if aside:
@@ -192,8 +192,8 @@ def noise(
     """Raise `rough` to the solution of the real system for the rates' change when the state is perturbed by its round-off.
 
     For a fast mode that is its own round-off, not h times that of its rates: the lower limit of the scale of errors
-    (`sizes.soften`)."""
-    nudge(y, x)
+    (`sizes.limit_by_roundoff`)."""
+    perturb_by_roundoff(y, x)
     call(f, t, x, p, slope)
     for i in range(change.size):
         change[i] = slope[i] - start[i]

@@ -1,6 +1,6 @@
 """Boris's method and related ones: drift, push by E and rotation by B of a charge, each in closed form."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import sqrt, tan
 from typing import Any, ClassVar
 
@@ -123,20 +123,14 @@ def share_of(a: Any, b: Any, c: Any) -> tuple[Any, Any]:
 
 
 class ChargeMethod(Composed):
-    """A step for a charge: the function that it calls computes the fields."""
+    """A step for a charge."""
 
     accepts = (Charged,)
     conserves = ("volume", "reversible")
     compensated = True
     step = boris_step
+    function, function_widths = "fields", (3, 6)
     turning: ClassVar[int]
-
-    def equations(self, form: Form) -> Callable[..., Any]:
-        assert isinstance(form, Charged)
-        return form.fields
-
-    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
-        return 3, 6
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, Charged)

@@ -70,12 +70,13 @@ def combined(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, cou
 class ExponentialRungeKutta(FixedStep):
     """A method given by its nodes and its coefficients, which are matrices: phi functions of h L.
 
-    phi_0 = exp, phi_k(z) = (phi_{k-1}(z) - 1/(k-1)!)/z. The function that it calls is the nonlinear rest of the equations.
+    phi_0 = exp, phi_k(z) = (phi_{k-1}(z) - 1/(k-1)!)/z. The step calls the nonlinear rest of the equations.
     """
 
     accepts = (SemiLinear,)
     compensated = True
     step = exponential_step
+    function = "rest"
     nodes: ClassVar[tuple[float, ...]]
 
     @classmethod
@@ -86,10 +87,6 @@ class ExponentialRungeKutta(FixedStep):
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
         return [[mp.mpf(c) for c in cls.nodes]]
-
-    def equations(self, form: Form) -> Callable[..., Any]:
-        assert isinstance(form, SemiLinear)
-        return form.rest
 
     def kernel(self, problem: Problem) -> Kernel:
         assert isinstance(problem.form, SemiLinear)

@@ -4,7 +4,7 @@ Angular velocity and attitude are rotated by the same Q in a step: R' = R Q and 
 R M, the angular momentum in space, is constant to round-off, and R(0)^T R(t) is orthogonal to round-off.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import cos, sin, sqrt
 from typing import Any
 
@@ -150,17 +150,11 @@ def transposed_times(q: Any, v1: Any, v2: Any, v3: Any) -> Any:
 
 
 class RigidBodyMethod(FixedStep):
-    """A step for a rigid body: the function it calls is the torque, and its table ends with the moments of inertia."""
+    """A step for a rigid body, whose table ends with the moments of inertia."""
 
     accepts = (RigidBody,)
     compensated = True
-
-    def equations(self, form: Form) -> Callable[..., Any]:
-        assert isinstance(form, RigidBody)
-        return form.torque
-
-    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
-        return 12, 3
+    function, function_widths = "torque", (12, 3)
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, RigidBody)

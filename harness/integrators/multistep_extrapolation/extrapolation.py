@@ -7,7 +7,15 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.integrators.base.fixed_step import Table
-from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, one_over, roughen, soften
+from gnomon.harness.integrators.base.sizes import (
+    enlarge,
+    enlarge_roundoff,
+    first_sizes,
+    invert,
+    limit_by_roundoff,
+    one_over,
+    perturb_by_roundoff,
+)
 from gnomon.harness.integrators.base.step_control import NOT_FINITE, Adaptive, first_step, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
@@ -92,7 +100,7 @@ def integrate(
             if noisy:
                 if t > 0.0:
                     invert(groups, sizes, inverse)
-                soften(step / tolerance, groups, rough, inverse)
+                limit_by_roundoff(step / tolerance, groups, rough, inverse)
             good, last, previous = -1, 0, np.inf
             for j in range(target + 2):
                 midpoint(f, t, step, y, p, 2 * (j + 1), x, slope, first, before, now)
@@ -115,10 +123,10 @@ def integrate(
                 if not cut and j >= target - 1 and error > hopeless(j, target):
                     break
             if good < 0:
-                nudge(y, x)
+                perturb_by_roundoff(y, x)
                 call(f, t, x, p, slope)
-                roughen(first[0], slope, 0, groups, rough)
-                noisy = soften(step / tolerance, groups, rough, inverse) or noisy
+                enlarge_roundoff(first[0], slope, 0, groups, rough)
+                noisy = limit_by_roundoff(step / tolerance, groups, rough, inverse) or noisy
                 target = max(1, min(target, last))
                 if target > 1 and work[target - 1] < FEWER * work[target]:
                     target -= 1

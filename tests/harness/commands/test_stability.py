@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from command_line import gnomon
-from gnomon.harness.stability.run import Row
+from gnomon.harness.stability.panel_run import Row
 
 
 def test_a_table_for_each_panel_and_the_result_as_json(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -56,7 +56,7 @@ def test_an_interruption_keeps_what_was_measured(tmp_path: Path, monkeypatch: py
         given[4](Row("gnomon:RK4", "linear", 1.0, {"refused": "planted"}, []))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gnomon.harness.stability.run.measured", interrupted)
+    monkeypatch.setattr("gnomon.harness.stability.panel_run.measured", interrupted)
     file = tmp_path / "stability.json"
     assert measured(file, "gnomon:RK4") != 0
     assert [row["integrator"] for row in json.loads(file.read_text())["rows"]] == ["gnomon:RK4"]

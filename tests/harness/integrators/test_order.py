@@ -19,13 +19,13 @@ from gnomon.harness.integrators.gauss.gauss import Gauss4
 from gnomon.harness.integrators.geometric.splitting import KahanLi6, KahanLi8, Yoshida8
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
 from gnomon.harness.results.convergence_order import fit_order, line, mean_slope
-from gnomon.harness.studies.order_measurement import (
+from gnomon.harness.studies.orders import (
+    WITHIN,
     fit_order_exactly,
     measure_order,
     measure_order_exactly,
     solve_exactly,
 )
-from gnomon.harness.studies.orders import WITHIN
 
 
 class WrongWeight(RK4):

@@ -19,7 +19,7 @@ from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12, Nystrom
 from gnomon.harness.integrators.runge_kutta.nystrom_table import RKN_12_10
 from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps
-from gnomon.harness.studies.order_measurement import measure_order_exactly
+from gnomon.harness.studies.orders import measure_order_exactly
 from gnomon.reference.numerics.precision import working
 from order_conditions import formulas, has_order, matrix, nystrom_residuals, rk_residuals
 

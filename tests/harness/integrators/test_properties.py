@@ -21,7 +21,7 @@ from gnomon.harness.integrators.geometric.splitting import KahanLi6, KahanLi8, S
 from gnomon.harness.integrators.multistep_extrapolation import extrapolation, stormer
 from gnomon.harness.integrators.runge_kutta import dop853, explicit, explicit_pairs, nystrom
 from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
-from gnomon.harness.studies.order_measurement import solve_exactly
+from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics.precision import working
 
 FIXED = (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS, *stormer.INTEGRATORS)

@@ -16,7 +16,7 @@ from gnomon.harness.reporting import publication, report
 from gnomon.harness.results import store
 from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 
 ROOT = Path(__file__).parents[3]
 MAKE, GIT = shutil.which("make"), shutil.which("git")

@@ -212,7 +212,7 @@ def test_a_law_is_named_only_where_the_interval_excludes_the_others(
     power = (low + high) / 2
     row = {"integrator": "one", "case": "a", "setting": "s", "periods": 1e5, "starts": 24, "size": 1e-13}
     row |= {"power": power, "uncertainty": 0.04, "low": low, "high": high, "law": "sqrt t", "expected": expected}
-    said = _said(tmp_path, row)
+    said = _read_growth(tmp_path, row)
     assert (said["law"], said["verdict"]) == (law, verdict)
     assert (said["power"], said["periods"]) == (f"{power:.2f} ({low:.2f} to {high:.2f})", "1e5")
 
@@ -220,12 +220,12 @@ def test_a_law_is_named_only_where_the_interval_excludes_the_others(
 def test_a_file_without_intervals_is_read_by_its_standard_errors(tmp_path: Path) -> None:
     row = {"integrator": "one", "case": "a", "setting": "s", "periods": 1e5, "starts": 8, "size": 1e-13}
     row |= {"power": 0.69, "uncertainty": 0.05, "law": "sqrt t", "expected": "sqrt t"}
-    said = _said(tmp_path, row)
+    said = _read_growth(tmp_path, row)
     assert (said["power"], said["law"]) == ("0.69 (0.59 to 0.79)", "between √t and t")
-    assert _said(tmp_path, row | {"uncertainty": 0.15})["law"] == "undecided between √t and t"
+    assert _read_growth(tmp_path, row | {"uncertainty": 0.15})["law"] == "undecided between √t and t"
 
 
-def _said(folder: Path, row: dict[str, object]) -> dict[str, str]:
+def _read_growth(folder: Path, row: dict[str, object]) -> dict[str, str]:
     (folder / "growth.json").write_text(json.dumps({"environment": {}, "rows": [row]}))
     found = report_benchmarks.growth(folder)
     assert found is not None

@@ -13,7 +13,7 @@ from gnomon.harness.registry import lookup, references
 from gnomon.harness.results import store
 from gnomon.harness.running import first_use, plan
 from gnomon.harness.running.first_use import CACHES, first_seconds
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 from gnomon.harness.scoring.reference_solution import CaseSpec
 
 from gnomon import cases

@@ -18,7 +18,7 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.registry.declaration import validate
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 
 SUITE = replace(plan.suite("quick"), limit_seconds=2.0, block_seconds=0.002, repeats=5)
 FAULTS = {

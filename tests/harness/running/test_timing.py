@@ -10,7 +10,7 @@ import planted
 from gnomon.harness.results import store
 from gnomon.harness.results.schema import TIMES
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 
 TIMED = replace(plan.suite("quick").within(20.0), launches=1)
 

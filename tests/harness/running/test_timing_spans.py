@@ -12,7 +12,7 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.results import analysis
 from gnomon.harness.results.store import load
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 from gnomon.harness.studies.timing_spans import ended, suffices
 
 from gnomon import cases

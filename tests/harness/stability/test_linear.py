@@ -17,7 +17,7 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.stability.linear import first_limit, linear, scan
 from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.step_matrix import StepMatrix, stable_intervals
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 from scipy.optimize import brentq
 
 SECONDS = 2.0

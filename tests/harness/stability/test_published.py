@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from gnomon.harness.reporting import sidecars
 from gnomon.harness.stability.panel import IDS, panels
-from gnomon.harness.stability.run import Row, tiers_of
+from gnomon.harness.stability.panel_run import Row, tiers_of
 
 PUBLISHED = Path(__file__).parents[3] / "reports" / "stability.json"
 

@@ -12,7 +12,7 @@ from gnomon.harness.contract.integrator import Integrator, Steps
 from gnomon.harness.registry.lookup import find_one
 from gnomon.harness.stability.relations import TEXTS, compared, related_problems, relations, returned, usual
 from gnomon.harness.stability.subjects import trials_of
-from gnomon.harness.verification.doors import from_step
+from gnomon.harness.verification.function_adapter import from_step
 
 STEP = 1 / 8
 """Of the sampling interval, in this file: the faults are far larger than the error."""

@@ -24,7 +24,7 @@ from gnomon.harness.stability.resonance import (
     window_around,
 )
 from gnomon.harness.stability.step_matrix import StepMatrix
-from gnomon.harness.verification.doors import from_step
+from gnomon.harness.verification.function_adapter import from_step
 
 from gnomon import cases
 

@@ -7,7 +7,7 @@ import json
 
 import numpy as np
 import pytest
-from gnomon.harness.stability.run import Row, as_json
+from gnomon.harness.stability.panel_run import Row, as_json
 from gnomon.harness.stability.tiers import FEWEST, by_calls, by_lost_digits, separated, summary, tiers
 
 

@@ -23,7 +23,7 @@ from gnomon.harness.stability.tolerance import (
     sensitivity,
     tolerance,
 )
-from gnomon.harness.verification.doors import from_solve
+from gnomon.harness.verification.function_adapter import from_solve
 
 SECONDS = 60.0
 """More than all tolerances and starts take: how many there are then does not depend on the machine."""

@@ -26,7 +26,7 @@ from gnomon.harness.integrators.gauss.gauss import (
     newton_rows,
 )
 from gnomon.harness.integrators.gauss.gauss_steps import newton_numbers, newton_step, start_stages
-from gnomon.harness.studies.order_measurement import solve_exactly
+from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics.precision import nearest_double, working
 
 METHODS = [method for method in INTEGRATORS if issubclass(method, Gauss)]

@@ -17,7 +17,7 @@ from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.geometric import boris
 from gnomon.harness.integrators.geometric.boris import Boris, HigueraCary
 from gnomon.harness.results.convergence_order import fit_order
-from gnomon.harness.studies.order_measurement import measure_order, solve_exactly
+from gnomon.harness.studies.orders import measure_order, solve_exactly
 from gnomon.reference.numerics import taylor
 from gnomon.reference.numerics.precision import nearest_double, working
 

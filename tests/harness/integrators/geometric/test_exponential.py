@@ -16,7 +16,7 @@ from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.geometric.exponential import HochbruckOstermann4, phi_functions
 from gnomon.harness.results.convergence_order import fit_order
-from gnomon.harness.studies.order_measurement import measure_order, solve_exactly
+from gnomon.harness.studies.orders import measure_order, solve_exactly
 from gnomon.reference.numerics.precision import working
 
 CASES = ("damped_oscillator", "forced_oscillator", "projectile_stokes_drag")

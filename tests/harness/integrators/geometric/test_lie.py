@@ -19,7 +19,7 @@ from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.geometric import lie
 from gnomon.harness.integrators.geometric.lie import AxisSplitting2, AxisSplitting6, MuntheKaas4, RigidBodyMethod
 from gnomon.harness.results.convergence_order import fit_order
-from gnomon.harness.studies.order_measurement import solve_exactly
+from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics import taylor
 from gnomon.reference.numerics.precision import nearest_double, working
 from numpy.typing import NDArray

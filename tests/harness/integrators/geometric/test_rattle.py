@@ -17,7 +17,7 @@ from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.geometric import rattle
 from gnomon.harness.integrators.geometric.rattle import Rattle
 from gnomon.harness.results.convergence_order import fit_order
-from gnomon.harness.studies.order_measurement import measure_order, solve_exactly
+from gnomon.harness.studies.orders import measure_order, solve_exactly
 from gnomon.reference.numerics.precision import working
 
 METHODS = pytest.mark.parametrize("method", rattle.INTEGRATORS, ids=lambda method: method.name)

@@ -8,7 +8,7 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
 from gnomon.harness.studies.fixed_step_formulas import with_columns
-from gnomon.harness.studies.order_measurement import measure_order_exactly
+from gnomon.harness.studies.orders import measure_order_exactly
 
 
 @pytest.mark.parametrize(("count", "coarsest"), [(1, 96), (2, 48), (4, 24), (7, 24)])

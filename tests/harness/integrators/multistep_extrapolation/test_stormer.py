@@ -19,7 +19,7 @@ from gnomon.harness.integrators.multistep_extrapolation.stormer import (
     adams_weights,
     stormer_weights,
 )
-from gnomon.harness.studies.order_measurement import solve_exactly
+from gnomon.harness.studies.orders import solve_exactly
 
 
 def ordinates(differences: tuple[Fraction, ...]) -> tuple[Fraction, ...]:

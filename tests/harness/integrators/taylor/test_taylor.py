@@ -19,7 +19,7 @@ from gnomon.harness.contract.problem import accepted_form, initial_state, proble
 from gnomon.harness.integrators.taylor.taylor import Taylor, order_for, start_sizes
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
 from gnomon.harness.studies.fixed_step_formulas import taylor_steps
-from gnomon.harness.studies.order_measurement import fit_order_exactly
+from gnomon.harness.studies.orders import fit_order_exactly
 from gnomon.reference.numerics.precision import working
 
 ORDER = 12

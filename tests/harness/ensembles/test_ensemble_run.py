@@ -9,10 +9,10 @@ import numpy as np
 import planted_ensembles
 import pytest
 from gnomon.cases import get
-from gnomon.harness.ensembles import run, samples
+from gnomon.harness.ensembles import ensemble_run, samples
 from gnomon.harness.ensembles.distribution import as_data
 from gnomon.harness.ensembles.draws import Varied
-from gnomon.harness.ensembles.run import Job
+from gnomon.harness.ensembles.ensemble_run import Job
 from gnomon.harness.ensembles.samples import BLOCK, Ensemble
 from gnomon.harness.registry import lookup
 
@@ -25,7 +25,7 @@ def ensemble(name: str = "Off", **changes: Any) -> Ensemble:
 
 
 def everything(job: Job, *arguments: Any) -> Any:
-    found = run.run(job, *arguments)
+    found = ensemble_run.run(job, *arguments)
     return as_data(found), found.worst, found.failed
 
 
@@ -42,8 +42,8 @@ def test_parts_have_the_bits_of_the_whole(name: str) -> None:
 def test_workers_and_their_number_change_no_bit() -> None:
     job = Job(ensemble("SharesSteps"), 3000, keep=5, sides=(0, 1))
     alone = everything(job)
-    assert everything(job, lambda job, firsts: run.one_by_one(job, reversed(firsts))) == alone
-    assert everything(job, run.in_processes(3)) == alone
+    assert everything(job, lambda job, firsts: ensemble_run.one_by_one(job, reversed(firsts))) == alone
+    assert everything(job, ensemble_run.in_processes(3)) == alone
     assert everything(Job(ensemble("SharesSteps", seed=2), 3000, keep=5, sides=(0, 1))) != alone
 
 
@@ -87,7 +87,7 @@ def test_errors_are_in_the_metric_of_the_case() -> None:
 def test_the_worst_starts_reproduce_their_errors() -> None:
     """As the lines of code are printed, and by the exact motion of the case, not by the formula for many."""
     job = Job(ensemble(), 2048, keep=4)
-    found = run.run(job)
+    found = ensemble_run.run(job)
     names: dict[str, Any] = {}
     exec("from gnomon.harness.ensembles.samples import Ensemble, Varied", names)
     exec(f"ensemble = {job.ensemble!r}", names)
@@ -101,7 +101,7 @@ def test_the_worst_starts_reproduce_their_errors() -> None:
 
 def test_a_fault_in_a_hundredth_of_the_starts_shows_in_the_tail() -> None:
     """In the start that `gnomon run` takes, and in the median, the method is right."""
-    found = run.run(Job(ensemble("WrongBackwards"), 2**14))
+    found = ensemble_run.run(Job(ensemble("WrongBackwards"), 2**14))
     by_level = {row["level"]: row["error"] for row in found.quantiles()}
     assert by_level[0.5] < 1e-11
     assert by_level[0.999] > 1e-4
@@ -121,7 +121,7 @@ def test_more_times_find_larger_errors() -> None:
 def test_what_a_killed_process_had_under_way_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing is lost and nothing is counted twice."""
     monkeypatch.chdir(tmp_path)
-    found = everything(Job(ensemble("EndsOnce"), 4096, sides=(0, 1)), run.in_processes(2))
+    found = everything(Job(ensemble("EndsOnce"), 4096, sides=(0, 1)), ensemble_run.in_processes(2))
     assert Path(planted_ensembles.MARK).exists()
     assert found == everything(Job(ensemble(), 4096, sides=(0, 1)))
 
@@ -134,7 +134,7 @@ def test_parts_answered_out_of_sequence_are_kept_when_a_process_ends(
     job = Job(ensemble("EndsLate"), 8 * BLOCK)
     Path(planted_ensembles.FIRST).write_text(float(job.ensemble.prepared.drawn(0, 1)[1][0, 0]).hex())
     answered = []
-    for first, _ in run.in_processes(2)(job, job.firsts):
+    for first, _ in ensemble_run.in_processes(2)(job, job.firsts):
         answered.append(first)
         Path(planted_ensembles.ANSWERED).touch()
     assert Path(planted_ensembles.MARK).exists()
@@ -144,14 +144,14 @@ def test_parts_answered_out_of_sequence_are_kept_when_a_process_ends(
 
 def test_a_method_that_ends_every_process_ends_the_run_with_its_samples_named() -> None:
     with pytest.raises(ChildProcessError, match="ended 3 times, with one of the first samples 0 to"):
-        run.run(Job(ensemble("EndsAlways"), 1024), run.in_processes(1))
+        ensemble_run.run(Job(ensemble("EndsAlways"), 1024), ensemble_run.in_processes(1))
 
 
 def test_the_cost_says_where_exact_states_come_from() -> None:
-    cost = run.probe(ensemble())
+    cost = ensemble_run.probe(ensemble())
     assert cost.by_formula
     assert not cost.prepares_each
-    assert run.probe(ensemble(vary=(Varied("L", 1.0, 2.0),))).prepares_each
+    assert ensemble_run.probe(ensemble(vary=(Varied("L", 1.0, 2.0),))).prepares_each
     assert cost.seconds(200, 2) == pytest.approx(100 * (cost.integration + cost.exact))
 
 

@@ -36,7 +36,7 @@ from gnomon.harness.running.own_equations import lines
 _PAGE = declared("reporting", "templates/page.toml")
 KINDS: dict[str, list[str]] = _PAGE["kinds"]
 """Kinds of systems by the most structured form that a case offers; the first match counts."""
-CARD: list[str] = _PAGE["card"]["heads"]
+HEADS: list[str] = _PAGE["card"]["heads"]
 SHOWN = 3
 """The number of integrators that a cell names with their counts."""
 
@@ -103,7 +103,7 @@ def lines_of(kinds: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     return {name: text for name, text in found.items() if text is not None}
 
 
-def card(
+def integrator_rows(
     equal: pd.DataFrame,
     trusted: pd.DataFrame,
     orders: pd.DataFrame,
@@ -111,7 +111,7 @@ def card(
     growth: Mapping[str, Any] | None,
     benched: Mapping[str, Any] | None,
 ) -> list[Row]:
-    """Every integrator on one line, with the columns of CARD, over the default variants of the cases that it accepts.
+    """Every integrator on one line, with the columns of HEADS, over the default variants of the cases that it accepts.
 
     `growth` and `benched` are the laws and the orders of gnomon's own integrators, measured by `make bench`.
     """

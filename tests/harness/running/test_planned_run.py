@@ -16,8 +16,8 @@ import planted
 import pytest
 from gnomon.harness.results import regression, store
 from gnomon.harness.running import plan
+from gnomon.harness.running.planned_run import compare, run
 from gnomon.harness.running.progress import Progress
-from gnomon.harness.running.run import compare, run
 from waiting import LIMIT_SECONDS, wait_until, with_variable
 
 SUITE = replace(plan.suite("quick"), limit_seconds=2.0, variant_limit_seconds=2.0, block_seconds=0.002, repeats=5)
@@ -241,7 +241,7 @@ import sys
 sys.path.insert(0, {folder!r})
 import planted
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 from dataclasses import replace
 if __name__ == "__main__":
     suite = replace(plan.suite("quick"), limit_seconds={limit}, block_seconds=0.002, repeats=5)

@@ -17,15 +17,15 @@ from gnomon.harness.contract.status import STOPPED
 from gnomon.harness.registry import environment, lookup
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
+from gnomon.harness.running.planned_run import run as run_here
 from gnomon.harness.running.progress import Progress
-from gnomon.harness.running.run import run as run_here
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
 
 from command_line import gnomon
 from dask_processes import Processes, connected
 from gnomon.harness.cluster.connection import Lost
-from gnomon.harness.cluster.run import run as run_on_cluster
+from gnomon.harness.cluster.dask_run import run as run_on_cluster
 
 # A limit that no trial reaches on a busy machine: which trials run must not depend on the clock.
 SUITE = replace(plan.suite("quick").within(20.0).untimed(), name="cluster")
@@ -103,7 +103,7 @@ def test_workers_and_scheduler_are_killed_and_nothing_is_lost_or_repeated(
 ) -> None:
     """A worker dies first: its tasks run elsewhere. Then the scheduler: what came back stays, the run resumes on another
     cluster, and runs only the rest. The trials and their errors are those of a run without a cluster, faults included."""
-    monkeypatch.setattr("gnomon.harness.cluster.run.TASK_SECONDS", 0.1)  # one series a task
+    monkeypatch.setattr("gnomon.harness.cluster.dask_run.TASK_SECONDS", 0.1)  # one series a task
     path = tmp_path / "results.sqlite"
     address, scheduler = processes.scheduler()
     workers = [processes.worker(address) for _ in range(2)]

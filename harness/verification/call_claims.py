@@ -1,4 +1,4 @@
-"""Claims of conduct: the same bits again, no dependence on earlier calls, bad input."""
+"""Claims about calls: the same bits again, no dependence on earlier calls, bad input."""
 
 from __future__ import annotations
 

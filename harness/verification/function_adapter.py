@@ -72,8 +72,8 @@ def from_solve(
     return _made(_Solved, declared | more | {"function": staticmethod(solve)})
 
 
-class Door(Integrator):
-    """What both doors share: solutions from several starts, one after the other."""
+class FunctionAdapter(Integrator):
+    """What both adapters share: solutions from several starts, one after the other."""
 
     function: ClassVar[Callable[..., Any]]
 
@@ -101,7 +101,7 @@ class Door(Integrator):
         """Write the states at the samples into `out` (n, dim); returns the number of steps, None where unknown."""
 
 
-class Stepped(Door):
+class Stepped(FunctionAdapter):
     """A method of one step: its global order is that of the error of a step, less one."""
 
     def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
@@ -118,7 +118,7 @@ class Stepped(Door):
         return steps
 
 
-class _Solved(Door):
+class _Solved(FunctionAdapter):
     def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
         found = np.asarray(type(self).function(f, problem.t0, y, problem.times.copy(), setting))
         if found.shape != out.shape:
@@ -147,7 +147,7 @@ def right_hand_side(problem: Problem) -> RightHandSide:
     return f
 
 
-def _made(base: type[Door], attributes: dict[str, Any]) -> Integrator:
+def _made(base: type[FunctionAdapter], attributes: dict[str, Any]) -> Integrator:
     """An instance of a new class that belongs to the module of the user's call: a variable there names it to workers."""
     module = sys._getframe(2).f_globals.get("__name__", "__main__")
     kind = type(base.__name__.strip("_"), (base,), attributes | {"__module__": module})

@@ -14,15 +14,15 @@ from typing import Any
 from gnomon.cases import Case
 from gnomon.harness.cluster.connection import Cluster, Lost, connected
 from gnomon.harness.cluster.identity import identity
-from gnomon.harness.cluster.task import Differs, Group, Packed, Row, execute, packed, rows
+from gnomon.harness.cluster.task import Differs, Group, Packed, Row, execute, pack, rows
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import environment
 from gnomon.harness.registry.references import reference
 from gnomon.harness.results.store import Store
 from gnomon.harness.running.cost import divided, predicted_seconds
 from gnomon.harness.running.plan import Series, Suite, Trial
+from gnomon.harness.running.planned_run import PlannedRun, open_run
 from gnomon.harness.running.progress import Progress
-from gnomon.harness.running.run import PlannedRun, opened
 from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.scoring.score import Scorer
@@ -44,7 +44,7 @@ def run(
     workers: int = 2,
     near_duplicates: bool = True,
 ) -> Path:
-    """Run as `gnomon.harness.running.run.run` does, on the Dask cluster at `address`; returns the path of the results.
+    """Run as `gnomon.harness.running.planned_run.run` does, on the Dask cluster at `address`; returns the path of the results.
 
     `address` is that of a scheduler, or `local` for `workers` processes of this machine. A series that the file has
     complete from any machine is not repeated. Raises ValueError before anything runs if versions or sources of a worker
@@ -56,7 +56,7 @@ def run(
     client = identity([case for case, _ in chosen], integrators)
     with connected(address, workers) as cluster:
         cluster.compare(client)
-        with opened(path, suite, chosen, integrators, progress, near_duplicates) as run_:
+        with open_run(path, suite, chosen, integrators, progress, near_duplicates) as run_:
             _Distributed(run_, cluster, client).run()
     return path
 
@@ -149,7 +149,7 @@ class _Distributed:
         specs = [CaseSpec.of(one.case, one.formulation) for one, _, _ in group]
         for spec, (_, _, scorer) in zip(specs, group, strict=True):
             if spec not in self.exact:
-                self.exact[spec] = packed(scorer.reference)
+                self.exact[spec] = pack(scorer.reference)
         measured = [
             (trial.key, launch)
             for work in (group if run_.history else ())

@@ -29,7 +29,7 @@ from gnomon.harness.running.sweep import task_of
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.verification import protocol
-from gnomon.harness.verification.command_door import from_command
+from gnomon.harness.verification.program_adapter import from_command
 from gnomon.harness.verification.trials import DEPTHS, Trials
 
 from gnomon import cases
@@ -326,11 +326,11 @@ def test_numbers_that_are_not_finite_and_hexadecimal_digits_are_read() -> None:
     ("way", "reason"),
     [
         ("mute", "ended with exit code 0 before it answered"),
-        ("other protocol", "protocol = 2: this gnomon has version 1"),
-        ("no sweep", "sweep = None"),
+        ("other protocol", "protocol = 2: it is 1, the version"),
+        ("no sweep", "'sweep' is a required property"),
         ("odd sweep", "sweep.kind = 'guess'"),
-        ("odd step", "coarsest is a finite, positive number"),
-        ("odd form", "forms = 'Hamiltonian'"),
+        ("odd step", "sweep.coarsest = 'large'"),
+        ("odd form", r"forms\[0\] = 'Hamiltonian'"),
         ("odd order", "order = -4"),
         ("odd name", "name = "),
         ("odd counts", "counts_rhs = 'yes'"),

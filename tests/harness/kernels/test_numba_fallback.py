@@ -13,7 +13,7 @@ import numba
 import numpy as np
 import pytest
 from gnomon.harness.contract.problem import initial_state, problem_of
-from gnomon.harness.kernels import equations, machine_code, numba_cache
+from gnomon.harness.kernels import equations, machine_code, numba_fallback
 from gnomon.harness.kernels.equations import IMPORTS, OPTIONS
 from gnomon.harness.registry import lookup
 
@@ -28,7 +28,7 @@ import numba
 
 numba.__version__ = "0.0.1"
 from numba.core import event
-from test_numba_cache import METHODS, states
+from test_numba_fallback import METHODS, states
 
 with event.install_recorder("numba:compile") as compilations:
     print(*map(states, METHODS))
@@ -59,7 +59,7 @@ def states(name: str) -> str:
 
 
 def test_private_parts_are_used_of_known_versions_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    for version, keeper in ((numba.__version__, machine_code), ("0.67.0", numba_cache), ("0.680.0", numba_cache)):
+    for version, keeper in ((numba.__version__, machine_code), ("0.67.0", numba_fallback), ("0.680.0", numba_fallback)):
         monkeypatch.setattr(numba, "__version__", version)
         equations.keeper.cache_clear()
         assert equations.keeper() is keeper
@@ -89,12 +89,12 @@ def test_functions_are_those_of_machine_code(
     if not writable:
         (tmp_path / "kernels").write_text("a file where the folder should be")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    for kept in (numba_cache.function, numba_cache.address, numba_cache._module):
+    for kept in (numba_fallback.function, numba_fallback.address, numba_fallback._module):
         kept.cache_clear()
-    scaled, x = numba_cache.function(SOURCE, "scaled"), np.array([6.0, 4.0])
-    doubled = numba_cache.function(SOURCE, "doubled", "float64(float64)")
+    scaled, x = numba_fallback.function(SOURCE, "scaled"), np.array([6.0, 4.0])
+    doubled = numba_fallback.function(SOURCE, "doubled", "float64(float64)")
     by_address = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(
-        numba_cache.address(SOURCE, "doubled", "float64(float64)")
+        numba_fallback.address(SOURCE, "doubled", "float64(float64)")
     )
     assert (scaled(x, 5.0), doubled(1.5), by_address(1.5)) == (7.5, 3.0, 3.0)
     assert np.isinf(scaled(np.array([6.0, 0.0]), 5.0))

@@ -17,7 +17,7 @@ from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import lookup, references
-from gnomon.harness.verification.engine_door import EngineIntegrator, from_engine
+from gnomon.harness.verification.engine_adapter import EngineIntegrator, from_engine
 from timed_forms import FORMS
 
 from gnomon import cases

@@ -14,7 +14,7 @@ from gnomon.harness.contract.integrator import Refused, Steps
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
 from gnomon.harness.registry import lookup, references
-from gnomon.harness.verification.doors import from_solve, from_step, right_hand_side
+from gnomon.harness.verification.function_adapter import from_solve, from_step, right_hand_side
 
 CASE = get("pendulum_simple").rounded()
 

@@ -1,4 +1,4 @@
-"""The door for physics engines that only step: load a scene, step, read. The harness does the rest.
+"""The adapter for physics engines that only step: load a scene, step, read. The harness does the rest.
 
 An engine is given a `Scene` (see `cases.core.scene`), which holds the initial state and the force laws. It gets only scenes
 whose needs are among the tokens that it declares.
@@ -23,7 +23,7 @@ POSE = {"position": 3, "quaternion": 4, "velocity": 3, "angular velocity": 3}
 
 
 class Engine(Protocol):
-    """What the door drives. A new engine is made for each trial; `load` is called for each initial state."""
+    """What the adapter drives. A new engine is made for each trial; `load` is called for each initial state."""
 
     def load(self, scene: Scene) -> None:
         """Discard what was loaded before and build the scene in its initial state, at t = 0."""

@@ -1,4 +1,4 @@
-"""Doors for the methods of right_methods.py that are neither a step nor a solver: events, rotations, an engine."""
+"""Adapters for the methods of right_methods.py that are neither a step nor a solver: events, rotations, an engine."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, RigidBody
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps
-from gnomon.harness.verification.doors import from_solve, right_hand_side
-from gnomon.harness.verification.engine_door import from_engine
+from gnomon.harness.verification.engine_adapter import from_engine
+from gnomon.harness.verification.function_adapter import from_solve, right_hand_side
 
 
 class _OneByOne(Integrator):

@@ -18,7 +18,7 @@ ENDING_SECONDS = 0.5
 """Time that a program has to end after its standard input was closed."""
 
 
-class Conversation:
+class ProgramProcess:
     """One running program. It ends with this process, however that ends, and on Linux all that it started with it."""
 
     def __init__(self, command: Sequence[str], folder: str) -> None:

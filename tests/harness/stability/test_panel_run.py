@@ -10,9 +10,9 @@ import planted_methods
 import pytest
 from gnomon.harness.contract.integrator import Steps
 from gnomon.harness.registry import lookup
-from gnomon.harness.stability import run
+from gnomon.harness.stability import panel_run
 from gnomon.harness.stability.panel import Panel, panels
-from gnomon.harness.verification.doors import from_step
+from gnomon.harness.verification.function_adapter import from_step
 
 
 def dies(f: Any, t: float, y: Any, h: float) -> Any:
@@ -35,12 +35,12 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
         name: Panel(name, name, lambda integrator: None, measure, lambda data: ["use it"])
         for name in ("linear", "resonance")
     }
-    monkeypatch.setattr(run, "panels", lambda: found)
+    monkeypatch.setattr(panel_run, "panels", lambda: found)
 
 
 def test_a_crash_is_a_row_and_the_next_panel_is_measured(quick: None) -> None:
     broken = from_step(dies, name="dies", order=1, sweep=Steps(0.25, 4))
-    rows = run.measured([broken, lookup.own()["gnomon:RK4"]])
+    rows = panel_run.measured([broken, lookup.own()["gnomon:RK4"]])
     assert [(row.integrator, row.panel) for row in rows] == [
         ("mine:dies", "linear"), ("gnomon:RK4", "linear"), ("mine:dies", "resonance"), ("gnomon:RK4", "resonance")
     ]  # fmt: skip
@@ -50,28 +50,28 @@ def test_a_crash_is_a_row_and_the_next_panel_is_measured(quick: None) -> None:
 
 
 def test_a_hang_ends_at_the_limit(quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run, "LONGEST", 0.2)
-    rows = run.measured([from_step(hangs, name="hangs", order=1, sweep=Steps(0.25, 4))], ["linear"])
+    monkeypatch.setattr(panel_run, "LONGEST", 0.2)
+    rows = panel_run.measured([from_step(hangs, name="hangs", order=1, sweep=Steps(0.25, 4))], ["linear"])
     assert [row.reason for row in rows] == ["refused: no answer within 0.4 s of processor time"]
 
 
 def test_a_library_that_is_missing_is_named(quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run.lookup, "missing", lambda integrator: "heyoka is optional: pip install heyoka")
-    rows = run.measured([lookup.own()["gnomon:RK4"]])
+    monkeypatch.setattr(panel_run.lookup, "missing", lambda integrator: "heyoka is optional: pip install heyoka")
+    rows = panel_run.measured([lookup.own()["gnomon:RK4"]])
     assert {row.reason for row in rows} == {"refused: heyoka is optional: pip install heyoka"}
 
 
 def test_wrong_names_are_refused_with_the_nearest() -> None:
     with pytest.raises(ValueError, match="no panel is called 'linaer'; did you mean linear"):
-        run.measured([planted_methods.good_rk4], ["linaer"])
+        panel_run.measured([planted_methods.good_rk4], ["linaer"])
     with pytest.raises(ValueError, match="no depth is called 'hihg'; did you mean high"):
-        run.measured([planted_methods.good_rk4], ["linear"], "hihg")
+        panel_run.measured([planted_methods.good_rk4], ["linear"], "hihg")
 
 
 def test_the_json_names_its_schema_the_revision_and_the_machine(quick: None) -> None:
-    rows = run.measured([lookup.own()["gnomon:RK4"]], ["linear"])
-    found = json.loads(run.as_json(rows, "normal"))
-    assert found["schema"] == run.SCHEMA
+    rows = panel_run.measured([lookup.own()["gnomon:RK4"]], ["linear"])
+    found = json.loads(panel_run.as_json(rows, "normal"))
+    assert found["schema"] == panel_run.SCHEMA
     assert {"machine", "gnomon", "sources"} <= set(found["environment"])
     assert found["panels"] == {"linear": "linear"}
     assert [(row["integrator"], row["panel"]) for row in found["rows"]] == [("gnomon:RK4", "linear")]
@@ -79,11 +79,14 @@ def test_the_json_names_its_schema_the_revision_and_the_machine(quick: None) -> 
 
 
 def test_tiers_compare_the_methods_that_were_measured() -> None:
-    def row(method: str, lost: float) -> run.Row:
+    def row(method: str, lost: float) -> panel_run.Row:
         one = {"lost": lost, "failed": None, "calls": None, "complete": True, "levelled": True}
         variants = {f"case{k}/hard": one for k in range(8)}
-        return run.Row(method, "digits", 0.0, {"variants": variants}, [])
+        return panel_run.Row(method, "digits", 0.0, {"variants": variants}, [])
 
-    refused = run.Row("none", "digits", 0.0, {"refused": "no"}, [])
-    assert run.tiers_of([row("bad", 5.0), row("good", 1.0), refused])["lost_digits"]["tiers"] == [["good"], ["bad"]]
-    assert run.tiers_of([row("good", 1.0), refused]) == {}
+    refused = panel_run.Row("none", "digits", 0.0, {"refused": "no"}, [])
+    assert panel_run.tiers_of([row("bad", 5.0), row("good", 1.0), refused])["lost_digits"]["tiers"] == [
+        ["good"],
+        ["bad"],
+    ]
+    assert panel_run.tiers_of([row("good", 1.0), refused]) == {}

@@ -55,14 +55,14 @@ def run(
     """
     need_fork()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
-    with opened(path, suite, chosen, integrators, progress or Progress(quiet=True), near_duplicates) as run_:
+    with open_run(path, suite, chosen, integrators, progress or Progress(quiet=True), near_duplicates) as run_:
         method = references.start_method(integrators)
         Pool(workers, method, prepare_seconds).run(run_.sweeps(), run_.progress.interlude)
     return path
 
 
 @contextmanager
-def opened(
+def open_run(
     path: Path,
     suite: Suite,
     chosen: Sequence[tuple[Case, str]],

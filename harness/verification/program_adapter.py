@@ -1,4 +1,4 @@
-"""The door for any language: an integrator that is a program, which reads problems and writes states, a line each.
+"""The adapter for any language: an integrator that is a program, which reads problems and writes states, a line each.
 
 `protocol` has the lines, docs/any_language.md explains them. One process of the program serves all trials of a series. A
 time limit ends it together with the worker process that started it. The time of the lines is in the null call of the
@@ -21,16 +21,16 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solu
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import declaration
 from gnomon.harness.verification import protocol
-from gnomon.harness.verification.conversation import Conversation
+from gnomon.harness.verification.program_process import ProgramProcess
 
 DESCRIBE_SECONDS = 60.0
 """Processor time that a program has to start and to describe itself: some languages compile then."""
 
-_running: dict[tuple[Sequence[str], str], Conversation] = {}
+_running: dict[tuple[Sequence[str], str], ProgramProcess] = {}
 """The programs of this process, by command and folder."""
 
 
-class CommandIntegrator(Integrator):
+class ProgramIntegrator(Integrator):
     """A program as an integrator, declared by its description."""
 
     library = "command"
@@ -86,14 +86,14 @@ class CommandIntegrator(Integrator):
 
         return Solver(solve)
 
-    def _program(self) -> Conversation:
+    def _program(self) -> ProgramProcess:
         """The running program; a new one describes itself first, so that it is ready when time is measured."""
         key = (self.command, self.folder)
         running = _running.get(key)
         if running is None or not running.usable:
             if running is not None:
                 running.kill()
-            running = _running[key] = Conversation(*key)
+            running = _running[key] = ProgramProcess(*key)
             line = running.ask(protocol.describe_line(), DESCRIBE_SECONDS)
             if protocol.description(line) != protocol.description(self.described):
                 running.kill()
@@ -101,7 +101,7 @@ class CommandIntegrator(Integrator):
         return running
 
 
-def from_command(command: str | Sequence[str], seconds: float | None = None) -> CommandIntegrator:
+def from_command(command: str | Sequence[str], seconds: float | None = None) -> ProgramIntegrator:
     """The integrator that `command` starts: a command line, or its words. It is run once, to describe itself.
 
     `seconds`: the processor time of one problem (see `TimeLimit`), for use outside a run, whose workers have limits of their own. Raises
@@ -117,10 +117,10 @@ def from_command(command: str | Sequence[str], seconds: float | None = None) -> 
         raise ValueError(f"--command {shown!r}: no program has this name; give the path of one that can be executed")
     words[0] = os.path.abspath(program)
     try:
-        asked = Conversation(words, os.getcwd())
+        asked = ProgramProcess(words, os.getcwd())
         described = asked.ask(protocol.describe_line(), DESCRIBE_SECONDS)
         asked.close()
-        made = CommandIntegrator(words, os.getcwd(), described, seconds)
+        made = ProgramIntegrator(words, os.getcwd(), described, seconds)
     except TimeoutError as over:
         raise ValueError(f"--command {shown!r}: does not describe itself: {over}") from None
     except Unusable as error:

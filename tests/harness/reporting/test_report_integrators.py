@@ -7,7 +7,7 @@ import math
 import pandas as pd
 import pytest
 from gnomon.harness.reporting.findings import findings
-from gnomon.harness.reporting.report_card import CARD, card, kind_rows, kinds, lines_of
+from gnomon.harness.reporting.report_integrators import HEADS, integrator_rows, kind_rows, kinds, lines_of
 from gnomon.harness.results.rankings import ONE_LAUNCH, RANKED
 
 
@@ -141,8 +141,8 @@ def test_only_default_variants_in_their_own_coordinates_count() -> None:
     said = findings(equal, pd.DataFrame(), rows, reduced, bent)
     assert said == findings(EQUAL, pd.DataFrame(), expected, REDUCED, trusted)
     tighter = pd.concat([_with_decoys(EQUAL, tied=True, ratio=1.0), EQUAL.assign(target=1e-9, ratio=50.0)])
-    found = card(tighter, bent, _with_decoys(orders, order=1.0), reduced, None, None)
-    assert found == card(EQUAL, trusted, orders, REDUCED, None, None)
+    found = integrator_rows(tighter, bent, _with_decoys(orders, order=1.0), reduced, None, None)
+    assert found == integrator_rows(EQUAL, trusted, orders, REDUCED, None, None)
 
 
 def test_digits_of_what_is_exact_or_better_than_attainable() -> None:
@@ -150,7 +150,7 @@ def test_digits_of_what_is_exact_or_better_than_attainable() -> None:
     columns = ["case", "integrator_id", "best", "attainable", "over_tolerance"]
     trusted = pd.DataFrame([("a", "x:one", 0.0, 1e-12, math.nan)], columns=columns).assign(variant="", formulation="")
     empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "order", "declared"])
-    (row,) = card(EQUAL, trusted, empty, REDUCED, None, None)
+    (row,) = integrator_rows(EQUAL, trusted, empty, REDUCED, None, None)
     assert [cell.text for cell in row.cells[4:6]] == ["17.0", "0.0"]
 
 
@@ -179,9 +179,9 @@ def test_every_integrator_on_one_line() -> None:
         columns=["case", "integrator_id", "order", "declared"],
     ).assign(variant="", formulation="")
     growth = {"rows": [{"name": "one", "law": "t"}]}
-    one, new = card(EQUAL, trusted, orders, REDUCED, growth, None)
+    one, new = integrator_rows(EQUAL, trusted, orders, REDUCED, growth, None)
     assert (one.head, new.head) == ("x:one", "x:new")
-    told = dict(zip(CARD, [(cell.text, cell.note) for cell in one.cells], strict=True))
+    told = dict(zip(HEADS, [(cell.text, cell.note) for cell in one.cells], strict=True))
     assert told == {
         "cases": ("2", ""),
         "fastest at 1e-6": ("alone 0, tied 1", "of 2 ranked · 2.0\N{NO-BREAK SPACE}×"),
@@ -198,7 +198,7 @@ def test_every_integrator_on_one_line() -> None:
     assert [cell.sorts for cell in new.cells[:3]] == ["1", "0", ""]
     trusted["integrator_id"] = "gnomon:one"
     bench = {"rows": [{"name": "one", "order": "16.03", "declared": "16"}]}
-    (mine,) = card(EQUAL, trusted, orders, REDUCED, growth, bench)
+    (mine,) = integrator_rows(EQUAL, trusted, orders, REDUCED, growth, bench)
     assert mine.cells[-1].text == "t"
     assert (mine.cells[6].text, mine.cells[6].note) == ("16.03", "declared 16")
 
@@ -209,7 +209,7 @@ def test_without_laws_the_card_has_none(growth: dict[str, list[str]] | None) -> 
     trusted = pd.DataFrame([("a", "", "", "x:one", 1e-9, 1e-9, math.nan)], columns=[
         "case", "variant", "formulation", "integrator_id", "best", "attainable", "over_tolerance",
     ])  # fmt: skip
-    (row,) = card(EQUAL, trusted, empty, REDUCED, growth, growth)
+    (row,) = integrator_rows(EQUAL, trusted, empty, REDUCED, growth, growth)
     assert row.cells[-1].text == "–"
 
 
