@@ -6,7 +6,7 @@ import gc
 import itertools
 import time
 from types import SimpleNamespace
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 import numpy as np
 import pytest
