@@ -10,15 +10,16 @@ from functools import cached_property, lru_cache
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.metric import Metric
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Tolerance, Unsupported, solver_of
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import Status
-from gnomon.harness.contract.validation import checked
 from gnomon.harness.ensembles import draws
 from gnomon.harness.ensembles.draws import Varied
 from gnomon.harness.ensembles.exact_formulas import exact_states, with_numbers
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
+from gnomon.harness.scoring.failures import status_of
+from gnomon.harness.scoring.prepared import Prepared
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -57,7 +58,7 @@ class Ensemble:
     parameters: tuple[tuple[str, str], ...] = ()
 
     @property
-    def prepared(self) -> Prepared:
+    def prepared(self) -> PreparedEnsemble:
         """Made once in a process. Raises ValueError for a wrong name or a pair of case and integrator that cannot run."""
         return _prepared(self)
 
@@ -78,7 +79,7 @@ class Ensemble:
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedEnsemble:
     """What the samples of an ensemble share."""
 
     ensemble: Ensemble
@@ -89,8 +90,8 @@ class Prepared:
     metric: Metric
 
     @cached_property
-    def solver(self) -> Solver:
-        return solver_of(self.integrator, self.problem, self.ensemble.setting)
+    def solver(self) -> Prepared:
+        return Prepared(self.integrator, self.problem, self.ensemble.setting)
 
     @cached_property
     def places(self) -> list[int]:
@@ -134,11 +135,8 @@ class Prepared:
         try:
             if not self.parameters_vary:
                 return self._called(self.solver, start[np.newaxis])
-            solver = solver_of(self.integrator, self._problem(parameters, start), self.ensemble.setting)
-            try:
+            with Prepared(self.integrator, self._problem(parameters, start), self.ensemble.setting) as solver:
                 return self._called(solver, start[np.newaxis])
-            finally:
-                solver.close()
         except Exception as error:  # whatever an integrator raises is its status
             return self._lost(error)
 
@@ -147,19 +145,14 @@ class Prepared:
         case = with_numbers(self.case, parameters, start)
         return replace(problem_of(case, self.integrator.accepts), times=self.times, time_scale=self.problem.time_scale)
 
-    def _called(self, solver: Solver, starts: Floats) -> tuple[Floats, list[str]]:
-        if solver.reset is not None:
-            solver.reset()
-        with np.errstate(all="ignore"):
-            states = checked(solver(starts.copy()), (len(starts), len(self.times), starts.shape[1])).states
+    def _called(self, solver: Prepared, starts: Floats) -> tuple[Floats, list[str]]:
+        states = solver(starts).states
         finite = np.all(np.isfinite(states), axis=(1, 2))
         return states, [str(Status.OK if one else Status.DIVERGED) for one in finite.tolist()]
 
     def _lost(self, error: Exception) -> tuple[Floats, list[str]]:
-        kind = Status.CRASHED
-        if isinstance(error, Refused):
-            kind = Status.UNSUPPORTED if isinstance(error, Unsupported) else Status.REFUSED
-        return np.full((1, len(self.times), len(self.case.state)), np.nan), [str(kind)]
+        status, _ = status_of(error)
+        return np.full((1, len(self.times), len(self.case.state)), np.nan), [str(status)]
 
     def errors(self, states: Floats, exact: Floats) -> Floats:
         """The largest error of each sample over the times, infinite where a state is too large to measure."""
@@ -192,7 +185,7 @@ class Prepared:
 
 
 @lru_cache(maxsize=4)
-def _prepared(ensemble: Ensemble) -> Prepared:
+def _prepared(ensemble: Ensemble) -> PreparedEnsemble:
     ((case, _),) = plan.choose([ensemble.case], False, True, **dict(ensemble.parameters))
     integrator = lookup.find_one(ensemble.integrator)
     absent = lookup.missing(integrator)
@@ -204,7 +197,7 @@ def _prepared(ensemble: Ensemble) -> Prepared:
         raise ValueError(f"{integrator.id} does not support {case.id}: {lacks}")
     interval = short_interval(float(case.times[-1]) / ensemble.times)
     times: Floats = np.arange(1, ensemble.times + 1, dtype=np.float64) * np.float64(interval)
-    found = Prepared(ensemble, case, integrator, replace(problem, times=times), times, case.metric)
+    found = PreparedEnsemble(ensemble, case, integrator, replace(problem, times=times), times, case.metric)
     if found.parameters_vary and case.hybrid is not None:
         raise ValueError(
             f"{case.name} has events, whose guards depend on its parameters: vary numbers of its start only"

@@ -13,9 +13,9 @@ from contextlib import suppress
 from pathlib import Path
 from time import perf_counter_ns
 
-from gnomon.harness.contract.integrator import solver_of
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.registry.references import Reference, dereference
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import rely_on_guard, run_delays
 
@@ -52,7 +52,7 @@ def measured(reference: Reference, spec: CaseSpec, setting: float) -> float:
     start = initial_state(case, formulation)[None]
     began, delay = perf_counter_ns(), _delay()
     integrator = dereference(reference)
-    solver_of(integrator, problem_of(case, integrator.accepts, formulation), setting)(start)
+    Prepared(integrator, problem_of(case, integrator.accepts, formulation), setting)(start)
     return (perf_counter_ns() - began - (_delay() - delay)) * 1e-9
 
 

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from gnomon.cases.core.arithmetic import calling
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
-from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
 from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.registry import lookup
+from gnomon.harness.scoring.prepared import Prepared
 
 
 def solve(
@@ -46,11 +46,8 @@ def solve(
     numbers = np.array(parameters, dtype=np.float64)
     form = _form(f, bool(len(numbers)), accelerations, integrator)
     problem = Problem(form, len(start), numbers, at, span / len(at), t0=float(t0))
-    solver = solver_of(integrator, problem, float(tolerance))
-    try:
-        found = validation.checked(solver(start[None].copy()), (1, len(at), len(start)))
-    finally:
-        solver.close()
+    with Prepared(integrator, problem, float(tolerance)) as solver:
+        found = solver(start[None])
     if found.stopped is not None:
         raise Refused(f"{integrator.id}: {found.stopped}")
     states: Floats = found.states[0]

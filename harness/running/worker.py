@@ -9,7 +9,6 @@ trial.
 """
 
 import contextlib
-import errno
 import gc
 import os
 import signal
@@ -27,20 +26,22 @@ from typing import Any, TypeVar
 
 import numpy as np
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solver, Unsupported, solver_of
+from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solver
 from gnomon.harness.contract.problem import accepted_form, groups_of, names_of
 from gnomon.harness.contract.status import Status
-from gnomon.harness.contract.validation import TEXT, Unusable
+from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.kernels.generated_modules import WATCHERS
 from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.values import DELAYED
-from gnomon.harness.running import messages, timed_call
+from gnomon.harness.running import messages
 from gnomon.harness.running.first_use import first_seconds
 from gnomon.harness.running.messages import Garbled, Message
 from gnomon.harness.running.null_call import null_call
-from gnomon.harness.running.timed_call import Call
+from gnomon.harness.scoring import prepared
+from gnomon.harness.scoring.failures import status_of
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
+from gnomon.harness.scoring.prepared import Call, Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import adopt_orphans, end_children, guarded, leave_server
 from gnomon.harness.system.memory import address_space_bytes
@@ -210,7 +211,7 @@ class _Speaker:
         self.send(Message(self.request, stage, content, {}))
 
     def failed(self, error: BaseException) -> None:
-        status, reason = _named(error, self._memory_bytes)
+        status, reason = status_of(error, self._memory_bytes)
         if status == Status.CRASHED and not isinstance(error, Unusable):
             _print(error)
         self("failed", status=status, reason=reason)
@@ -264,12 +265,8 @@ class _Series:
 
     def run(self, request: Request) -> Outcome:
         rhs_calls, counted_seconds, others = self._count(request) if request.count else (None, 0.0, None)
-        problem = self.problem(counted=False)
-        began = perf_counter_ns()
-        solver = solver_of(self.integrator, problem, request.setting)
-        prepare_seconds = (perf_counter_ns() - began) * 1e-9
-        self._prepared()
-        try:
+        with Prepared(self.integrator, self.problem(counted=False), request.setting) as solver:
+            self._prepared()
             seconds = counted_seconds
             if others is None or (counted_seconds < request.slow_seconds and request.repeats > 1):
                 warm = self._compiled(lambda: self._call(solver, next(self.perturbed)))
@@ -283,9 +280,7 @@ class _Series:
             if _did_nothing(scored, self.task, rhs_calls):
                 raise Refused(scored.solution.stopped or validation.DID_NOT_MOVE)
             turned = self._turned(solver) if request.turned else None
-            options = _options(solver)
-        finally:
-            solver.close()
+            options = _options(solver.solver)
         if request.null and not self.null_measured:
             self.say("extra")
             self.null_measured = True
@@ -302,7 +297,7 @@ class _Series:
             scored.solution.steps,
             rhs_calls,
             tuple(call.seconds for call in calls),
-            prepare_seconds,
+            solver.prepare_seconds,
             _median(call.reset_seconds for call in calls),
             options,
             _read_output(self.task.output),
@@ -312,7 +307,7 @@ class _Series:
             first,
         )
 
-    def _turned(self, solver: Solver) -> Floats:
+    def _turned(self, solver: Prepared) -> Floats:
         """The solutions (n, 64, dim_y) from the turned starts, each by a call like the timed one."""
         return np.array([self._call(solver, start).states for start in self.task.turned])
 
@@ -324,12 +319,12 @@ class _Series:
         self.say("prepared")
         self.unannounced = 0.0
 
-    def _call(self, solver: Solver, start: Floats, keep: bool = True) -> Call:
+    def _call(self, solver: Prepared, start: Floats, keep: bool = True) -> Call:
         """A call, with a deadline of its own unless all calls since the last deadline were short."""
         if self.unannounced > ANNOUNCED_SECONDS:
             self.say("calling")
             self.unannounced = 0.0
-        call = Call(solver, start, (len(self.task.times), len(start)), keep)
+        call = solver.timed(start, keep)
         self.unannounced += call.seconds + (call.reset_seconds or 0.0)
         limit_output(self.task.output)
         return call
@@ -360,23 +355,22 @@ class _Series:
         if not self.integrator.counts_rhs:
             return None, 0.0, None
         problem = self.problem(counted=True)
-        solver = solver_of(self.integrator, problem, request.setting)
-        self._prepared()
-        while len(self.counting_starts) <= request.place:
-            self.counting_starts.append(next(self.counting))
+        with Prepared(self.integrator, problem, request.setting) as solver:
+            self._prepared()
+            while len(self.counting_starts) <= request.place:
+                self.counting_starts.append(next(self.counting))
 
-        def counting() -> tuple[Call, int]:
-            before = problem.buffer[-1]
-            call = self._call(solver, self.counting_starts[request.place])
-            return call, validation.count(problem.buffer[-1] - before, "right-hand sides")
+            def counting() -> tuple[Call, int]:
+                before = problem.buffer[-1]
+                call = self._call(solver, self.counting_starts[request.place])
+                return call, validation.count(problem.buffer[-1] - before, "right-hand sides")
 
-        call, counted = self._compiled(counting)
-        solver.close()
+            call, counted = self._compiled(counting)
         self.say("counted")
         return counted, call.seconds, call.states
 
     def _timed(
-        self, solver: Solver, request: Request, estimate: float, others: Floats | None
+        self, solver: Prepared, request: Request, estimate: float, others: Floats | None
     ) -> tuple[list[Call], Call, Floats | None]:
         """All timed calls, the one that is scored, and the states of a call from a perturbed initial state.
 
@@ -408,7 +402,7 @@ class _Series:
             gc.enable()
         return calls, scored, others
 
-    def _undelayed(self, solver: Solver, repeats: int, call: Call) -> Call:
+    def _undelayed(self, solver: Prepared, repeats: int, call: Call) -> Call:
         """The call or, if it waited for a processor, the one that waited for the least share of its time among it and its
         repeats, which end with one that did not wait. They are from new starts: remembered answers save nothing."""
         for _ in range(repeats):
@@ -417,7 +411,7 @@ class _Series:
             call = min(call, self._call(solver, next(self.perturbed), keep=False), key=lambda one: one.waited)
         return call
 
-    def _suspect(self, solver: Solver, states: Floats) -> None:
+    def _suspect(self, solver: Prepared, states: Floats) -> None:
         """Refuse a solution that does not depend on the start. Rounding can make those from starts an ulp apart equal;
         this compares with a start much farther away."""
         far = self._call(solver, probe_state(self.case, self.formulation, self.task.sizes))
@@ -427,7 +421,7 @@ class _Series:
 
 def _verify_clocks() -> None:
     """Raise Unusable if an integrator replaced a clock: measured times would mean nothing."""
-    used = {"perf_counter_ns": (perf_counter_ns, vars(timed_call)["perf_counter_ns"])}
+    used = {"perf_counter_ns": (perf_counter_ns, vars(prepared)["perf_counter_ns"])}
     for name, clock in CLOCKS.items():
         same = all(one is clock for one in (getattr(time, name, None), *used.get(name, ())))
         if not (same and isinstance(clock, types.BuiltinFunctionType)):
@@ -461,24 +455,6 @@ def _print(error: BaseException) -> None:
         frames = frames.tb_next
     with contextlib.suppress(Exception):  # an exception of a user's own may raise while it is formatted
         print("".join(traceback.format_exception(type(error), error, frames)), file=sys.stderr, flush=True)
-
-
-def _named(error: BaseException, memory_bytes: int) -> tuple[Status, str]:
-    """(status, reason) of an exception."""
-    if isinstance(error, Unusable):
-        return Status.CRASHED, str(error)
-    if isinstance(error, Unsupported):
-        return Status.UNSUPPORTED, str(error) or "lacks what the problem needs, which it does not name"
-    if isinstance(error, Refused):
-        return Status.REFUSED, str(error) or "declined without a reason"
-    if isinstance(error, ModuleNotFoundError):
-        return Status.NOT_INSTALLED, str(error)
-    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return Status.INTERRUPTED, f"the disk is full ({error.filename or error.strerror})"
-    text = str(error).strip().replace("\n", " ")
-    if isinstance(error, MemoryError):
-        return Status.OUT_OF_MEMORY, f"needed more than {memory_bytes / 2**30:.3g} GiB ({text[:TEXT]})"
-    return Status.CRASHED, f"{type(error).__name__}: {text[:TEXT]}" if text else type(error).__name__
 
 
 def _limit_resources(memory_bytes: int) -> None:

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition, Values
-from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Steps, solver_of
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Steps
 from gnomon.harness.contract.status import Status
 from gnomon.harness.scoring.events import score_events
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.solving import processor_seconds
 from gnomon.harness.stability.subjects import Budget, trials_of
@@ -219,20 +219,18 @@ def passed(integrator: Integrator, passage: Passage, size: float, setting: float
     row: dict[str, Any] = {"setting": setting, "size": size}
     problem = problem_of(passage, size)
     try:
-        solver = solver_of(integrator, problem, setting)
+        solver = Prepared(integrator, problem, setting)
     except Refused as refusal:
         return row | {Status.REFUSED: str(refusal)}
     scores: list[tuple[int, int, float]] = []
     budget = Budget(seconds)
-    try:
+    with solver:
         for phase in PHASES:
             if len(scores) >= FEWEST and budget.left <= 0:
                 break
-            scores.append(_score(_located(solver, problem, passage.start(phase)), passage.times(phase, size)))
+            scores.append(_score(_located(solver, passage.start(phase)), passage.times(phase, size)))
             if len(scores) == 1:
                 budget = Budget(seconds)  # the first solution may have compiled
-    finally:
-        solver.close()
     missed, extra, late = np.array(scores).T
     complete = int(np.count_nonzero(missed == 0))
     low, high = share(complete, len(scores))
@@ -250,11 +248,8 @@ def share(count: int, of: int, confidence: float = 0.95) -> tuple[float, float]:
     return low, 1.0 if count == of else float(betaincinv(count + 1, of - count, 1 - tail))
 
 
-def _located(solver: Solver, problem: Problem, start: Values) -> tuple[tuple[float, str], ...]:
-    if solver.reset is not None:
-        solver.reset()
-    initial: Floats = np.array([start], dtype=np.float64)
-    found = validation.checked(solver(initial), (1, len(problem.times), problem.dimension))
+def _located(solver: Prepared, start: Values) -> tuple[tuple[float, str], ...]:
+    found = solver(np.array([start], dtype=np.float64))
     if found.events is None:
         raise Refused("it reports no events")
     return found.events

@@ -8,8 +8,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from gnomon.harness.contract.integrator import Integrator, Refused
+from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
+from gnomon.harness.scoring.failures import status_of
 
 IDS = ("linear", "stiffness", "resonance", "tolerance", "relations", "events", "long_time", "digits")
 """The panels, in the order in which they are measured and shown. The module of the same name in this folder registers
@@ -71,10 +72,8 @@ class Panel:
             return {"not_applicable": why}
         try:
             found: dict[str, Any] = for_json(self.measure(integrator, seconds))
-        except Refused as refusal:
-            return {Status.REFUSED: str(refusal) or "declined without a reason"}
-        except Exception as raised:  # the user's code may raise anything, and the next panel is measured all the same
-            return {Status.REFUSED: f"{type(raised).__name__}: {raised}"}
+        except Exception as error:  # the user's code may raise anything, and the next panel is measured all the same
+            return {Status.REFUSED: status_of(error)[1]}
         return found
 
 

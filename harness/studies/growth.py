@@ -21,11 +21,12 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.declared import declared
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
 from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
 from gnomon.harness.integrators.runge_kutta import explicit_pairs
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.measured_rows import publish
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.score import NUMPY
 
 SAMPLES = 4096
@@ -157,24 +158,17 @@ def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[
     setting = subject.setting
     if setting > 1:
         setting = interval / max(1, round(setting * subject.periods / subject.samples))
-    solver = solver_of(integrator, problem, setting)
     start = initial_state(case) * (1 - np.arange(subject.starts)[:, None] / 64)
     state, found, steps = start, [], []
-    try:
+    with Prepared(integrator, problem, setting) as solver:
         for _ in range(subject.parts):
-            solutions = []
-            for k in range(0, len(state), subject.together):
-                if solver.reset is not None:
-                    solver.reset()
-                solutions.append(solver(state[k : k + subject.together].copy()))
+            solutions = [solver(state[k : k + subject.together]) for k in range(0, len(state), subject.together)]
             stopped = [solution.stopped for solution in solutions if solution.stopped is not None]
             if stopped:
                 raise RuntimeError(f"{integrator.id} stopped: {stopped[0]}")
             found.append(np.concatenate([solution.states for solution in solutions]))
             steps += [solution.steps for solution in solutions]
             state = found[-1][:, -1]
-    finally:
-        solver.close()
     states = np.concatenate(found, axis=1)
     if validation.still(states, start):
         raise Refused(validation.DID_NOT_MOVE)

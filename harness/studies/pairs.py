@@ -16,9 +16,10 @@ from time import perf_counter_ns
 import numpy as np
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.formulation import Formulation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.results.analysis import time_at
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 
@@ -35,13 +36,6 @@ class Side:
     solvers: list[Solver]
     null: Solver
     prepares: list[float] = field(default_factory=list)
-
-    def prepare(self, integrator: Integrator, problem: Problem, tolerance: float) -> Solver:
-        """The solver of an integrator at a tolerance; the time of its preparation is recorded."""
-        begin = perf_counter_ns()
-        solver = solver_of(integrator, problem, tolerance)
-        self.prepares.append((perf_counter_ns() - begin) * 1e-9)
-        return solver
 
     def near(self, targets: Sequence[float]) -> list[int]:
         """Indices of the settings between which the times at these errors are interpolated."""
@@ -69,20 +63,21 @@ def swept(
     start = scorer.reference.start[None]
     side = Side([], [], null_call(integrator, problem, tolerances[0]))
     for tolerance in tolerances:
-        solver = side.prepare(integrator, problem, tolerance)
-        solution = solver(start.copy())
+        prepared = Prepared(integrator, problem, tolerance)
+        side.prepares.append(prepared.prepare_seconds)
+        solution = prepared(start)
         if solution.stopped is None:
             distances = scorer.metric.distance(
                 scorer.decoded(solution.states[0]), scorer.reference.exact, scorer.reference.times
             )
             side.errors.append(float(np.max(distances)))
-            side.solvers.append(solver)
+            side.solvers.append(prepared.solver)
     return side, start
 
 
 def null_call(integrator: Integrator, problem: Problem, tolerance: float) -> Solver:
     """The solver of the same problem over almost no span."""
-    return solver_of(integrator, replace(problem, times=problem.times * SHRUNK), tolerance)
+    return Prepared(integrator, replace(problem, times=problem.times * SHRUNK), tolerance).solver
 
 
 def at_equal_error(

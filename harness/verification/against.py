@@ -18,12 +18,13 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
-from gnomon.harness.contract.integrator import Integrator, Refused, Solver, solver_of
+from gnomon.harness.contract.integrator import Integrator, Refused, Solver
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
 from gnomon.harness.running.null_call import null_call
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.studies.benchmarks import spread
 from gnomon.harness.verification.claims import TEXTS, TIME, Finding, Outcome, failed, not_applicable
@@ -205,21 +206,16 @@ class _Series:
             found = setting
         return found
 
-    def _prepared(self, setting: float) -> tuple[Solver, float]:
+    def _prepared(self, setting: float) -> tuple[Prepared, float]:
         """The solver at a setting, after its first call, and its error."""
         if setting not in self.solvers:
             answer = self.trials.whole(setting)
             if answer.declined:
                 raise Refused(answer.why)
-            solver = solver_of(self.trials.integrator, self.trials.problem(), setting)
+            solver = self.trials.prepared(self.trials.problem(), setting)
             self._seconds(solver)
             self.solvers[setting] = solver, answer.error
         return self.solvers[setting]
 
-    def _seconds(self, solver: Solver) -> float:
-        start, solve = next(self.starts)[None].copy(), solver.solve
-        if solver.reset is not None:
-            solver.reset()
-        began = perf_counter()
-        solve(start)
-        return perf_counter() - began
+    def _seconds(self, solver: Prepared) -> float:
+        return solver.timed(next(self.starts), keep=False).seconds

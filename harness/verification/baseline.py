@@ -17,9 +17,10 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.registry import case_class, installed_names
-from gnomon.harness.contract.integrator import Integrator, Refused
+from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.regression import Verdict, compare
+from gnomon.harness.scoring.failures import status_of
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
 from gnomon.harness.system.files import read_text
 from gnomon.harness.system.jobs import run
@@ -162,10 +163,8 @@ def _runs(trials: Trials, setting: float, starts: Sequence[Floats]) -> tuple[Sta
     counts = trials.integrator.counts_rhs
     try:
         solved = trials.solved(trials.problem(counted=counts), setting, starts)
-    except Refused:
-        return Status.REFUSED, {}
-    except Exception:  # the user's code may raise anything
-        return Status.CRASHED, {}
+    except Exception as error:  # the user's code may raise anything
+        return status_of(error)[0], {}
     status = Status(trials.scorer.score(solved[0][0].states[0])["status"])
     found = [
         (

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from contextlib import closing
 from dataclasses import replace
 
 import numpy as np
-from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Refused, solver_of
+from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import same_solution
 from gnomon.harness.verification.trials import Floats, Trials
@@ -49,8 +47,8 @@ def _history(trials: Trials) -> Finding:
 def _start_kept(trials: Trials) -> Finding:
     """The arrays that it is given hold the same bits after the call."""
     problem, given = trials.problem(), trials.start[None].copy()
-    with closing(solver_of(trials.integrator, problem, trials.usual())) as solve:
-        solve(given)
+    with trials.prepared(problem, trials.usual()) as solver:
+        solver.given(given)
     before = trials.problem()
     pairs = {"initial states": (trials.start, given[0]), "times": (before.times, problem.times)}
     pairs["parameters"] = (before.parameters, problem.parameters)
@@ -65,10 +63,10 @@ def _start_kept(trials: Trials) -> Finding:
 def _aliased(trials: Trials) -> Finding:
     """States that were returned must not change with the next call."""
     problem = trials.problem()
-    solve = solver_of(trials.integrator, problem, trials.usual())
-    returned = solve(trials.start[None].copy()).states
-    kept = np.array(returned)
-    solve(_other(trials)[None].copy())
+    with trials.prepared(problem, trials.usual()) as solver:
+        returned = solver.solver(trials.start[None].copy()).states  # the array itself, which `solver` would copy
+        kept = np.array(returned)
+        solver(_other(trials)[None])
     return same_bits(trials, kept[0], np.asarray(returned)[0], "states returned by an earlier call")
 
 
@@ -81,8 +79,8 @@ def _ensemble(trials: Trials) -> Finding:
     """The solution of a start is that of the start alone, whichever others are solved in the same call."""
     problem, setting = trials.problem(), trials.usual()
     starts = np.array([_other(trials), trials.start])
-    solve = solver_of(trials.integrator, problem, setting)
-    together = validation.checked(solve(starts.copy()), (2, len(problem.times), problem.dimension)).states[1]
+    with trials.prepared(problem, setting) as solver:
+        together = solver(starts).states[1]
     return same_solution(trials, together, "the second of two starts")
 
 
@@ -147,8 +145,8 @@ def _bad_setting(trials: Trials) -> Finding:
     for setting in IMPOSSIBLE:
         kind = "step size" if trials.steps else "tolerance"
         try:
-            solve = solver_of(trials.integrator, trials.problem(), setting)
-            solution = solve(trials.start[None].copy())
+            with trials.prepared(trials.problem(), setting) as solver:
+                solution = solver(trials.start[None])
         except Refused:
             continue
         except Exception:  # an exception is no answer either

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.forms import Charged, Constrained, RigidBody
-from gnomon.harness.contract.integrator import solver_of
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.convergence_claims import dense
 from gnomon.harness.verification.trials import Answer, Floats, Trials
@@ -87,8 +86,9 @@ def facts(trials: Trials) -> Facts:
     setting, other = trials.usual(), trials.reference.exact[8]
     found: Facts = {}
     try:
-        solve, given = solver_of(trials.integrator, trials.problem(), trials.settings[0]), other[None].copy()
-        solve(given)
+        given = other[None].copy()
+        with trials.prepared(trials.problem(), trials.settings[0]) as solver:
+            solver.given(given)
         found["changed_start"] = not np.array_equal(given[0], other)
         found["bits"] = _bits(_states(trials, setting))
         found["several"] = trials.case.hybrid is None and _mixed(trials, setting)
@@ -126,7 +126,8 @@ def _mixed(trials: Trials, setting: float) -> bool:
     """Whether a motion that is solved beside others differs from the motion alone by more than its own error."""
     alone = trials.whole(setting)
     starts = np.array([trials.reference.exact[8], trials.start, trials.reference.exact[16]])
-    solved = solver_of(trials.integrator, trials.problem(), setting)(starts).states[1]
+    with trials.prepared(trials.problem(), setting) as solver:
+        solved = solver(starts).states[1]
     if alone.states is None or math.isnan(alone.error):
         return False
     return not float(np.max(trials.distance(solved, alone.states))) <= 4 * alone.error + 100 * alone.roundoff

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import closing
 from dataclasses import replace
 from functools import cache
 from itertools import count
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.arithmetic import calling, written
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
-from gnomon.harness.contract.integrator import Problem, Refused, Solution, solver_of
+from gnomon.harness.contract.integrator import Problem, Refused, Solution
 from gnomon.harness.verification.call_claims import answers, same_bits
 from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import same_solution
@@ -151,21 +150,21 @@ def _other_problems(trials: Trials) -> Finding:
     """
     problem, setting = trials.problem(), trials.usual()
     plain = _plain(trials) is None
-    with closing(solver_of(trials.integrator, problem, setting)) as solver:
-        alone = trials.called(solver, problem, trials.start).states[0]
+    with trials.prepared(problem, setting) as solver:
+        alone = solver(trials.start[None]).states[0]
         for start, t0 in ((trials.start, problem.t0), (alone[-1], float(problem.times[-1]))):
             other = _at_rest(trials, t0) if plain else trials.problem(1)
-            with closing(solver_of(trials.integrator, other, setting)) as second:
-                again = trials.called(solver, problem, trials.start).states[0]
+            with trials.prepared(other, setting) as second:
+                again = solver(trials.start[None]).states[0]
                 found = same_bits(trials, alone, again, "one start before and after another problem is prepared")
                 if found.outcome != Outcome.PASSED:
                     return found
-                solution = trials.called(second, other, start if plain else trials.start)
+                solution = second((start if plain else trials.start)[None])
             if plain:
                 found = _rested(trials, other, start, solution)
                 if found.outcome != Outcome.PASSED:
                     return found
-        again = trials.called(solver, problem, trials.start).states[0]
+        again = solver(trials.start[None]).states[0]
     return same_bits(trials, alone, again, "one start before and after another problem")
 
 

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases import Case
-from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps, solver_of
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
 from gnomon.harness.contract.problem import accepted_form, names_of
 from gnomon.harness.running import plan
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.system.child_process import processor_time
@@ -236,16 +236,14 @@ class Trials:
             self._exact[halvings] = self.case.sample(self.reference.times * 2.0**-halvings)
         return self._exact[halvings]
 
+    def prepared(self, problem: Problem, setting: float) -> Prepared:
+        """The integrator, prepared for a problem."""
+        return Prepared(self.integrator, problem, setting)
+
     def solved(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[tuple[Solution, int]]:
         """(solution, right-hand sides) from each start, by one `solve` in turn. Raises what the integrator raises."""
-        solver, found = solver_of(self.integrator, problem, setting), []
-        try:
-            for start in starts:
-                before = problem.buffer[-1]
-                found.append((self.called(solver, problem, start), int(problem.buffer[-1] - before)))
-        finally:
-            solver.close()
-        return found
+        with self.prepared(problem, setting) as solver:
+            return [solver.counted(start[None]) for start in starts]
 
     def solutions(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[Floats]:
         """The states (64, dim) from each start, otherwise as `solved`."""
@@ -254,12 +252,6 @@ class Trials:
     def distance(self, states: Floats, exact: Floats) -> Floats:
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric
             return self.scorer.metric.distance(states, exact)
-
-    def called(self, solver: Solver, problem: Problem, start: Floats) -> Solution:
-        """What a solver returns for one start."""
-        if solver.reset is not None:
-            solver.reset()
-        return validation.checked(solver(start[None].copy()), (1, len(problem.times), problem.dimension))
 
     def _answer(self, setting: float, halvings: int, end: bool = False) -> Answer:
         problem = self.problem(halvings, counted=self.integrator.counts_rhs, end=end)

@@ -6,7 +6,7 @@ import gc
 import itertools
 import time
 from types import SimpleNamespace
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 import numpy as np
 import pytest
@@ -15,8 +15,9 @@ from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Solution, Solver
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.results.values import DELAYED
-from gnomon.harness.running import timed_call, worker
+from gnomon.harness.running import worker
 from gnomon.harness.running.worker import ANNOUNCED_SECONDS, FEWEST_CALLS, MOST_REPEATS, Request, _Series
+from gnomon.harness.scoring import prepared
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
 
 START = np.zeros(2)
@@ -171,9 +172,10 @@ def test_the_delay_of_a_call_is_read_outside_of_its_time(
         clock[0] += 10**8
         return Solution(np.zeros((1, 64, 2)))
 
-    monkeypatch.setattr(timed_call, "perf_counter_ns", lambda: clock[0])
-    monkeypatch.setattr(timed_call, "run_delays", read)
-    call = timed_call.Call(Solver(solve), START, (64, 2))
+    monkeypatch.setattr(prepared, "perf_counter_ns", lambda: clock[0])
+    monkeypatch.setattr(prepared, "run_delays", read)
+    problem = SimpleNamespace(times=np.arange(64), dimension=2)
+    call = prepared.Call(cast(Any, SimpleNamespace(solver=Solver(solve), problem=problem)), START, keep=True)
     assert call.seconds == pytest.approx(0.1)
     assert call.delay_seconds == (None if seconds is None else pytest.approx(seconds))
     assert call.waited == pytest.approx((seconds or 0.0) / 0.1)
@@ -254,7 +256,7 @@ def test_a_replaced_clock_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         (time, "perf_counter"),
         (time, "monotonic"),
         (worker, "perf_counter_ns"),
-        (timed_call, "perf_counter_ns"),
+        (prepared, "perf_counter_ns"),
     )
     for module, name in replaced:
         with monkeypatch.context() as patch:
