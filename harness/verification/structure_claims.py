@@ -1,4 +1,4 @@
-"""Claims about structure: the properties that an integrator declares to keep at any step size (`Integrator.conserves`)."""
+"""Claims about structure: properties that an integrator declares to keep at any step size (`Integrator.conserves`)."""
 
 from __future__ import annotations
 

@@ -236,7 +236,7 @@ class Trials:
         return self._exact[halvings]
 
     def solved(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[tuple[Solution, int]]:
-        """(solution, right-hand sides) from each start, by one solver in turn. Exceptions of the integrator pass through."""
+        """(solution, right-hand sides) from each start, by one solver in turn. The integrator's errors pass through."""
         solver, found = solver_of(self.integrator, problem, setting), []
         try:
             for start in starts:

@@ -1,4 +1,4 @@
-"""The report of a verification as text, JSON, JUnit XML, Markdown, annotations and a badge; the file of known failures."""
+"""The report of a verification as text, JSON, JUnit XML, Markdown, annotations, a badge; the file of known failures."""
 
 from __future__ import annotations
 
