@@ -16,8 +16,8 @@ _COLOURS = 64
 def smaller(png: bytes) -> bytes:
     """The picture in fewer bytes; `png` itself unless it is opaque RGBA of 8 bits with the filters of vl-convert.
 
-    These are 0 (none) and 1 (the difference from the pixel at the left) of the PNG standard. Colours that differ by less
-    than 8 of 256 in each channel become one, their mean.
+    These filters of the PNG standard are 0 (none) and 1 (the difference from the pixel at the left). Colours that
+    differ by less than 8 of 256 in each channel become one, their mean.
     """
     chunks = dict.fromkeys((b"IHDR", b"IDAT"), b"")
     place = len(_SIGNATURE)
@@ -46,7 +46,7 @@ def smaller(png: bytes) -> bytes:
 
 
 def _palette(pixels: Bytes) -> tuple[Bytes, Bytes]:
-    """The most frequent colours (n, 3), and the index of the nearest for each of the pixels (m, 3)."""
+    """The most frequent colours (n, 3), and the index of the nearest colour for each pixel (m, 3)."""
     wide = pixels.astype(np.int64)
     bins = (wide[:, 0] >> 3) << 10 | (wide[:, 1] >> 3) << 5 | wide[:, 2] >> 3
     counts = np.bincount(bins, minlength=2**15)
