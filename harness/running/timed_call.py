@@ -1,4 +1,4 @@
-"""One timed call of `solve`, and how long it waited for a processor."""
+"""One timed call of `solve`, and its wait for a processor."""
 
 import os
 from time import perf_counter_ns
@@ -8,15 +8,15 @@ from gnomon.harness.contract.integrator import Floats, Solver
 from gnomon.harness.system.child_process import run_delays
 
 RESOLUTION = 1e-9
-"""Seconds: a call may take none on a coarse clock."""
+"""Seconds: on a coarse clock a call may take no time."""
 
 
 class Call:
     """One call of `solve`, timed; its states are copied before anything can overwrite them.
 
-    `delay_seconds`: how long the threads of this process, and of a program that it drives, were ready to run while other
-    processes had the processor, summed over threads; None where the system does not tell. It is read outside of the timed
-    interval. `shape` is that of the states.
+    `delay_seconds`: the time that the threads of this process, and of a program that it drives, were ready to run while
+    other processes had the processor, summed over threads; None if the system does not tell. It is read outside of the
+    timed interval. `shape`: the shape of the states.
     """
 
     def __init__(self, solver: Solver, start: Floats, shape: tuple[int, int], keep: bool = True) -> None:
@@ -39,12 +39,12 @@ class Call:
 
     @property
     def waited(self) -> float:
-        """The share of its time that it waited for a processor; 0 where that is not known."""
+        """The share of its time that the call waited for a processor; 0 if unknown."""
         return (self.delay_seconds or 0.0) / max(self.seconds, RESOLUTION)
 
 
 def _waited(before: dict[str, int] | None, after: dict[str, int] | None) -> float | None:
-    """The seconds between two readings; a thread that began in between has all of its own."""
+    """The seconds of waiting between two readings; for a thread that began in between, all of them."""
     if before is None or after is None:
         return None
     return 1e-9 * sum(delay - before.get(thread, 0) for thread, delay in after.items())
