@@ -52,7 +52,7 @@ def _counts(most: int) -> list[int]:
 def measure_order_exactly(
     method: FixedStep, case: Case, counts: Sequence[int], digits: int = DIGITS
 ) -> tuple[float, int] | None:
-    """The order over steps of span / count, in `digits`-digit arithmetic, from the error at the end of the span."""
+    """The order of a method in `digits`-digit arithmetic, from errors at the end of the span; steps of span / count."""
     form = accepted_form(case, method.accepts)
     assert form is not None
 
