@@ -1,4 +1,4 @@
-"""Integrators over all cases: performance profiles of the libraries, and by kind of system a row for each integrator."""
+"""Integrators over all cases: performance profiles of libraries, and a row for each integrator by kind of system."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -116,8 +116,8 @@ def kinds_charts(
 def kind_marks(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
     """For each integrator and kind: the median, least and largest ratio of its time to the least time at 1e-6.
 
-    Ties count as equal. The ratios are over the default cases that the integrator reaches; the text says of how many
-    that it can run. An integrator that can run no case of a kind has no mark there.
+    Ties count as equal. The ratios are over the default cases that the integrator reaches; the text gives the number
+    of cases that it can run. An integrator that can run no case of a kind has no mark there.
     """
     kind_of = {case: kind for kind, cases in members.items() for case in cases}
     rows = own(equal[equal["target"] == KIND_TARGET])

@@ -30,9 +30,9 @@ def findings(
     reduced: pd.DataFrame,
     trusted: pd.DataFrame,
 ) -> list[str]:
-    """The run in a few sentences, each counted from its rows. `equal`: `rankings.ranked`, `reduced`: `analysis.settings`.
+    """The run in a few sentences, each counted from its rows.
 
-    No integrator is named as faster or more reliable than another unless the measurements separate the two.
+    `equal`: `rankings.ranked`, `reduced`: `analysis.settings`. No integrator is named as faster or more reliable than another unless the measurements separate the two.
     """
     return [
         *_fastest(own(equal)),

@@ -85,7 +85,7 @@ def _strip(element: ET.Element) -> None:
 
 
 def _hoist(element: ET.Element) -> None:
-    """Move attributes that all children share to their group; consecutive children with equal attributes become a group."""
+    """Move attributes of all children to their group; consecutive children with equal attributes become a group."""
     for child in element:
         _hoist(child)
     if element.tag != f"{SVG}g" or len(element) < 2:

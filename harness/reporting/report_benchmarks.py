@@ -1,4 +1,4 @@
-"""The results of `make bench` as rows: claims of speed in pairs, times of calls, measured orders, growth of energy errors."""
+"""The results of `make bench` as rows: claims of speed, times of calls, measured orders, growth of energy errors."""
 
 import math
 from collections.abc import Sequence

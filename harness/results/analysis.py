@@ -113,9 +113,9 @@ def null_calls(frame: pd.DataFrame) -> pd.Series:
 
 
 def waited(frame: pd.DataFrame) -> tuple[int, int, int]:
-    """The numbers of timed measurements, of `delayed` ones, and of ones with an unknown delay.
+    """The numbers of timed measurements, `delayed` measurements, and measurements with an unknown delay.
 
-    A delay is unknown if the system did not tell it, or the file is older.
+    A delay is unknown if the system did not provide it, or if the file is old.
     """
     timed = frame.loc[frame["seconds_median"].notna(), ["seconds_median", "delay_seconds"]]
     return len(timed), int(delayed(timed).sum()), int(timed["delay_seconds"].isna().sum())

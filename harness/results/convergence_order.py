@@ -69,7 +69,7 @@ def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: 
 
 
 def mean_slope(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """The mean of the slopes between neighbouring points, and half of its 95 % interval from their spread (Student's t).
+    """The mean slope between neighbouring points, and half of its 95 % interval from the spread (Student's t).
 
     If the points scatter independently or follow a random walk, neighbouring slopes are uncorrelated or negatively
     correlated, and the interval is rather too wide. A line that bends has a wider interval.

@@ -32,11 +32,11 @@ then exact by construction, as on Kepler's orbits a method that moves bodies on 
 FEWEST = 5
 """Smallest number of cases for a statement about integrators, as variants of one case are not independent."""
 SOLVED, CONDITIONED = 1e-6, 1e3
-"""A setting solves a hard variant if its error is at most SOLVED, or CONDITIONED times the conditioning if that is larger."""
+"""A setting solves a hard variant if its error is at most SOLVED, or CONDITIONED times a larger conditioning."""
 
 RANKED, ONE_LAUNCH, TOO_SHORT, ALONE = "ranked", "not separated", "too short to rank", "one integrator"
-"""Kinds of cells. Ranked are cells that several launches timed, on a span that is long enough. One launch separates
-nothing, and one integrator alone has no other to be separated from."""
+"""Kinds of cells. A ranked cell has several integrators, timed in several launches on a span that is long enough: one
+launch cannot separate integrators."""
 
 
 def ranked(equal: pd.DataFrame) -> pd.DataFrame:

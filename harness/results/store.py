@@ -21,8 +21,8 @@ from gnomon.harness.results.reading import states as states
 from gnomon.harness.system.locks import lock_results, release_results
 
 TO_REPEAT = "to be run again: --repeat"
-"""The reason of a trial that is recorded as interrupted because a run repeats it. Results files hold this text: it must not
-change."""
+"""The reason of a trial that is recorded as interrupted because a run repeats it. Results files hold this text: it must
+not change."""
 
 
 class Known(NamedTuple):

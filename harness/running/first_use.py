@@ -1,4 +1,4 @@
-"""The first use of an integrator: import of its library, preparation and first call, in a new process with empty caches.
+"""The first use of an integrator: import of its library, preparation, first call, in a new process with empty caches.
 
 Later preparations find the library in the process, and compiled code on disk (in-house methods, compiled equations) or
 in the process (JAX); some libraries compile at each preparation (heyoka).

@@ -1,4 +1,4 @@
-"""Plans a run: pairs each case with the integrators that accept one of its forms, and lists the settings of each sweep."""
+"""Plans a run: pairs each case with the integrators that accept one of its forms, and lists settings of sweeps."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Suite:
     first_use: bool = False
     """Whether the first use of each integrator is timed, once, which takes some seconds each."""
     timing_spans: bool = False
-    """Whether default variants are launched repeatedly over their timing spans instead of their own (see `lengthened`)."""
+    """Whether default variants are launched repeatedly over timing spans, not their own spans (see `lengthened`)."""
     timed: bool = True
     """Whether times are recorded; else a run has only errors."""
     shard: tuple[int, int] = (1, 1)
@@ -232,7 +232,7 @@ class Series:
         ]
 
     def describe(self, trial: Trial, **numbers: Any) -> dict[str, Any]:
-        """The row of the table `trials` in the store; `numbers` are columns from the problem and its reference solution."""
+        """The row of the store's table `trials`; `numbers` are columns from the problem and reference solution."""
         return {"trial_key": trial.key, "setting": trial.setting, **self._description, **numbers}
 
     @cached_property
@@ -294,7 +294,7 @@ def _tolerances(sweep: Tolerance) -> tuple[float, ...]:
 
 
 def _steps(sweep: Steps, interval: float, time_scale: float) -> tuple[float, ...]:
-    """Step sizes: the sample interval divided by powers of two. They are exact: the interval has 20 significant bits."""
+    """Step sizes: the sample interval over powers of two, which is exact, as the interval has 20 significant bits."""
     first = max(0, math.ceil(math.log2(interval / (sweep.coarsest * time_scale))))
     count = max(sweep.halvings + 1, FEWEST)
     return tuple(math.ldexp(interval, -(first + k)) for k in range(count))

@@ -214,7 +214,7 @@ class Pool:
                 self._late(slot)
 
     def _late(self, slot: _Slot) -> None:
-        """A worker passed its deadline: extend it by waits for the processor, retry the request, or record a timeout."""
+        """Handle a passed deadline: extend it by waits for the processor, retry the request, or record a timeout."""
         limit = slot.job.limit_seconds
         waited = queued_seconds(slot.process.pid) - slot.queued
         if waited > QUEUED_SECONDS:

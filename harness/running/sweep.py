@@ -137,7 +137,7 @@ class Sweep:
     def _predicted(self, setting: float) -> str | None:
         """Why a setting would exceed the limit by far; None if it would not, or if nothing was counted or timed.
 
-        Counts are extrapolated by their smallest growth, with the least time of one that this series has had so far.
+        Counts are extrapolated by their smallest growth, and multiplied by the least time for one in this series so far.
         """
         if self.launch > 1 or not math.isfinite(self._fastest):
             return None

@@ -93,7 +93,7 @@ class CaseSpec:
 
 
 def reference_solution(spec: CaseSpec) -> ReferenceSolution:
-    """The reference solution of a case, from the cache on disk if the sources of case and exact motion are unchanged."""
+    """The reference solution of a case, from the cache on disk unless a source of case or exact motion changed."""
 
     key = _key(spec)
     if key is None:

@@ -64,7 +64,7 @@ class Scorer:
         }
 
     def measure(self, outcome: Outcome, tolerance: float | None) -> tuple[dict[str, Any], Floats]:
-        """The columns of a measurement that follow from the outcome, and its states (64, dim) in the case's coordinates."""
+        """The columns of a measurement from its outcome, and its states (64, dim) in the case's coordinates."""
         seconds = np.array(outcome.seconds)
         row: dict[str, Any] = {
             "rhs_calls": outcome.rhs_calls,
@@ -263,7 +263,7 @@ class Scorer:
 
     @np.errstate(all="ignore")  # during a long decay an invariant may overflow: its drift is then nan
     def _size(self, function: Callable[..., tuple[Any, ...]], initial: float) -> float:
-        """The size that a drift is relative to: the largest value of the invariant or, if its terms cancel, of the terms.
+        """The size to which a drift is relative: the largest value of the invariant, or of its terms if they cancel.
 
         The size of the terms is the sum of |x dI/dx| over the coordinates, by central differences, at its largest on
         the exact motion.

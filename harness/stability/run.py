@@ -1,4 +1,4 @@
-"""Measures panels for integrators, each integrator in its own process, which alone ends by a hang or a crash."""
+"""Measures panels for integrators, each integrator in its own process, because it may hang or crash."""
 
 from __future__ import annotations
 

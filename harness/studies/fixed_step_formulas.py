@@ -30,7 +30,7 @@ from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_t
 
 @singledispatch
 def at_fixed_steps(method: Integrator) -> Integrator:
-    """The formula that propagates a method's solution, at fixed steps; a method of fixed steps is returned unchanged."""
+    """The formula that propagates a method's solution, at fixed steps; fixed-step methods are returned unchanged."""
     return method
 
 

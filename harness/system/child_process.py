@@ -27,7 +27,7 @@ class ServerFailed(RuntimeError):  # noqa: N818 (it names what happened)
 
 
 def context(method: str = "forkserver") -> Any:
-    """The multiprocessing context of workers: forks of a server that has already imported the modules that they need."""
+    """The multiprocessing context of workers: forks of a server that has already imported their modules."""
     open_standard_streams()  # the server and all workers inherit the streams of this process
     if method != "forkserver":
         return multiprocessing.get_context(method)

@@ -1,4 +1,4 @@
-"""Standard input, output and error of a process that was started without them, as by a daemon or by `2>&-` in a shell."""
+"""Standard input, output and error of a process that was started without them, as by a daemon or by `2>&-`."""
 
 import os
 import sys

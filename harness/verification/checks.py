@@ -24,8 +24,10 @@ from gnomon.harness.verification.verify import CLAIMS, Report, Row, planned
 
 @dataclass(frozen=True)
 class Check:
-    """One claim about an integrator on one case. A call raises AssertionError if it fails, and skips the test if it does
-    not apply."""
+    """One claim about an integrator on one case.
+
+    A call raises AssertionError if the claim fails, and skips the test if the claim does not apply.
+    """
 
     integrator: Integrator
     case: Case

@@ -178,7 +178,7 @@ def _halves(trials: Trials) -> bool:
 
 
 def _late(trials: Trials, answer: Answer) -> bool:
-    """Whether most states fit the exact motion at later times, each at its own, with a small part of the error."""
+    """Whether most states each fit the exact motion at a later time of its own, up to a small part of the error."""
     times, exact, sample = trials.reference.times, trials.reference.exact, trials.case.sample
     little = float(trials.problem().interval) * 2.0**-10
     weights = 1 / np.maximum(np.max(np.abs(exact), axis=0), 1e-300)

@@ -61,7 +61,7 @@ class ExactStates:
         return hashlib.sha256(self.hashed.encode()).hexdigest()
 
     def as_csv(self) -> str:
-        """Comment lines with the certificate and the hash, then the hashed text: comments, header, one row each time."""
+        """Comment lines with certificate and hash, then the hashed text: comments, header, one row each time."""
         found = self.certificate
         ways = ", ".join(f"{way} {digits:.0f}" for way, digits in found.ways.items())
         confirmed = f"confirmed to {found.digits:.0f} digits ({ways or found.note}), {found.required} required"
