@@ -235,7 +235,7 @@ def leads_cell(row: Mapping[str, Any] | None) -> Cell:
 
 
 def libraries(equal: pd.DataFrame) -> list[Row]:
-    """The time of each library's best integrator over the least of all, and the number of ranked cases with a slower time.
+    """The time of each library's best integrator over the least, and the number of ranked cases on which it is slower.
 
     The ratio is the median over the default variants that the library reaches, ties being equal.
     """
