@@ -24,7 +24,7 @@ INHERITED = (
 
 
 def write_images(specifications: Mapping[str, dict[str, Any]], folder: Path) -> None:
-    """Each specification as `folder`/name.svg and name.png."""
+    """Write each specification as `folder`/name.svg and name.png."""
     folder.mkdir(parents=True, exist_ok=True)
     names = sorted(specifications)
     workers = min(os.cpu_count() or 1, len(names) or 1)
@@ -58,7 +58,7 @@ def smaller(png: bytes) -> bytes:
 
 
 def leaner(svg: str) -> str:
-    """The same drawing in a third of the characters.
+    """The drawing in a third of the characters.
 
     Coordinates are rounded to a tenth of a pixel; invisible elements are removed; attributes that all children share
     move to their group; a mark that is drawn several times is defined once.
@@ -87,7 +87,7 @@ def leaner(svg: str) -> str:
 
 
 def _strip(element: ET.Element) -> None:
-    """Remove what is not visible: roles, classes, default opacity, empty groups and paths."""
+    """Remove invisible parts: roles, classes, default opacity, empty groups and paths."""
     for name in ("class", "role", "aria-hidden", "aria-label", "aria-roledescription", "pointer-events"):
         element.attrib.pop(name, None)
     if element.attrib.get("opacity") == "1":
@@ -102,7 +102,7 @@ def _strip(element: ET.Element) -> None:
 
 
 def _hoist(element: ET.Element) -> None:
-    """Move attributes that all children share to their group; consecutive children with equal attributes become a group."""
+    """Move attributes of all children to their group; consecutive children with equal attributes become a group."""
     for child in element:
         _hoist(child)
     if element.tag != f"{SVG}g" or len(element) < 2:

@@ -25,14 +25,14 @@ MADE_BY = {
 """The files that the page shows beside the results, and the command that makes each."""
 SUITE = "full"
 SOURCES = ("reference", "cases", "harness", "src", "pyproject.toml")
-"""What must be equal in a revision and the working tree; documents and tests may differ."""
+"""The paths that must be equal in a revision and the working tree; documents and tests may differ."""
 
 
 def publish(results: Path, local: Path, to: Path) -> Path:
     """Write the published report and the JSON files beside it into `to`, and return the page's path.
 
-    Raises ValueError, and writes nothing, if something is missing, unfinished, or was made with other sources than those
-    in the working tree.
+    Raises ValueError, and writes nothing, if something is missing, unfinished, or was made with other sources than the
+    working tree has.
     """
     database = store.results_file(results)
     named = {str(database): _finished(database)}
@@ -83,7 +83,7 @@ def _revisions(path: Path) -> Iterator[str | None]:
 
 
 def is_current(revision: str, folder: Path | None = None) -> bool:
-    """Whether the sources in the working tree of `folder` (the current one without it) are those of a revision.
+    """Whether the sources in the working tree of `folder`, by default the current one, equal a revision.
 
     A revision that ends in "+" had uncommitted changes and is never current.
     """

@@ -37,11 +37,11 @@ def write_report(
 
     The page draws its figures itself; their files take most of the time.
 
-    `database` is a results file, or a folder that has one. Certificates, checks, claims of speed, orders and growth laws
-    are read from JSON files in the first of the folders `beside` that has them; by default the folder of the results,
-    `folder`, and the one above (reports/local/ is in the published reports/). `cases`: classes that are not installed, by
-    the name under which they ran; nothing that the file names is imported. Raises ValueError for a file that is no
-    results file, or an empty one.
+    `database` is a results file, or a folder that has one. Certificates, checks, claims of speed, orders and growth
+    laws are read from JSON files in the first of the folders `beside` that has them; by default the folder of the
+    results, `folder`, and the one above (reports/local/ is in the published reports/). `cases`: classes that are not
+    installed, by the name under which they ran; code that the file names is not imported. Raises ValueError for a file
+    without results.
     """
     database = store.results_file(database)
     with opening.one_state(database):
@@ -65,7 +65,7 @@ def write_report(
     if figures:
         write_figures(run, work, charts, folder / "figures")
     else:
-        remove_figures(folder / "figures")  # of an earlier report, which this page would contradict
+        remove_figures(folder / "figures")  # figures of an earlier report would contradict this page
     return page
 
 

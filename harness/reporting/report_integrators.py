@@ -1,4 +1,4 @@
-"""Which integrator to choose: by kind of system, and every integrator on one line."""
+"""The choice of an integrator: by kind of system, and every integrator on one line."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -42,7 +42,7 @@ SHOWN = 3
 
 
 def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[str, list[str]]:
-    """The cases of each kind, in the order of KINDS, those without any left out. `forms`: what each case offers."""
+    """The cases of each kind, in the order of KINDS, without empty kinds. `forms`: the forms that each case offers."""
     found: dict[str, list[str]] = {}
     for words, marks in KINDS.items():
         known = {name for members in found.values() for name in members}
@@ -53,11 +53,12 @@ def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[s
 
 
 def kind_rows(equal: pd.DataFrame, reduced: pd.DataFrame, members: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
-    """Per kind of system, who is the fastest, separated or tied, in most ranked cells at each error, and who solves most of
-    its hard variants: where it is separated from all others, else the numbers of those that are not.
+    """Per kind of system, the integrators that are fastest in most cells at each error and solve most hard variants.
 
-    What an integrator solves exactly by construction says nothing of it (`rankings.exact`), and fewer than `FEWEST` cases
-    say nothing. `named` are the integrators in the cells. `equal`: `rankings.ranked`, `reduced`: `analysis.settings`.
+    A cell names the integrator that is separated from all others, or gives the number of integrators that are not
+    separated. Ties count. Cases that an integrator solves exactly by construction show nothing about it
+    (`rankings.exact`), and fewer than `FEWEST` cases show nothing. `named`: the integrators in the cells. `equal`:
+    `rankings.ranked`, `reduced`: `analysis.settings`.
     """
     default, hard, known = own(equal), solved(reduced), exact(reduced)
     fast = {
@@ -78,7 +79,7 @@ def kind_rows(equal: pd.DataFrame, reduced: pd.DataFrame, members: Mapping[str, 
 
 
 def _most(found: Foremost, table: pd.DataFrame, what: str) -> Cell:
-    """The integrator that is separated from all others, else that none is, with the numbers of the first and of the cases."""
+    """A cell with the integrator separated from all others, or the number not separated, and counts of the first."""
     if found.counts.empty:
         few = f"fewer than {FEWEST} cases"
         return Cell("–", f"{few} are ranked" if what == "ranked" else f"hard variants of {few}", "none")
@@ -90,12 +91,12 @@ def _most(found: Foremost, table: pd.DataFrame, what: str) -> Cell:
 
 
 def _shown(found: Foremost) -> list[str]:
-    """The integrators that a cell names: the first of those that hold on any problem."""
+    """The integrators that a cell names: the first ones that hold on any problem."""
     return [str(name) for name in found.counts.index[found.counts["held"] > 0]][:SHOWN]
 
 
 def lines_of(kinds: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """For each integrator named in rows of `kind_rows` that this gnomon has: the lines that run it on other equations."""
+    """The code lines that run each integrator on other equations, if rows of `kind_rows` name it and it is known."""
     known = lookup.everything()
     found = {
         name: lines(known[name]) for name in dict.fromkeys(n for row in kinds for n in row["named"]) if name in known
@@ -157,7 +158,7 @@ def _median(values: pd.Series, form: str) -> Cell:
 
 
 def _order(slopes: pd.DataFrame | None, bench: Mapping[str, str] | None) -> Cell:
-    """The order from `make bench`, else the median of those measured in the run, beside the declared one."""
+    """The order from `make bench`, else the median of the orders measured in the run, beside the declared one."""
     if bench is not None:
         return Cell(bench["order"], f"declared {bench['declared']}", value=float(bench["order"]))
     if slopes is None:
@@ -173,7 +174,7 @@ def _order(slopes: pd.DataFrame | None, bench: Mapping[str, str] | None) -> Cell
 
 
 def _share(known: pd.Series | None, problems: int) -> Cell:
-    """Hard variants solved of those of which it is known; how many others there are."""
+    """The share of hard variants solved, of the variants with a known result, and the number of other variants."""
     if known is None or known.empty:
         return Cell("–")
     share, others = known.mean(), problems - len(known)

@@ -1,4 +1,4 @@
-"""What a report says of a run that is not complete: how many of the planned trials are missing, and where."""
+"""The part of a report about a run that is not complete: the number of missing trials, and where they are."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -7,13 +7,15 @@ from typing import Any
 from gnomon.harness.results.outstanding import Planned, outstanding
 
 SHOWN = 12
-"""The most names in a list."""
+"""Largest number of names in a list."""
 
 
 def missing(path: Path) -> dict[str, Any] | None:
-    """How many `trials` of the `planned` ones have no measurement; the cases of which none has one, those of which some
-    have, and the libraries with how many theirs are; `others` is what else is outstanding, `text` all of it. None if nothing
-    is.
+    """The trials without a measurement, counted by case and by library; None if nothing is outstanding.
+
+    `trials` of the `planned` trials are missing. `cases`: the cases without a measurement; `partly`: the cases with
+    some measurements; `libraries`: the libraries with their numbers of missing trials; `others`: outstanding shards and
+    repeated launches; `text`: all of it in words.
     """
     found = outstanding(path)
     if not found.text:
@@ -32,7 +34,7 @@ def missing(path: Path) -> dict[str, Any] | None:
 
 
 def _by_name(planned: Sequence[Planned], field: str) -> dict[str, tuple[int, int]]:
-    """Planned and measured trials by case or by library."""
+    """The numbers of planned and measured trials by case or by library."""
     found: dict[str, tuple[int, int]] = {}
     for row in planned:
         total, done = found.get(getattr(row, field), (0, 0))

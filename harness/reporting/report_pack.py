@@ -1,4 +1,4 @@
-"""The data that the page contains for its script: as columns, then compressed, so that a hundred cases fit.
+"""The data that the page contains for its script, as columns and compressed, so that a hundred cases fit.
 
 The browser decompresses them with DecompressionStream (in all browsers since 2023); nothing is fetched.
 """
@@ -13,7 +13,7 @@ from gnomon.harness.reporting.kept_parts import kept
 
 
 def pack(text: str) -> str:
-    """Text as base64 of its gzip, the same bytes for the same text."""
+    """Text as base64 of its gzip; equal texts give equal bytes."""
     return base64.b64encode(gzip.compress(text.encode("utf-8"), 9, mtime=0)).decode("ascii")
 
 
@@ -29,7 +29,7 @@ def _vega() -> str:
 
 
 def pack_json(value: Any) -> str:
-    """JSON, packed. Raises ValueError for nan and infinity, which JSON does not have: a browser would reject the whole."""
+    """`packed` JSON. Raises ValueError for nan and infinity: JSON lacks them, and a browser would reject all of it."""
     return pack(json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False))
 
 

@@ -1,4 +1,4 @@
-"""The tables that compare integrators, twice: with all of them, and without those of gnomon itself.
+"""The tables that compare integrators, twice: with all integrators, and without gnomon's own.
 
 The page has a switch between the two. Without in-house integrators the third-party ones are ranked among themselves.
 """

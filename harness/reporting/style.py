@@ -31,7 +31,7 @@ def hues(libraries: Iterable[str]) -> dict[str, str]:
 
 
 def family(row: pd.Series) -> str:
-    """The kind of method of a series, from what its integrator declares."""
+    """The kind of method of a series, from the declarations of its integrator."""
     if row["engine"]:
         return "physics engine"
     if row["setting_kind"] == "tolerance":
@@ -79,7 +79,7 @@ def _shade(colour: str, share: float) -> str:
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows as Vega reads them: null where there is no number."""
+    """Rows as Vega reads them, with null for a missing number."""
     return list(table.astype(object).where(table.notna(), None).to_dict("records"))
 
 

@@ -1,4 +1,4 @@
-"""Writes JSON files for the report. A study measures one row for each of its subjects, in a command of its own."""
+"""Writes JSON files for the report: a study has its own command, and measures one row for each of its subjects."""
 
 import argparse
 import json

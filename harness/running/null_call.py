@@ -1,9 +1,9 @@
-"""The null call of a series: the same calls, over almost no time span, without the work of steps.
+"""The null call of a series: the series' calls over almost no time span, without the work of steps.
 
-It is the cost of a call apart from the integration: entering the library, allocating arrays, delivering samples, and, if
-the library is called once for each sample, those 64 calls. It is measured through `prepare` and `solve` only, on the
-problem with its sample times multiplied by 2^-30. These calls still take steps, which are free for no method: 64 where
-a method stops at each sample, one or a few where samples are interpolated.
+It is the cost of a call apart from the integration: entering the library, allocating arrays, delivering samples, and
+the 64 calls of a library that is called once for each sample. It is measured through `prepare` and `solve` only, on the
+problem with its sample times multiplied by 2^-30. These calls still take steps, which cost time in every method: 64
+steps if a method stops at each sample, one or a few if samples are interpolated.
 
 A method of fixed steps is timed with one step and with two steps for each sample, and the difference, which is the time
 of the steps, is subtracted here. An adaptive method crosses each interval in one step at any setting. Its work there is
@@ -26,7 +26,7 @@ FEWEST, MOST, BLOCK_SECONDS = 5, 40, 0.002
 
 
 class Problems(Protocol):
-    """A new problem at each call, with equations that count their calls or without."""
+    """Makes a new problem at each call, whose equations count their calls or not."""
 
     def __call__(self, *, counted: bool) -> Problem: ...
 
@@ -34,10 +34,10 @@ class Problems(Protocol):
 def null_call(
     integrator: Integrator, problem: Problems, setting: float, starts: Iterator[Floats]
 ) -> tuple[float | None, int | None]:
-    """Seconds of the null call, the median over calls from different `starts`, and the work that they include.
+    """Seconds of the null call, the median over calls from different `starts`, and the work in it.
 
-    The work is in right-hand sides, or steps where those are not counted; 0 for fixed steps, None where unknown. Both
-    are None if the integrator fails on it.
+    The work is the number of right-hand sides, or of steps if right-hand sides are not counted; 0 for fixed steps, None
+    if unknown. Both results are None if the integrator fails.
     """
 
     def shrunk(counted: bool) -> Problem:

@@ -44,14 +44,14 @@ def run(
     prepare_seconds: float = PREPARE_SECONDS,
     near_duplicates: bool = True,
 ) -> Path:
-    """Run every chosen case (see `plan.choose`) through every integrator; returns the path of the results file.
+    """Run every chosen case (see `plan.choose`) through every integrator; return the path of the results file.
 
     If `near_duplicates` is False, near-duplicate methods (those with `primary = False`) do not run on hard variants.
 
-    Trials that the file contains already are not repeated. After an interruption at any moment the same call continues
-    from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, if two have one id, or
-    if a worker process could not make one again; and after all other cases are done if the exact motion of a case cannot
-    be computed.
+    Trials that the file already contains are not repeated. After an interruption at any moment, an equal call continues
+    from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, if two integrators
+    have one id, or if a worker process could not make one again; and after all other cases are done if the exact motion
+    of a case cannot be computed.
     """
     need_fork()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
@@ -70,8 +70,8 @@ def open_run(
     progress: Progress,
     near_duplicates: bool,
 ) -> Iterator["PlannedRun"]:
-    """A run whose plan is in the results file: the caller runs its `work`. Raises ValueError as `run` does."""
-    open_standard_streams()  # before a file of the run is opened in the place of one
+    """A run whose plan is in the results file; the caller runs its `work`. Raises ValueError as `run` does."""
+    open_standard_streams()  # else a file of the run may take the place of a standard stream
     for integrator in integrators:
         declaration.validate(integrator)
         references.require_rebuilt(integrator)
@@ -98,11 +98,35 @@ def compare(
     limit_seconds: float = 1.0,
     launches: int = 1,
 ) -> Any:
-    """Run cases through integrators and return the DataFrame of `gnomon.harness.load`: for notebooks.
+    """Run cases through integrators and return the measurements, for notebooks.
 
-    `cases`: names, or Case objects (their numbers are rounded to binary64). `integrators`: names, Integrator classes
-    or objects, which run as they are and may be defined in the notebook itself. Raises ValueError for unknown names,
-    and as `run` does.
+    Parameters
+    ----------
+    cases : str, Case, or sequence of these
+        Names, or Case objects, whose numbers are rounded to binary64.
+    integrators : str, Integrator, type, or sequence of these
+        Names, or Integrator classes or objects, which run as they are and may be defined in the notebook itself.
+    limit_seconds : float
+        The time limit of a trial (s).
+    launches : int
+        The number of launches of each series on a default variant.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each measurement, as from `gnomon.harness.load`.
+
+    Raises
+    ------
+    ValueError
+        For unknown names or a wrong declaration, or if an exact motion cannot be computed.
+
+    Examples
+    --------
+    >>> from gnomon.harness import compare
+    >>> frame = compare("pendulum_simple", "gnomon:DOP853")
+    >>> bool((frame["status"] == "ok").any())
+    True
     """
     chosen: list[tuple[Case, str]] = []
     for case in [cases] if isinstance(cases, str | Case) else cases:
@@ -117,14 +141,14 @@ def compare(
 
 
 def _verify_caches() -> None:
-    """Warn if a cache cannot be written: workers do not warn. Raises ValueError if another user could write to a cache."""
+    """Warn if a cache cannot be written, as workers do not. Raises ValueError if another user could write to it."""
     cachefolder.prepare(cache_folder(), diskcache.folder())
 
 
 def _reference_solutions(
     series: Sequence[Series], progress: Progress
 ) -> tuple[dict[CaseSpec, ReferenceSolution], dict[CaseSpec, str]]:
-    """The reference solutions of all cases in the run, and the error messages of the cases that have none."""
+    """The reference solutions of all cases in the run, and the error messages of the cases without one."""
     wanted = dict.fromkeys(CaseSpec.of(s.case, s.formulation) for s in series)
     progress.begin("exact motions", len(wanted))
     found = reference_solutions(list(wanted), progress.advance)
@@ -133,7 +157,7 @@ def _reference_solutions(
 
 
 class Results(Protocol):
-    """What a run needs of a `Store`, which other objects have too."""
+    """The part of a `Store` that a run needs, and that other classes have too."""
 
     def history(self) -> dict[tuple[str, int], Known]: ...
 
@@ -148,7 +172,7 @@ class Results(Protocol):
 
 @dataclass
 class PlannedRun:
-    """The work of one run: its sweeps, their sequence, and what takes their measurements."""
+    """The work of one run: its sweeps, their order, and the place of their measurements."""
 
     results: Results
     number: int
@@ -157,9 +181,9 @@ class PlannedRun:
     progress: Progress
     near_duplicates: bool
     shard: Mapping[str, str] = field(default_factory=dict)
-    """Its shard, as the environment of a run has it."""
+    """Its shard, in the form of a run's environment."""
     again: dict[str, set[int]] = field(default_factory=dict)
-    """By series, the launches that run whatever the suite: they were interrupted, or are to be repeated."""
+    """By series, the launches that run in any suite, because they were interrupted or are to be repeated."""
     scorers: dict[CaseSpec, Scorer] = field(default_factory=dict)
     work: list[tuple[Series, tuple[Trial, ...], Scorer]] = field(default_factory=list)
 
@@ -171,7 +195,7 @@ class PlannedRun:
             self.known.setdefault(key, []).append(launch)
 
     def plan(self, series: Sequence[Series]) -> None:
-        """Record the trials of all series; for pairs that cannot run, record the status too."""
+        """Record the trials of all series; for pairs that cannot run, also record the status."""
         rows: list[dict[str, Any]] = []
         left_out: list[dict[str, Any]] = []
         for one in series:
@@ -194,8 +218,8 @@ class PlannedRun:
     def sweeps(self) -> Iterator[Sweep | None]:
         """Every launch of every series that has trials to run. All series are launched once before any is repeated.
 
-        A launch begins after the one before it of its series, whose settings it repeats; None while all that are left wait
-        for that.
+        A launch begins after the previous launch of its series, whose settings it repeats. None is a pause, while all
+        launches that are left have to wait.
         """
         launches = [(launch, *work) for work in self.work for launch in self.launches(work[0])]
         launches.sort(key=lambda item: item[0])
@@ -223,9 +247,9 @@ class PlannedRun:
         return sorted({*suite, *self.again.get(series.id, ())})
 
     def reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:
-        """Remove from the history what this run must measure again of these trials.
+        """Remove from the history the results of these trials that this run must measure again.
 
-        What is repeated is recorded as interrupted first: where this run ends early, the next one measures it, and no old
+        A trial to repeat is first recorded as interrupted: if this run ends early, the next one measures it, and no old
         measurement remains among new ones.
         """
         suite, repeat = self.suite.of(series.case), self.suite.repeat

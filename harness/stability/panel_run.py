@@ -1,4 +1,4 @@
-"""Measures panels for integrators, each integrator in a process of its own that a hang or a crash of it ends."""
+"""Measures panels for integrators, each integrator in its own process, because it may hang or crash."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from gnomon.harness.system.limitations import need_fork
 from gnomon.reference.storage import diskcache
 
 SCHEMA = 1
-"""Version of the JSON result: it changes when a key changes its meaning or goes."""
+"""Version of the JSON result; it changes when a key disappears or changes its meaning."""
 DEPTHS = {"normal": 2.0, "high": 60.0}
-"""Processor seconds that a panel may spend on a method, about."""
+"""Approximate processor seconds that a panel may spend on a method."""
 LONGEST = 120.0
-"""A panel may take so many times these seconds before its process is ended: reference solutions are computed once."""
+"""Multiple of these seconds after which a panel's process is ended; reference solutions, computed once, take longer."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """What a panel found of an integrator, with the processor time in seconds that it took."""
+    """The result of a panel for an integrator, with the processor time in seconds."""
 
     integrator: str
     panel: str
@@ -38,20 +38,20 @@ class Row:
     data: Mapping[str, Any]
     sentences: Sequence[str]
     marks: Sequence[Mapping[str, Any]] = ()
-    """What the panel's figure shows of the integrator, see `Mark`."""
+    """The marks of the integrator in the panel's figure, see `Mark`."""
     sources: str = ""
-    """The sources of gnomon that measured it, as in `environment.versions`."""
+    """The sources of gnomon at the time of the measurement, as in `environment.versions`."""
 
     @property
     def reason(self) -> str | None:
-        """Why nothing was measured, None where something was."""
+        """Why nothing was measured; None if something was."""
         for word in ("not_applicable", Status.REFUSED):
             if word in self.data:
                 return f"{word.replace('_', ' ')}: {self.data[word]}"
         return None
 
     def told(self) -> Row:
-        """The row with the sentences and marks that follow from its data: none where nothing was measured."""
+        """The row with the sentences and marks that follow from its data, empty if nothing was measured."""
         if self.reason is not None:
             return replace(self, sentences=[], marks=[])
         panel = panels()[self.panel]
@@ -61,7 +61,7 @@ class Row:
 
 @dataclass(eq=False)
 class PanelsJob(Job):
-    """The panels that are still to be measured of an integrator."""
+    """The panels of an integrator that are still to be measured."""
 
     integrator: Integrator
     seconds: float
@@ -86,7 +86,7 @@ class PanelsJob(Job):
 
 
 def chosen_panels(names: Sequence[str] | None) -> dict[str, Panel]:
-    """The panels of these names, all of them without names. Raises ValueError for an unknown name."""
+    """The panels of these names, or all panels without names. Raises ValueError for an unknown name."""
     known = panels()
     for name in names or ():
         if name not in known:
@@ -109,7 +109,7 @@ def measured(
     progress: Callable[[Row], None] = lambda row: None,
     former: Sequence[Row] = (),
 ) -> list[Row]:
-    """The rows of all panels, or of those named, for each integrator; those of `former` are not measured again.
+    """The rows of all panels, or of the named ones, for each integrator; rows in `former` are not measured again.
 
     Raises ValueError for a wrong name or depth.
     """
@@ -137,11 +137,11 @@ def measured(
 
 
 def kept(path: Path, depth: str, again: Set[tuple[str, str]] | None = None) -> list[Row]:
-    """The rows of a file of `write` that still hold, those of integrators that come with gnomon, with sentences made anew.
+    """The rows of a file from `write` that still hold, of integrators that come with gnomon, with new sentences.
 
-    With `again`, pairs of integrator and panel, they hold whatever revision measured them, except these pairs: of them
-    those of the present revision alone. Raises ValueError if the file holds something else, or was made at another depth
-    or elsewhere, or without `again` by another revision.
+    With `again`, pairs of integrator and panel, rows of any revision hold, except for these pairs: their rows hold only
+    if the present revision measured them. Raises ValueError if the file holds something else, or was made at another
+    depth, elsewhere, or, without `again`, by another revision.
     """
     if not path.exists():
         return []
@@ -162,8 +162,8 @@ def kept(path: Path, depth: str, again: Set[tuple[str, str]] | None = None) -> l
         )
     try:
         rows = [row.told() for row in rows]
-        as_json(rows, depth)  # what could not be written in the end is refused before anything is measured
-    except Exception as error:  # from data of another shape, the sentences of a panel may raise anything
+        as_json(rows, depth)  # fails before the measurement, not after it
+    except Exception as error:  # the sentences of a panel may raise anything from data of another shape
         raise ValueError(
             f"{path}: no result of `gnomon stability` ({type(error).__name__}: {error}); name another file with --out"
         ) from None

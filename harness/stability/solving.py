@@ -15,7 +15,7 @@ from gnomon.harness.scoring.prepared import Prepared
 
 
 def solved(integrator: Integrator, problem: Problem, setting: float, starts: Floats) -> Solution:
-    """The solution from initial states (n, dim), by one `prepare` and one `solve`. Raises what the integrator raises."""
+    """The solution from initial states (n, dim), by one `prepare` and one `solve`. Exceptions pass through."""
     with Prepared(integrator, problem, setting) as solver:
         return solver(starts)
 
@@ -34,8 +34,10 @@ def processor_seconds(run: Callable[[], object]) -> float:
 
 @contextmanager
 def within(seconds: float, error: BaseException) -> Iterator[None]:
-    """Raises the error in the block after so many seconds of processor time, once Python code runs: compiled code is not
-    stopped. No limit outside the main thread, where no signal arrives."""
+    """Raise `error` in the block after `seconds` of processor time, as soon as Python code runs.
+
+    Compiled code is not stopped. Outside the main thread, where no signal arrives, there is no limit.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -30,7 +30,7 @@ from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.score import NUMPY
 
 SAMPLES = 4096
-"""With this number the earliest octave of the fit has 32 samples; a mean square over fewer is too often too small."""
+"""Number of samples. The earliest octave of the fit then has 32; a mean square over fewer is too often too small."""
 DECADES = 2.0
 """The power is fitted over the last two decades of time, where effects of the start have decayed."""
 
@@ -41,7 +41,7 @@ PERIODS = ("period", "gyration_period", "body_period")
 LAWS = {"bounded": 0.0, "sqrt t": 0.5, "t": 1.0, "t^1.5": 1.5, "t^2": 2.0}
 
 FIT = 0.03
-"""Largest bias of the power over a finite span, common to all starts, from bounded terms beside those that grow."""
+"""Largest bias of the power over a finite span, common to all starts, from bounded terms beside the growing ones."""
 
 CONFIDENCE, RESAMPLES = 0.95, 10_000
 
@@ -107,7 +107,7 @@ def measured(subject: Subject) -> dict[str, Any]:
 
 
 def named(low: float, high: float, words: Mapping[str, str] | None = None) -> str:
-    """The law of a power of time in an interval that excludes every other law; else the laws that it contains.
+    """The only law that an interval of the power of time contains, or all of them, or its neighbours; in words.
 
     `words`: other spellings of the names in LAWS.
     """
@@ -142,11 +142,10 @@ def relative_drift(case: Case, start: Floats, states: Floats) -> Floats:
 
 
 def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[Floats, Floats, Floats, float | None]:
-    """Times (samples,), starts (starts, dim), the states that the integrator reaches (starts, samples, dim), and the
-    number of its steps from a start, None where it does not count them.
+    """Times (samples,), starts (starts, dim), states (starts, samples, dim), and the number of steps from a start.
 
-    Start number k is the case's initial state times 1 - k/64. Raises RuntimeError if an integration ends early, Refused
-    if a solution equals its start at all samples.
+    The number is None if the integrator does not count its steps. Start number k is the case's initial state times 1 -
+    k/64. Raises RuntimeError if an integration ends early, Refused if a solution equals its start at all samples.
     """
     form = accepted_form(case, integrator.accepts)
     assert form is not None
@@ -188,7 +187,7 @@ def twenty_bits(x: float) -> float:
 
 
 def in_extended_precision(function: Callable[..., Any], parameters: Floats) -> Callable[[Floats], Any]:
-    """An invariant for arrays of states (..., dim) in long double: its rounding error is far below that of the states."""
+    """An invariant for arrays of states (..., dim) in long double, with a rounding error far below the states' own."""
     bound, wide = rebind(function, NUMPY), tuple(np.longdouble(x) for x in parameters)
 
     def value(states: Floats) -> Any:
@@ -200,16 +199,20 @@ def in_extended_precision(function: Callable[..., Any], parameters: Floats) -> C
 def fitted(times: Floats, errors: Floats) -> Floats:
     """The power of time of the errors (starts, times) of each start, (starts,).
 
-    The power is the slope of a line through the logarithms of the root mean squares over octaves of time. Each start has
-    its own, so that a start whose rounding errors repeat (period and step in a simple ratio) does not dominate.
+    The power is the slope of a line through the logarithms of the root mean squares over octaves of time. Each start
+    has its own power, so that a start whose rounding errors repeat (period and step in a simple ratio) does not
+    dominate.
     """
     centres, sizes = by_octaves(times, errors, math.ceil(DECADES / math.log10(2)))
     return np.asarray(np.polyfit(centres, sizes, 1)[0])
 
 
 def by_octaves(times: Floats, errors: Floats, count: int) -> tuple[Floats, Floats]:
-    """For the last `count` octaves of time with samples, latest first: the means of log time (octaves,), and of errors
-    (series, times) the logarithms of the root mean squares (octaves, series)."""
+    """For the last `count` octaves of time with samples, latest first: the mean of log time, and logs of errors.
+
+    The means have the shape (octaves,). The size is the root mean square of errors (series, times); its logarithms have
+    the shape (octaves, series).
+    """
     octave = np.floor(np.log2(times[-1] / times)).astype(int)
     chosen = [octave == k for k in np.unique(octave[octave < count])]
     centres = np.array([np.mean(np.log(times[mask])) for mask in chosen])

@@ -40,17 +40,16 @@ BINARY64 = 16
 
 SCATTERED = tuple(sorted({round(2 ** (k / 4)) for k in range(8, 60)}))
 """Numbers of steps in a sampling interval for a method whose error is C h within a factor of about five, which depends
-on where in a step an event falls. Over fifty of them, four to a halving, the uncertainty of the slope is
-ln 5 / (sqrt 50 * 2.6) = 0.09."""
+on the place of an event in its step. Over fifty of them, four to a halving, the uncertainty of the slope is ln 5 /
+(sqrt 50 * 2.6) = 0.09."""
 
 
 @dataclass(frozen=True)
 class Subject:
     """An in-house integrator by its name, and the problem on which its order is measured.
 
-    `coarsest`: numbers of steps over the span are refined from it, in `digits` digits; 0 for binary64. `most_steps`: limit
-    in binary64.
-    `scattered`: whether the slope is fitted over the steps of SCATTERED.
+    `coarsest`: the smallest number of steps over the span, in `digits` digits; 0 for binary64. `most_steps`: limit in
+    binary64. `scattered`: whether the slope is fitted over the steps of SCATTERED.
     """
 
     integrator: str
@@ -64,7 +63,7 @@ class Subject:
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Numbers of steps over the span, refined by halves and thirds; none for binary64."""
+        """Numbers of steps over the span, refined by halves and thirds; empty for binary64."""
         return tuple(self.coarsest * n // 12 for n in (12, 16, 24, 32) if self.coarsest)
 
 

@@ -1,10 +1,10 @@
 """Times two integrators at equal error, in pairs in one process: the basis of claims of speed between them.
 
-Each runs at several tolerances and is scored as in a run. Its time at an error is interpolated between neighbouring
-settings by the rule of the report's tables (`analysis.time_at`), by which an error that is small by chance does not
-count. Tighter settings that were timed count too, if they take less time. Calls of the two alternate, so that a slow
-phase of the machine affects both. Their null calls alternate with them: the same calls over almost no span, with at most
-one step from sample to sample. Their time is the overhead of a call.
+Each integrator runs at several tolerances and is scored as in a run. Its time at an error is interpolated between
+neighbouring settings by the rule of the report's tables (`analysis.time_at`), by which an error that is small by chance
+does not count. Tighter settings that were timed count too, if they take less time. Calls of the two integrators
+alternate, so that a slow phase of the machine affects both. Their null calls alternate with them; these are over almost
+no span, with at most one step from sample to sample, and their time is the overhead of a call.
 """
 
 import gc
@@ -24,13 +24,12 @@ from gnomon.harness.scoring.reference_solution import CaseSpec, reference_soluti
 from gnomon.harness.scoring.score import Scorer
 
 SHRUNK = 2.0**-40
-"""The span of a null call over that of the call: at most 1e-9 of a time scale. A power of two, so times stay exact."""
+"""Span of a null call over the span of the call: at most 1e-9 of a time scale. A power of two keeps times exact."""
 
 
 @dataclass(frozen=True)
 class Side:
-    """One integrator of a pair: the errors of its settings, loosest first, the solver of each, its null call, and the
-    seconds of each preparation."""
+    """One integrator of a pair: errors and solvers of its settings, loosest first, null call, preparation times."""
 
     errors: list[float]
     solvers: list[Solver]
@@ -56,8 +55,10 @@ class Side:
 def swept(
     integrator: Integrator, case: Case, formulation: Formulation | None, tolerances: Sequence[float]
 ) -> tuple[Side, Floats]:
-    """The side of an integrator on a case of binary64 numbers, with each tolerance at which it reaches the end of the
-    span; and the start (1, dim)."""
+    """(side of an integrator on a case of binary64 numbers, start (1, dim)).
+
+    The side has each tolerance at which the integrator reaches the end of the span.
+    """
     scorer = Scorer(case, formulation, reference_solution(CaseSpec.of(case, formulation)))
     problem = scorer.problem(accepted_form(case, integrator.accepts, formulation))
     start = scorer.reference.start[None]
@@ -76,14 +77,14 @@ def swept(
 
 
 def null_call(integrator: Integrator, problem: Problem, tolerance: float) -> Solver:
-    """The solver of the same problem over almost no span."""
+    """The solver of the problem over almost no span."""
     return Prepared(integrator, replace(problem, times=problem.times * SHRUNK), tolerance).solver
 
 
 def at_equal_error(
     pair: tuple[Side, Side], start: Floats, targets: Sequence[float], repeats: int
 ) -> tuple[list[tuple[float | None, float | None]], tuple[float, float]]:
-    """Seconds of both at each target, None if a side does not reach it; and the seconds of their null calls."""
+    """Seconds of both sides at each target, None if a side does not reach it, and the seconds of their null calls."""
     chosen = [side.near(targets) for side in pair]
     solvers = [[*(side.solvers[k] for k in near), side.null] for side, near in zip(pair, chosen, strict=True)]
     times = interleaved(solvers, start, repeats)

@@ -1,8 +1,8 @@
 """Compares the times of two versions of a package under one integrator: `gnomon verify --against mypackage==1.2`.
 
-The other version is installed, without its dependencies, into a temporary folder that precedes all others where a child
-process looks for modules; everything else is that of the present environment. In each launch two new processes, one with
-each version, are timed in turn (A B B A): a slow phase of the machine affects both.
+The other version is installed, without its dependencies, into a temporary folder. A child process looks for modules in
+this folder first, and takes all other modules from the present environment. In each launch two new processes, one with
+each version, are timed in turn (A B B A), so that a slow phase of the machine affects both.
 """
 
 from __future__ import annotations
@@ -33,24 +33,24 @@ from gnomon.harness.verification.program_process import ProgramProcess
 from gnomon.harness.verification.trials import DEPTHS, Trials
 
 CLAIM = 1.2
-"""A version is slower, or faster, if every launch shows it by more than this factor."""
+"""A version is slower, or faster, if the ratio of the times exceeds this factor in every launch."""
 LEAST_SHARE = 0.1
-"""Minimum of a time without its null call, as a share of the whole time: a smaller difference is measurement noise."""
+"""Least value of a time without its null call, as a share of the whole time: a smaller value is measurement noise."""
 LAUNCHES = 5
-"""The range of so few ratios holds their median with a probability of 1 - 2^(1 - 5) = 94 %."""
+"""The range of 5 ratios contains their true median with a probability of 1 - 2^(1 - 5) = 94 %."""
 ROUNDS = 4
-"""Times that A B B A is timed in a launch."""
+"""Number of times that A B B A is timed in a launch."""
 BLOCK_SECONDS, LONGEST = 0.02, 0.05
-"""Seconds for which one side is called again in its turn; seconds of a call, at most, at the setting that is timed."""
+"""Seconds of repeated calls in one turn; longest call, in seconds, at the setting that is timed."""
 MOST_NULL = 0.5
-"""The null call is subtracted. Above this share of a time its own noise, 10 %, would change the difference by more."""
+"""Largest share of the null call in a time. It is subtracted, and its noise of 10 % would distort larger shares."""
 ANSWER_SECONDS = 600.0
 
 
 def compared(named: str, names: Sequence[str], depth: str, other: Other) -> tuple[str, dict[str, Finding]]:
-    """(which files the two versions are, the finding for each case) of the integrator that `named` names.
+    """Compare both versions under the integrator `named`: (text with versions and files, finding by case).
 
-    Raises ValueError where a process does not import the integrator, ends, or has the other's files.
+    Raises ValueError if a process cannot import the integrator, ends, or imports the files of the wrong version.
     """
     times: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
     settings: dict[str, dict[str, Any]] = {}
@@ -91,7 +91,7 @@ def _asked(side: ProgramProcess, other: Other, **request: Any) -> dict[str, Any]
 def _launch(sides: Sequence[ProgramProcess], other: Other, **request: Any) -> dict[str, Any]:
     """The seconds of both sides and of their null calls, the least over all turns, and errors; or why there are none.
 
-    Other processes only add to a time, so the least one is the best known.
+    Other processes only add to a time, so the least one is the best estimate.
     """
     turns: tuple[list[dict[str, Any]], list[dict[str, Any]]] = ([], [])
     for side in islice(cycle((0, 1, 1, 0)), 4 * ROUNDS):
@@ -104,7 +104,7 @@ def _launch(sides: Sequence[ProgramProcess], other: Other, **request: Any) -> di
 
 
 def _loaded(present: ProgramProcess, before: ProgramProcess, other: Other) -> str:
-    """Which files both processes imported, as text. Raises ValueError where these are not two versions."""
+    """The files that both processes imported, as text. Raises ValueError unless they belong to two versions."""
     now, then = (_asked(side, other, package=other.name, modules=other.modules) for side in (present, before))
     if not now["files"] or not then["files"]:
         raise ValueError(f"--against {other.label}: the integrator does not import {' or '.join(other.modules)}")
@@ -115,7 +115,7 @@ def _loaded(present: ProgramProcess, before: ProgramProcess, other: Other) -> st
 
 
 def finding(launches: Sequence[dict[str, Any]], label: str) -> Finding:
-    """What the launches of one case show: slower, faster, or no difference of 1.2 times or more."""
+    """The finding from the launches of one case: slower, faster, or no difference of 1.2 times or more."""
     declined = [launch["declined"] for launch in launches if "declined" in launch]
     if declined:
         return not_applicable(declined[0])
@@ -137,13 +137,13 @@ def finding(launches: Sequence[dict[str, Any]], label: str) -> Finding:
 
 
 def _net(launch: dict[str, Any], side: int) -> float:
-    """The time without the null call: the work of two versions is compared, on the spans of the cases."""
+    """The time of a call without the null call, so that the work of the steps is compared."""
     seconds, null = float(launch["seconds"][side]), float(launch["null"][side])
     return max(seconds - null, LEAST_SHARE * seconds)
 
 
 def serve(named: str) -> None:
-    """Answer requests, a line each, in a child process; what the integrator prints is discarded."""
+    """Answer requests, one a line, in a child process; discard all that the integrator prints."""
     answers, null = os.fdopen(os.dup(1), "w", buffering=1), os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)
@@ -175,7 +175,7 @@ def _imported(package: str, modules: Sequence[str]) -> dict[str, Any]:
 
 
 class _Series:
-    """One integrator on one case, prepared at the settings that were asked for."""
+    """One integrator on one case, with a solver for each requested setting."""
 
     def __init__(self, integrator: Integrator, name: str, depth: str) -> None:
         ((case, _),) = plan.choose([name], variants=False)
@@ -185,7 +185,7 @@ class _Series:
         self.solvers: dict[float, tuple[Solver, float]] = {}
 
     def timed(self, setting: float | None) -> dict[str, Any]:
-        """The least seconds of a call at a setting, its null call and its error; without a setting the one to compare."""
+        """The least seconds of a call at a setting, its null call and error; for None, the setting to compare at."""
         if setting is None:
             return {"setting": self._longest()}
         solver, error = self._prepared(setting)
@@ -197,7 +197,7 @@ class _Series:
         return {"seconds": min(seconds), "null": null or 0.0, "error": error, "named": self.trials.named(setting)}
 
     def _longest(self) -> float:
-        """The finest setting at which a call takes at most LONGEST seconds, at least the usual one."""
+        """The finest setting whose call takes at most LONGEST seconds, starting from the usual setting."""
         found = self.trials.usual()
         for setting in self.trials.settings[self.trials.settings.index(found) + 1 :]:
             solver, _ = self._prepared(setting)

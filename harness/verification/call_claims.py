@@ -1,4 +1,4 @@
-"""Claims about calls: the same bits again, no dependence on earlier calls, bad input."""
+"""Claims about calls: equal bits when repeated, no effect of earlier calls, arguments left unchanged, bad input."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from gnomon.harness.verification.convergence_claims import same_solution
 from gnomon.harness.verification.trials import Floats, Trials
 
 FAR = 2.0**-10
-"""Relative distance of another start: its solution differs in most bits."""
+"""Relative distance of another start, so large that its solution differs in most bits."""
 DIFFERENCES, POLYNOMIAL = 8, 1e-10
-"""Differences of samples of so high an order are rounding only where the motion is a polynomial of a lower degree."""
+"""Order and bound of differences of the samples: below the bound the motion is a polynomial of lower degree."""
 IMPOSSIBLE = (0.0, -1e-3, math.nan)
-"""Settings that are no step size and no tolerance."""
+"""Values that are neither a step size nor a tolerance."""
 
 
 def _other(trials: Trials) -> Floats:
@@ -32,7 +32,7 @@ def _repeatable(trials: Trials) -> Finding:
 
 @claim("history")
 def _history(trials: Trials) -> Finding:
-    """A solution before and after solutions from another start and at another setting."""
+    """The solution from one start, before and after solutions from another start and at another setting."""
     setting = trials.usual()
     first, _, again = trials.solutions(trials.problem(), setting, [trials.start, _other(trials), trials.start])
     found = same_bits(trials, first, again, "one start before and after another")
@@ -45,7 +45,7 @@ def _history(trials: Trials) -> Finding:
 
 @claim("start_kept")
 def _start_kept(trials: Trials) -> Finding:
-    """The arrays that it is given hold the same bits after the call."""
+    """The arrays given to the integrator hold the same bits after the call."""
     problem, given = trials.problem(), trials.start[None].copy()
     with trials.prepared(problem, trials.usual()) as solver:
         solver.given(given)
@@ -61,7 +61,7 @@ def _start_kept(trials: Trials) -> Finding:
 
 @claim("aliasing")
 def _aliased(trials: Trials) -> Finding:
-    """States that were returned must not change with the next call."""
+    """States returned by an earlier call must not change with the next call."""
     problem = trials.problem()
     with trials.prepared(problem, trials.usual()) as solver:
         returned = solver.solver(trials.start[None].copy()).states  # the array itself, which `solver` would copy
@@ -76,7 +76,7 @@ def _smooth(trials: Trials) -> str | None:
 
 @claim("ensemble", _smooth)
 def _ensemble(trials: Trials) -> Finding:
-    """The solution of a start is that of the start alone, whichever others are solved in the same call."""
+    """The solution from a start must not depend on the other starts in the same call."""
     problem, setting = trials.problem(), trials.usual()
     starts = np.array([_other(trials), trials.start])
     with trials.prepared(problem, setting) as solver:
@@ -95,7 +95,7 @@ def same_bits(trials: Trials, first: Floats, second: Floats, what: str) -> Findi
 
 
 def answers(trials: Trials) -> str | None:
-    """An integrator that has no solution at all says nothing by having none for bad input."""
+    """Claims about bad input apply only if there is a solution for good input."""
     answer = trials.whole(trials.usual())
     return None if answer.states is not None else f"no solution at {trials.named(answer.setting)}: {answer.why}"
 
@@ -110,7 +110,10 @@ def _tolerance(trials: Trials) -> str | None:
 
 @claim("tolerance_effect", _tolerance)
 def _tolerance_effect(trials: Trials) -> Finding:
-    """The states at the loosest and the tightest tolerance; where samples end all steps, of the last sample alone."""
+    """The states at the loosest and the tightest tolerance must differ.
+
+    If every step ends at a sample, equal states are compared again with the last sample alone.
+    """
     solved = [answer for answer in trials.answers() if not answer.declined]
     if len(solved) < 2:
         return not_applicable("fewer than two tolerances have a solution")
@@ -131,7 +134,7 @@ def _tolerance_effect(trials: Trials) -> Finding:
 @claim("bad_start", answers)
 def _bad_start(trials: Trials) -> Finding:
     for value in (math.nan, math.inf):
-        try:  # at the cheapest setting: an implicit method makes all its iterations in every step
+        try:  # at the cheapest setting: for bad states an implicit method makes all its iterations in every step
             (states,) = trials.solutions(trials.problem(), trials.settings[0], [np.full_like(trials.start, value)])
         except Exception:  # an exception says that there is no solution
             continue
@@ -149,7 +152,7 @@ def _bad_setting(trials: Trials) -> Finding:
                 solution = solver(trials.start[None])
         except Refused:
             continue
-        except Exception:  # an exception is no answer either
+        except Exception:  # an exception is not an answer
             continue
         if solution.stopped is None and np.all(np.isfinite(solution.states)):
             return failed(f"{kind} {setting:g}", "refused, or no finite states", "finite states")

@@ -1,6 +1,6 @@
-"""The adapter for physics engines that only step: load a scene, step, read. The harness does the rest.
+"""Integrators made of physics engines that can only load a scene, step and read; the harness does the rest.
 
-An engine is given a `Scene` (see `cases.core.scene`), which holds the initial state and the force laws. It gets only scenes
+An engine receives a `Scene` (see `cases.core.scene`) with the initial state and the force laws. It receives only scenes
 whose needs are among the tokens that it declares.
 """
 
@@ -19,24 +19,24 @@ from gnomon.harness.registry import declaration
 from gnomon.reference.storage.import_closure import closure
 
 POSE = {"position": 3, "quaternion": 4, "velocity": 3, "angular velocity": 3}
-"""What is read of a body without a joint, and how many numbers each has."""
+"""The quantities read from a body without a joint, each with its number of components."""
 
 
 class Engine(Protocol):
-    """What the adapter drives. A new engine is made for each trial; `load` is called for each initial state."""
+    """The interface of an engine. A new engine is made for each trial; `load` is called for each initial state."""
 
     def load(self, scene: Scene) -> None:
-        """Discard what was loaded before and build the scene in its initial state, at t = 0."""
+        """Discard an earlier scene and build this one in its initial state, at t = 0."""
 
     def step(self, dt: float) -> None:
         """Advance by dt (s)."""
 
     def read(self) -> Readings:
-        """The state now: (coordinate, rate) of each joint, and the pose and velocities of each body without a joint."""
+        """The present state: (coordinate, rate) of each joint, and pose and velocities of each body without a joint."""
 
 
 class EngineIntegrator(Integrator):
-    """An engine as an integrator; `path` is its module and name, `declared` what `from_engine` was given."""
+    """An engine as an integrator. `path`: module and name of the engine; `declared`: the arguments of `from_engine`."""
 
     library = "engine"
     accepts, sampling, counts_rhs = (SceneForm,), "grid", False
@@ -51,7 +51,7 @@ class EngineIntegrator(Integrator):
         return EngineIntegrator, (self.engine, self.path, self.declared)
 
     def versions(self) -> Mapping[str, Any]:
-        """A hash of the sources of the engine's module and of what it imports beside it; "" where it has no file."""
+        """A hash of the engine's module and of the modules that it imports beside it; "" if it has no file."""
         return {"engine": closure(self.path[0]) or ""}
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
@@ -90,11 +90,34 @@ def from_engine(
     coarsest: float = 0.5,
     halvings: int = 9,
 ) -> EngineIntegrator:
-    """The integrator that drives `engine`, a class at the top level of a module (or a function there that makes one).
+    """Make an integrator from a physics engine.
 
-    `tokens`: what the engine can model, as `velocity_force` or `hinge`; a free body under gravity needs none. `conserves`:
-    what is claimed to be conserved at any step size, see `Integrator`. The sweep
-    starts at steps of `coarsest` time scales and halves them `halvings` times. Raises ValueError for a wrong declaration.
+    Parameters
+    ----------
+    engine : callable
+        A class with the methods of `Engine`, or a function that makes an instance, at the top level of a module.
+    name : str
+        The name of the engine.
+    order : int, optional
+        The order of convergence that the engine claims.
+    tokens : iterable of str
+        The abilities of the engine, as ``velocity_force`` or ``hinge``; a free body under gravity needs no token.
+    conserves : iterable of str
+        The properties that hold at any step size, see `Integrator`.
+    coarsest : float
+        The largest step size, in time scales of the case.
+    halvings : int
+        The number of times that the sweep halves the largest step size.
+
+    Returns
+    -------
+    EngineIntegrator
+        It loads the scene of a case, steps the engine and reads its state at the samples.
+
+    Raises
+    ------
+    ValueError
+        For a wrong declaration, or an engine that workers cannot import.
     """
     module, qualified = getattr(engine, "__module__", None), getattr(engine, "__qualname__", "")
     if not isinstance(module, str) or not qualified.isidentifier():
@@ -112,7 +135,7 @@ def from_engine(
 
 
 def checked(readings: Any, scene: Scene) -> Readings:
-    """The readings, if they hold every joint and every body without a joint. Raises Unusable for anything else."""
+    """The readings, if they hold every joint and every body without a joint; else raises Unusable."""
     if not isinstance(readings, Readings):
         raise Unusable(f"read() returned {short(readings)}, not Readings")
     joints = (*scene.joints, *scene.guides)
@@ -132,7 +155,7 @@ def checked(readings: Any, scene: Scene) -> Readings:
 
 
 def _numbers(values: Any, count: int, where: str, rule: str) -> None:
-    """Raises Unusable unless these are `count` numbers; nan and inf are numbers, of a motion that diverged."""
+    """Raise Unusable unless these are `count` numbers; nan and inf are numbers, of a motion that diverged."""
     try:
         right = len(values) == count and all(isinstance(x, Real) for x in values)
     except TypeError:

@@ -1,7 +1,8 @@
 """Integrators made of plain functions: `from_step` for one step of a method, `from_solve` for a whole solver.
 
-The user's function gets `f(t, y)`, which returns the derivative of the state as a new float64 array; its calls are
-counted. With `accelerations` it is `f(t, q)`, which returns the accelerations of the positions q, the first half of y.
+The user's function receives `f(t, y)`, which returns the derivative of the state as a new float64 array; its calls are
+counted. With `accelerations` it receives `f(t, q)`, which returns the accelerations of the positions q, the first half
+of y.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ RightHandSide = Callable[[float, Any], Floats]
 
 LEAST_TOLERANCE = 2.0**-52
 MOST_STEPS = 10**8
-"""Settings of less tolerance, or of more steps, are refused: they are mistakes."""
+"""A smaller tolerance, or more steps, are refused as mistakes."""
 
 
 def from_step(
@@ -37,9 +38,39 @@ def from_step(
     accelerations: bool = False,
     library: str = "mine",
 ) -> Integrator:
-    """The integrator that makes equal steps with `step(f, t, y, h)`, which returns the state at t + h, shape (dim,).
+    """Make an integrator from a function that makes one step.
 
-    `order`, `conserves`: what is claimed of the method, see `Integrator`. Raises ValueError for a wrong declaration.
+    Parameters
+    ----------
+    step : callable
+        ``step(f, t, y, h)`` returns the state at t + h, shape (dim,). ``f(t, y)`` is the derivative of the state.
+    name : str
+        The name of the method.
+    order : int, optional
+        The order of convergence that the method claims.
+    sweep : Steps, optional
+        The step sizes to run at.
+    conserves : tuple of str
+        The properties that hold at any step size, see `Integrator`.
+    accelerations : bool
+        Whether f is ``f(t, q)`` and returns accelerations; the positions q are the first half of y.
+    library : str
+        The name of the library, the first part of the integrator's id.
+
+    Returns
+    -------
+    Integrator
+        It makes equal steps between samples.
+
+    Raises
+    ------
+    ValueError
+        For a wrong declaration.
+
+    Examples
+    --------
+    >>> from gnomon.verify import from_step
+    >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
     """
     accepts = (SecondOrder,) if accelerations else (FirstOrder,)
     declared = {"name": name, "library": library, "order": order, "accepts": accepts, "conserves": conserves}
@@ -57,13 +88,48 @@ def from_solve(
     accelerations: bool = False,
     library: str = "mine",
 ) -> Integrator:
-    """The integrator that calls `solve(f, t0, y0, times, tolerance)`, which returns the states at `times`, (n, dim).
+    """Make an integrator from a whole solver.
 
-    With a `sweep` of Steps the last argument is the step size. `dense_order`: the order of the interpolant from which the
-    states at `times` come, 0 where it is not known; None if steps end there. A solver that gives up raises
-    `gnomon.verify.Refused`, or returns nan for what it did not reach. What else `Integrator` declares is set afterwards, as
-    `type(mine).compensated = True`: each call makes a class of its own.
-    Raises ValueError for a wrong declaration.
+    Parameters
+    ----------
+    solve : callable
+        ``solve(f, t0, y0, times, tolerance)`` returns the states at `times`, shape (n, dim), from `y0`, shape (dim,),
+        at `t0`. With a `sweep` of Steps the last argument is the step size. A solver that gives up raises
+        `gnomon.verify.Refused`, or returns nan for the samples that it did not reach.
+    name : str
+        The name of the method.
+    order : int, optional
+        The order of convergence that the method claims.
+    sweep : Tolerance or Steps, optional
+        The settings to run at; by default tolerances from 1e-3 to 1e-12.
+    dense_order : int, optional
+        The order of the interpolant that gives the states at `times`, 0 if unknown; None if steps end at `times`.
+    conserves : tuple of str
+        The properties that hold at any step size, see `Integrator`.
+    accelerations : bool
+        Whether f is ``f(t, q)`` and returns accelerations; the positions q are the first half of y.
+    library : str
+        The name of the library, the first part of the integrator's id.
+
+    Returns
+    -------
+    Integrator
+        An instance of a class of its own, which can declare more: ``type(mine).compensated = True``.
+
+    Raises
+    ------
+    ValueError
+        For a wrong declaration.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gnomon.verify import from_solve
+    >>> from scipy.integrate import solve_ivp
+    >>> def solve(f, t0, y0, times, tolerance):
+    ...     found = solve_ivp(f, (t0, times[-1]), y0, t_eval=times, rtol=tolerance, atol=tolerance)
+    ...     return found.y.T
+    >>> rk45 = from_solve(solve, name="RK45", order=5, dense_order=4)
     """
     accepts = (SecondOrder,) if accelerations else (FirstOrder,)
     declared = {"name": name, "library": library, "order": order, "accepts": accepts, "conserves": conserves}
@@ -73,7 +139,7 @@ def from_solve(
 
 
 class FunctionAdapter(Integrator):
-    """What both adapters share: solutions from several starts, one after the other."""
+    """An integrator made of a plain function, which solves from several starts one after the other."""
 
     function: ClassVar[Callable[..., Any]]
 
@@ -84,7 +150,7 @@ class FunctionAdapter(Integrator):
         return Solver(each_start(problem, lambda y, out: (self.trajectory(f, problem, setting, y, out), None)))
 
     def validate(self, problem: Problem, setting: float) -> None:
-        """Raise Refused for a setting that is no step size or tolerance."""
+        """Raise Refused for a setting that is not a reasonable step size or tolerance."""
         kind = "step size" if isinstance(self.sweep, Steps) else "tolerance"
         require_positive(setting, kind)
         if kind == "tolerance" and not LEAST_TOLERANCE <= setting < 1:
@@ -98,11 +164,11 @@ class FunctionAdapter(Integrator):
 
     @abstractmethod
     def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
-        """Write the states at the samples into `out` (n, dim); returns the number of steps, None where unknown."""
+        """Write the states at the samples into `out` (n, dim); return the number of steps, None if unknown."""
 
 
 class Stepped(FunctionAdapter):
-    """A method of one step: its global order is that of the error of a step, less one."""
+    """A one-step method: the error over a span has one order less than the error of a step."""
 
     def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
         time, steps, step = problem.t0, 0, type(self).function
@@ -128,9 +194,9 @@ class _Solved(FunctionAdapter):
 
 
 def right_hand_side(problem: Problem) -> RightHandSide:
-    """The equations of a problem as a plain function, which adds 1 to the last element of `problem.buffer` each call.
+    """The equations of a problem as a plain function; each call adds 1 to the last element of `problem.buffer`.
 
-    Where the equations cannot be evaluated (the root of a negative number, overflow) the derivative is nan.
+    The derivative is nan where the equations cannot be evaluated (the root of a negative number, overflow).
     """
     form = problem.form
     equations: Any = form.acceleration if isinstance(form, SecondOrder) else form.equations  # type: ignore[union-attr]
@@ -148,7 +214,7 @@ def right_hand_side(problem: Problem) -> RightHandSide:
 
 
 def _made(base: type[FunctionAdapter], attributes: dict[str, Any]) -> Integrator:
-    """An instance of a new class that belongs to the module of the user's call: a variable there names it to workers."""
+    """An instance of a new class in the module of the user's call: workers import it as a variable of that module."""
     module = sys._getframe(2).f_globals.get("__name__", "__main__")
     kind = type(base.__name__.strip("_"), (base,), attributes | {"__module__": module})
     made: Integrator = kind()

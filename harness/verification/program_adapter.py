@@ -1,8 +1,8 @@
-"""The adapter for any language: an integrator that is a program, which reads problems and writes states, a line each.
+"""An integrator that is a program in any language: it reads problems and writes states, one a line.
 
-`protocol` has the lines, docs/any_language.md explains them. One process of the program serves all trials of a series. A
-time limit ends it together with the worker process that started it. The time of the lines is in the null call of the
-series (see `running.null_call`), which the results subtract.
+`protocol` defines the lines, docs/any_language.md explains them. One process of the program serves all trials of a
+series. A time limit ends it together with the worker process that started it. The time to exchange lines is part of the
+null call of the series (see `running.null_call`), which the results subtract.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from gnomon.harness.verification import protocol
 from gnomon.harness.verification.program_process import ProgramProcess
 
 DESCRIBE_SECONDS = 60.0
-"""Processor time that a program has to start and to describe itself: some languages compile then."""
+"""Processor time in which a program must start and describe itself; some languages compile then."""
 
 _running: dict[tuple[Sequence[str], str], ProgramProcess] = {}
 """The programs of this process, by command and folder."""
 
 
 class ProgramIntegrator(Integrator):
-    """A program as an integrator, declared by its description."""
+    """An integrator that is a program, with the declarations of the program's description."""
 
     library = "command"
 
@@ -87,7 +87,7 @@ class ProgramIntegrator(Integrator):
         return Solver(solve)
 
     def _program(self) -> ProgramProcess:
-        """The running program; a new one describes itself first, so that it is ready when time is measured."""
+        """The running program. A new one describes itself first, so that it is ready before time is measured."""
         key = (self.command, self.folder)
         running = _running.get(key)
         if running is None or not running.usable:
@@ -104,8 +104,18 @@ class ProgramIntegrator(Integrator):
 def from_command(command: str | Sequence[str], seconds: float | None = None) -> ProgramIntegrator:
     """The integrator that `command` starts: a command line, or its words. It is run once, to describe itself.
 
-    `seconds`: the processor time of one problem (see `TimeLimit`), for use outside a run, whose workers have limits of their own. Raises
-    ValueError if the program cannot be started or does not describe itself.
+    Parameters
+    ----------
+    command : str or sequence of str
+        A command line, or its words. The program is run once, to describe itself.
+    seconds : float, optional
+        The limit of processor time (s) for one problem (see `TimeLimit`), for use outside a run; in a run, workers have
+        their own limits.
+
+    Raises
+    ------
+    ValueError
+        If the program cannot be started or does not describe itself.
     """
     shown = command if isinstance(command, str) else shlex.join(command)
     try:

@@ -15,11 +15,11 @@ from gnomon.harness.system.child_process import KEPT, TimeLimit, die_with_parent
 MOST_BYTES = 2**22
 """The longest line that a program may write."""
 ENDING_SECONDS = 0.5
-"""Time that a program has to end after its standard input was closed."""
+"""Seconds in which a program must end after its standard input is closed."""
 
 
 class ProgramProcess:
-    """One running program. It ends with this process, however that ends, and on Linux all that it started with it."""
+    """One running program. It ends when this process ends, in any way, on Linux with all processes that it started."""
 
     def __init__(self, command: Sequence[str], folder: str) -> None:
         """Start `command` in `folder`. Raises Unusable if it cannot be started."""
@@ -46,10 +46,10 @@ class ProgramProcess:
         return self._owner == os.getpid() and self._program.poll() is None
 
     def ask(self, line: str, seconds: float | None = None) -> str:
-        """The line with which the program answers.
+        """Send a line to the program and return its answer, one line.
 
-        After `seconds` of processor time, if given (see `TimeLimit`), and after any wrong answer, the program is killed.
-        Raises Unusable if there is no answer, and TimeoutError.
+        The program is killed after `seconds` of processor time, if given (see `TimeLimit`), and after any invalid
+        answer. Raises Unusable for a missing or invalid answer, and TimeoutError.
         """
         try:
             if self._unread:
@@ -96,7 +96,7 @@ class ProgramProcess:
                     raise Unusable("wrote a line that is not UTF-8") from None
 
     def _end(self) -> str:
-        """How the program ended, or that it closed its output."""
+        """How the program ended, as text, or that it closed its output."""
         try:
             code = self._program.wait(ENDING_SECONDS)
         except subprocess.TimeoutExpired:
@@ -106,7 +106,7 @@ class ProgramProcess:
         return f"the program ended with exit code {code}"
 
     def close(self) -> None:
-        """Let the program end: close its input, and kill it if it goes on."""
+        """Close the program's input so that it ends, and kill it if it does not."""
         atexit.unregister(self.close)
         if self._owner != os.getpid():
             return
@@ -122,7 +122,7 @@ class ProgramProcess:
         if self._owner != os.getpid():
             return
         if self._guarded:
-            self._program.terminate()  # the guard kills all
+            self._program.terminate()  # the guard kills the program and its children
         else:
             self._program.kill()
         self._program.wait()

@@ -1,4 +1,4 @@
-"""The lines that gnomon and a program in any language exchange: one JSON object each; `protocol.schema.json` states them.
+"""The lines that gnomon and a program in any language exchange: one JSON object each, stated by `protocol.schema.json`.
 
 What the program writes is data: its shape is verified here before it is used. A description is validated against the
 schema. A reply is not, as its validation belongs to the time of a call: the schema would take 6 ms for 64 states, the code
@@ -28,12 +28,12 @@ FORMS: Mapping[str, type] = {"FirstOrder": FirstOrder, "SecondOrder": SecondOrde
 """The forms that a program may take; the equations of both are sent as first-order equations."""
 SWEEPS: Mapping[str, type[Steps] | type[Tolerance]] = {"step": Steps, "tolerance": Tolerance}
 SPECIAL = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
-"""Texts for what JSON numbers cannot express."""
+"""Strings for values that JSON numbers cannot express."""
 
 
 @dataclass(frozen=True)
 class Description:
-    """What a program declares of itself, with the meaning of the attributes of `Integrator`."""
+    """The declarations of a program, with the meaning of the attributes of `Integrator`."""
 
     name: str
     sweep: Steps | Tolerance
@@ -48,7 +48,7 @@ class Description:
 
 @dataclass(frozen=True)
 class Reply:
-    """The states (len(times), dimension) of one problem, counts where the program gives them, and why it stopped early."""
+    """The states (len(times), dimension) of one problem, counts if the program gives them, and why it stopped early."""
 
     states: Floats
     steps: int | None
@@ -61,7 +61,7 @@ def describe_line() -> str:
 
 
 def description(line: str) -> Description:
-    """The description in a line. Raises Unusable for anything that the schema does not admit."""
+    """The description in a line. Raises Unusable for an invalid one."""
     found = _object(line)
     try:
         wrong = next(_schema_of_descriptions().iter_errors(found), None)
@@ -88,7 +88,7 @@ def _schema_of_descriptions() -> Any:
 
 
 def problem_parts(problem: Problem, kind: str, setting: float) -> tuple[str, str]:
-    """The text of a problem before and after its number and its start, which are new for each call."""
+    """The text of a problem before and after its number and start, which change with each call."""
     names = problem.names or _unnamed(problem)
     parameters = dict(zip(names.parameters, problem.parameters.tolist(), strict=True))
     times = problem.times.tolist()
@@ -109,16 +109,16 @@ def problem_parts(problem: Problem, kind: str, setting: float) -> tuple[str, str
 
 
 def problem_line(parts: tuple[str, str], number: int, start: Floats) -> str:
-    """One problem; `start` (dimension,)."""
+    """The line of one problem; `start` has the shape (dimension,)."""
     values = start.tolist()
     own = json.dumps({"number": number, "start": [_encoded(x) for x in values], "start_hex": [x.hex() for x in values]})
     return f"{parts[0]}, {own[1:-1]}, {parts[1]}"
 
 
 def reply(line: str, number: int, shape: tuple[int, int]) -> Reply:
-    """The reply in a line to problem `number`, whose states have this shape (times, dimension).
+    """The reply in a line to problem `number`; its states must have the shape (times, dimension).
 
-    Raises Refused or Unsupported if the program says so, and Unusable for anything that is not a reply.
+    Raises Refused or Unsupported if the program says so, and Unusable for an invalid reply.
     """
     found = _object(line)
     if found.get("number") != number or isinstance(found.get("number"), bool):
@@ -137,7 +137,7 @@ def reply(line: str, number: int, shape: tuple[int, int]) -> Reply:
 
 
 def _states(given: Any, shape: tuple[int, int], complete: bool) -> Floats:
-    """The states as an array of this shape; those after an early end are nan."""
+    """The states as an array of this shape; nan after an early end."""
     times, dimension = shape
     if not isinstance(given, list):
         _wrong("states", given, f"they are a list of {times} lists")
@@ -213,7 +213,7 @@ def _numbered(letter: str, most: int) -> tuple[str, ...]:
 
 
 def _equations(form: Form | SceneForm, names: Names) -> dict[str, Sequence[str]] | None:
-    """The equations as text; None for equations that branch, which have none."""
+    """The equations as text; None for a form without plain equations, and for equations that branch."""
     if not isinstance(form, FirstOrder | SecondOrder | RigidBody):
         return None
     try:

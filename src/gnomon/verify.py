@@ -1,4 +1,6 @@
-"""Verify an integrator of your own against exact motions: adapters that make one from plain functions, and `verify`.
+"""Verify an integrator of your own against exact motions.
+
+`from_step` and `from_solve` make an integrator from a plain function; `verify` verifies it:
 
     from gnomon.verify import from_step
     mine = from_step(step, name="RK4", order=4)      # step(f, t, y, h) -> y at t + h
