@@ -29,7 +29,7 @@ def _vega() -> str:
 
 
 def pack_json(value: Any) -> str:
-    """`packed` JSON. Raises ValueError for nan and infinity: JSON lacks them, and a browser would reject all of it."""
+    """JSON, packed. Raises ValueError for nan and infinity: JSON lacks them, and a browser would reject all of it."""
     return pack(json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False))
 
 
