@@ -20,8 +20,8 @@ class EquationText:
     `where` holds lines "name = expression" for values that are used more than once, each after the lines that it uses.
     `derivatives` holds an expression for each coordinate.
 
-    Expressions have + - * /, parentheses, numbers, the names of coordinates, parameters and t, and calls of functions by
-    their names in `math`; powers are pow(base, exponent).
+    Expressions have + - * /, parentheses, numbers, the names of coordinates, parameters and t, and calls of functions
+    by their names in `math`; powers are pow(base, exponent).
     """
 
     where: tuple[str, ...]

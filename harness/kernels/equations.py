@@ -35,8 +35,8 @@ C_SIGNATURE = "void(float64, CPointer(float64), CPointer(float64), CPointer(floa
 class Kernel:
     """A compiled function that can be called in three ways, each compiled or loaded on first use.
 
-    A kernel with `plain` adds 1 to p[counts] at each call and then calls `plain`. Both share the machine code of `plain`,
-    which the timed calls need in any case.
+    A kernel with `plain` adds 1 to p[counts] at each call and then calls `plain`. Both share the machine code of
+    `plain`, which the timed calls need in any case.
     """
 
     def __init__(self, source: str, plain: "Kernel | None" = None, counts: int = 0) -> None:
@@ -250,7 +250,7 @@ def with_defaults(function: Callable[..., Any], source: str) -> str:
 
 
 def source_of(function: Callable[..., Any]) -> str:
-    """The source of a function. inspect.getsource takes milliseconds: it tokenizes the file and searches all modules."""
+    """The source of a function, faster than by inspect.getsource, which tokenizes the file and searches all modules."""
     code = function.__code__
     linecache.checkcache(code.co_filename)  # the module may have been edited and loaded again
     lines = linecache.getlines(code.co_filename, function.__globals__)

@@ -43,8 +43,8 @@ def module_name(source: str) -> str:
 def load_module(source: str, path: str = "") -> types.ModuleType:
     """Load this text as a module that is named by its hash; tracebacks and numba's errors show its lines.
 
-    The text is also written to the cache folder, for readers, debuggers and profilers. It is never read from there or from
-    `path`, as someone could edit the file.
+    The text is also written to the cache folder, for readers, debuggers and profilers. It is never read from there or
+    from `path`, as someone could edit the file.
     """
     name, content = module_name(source), f"from __future__ import annotations\n{source}"
     folder, file = cache_folder(), f"{name}.py"

@@ -1,9 +1,9 @@
 """Keep compiled functions on disk as machine code, which a process loads in half a millisecond.
 
-numba's own cache takes several milliseconds: it first runs the generated module, which makes an object for each function
-and runs its imports, and beside the machine code it reads LLVM's form of the function, for inlining into others.
-The functions here are only called, from Python or by address, so a file holds machine code, the names of its two entry
-points and the types of the arguments. Loading it does not need numba's compiler.
+numba's own cache takes several milliseconds: it first runs the generated module, which makes an object for each
+function and runs its imports, and beside the machine code it reads LLVM's form of the function, for inlining into
+others. The functions here are only called, from Python or by address, so a file holds machine code, the names of its
+two entry points and the types of the arguments. Loading it does not need numba's compiler.
 
 This module uses private parts of numba. `numba_cache.KNOWN` lists the versions that have them; for other versions
 `numba_cache` replaces this module.

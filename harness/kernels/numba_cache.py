@@ -58,8 +58,8 @@ def address(source: str, name: str, signature: str) -> int:
 def _module(source: str) -> tuple[ModuleType, bool]:
     """The module of a source, and whether numba keeps its compiled functions: it cannot if the folder is read-only.
 
-    numba keeps only functions that have a file, as long as the content of the file does not change. The module's code is
-    not read from that file.
+    numba keeps only functions that have a file, as long as the content of the file does not change. The module's code
+    is not read from that file.
     """
     folder, file = cache_folder() / "numba", f"{module_name(source)}.py"
     text = re.sub(r"^(@njit\((?!.*no_cpython_wrapper).*)\)$", r"\1, cache=True)", source, flags=re.MULTILINE)

@@ -1,7 +1,7 @@
 """Generate source code of traced equations for vectors in three stages: values for a run, for a step and for a round.
 
-Sine and cosine of one angle are computed together. To divide a vector by a number, the code multiplies by the inverse of
-the number, which an earlier stage computes, and corrects the quotient (`over`).
+Sine and cosine of one angle are computed together. To divide a vector by a number, the code multiplies by the inverse
+of the number, which an earlier stage computes, and corrects the quotient (`over`).
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,8 +1,8 @@
 """Trace the equations of a case: call its functions on symbols, and store each value once as an expression.
 
 Other modules turn the expressions into exact derivatives (`derivatives.py`) and into text: a plain function and the
-Jacobian (`straight_line.py`), code in three stages for vectors (`staged_code.py`), the recurrences of Taylor's method, and
-equations for readers (`equation_text.py`).
+Jacobian (`straight_line.py`), code in three stages for vectors (`staged_code.py`), the recurrences of Taylor's method,
+and equations for readers (`equation_text.py`).
 
 A `Trace` keeps each arithmetic operation, so that its text gives the same numbers as the case's own function; it only
 removes + 0, * 1, * 0, / 1 and x - x. A `ReducedTrace` has fewer operations.
@@ -133,8 +133,8 @@ class Trace:
 class ReducedTrace(Trace):
     """A trace with fewer operations, each of which becomes a recurrence of Taylor's method.
 
-    x y and y x are one value. u sqrt(u) is the power u^1.5, and a division by it is a product with u^-1.5: one recurrence
-    instead of three. Integer powers up to the eighth are products; hypot is written with sqrt.
+    x y and y x are one value. u sqrt(u) is the power u^1.5, and a division by it is a product with u^-1.5: one
+    recurrence instead of three. Integer powers up to the eighth are products; hypot is written with sqrt.
     """
 
     def __init__(self, dimension: int, parameters: int) -> None:
