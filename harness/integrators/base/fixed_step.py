@@ -153,7 +153,7 @@ def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], co
 
 
 def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:
-    """Convert rows of numbers to doubles by `double` (by default from mpmath numbers), and pad short rows with zeros."""
+    """Convert rows of numbers to doubles by `double`, by default from mpmath numbers; zeros fill short rows."""
     found = np.zeros((len(table), max(map(len, table))))
     for row, values in zip(found, table, strict=True):
         row[: len(values)] = [double(x) for x in values]
