@@ -21,7 +21,7 @@ class Refused(Exception):  # noqa: N818 - named for the status that it becomes
 
 
 class Unsupported(Refused):
-    """Raised by an integrator that lacks a property which a problem needs and the message names. Status `unsupported`."""
+    """Raised by an integrator that lacks a property of the problem; the message names it. Status `unsupported`."""
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,6 @@ class Solver:
 
     Examples
     --------
-    >>> import numpy as np
     >>> import numpy as np
     >>> solver = Solver(lambda starts: Solution(np.repeat(starts[:, None], 64, axis=1)), options={"rtol": 1e-9})
     >>> solver(np.ones((1, 2))).states.shape

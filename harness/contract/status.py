@@ -27,7 +27,7 @@ SCORED = (Status.OK, Status.INACCURATE, Status.DIVERGED)
 STOPPED = (Status.TIMEOUT, Status.SKIPPED)
 """Statuses of trials that the time limit ended or kept from starting: a run with a higher limit repeats them."""
 NOT_BROKEN = (Status.OK, Status.SKIPPED, Status.INTERRUPTED)
-"""Statuses of trials in which the integrator did not fail: it answered well, did not start, or was ended from outside."""
+"""Statuses of trials in which the integrator did not fail: it answered, did not start, or was ended from outside."""
 CANNOT_RUN = (Status.UNSUPPORTED, Status.NOT_INSTALLED)
 """Statuses of pairs of case and integrator that cannot run on this machine: each has one row, without a setting."""
 AGAIN = "times before"
