@@ -14,8 +14,8 @@ How it is driven, and why:
 
 Traps, seen in 5.2.2:
 
-- Options of a method are in `sim.integrator` (`sim.integrator.epsilon`), not in `ri_ias15` and the like, as in REBOUND
-  4. There is no `step()`; setting `sim.integrator` again resets the options.
+- Options of a method are in `sim.integrator` (`sim.integrator.epsilon`), not in structures such as `ri_ias15`, as in
+  REBOUND 4. There is no `step()`; setting `sim.integrator` again resets the options.
 - `integrate` replaces the handler of SIGINT: afterwards Ctrl-C does nothing. The adapter puts the old handler back.
 - The first step, 1e-3 by default, is in the units of the problem: here it is a hundredth of the time scale.
 - `steps_done` also counts the steps that IAS15 and BS rejected.

@@ -1,4 +1,4 @@
-"""Compare the versions and sources of a cluster's workers with those in use by the client."""
+"""Compare the versions and sources of a cluster's workers with the client's."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from gnomon.harness.running.cost import divided, kind_of, seconds_of
 
 WORKERS = (1, 10, 100, 1000)
 START_SECONDS = 3.0
-"""Seconds from the start of a worker to its first trial: its imports, and those by the server of its processes."""
+"""Seconds from the start of a worker to its first trial: imports of the worker and of the server of its processes."""
 SCHEDULER_SECONDS = 1e-3
 """The scheduler's time for a task, from Dask's documentation."""
 RECORD_SECONDS = 0.28e-3

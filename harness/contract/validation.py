@@ -49,7 +49,7 @@ def checked(solution: Any, shape: tuple[int, ...]) -> Solution:
 
 
 def real_states(states: Any, shape: tuple[int, ...]) -> Floats:
-    """States as a new float64 array of this shape. Complex states are accepted where every imaginary part is zero."""
+    """States as a new float64 array of this shape. Complex states are accepted if every imaginary part is zero."""
     found = np.asarray(states)
     if found.dtype.kind not in "iufc":
         raise Unusable(f"returned states of type {found.dtype}, not real numbers")

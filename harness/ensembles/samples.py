@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 BLOCK = 256
 """The number of starts that are solved in one call. Vectors of eight starts may share their steps, so that the bits of
-an answer depend on its neighbours. So blocks begin at multiples of BLOCK: the neighbours of a start are always the
-same."""
+an answer depend on its neighbours. So blocks begin at multiples of BLOCK, and a start always has the same
+neighbours."""
 USUAL_TOLERANCE, STEPS_EACH = 1e-9, 64
 
 

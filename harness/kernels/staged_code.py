@@ -23,7 +23,7 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = (), below: S
     `slopes_n(y, w, k)` returns only the n-th group of the values; `poles(y, w, k)` returns the values `below`. For
     equations with both the sine and the cosine of an angle there are two more functions: `slopes_first(y, w, k)` also
     returns these sines and cosines, and `slopes_again(y, w, k, near)` computes the sines and cosines at a nearby y from
-    `near`, the ones of the previous call, and returns them for the next call.
+    `near`, the values of the previous call, and returns them for the next call.
     """
     stages = Stages(values)
     functions = [

@@ -41,7 +41,7 @@ def own() -> dict[str, Integrator]:
 
 
 def registered() -> dict[str, Integrator]:
-    """The integrators of the entry point group `gnomon.integrators`, by id; warns of those that cannot be loaded."""
+    """The integrators of the entry point group `gnomon.integrators`, by id; those that fail to load give warnings."""
     found: dict[str, Integrator] = {}
     for point in dict.fromkeys(entry_points(group=GROUP)):
         try:

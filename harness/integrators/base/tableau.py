@@ -106,7 +106,7 @@ def listed(text: str) -> tuple[Row, ...]:
 
 
 def full(mp: Any, row: Row, length: int) -> list[Any]:
-    """All coefficients of a row, also those that are 0, as numbers of the context."""
+    """All coefficients of a row, zeros included, as numbers of the context."""
     return [number(mp, row[j]) if j in row else mp.zero for j in range(length)]
 
 

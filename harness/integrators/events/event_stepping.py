@@ -37,7 +37,8 @@ START, SMOOTH, EVENT, CHOSEN, ARMED, STEPPED, LOCATED, CROSSED = 0, 1, 2, 3, 4, 
 """States. START: the start of the motion. EVENT: right after an event. SMOOTH: between other steps."""
 
 DONE, ASK, FULL, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, ACCUMULATED = 8, 9, 10, 11, 12, 13, 14
-"""Final states: finished; Python must give the target of where[FIRED]; the arrays of events are full; failures."""
+"""Final states. DONE: finished; ASK: Python must give the target of where[FIRED]; FULL: the arrays of events are full;
+the other states are failures."""
 
 STATE, MODE, SAMPLE, SUBSTEP, STEPS, COUNT, FIRED, REFUSED, RAPID, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 """Fields of `where`. STATE: the last state between steps. SAMPLE, SUBSTEP, STEPS, COUNT: the numbers of samples, of

@@ -309,7 +309,7 @@ SMALLEST = 2.0**-1022
 FIRST_SIDE = 0.1
 """The share of its first change by which the first iteration overshoots. From step to step the iteration alternately
 overshoots its first change and falls short of it: rounding stops an iteration on the side from which it comes, and this
-side must not be the same in every step."""
+side must differ between steps."""
 
 FAR = 0.1
 """A third or later change ends the fixed-point iteration if it is larger than the change before it and than this part

@@ -165,7 +165,7 @@ larger = emitting(2, lambda builder, a, b: builder.select(builder.fcmp_unordered
 
 
 def _highest(builder: Any, a: Any) -> Any:
-    """The largest lane; nan where any lane is nan."""
+    """The largest lane; nan if any lane is nan."""
     for half in (4, 2, 1):
         b = shuffled(builder, a, [(i + half) % WIDTH for i in range(WIDTH)])
         unordered = builder.fcmp_unordered("uno", b, b)

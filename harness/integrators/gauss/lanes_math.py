@@ -1,4 +1,4 @@
-"""Functions of `math` on eight lanes: sine, cosine and exponential by polynomials, the others lane by lane.
+"""Functions of `math` on eight lanes: sine, cosine and exponential by polynomials, other functions lane by lane.
 
 Errors stay below 0.8 ulp (measured by the tests). Sine and cosine use the polynomials of fdlibm (Sun Microsystems,
 1993) and reduce arguments with pi/2 in three parts (Cody and Waite). Arguments that are too large for this reduction go

@@ -30,7 +30,7 @@ class Radau5(Integrator):
     Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8 (RADAU5): simplified Newton iteration on
     the transformed system, the exact Jacobian (differentiated from the equations), Gustafsson's predictive step
     control, the embedded estimate of order 3 with the tolerance 0.1 tol^(2/3). Samples are values of the collocation
-    polynomial, or separate steps where stiffness makes the polynomial less accurate than the steps. Sums are
+    polynomial, or separate steps if stiffness makes the polynomial less accurate than the steps. Sums are
     compensated. Evaluations of the Jacobian are not counted as right-hand sides. The error of each component is
     relative to the largest size that its group has had (see `sizes`); with `absolute`, to 1 + |y| in SI units.
     """

@@ -28,7 +28,7 @@ LEAST_TOLERANCE = 1e-16
 class Taylor(Integrator):
     """Taylor's method, order and step from the tolerance (Jorba and Zou, Experimental Mathematics 14, 2005). Order 20.
 
-    The order is 1 + ln(1/tolerance)/2, rounded up; the declared order is the one at 1e-16. Coefficients come from
+    The order is 1 + ln(1/tolerance)/2, rounded up; the declared order is the order at 1e-16. Coefficients come from
     recurrences (automatic differentiation) generated from the equations. The remainder is relative to the largest size
     that each component has had. Sums are compensated. Right-hand sides are not called one by one, so they are not
     counted.
