@@ -90,7 +90,7 @@ class PyBulletMaximal(PyBullet):
 
 
 class PyBulletAsShipped(PyBullet):
-    """PyBullet with its defaults: only what the scene declares is set.
+    """PyBullet with its defaults: only the properties that the scene declares are set.
 
     It converges to a motion with its damping and its joints' motors, so it has no order against the exact motion.
     """

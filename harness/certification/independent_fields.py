@@ -1,5 +1,4 @@
-"""Independent computations of fields and path integrals: SciPy's special functions and quadratures, formulas in
-binary64."""
+"""Independent computations of fields and path integrals: special functions, quadratures, formulas in binary64."""
 
 import itertools
 import math
@@ -149,8 +148,10 @@ def impulse_solve(p: Numbers) -> Quantities:
 
 @independent("quad over round bodies", "scipy", FIELD)
 def round_bodies_quad(p: Numbers) -> Quantities:
-    """scipy.integrate.quad over particles of the rod, and over rings and discs of shell and sphere, perpendicular to
-    the line to the point."""
+    """scipy.integrate.quad over particles of the rod, and over rings and discs of shell and sphere.
+
+    Rings and discs are perpendicular to the line to the point.
+    """
     mu, a, r, length = p["mu"], p["a"], p["r"], p["L"]
 
     def ring(cosine: float) -> float:

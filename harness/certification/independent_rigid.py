@@ -1,5 +1,4 @@
-"""Independent computations of rigid bodies: an unbalanced rotor by SciPy's Rotation and cubature, work and energy by
-SciPy's integrator."""
+"""Independent computations of rigid bodies by SciPy: an unbalanced rotor, work and energy."""
 
 import math
 from typing import Any
@@ -51,8 +50,7 @@ def rotor_cubature(p: Numbers) -> Quantities:
 
 
 def _rotor(p: Numbers, product: float, torque: float, force: float) -> Quantities:
-    """Bearing forces at z = d and z = -d with this force and torque, and the products of mass and radius there that
-    balance the rotor."""
+    """Bearing forces at z = d and z = -d for a force and a torque, and masses times radius that balance the rotor."""
     arms = [[1.0, 1.0], [p["d"], -p["d"]]]
     bearing = np.linalg.solve(arms, [force, torque])
     correction = np.linalg.solve(arms, [-p["m"] * p["e"], product])

@@ -95,8 +95,7 @@ def _show(rows: Sequence[Row], titles: Mapping[str, str], tiers: Mapping[str, An
 
 
 def panel_table(title: str, rows: Iterable[Row]) -> Table:
-    """A table with a row for each integrator: the sentences that follow from its numbers, or the reason for their
-    absence."""
+    """A table with a row for each integrator: the sentences from its numbers, or the reason for their absence."""
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column("integrator", no_wrap=True)
     table.add_column("what follows from the numbers")

@@ -144,8 +144,7 @@ class Problem:
 
     @property
     def uniform(self) -> bool:
-        """Whether the times since the start are exact multiples of `interval`: always, unless the formulation has a
-        clock."""
+        """Whether the times since the start are exact multiples of `interval`; always without a clock."""
         elapsed = self.elapsed
         return bool(np.array_equal(elapsed, np.arange(1, len(elapsed) + 1) * elapsed[0]))
 
@@ -243,6 +242,7 @@ class Solver:
     close: Callable[[], None] = lambda: None
 
     def __call__(self, initial_states: Floats) -> Solution:
+        """Call `solve` with initial states, float64 array of shape (n, dimension)."""
         return self.solve(initial_states)
 
 

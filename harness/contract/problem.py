@@ -63,8 +63,7 @@ def problem_of(
 
 
 def groups_of(case: Case, formulation: Formulation | None = None) -> tuple[int, ...]:
-    """The value of `Problem.groups`: groups of the case's coordinates, numbered as they first appear; () for a
-    formulation."""
+    """The value of `Problem.groups`: the case's groups, numbered as they first appear; () for a formulation."""
     names = list(dict.fromkeys(coordinate.group for coordinate in case.state))
     return () if formulation is not None else tuple(names.index(coordinate.group) for coordinate in case.state)
 

@@ -98,7 +98,37 @@ def keeper() -> Any:
 
 
 def right_hand_side(problem: Problem) -> Kernel:
-    """The compiled first-order right-hand side of a problem; it counts its calls if `problem.counted`."""
+    """Compile the first-order right-hand side of a problem.
+
+    Parameters
+    ----------
+    problem : Problem
+        A problem with a form FirstOrder, SecondOrder or RigidBody.
+
+    Returns
+    -------
+    Kernel
+        Its function `array(t, y, problem.buffer)` returns the derivatives of a state y at a time t, as a float64 array
+        of shape (dimension,), in the units of the problem. It counts its calls if `problem.counted`.
+
+    Raises
+    ------
+    ValueError
+        If the equations cannot be compiled: a closure, a lambda, a `raise` statement, a global that is neither a number
+        nor a function, or another number of values than the form needs.
+    OSError
+        If the equations have no source text, as at the prompt of Python: write them in a file or a notebook.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gnomon.cases.core.forms import FirstOrder
+    >>> def decay(t, y, p):
+    ...     return (-p[0] * y[0],)
+    >>> problem = Problem(FirstOrder(decay), 1, np.array([2.0]), np.array([0.5, 1.0]), time_scale=0.5)
+    >>> right_hand_side(problem).array(0.0, np.array([3.0]), problem.buffer)
+    array([-6.])
+    """
     return kernel(problem.form, len(problem.parameters), problem.dimension, problem.counted)
 
 

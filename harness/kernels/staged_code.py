@@ -49,8 +49,10 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = (), below: S
 
 @dataclass(frozen=True)
 class Line:
-    """A statement: the names that it assigns, the text of their values, the nodes that it computes, and the angle of a
-    statement that computes a sine and a cosine."""
+    """A statement: the names that it assigns, the text of their values, and the nodes that it computes.
+
+    `angle`: the angle, if the statement computes a sine and a cosine.
+    """
 
     names: str
     text: str

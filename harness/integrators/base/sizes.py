@@ -103,8 +103,11 @@ def one_over(i: int, y: Floats, end: Floats, inverse: Floats) -> float:
 
 
 def trial_step(y: Floats, rates: Floats, groups: Integers, most: float) -> float:
-    """A step over which rates differ measurably: a millionth of `most`, but not above a hundredth of the time in which
-    the slowest group changes by its own size."""
+    """A step over which rates differ measurably.
+
+    It is a millionth of `most`, but not above a hundredth of the time in which the slowest group changes by its own
+    size.
+    """
     size, rate = np.zeros(y.size), np.zeros(y.size)
     enlarge(y, groups, size)
     enlarge(rates, groups, rate)

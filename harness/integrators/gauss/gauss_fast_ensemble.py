@@ -281,8 +281,10 @@ class EnsembleText(CommonText):
         """
 
     def corrected_round(self) -> str:
-        """A round with derivatives J, which correct the new slopes twice: by J times the change of the places that the
-        new slopes cause, then by J times the change that the corrected slopes cause.
+        """A round with derivatives J, which correct the new slopes twice.
+
+        The first correction is J times the change of the places that the new slopes cause, the second one J times the
+        change that the corrected slopes cause.
 
         If the corrections have converged (`rest`), the error after the round is proportional to the square of the error
         before it. So the next change is expected with the square of the rate: two rounds are usual at fine tolerances.
@@ -331,8 +333,11 @@ class EnsembleText(CommonText):
         return "\n".join(found)
 
     def sums(self) -> str:
-        """Sums over the stages: for velocities and positions, with the residuals of their weights, the Legendre
-        coefficients c and d of degree 6 and 7, and the mean size of the slopes."""
+        """Sums over the stages.
+
+        They give the changes of velocities and positions, with the residuals of their weights, the Legendre
+        coefficients c and d of degree 6 and 7, and the mean size of the slopes.
+        """
         return """
             a@ = lanes(0.0)
             b@ = lanes(0.0)
@@ -410,8 +415,11 @@ class EnsembleText(CommonText):
         """
 
     def next_step(self) -> str:
-        """Keep steps equal until their error is too large, one could grow HOLD_OF_ENSEMBLE times, or EQUAL_STEPS_NEEDED
-        of them could all have grown by LEAST_GROWTH."""
+        """Choose the next step: steps stay equal as long as possible.
+
+        They change if their error is too large, if one could grow HOLD_OF_ENSEMBLE times, or if each of
+        EQUAL_STEPS_NEEDED steps could have grown by LEAST_GROWTH.
+        """
         return """
             grow = min(1 / shrink_factor, 1.0 if rejected else GROW_MOST)
             if rate > FAST and rounds > SETTLING:

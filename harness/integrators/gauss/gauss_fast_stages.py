@@ -156,11 +156,11 @@ class StagesText(CommonText):
         """
 
     def round_of_all(self) -> str:
-        """A round of all slopes: the new slopes g. Sine and cosine come from their values at the nearby angle of the
-        round before.
+        """A round of all slopes: the new slopes g.
 
-        With derivatives J the new slopes are g + J h A (g - f), as the changes of the round predict, plus J s with the
-        rounding residuals s of the places.
+        Sine and cosine come from their values at the nearby angle of the round before. With derivatives J the new
+        slopes are g + J h A (g - f), as the changes of the round predict, plus J s with the rounding residuals s of the
+        places.
         """
         return """
             {places}

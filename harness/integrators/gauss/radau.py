@@ -87,8 +87,10 @@ def table() -> Floats:
 
 
 def rows(mp: Any) -> Table:
-    """Rows of the table: c; gamma, alpha, beta; T; its inverse; weights of the stages in the error estimate; leading
-    coefficients of the basis polynomials over x.
+    """The rows of the table.
+
+    They are c; gamma, alpha, beta; T; its inverse; weights of the stages in the error estimate; leading coefficients of
+    the basis polynomials over x.
 
     The inverse of the Runge-Kutta matrix is T diag(gamma, ((alpha, -beta), (beta, alpha))) T^-1.
     """

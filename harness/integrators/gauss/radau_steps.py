@@ -271,11 +271,10 @@ def newton(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slopes: Any, weight: Any,
     real: Any, pivots: Any, both: Any, pivots_both: Any, right: Any, pair: Any, w: Any, z: Any,
 ) -> int:  # fmt: skip
-    """Simplified Newton iteration for the stages z, from their first values; returns the number of iterations, 0 if it
-    failed.
+    """Simplified Newton iteration for the stages z, from their first values.
 
-    The rate at which changes shrink gives an estimate of the remaining error. The iteration ends when this is below
-    `enough` of the tolerance: 3 %, or round-off.
+    Returns the number of iterations, 0 if it failed. The rate at which changes shrink gives an estimate of the
+    remaining error. The iteration ends when this is below `enough` of the tolerance: 3 %, or round-off.
     """
     n = DIMENSION or y.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
