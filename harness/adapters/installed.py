@@ -1,4 +1,4 @@
-"""What the integrators of an installed library have in common."""
+"""The base class of integrators of an installed library."""
 
 from collections.abc import Mapping
 from importlib.metadata import version

@@ -93,7 +93,7 @@ def _measure(check: Check, computation: IndependentComputation, repeats: int) ->
         return [row(status=Status.NOT_INSTALLED, reason=f"{computation.library} is not installed")]
     numbers = {name: float(value) for name, value in check.parameters.items()}
     try:
-        # Warnings of libraries are suppressed: the error shows the same.
+        # Warnings of libraries are suppressed, as the error shows their cause.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             found = computation.compute(numbers)

@@ -29,7 +29,7 @@ from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.system.limitations import need_fork
 
 TASK_SECONDS = 4.0
-"""Predicted cost of a task. Dask needs 1 ms for each; what is under way when a worker is lost has to run again."""
+"""The predicted cost of a task. Dask needs 1 ms for each task; a lost worker's task has to run again."""
 Work = tuple[Series, tuple[Trial, ...], Scorer]
 """A series, its trials on this machine, its scorer."""
 
@@ -46,9 +46,9 @@ def run(
 ) -> Path:
     """Run as `gnomon.harness.running.planned_run.run` does, on the Dask cluster at `address`; returns the path of the results.
 
-    `address` is that of a scheduler, or `local` for `workers` processes of this machine. A series that the file has
-    complete from any machine is not repeated. Raises ValueError before anything runs if versions or sources of a worker
-    are not those of this process, and Lost if the scheduler ends: the same call continues then.
+    `address`: the address of a scheduler, or `local` for `workers` processes of this machine. A series that is complete
+    in the file, from any machine, is not repeated. Raises ValueError before anything runs if versions or sources of a
+    worker differ from this process, and Lost if the scheduler ends: an equal call then continues the run.
     """
     need_fork()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
@@ -63,13 +63,13 @@ def run(
 
 @dataclass
 class _Distributed:
-    """A planned run, its cluster, and what the client has that workers must have too."""
+    """A planned run, its cluster, and the versions and sources of the client, which workers must share."""
 
     run_: PlannedRun
     cluster: Cluster
     client: dict[str, str]
     runs: dict[str, int] = field(default_factory=dict)
-    """The number in the file by machine: each machine has a run of its own there, with its environment."""
+    """The numbers of runs in the file, by machine: each machine has a run of its own there, with its environment."""
     exact: dict[CaseSpec, Packed] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -79,7 +79,7 @@ class _Distributed:
         self.runs[environment.machine()] = self.run_.number
 
     def run(self) -> None:
-        """Run all groups, and record what comes back as it comes."""
+        """Run all groups, and record their results as they come back."""
         groups = self._groups()
         self.run_.progress.begin("series", sum(map(len, groups)))
         name, failed = f"gnomon-{secrets.token_hex(4)}", list[str]()
@@ -108,7 +108,7 @@ class _Distributed:
         return [part for part in parts if part]
 
     def _finished(self, one: Series, trials: tuple[Trial, ...], scorer: Scorer) -> bool:
-        """Whether the file has a series complete from one machine; plans it for those that have measured it."""
+        """Whether a series is complete in the file, from one machine; plans it for machines that have measured it."""
         if self._complete(one, trials, scorer):
             return True
         for machine in self.machines:
@@ -126,7 +126,7 @@ class _Distributed:
         return trials if machine == environment.machine() else one.trials(scorer.problem(one.form), machine)
 
     def _complete(self, one: Series, trials: Sequence[Trial], scorer: Scorer) -> bool:
-        """Whether no launch of a series has anything to measure, or to skip."""
+        """Whether all launches of a series have nothing left to measure or to skip."""
         run_, needed = self.run_, list[Any]()
         if (trials[0].key, 1) not in run_.history:
             return False
@@ -140,7 +140,7 @@ class _Distributed:
         return True
 
     def _plan(self, one: Series, scorer: Scorer, machine: str, trials: Sequence[Trial], number: int) -> None:
-        """Record in a run of the file that it has planned the trials of a series on another machine."""
+        """Record the trials of a series on another machine as planned by a run of the file."""
         self.store.plan(number, [one.describe(trial, machine=machine, **scorer.summary()) for trial in trials])
 
     def _content(self, group: Sequence[Work]) -> bytes:
@@ -169,7 +169,7 @@ class _Distributed:
         return pickle.dumps(found)
 
     def _record(self, group: Sequence[Work], worker: dict[str, str], measured: Sequence[Row]) -> None:
-        """Record the measurements of a group. Raises ValueError for trials that are not those of its series."""
+        """Record the measurements of a group. Raises ValueError for trials that do not belong to its series."""
         machine = worker["machine"]
         trials = [self._trials(work, machine) for work in group]
         if not {t.key for each in trials for t in each}.issuperset(row.get("trial_key") for row, _, _ in measured):

@@ -1,4 +1,4 @@
-"""`gnomon doctor`: what gnomon finds on this machine."""
+"""`gnomon doctor`: show the machine, the libraries, and the reasons why a library is missing."""
 
 from gnomon.harness.commands.options import out
 from rich.markup import escape
@@ -12,7 +12,7 @@ def doctor() -> None:
 
 
 def environment_table() -> Table:
-    """Machine, versions, and where results are cached."""
+    """The machine, versions, and the folders of caches."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.kernels import numba_fallback
     from gnomon.harness.kernels.generated_modules import cache_folder

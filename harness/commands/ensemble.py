@@ -136,7 +136,7 @@ def _ensemble(
     for name in {one.name for one in varied} & set(options.given_parameters(set_)):
         raise ValueError(f"--set {name}: it varies; give --set or --vary")
     own = tuple(options.given_parameters(set_).items())
-    # A name of a user's own may be short; an id names one of gnomon in every process.
+    # A user's name may be short; an id names one of gnomon's integrators in every process.
     return Ensemble(case, integrator if ":" in integrator else method.id, setting, varied, seed, times, own)
 
 
@@ -170,7 +170,7 @@ def _ensure_places(out_path: Path | None, parquet: Path | None, mapped: bool) ->
 
 
 def _announce(job: Job, cost: Cost, workers: int) -> None:
-    """What will be measured, and how long it takes."""
+    """Print the ensemble that will be measured, and the time that it takes."""
     chosen = job.ensemble
     ranges = ", ".join(f"{one.name} from {one.low:g} to {one.high:g}" for one in chosen.vary)
     out.print(f"{chosen.case}, {chosen.integrator} at {chosen.setting:g}: {ranges}", highlight=False, markup=False)

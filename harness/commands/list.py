@@ -22,7 +22,7 @@ INTEGRATORS_WIDTH = 96
 
 
 class Listed(StrEnum):
-    """What `gnomon list` lists."""
+    """The things that `gnomon list` can list."""
 
     cases = "cases"
     checks = "checks"
@@ -64,7 +64,7 @@ def list_(
 
 
 def _variants_table(title: str, column: str, kinds: Iterable[type[Case] | type[Check]]) -> Table:
-    """Cases, or checks: name, title and variants of each."""
+    """A table of cases or checks with their names, titles and variants."""
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column(column, no_wrap=True)
     table.add_column("title")

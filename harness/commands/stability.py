@@ -1,4 +1,4 @@
-"""`gnomon stability`: limits, resonances and robustness of integrators, measured through their public contract."""
+"""`gnomon stability`: measure limits, resonances and robustness of integrators through their public contract."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 NOTHING = 2
 """The exit code if nothing was measured."""
 WRITE_SECONDS = 60.0
-"""The result is written so often, so that little is lost."""
+"""Seconds between two writings of the result, so that little is lost."""
 
 
 def stability(
@@ -95,7 +95,7 @@ def _show(rows: Sequence[Row], titles: Mapping[str, str], tiers: Mapping[str, An
 
 
 def panel_table(title: str, rows: Iterable[Row]) -> Table:
-    """An integrator a row, with the sentences that follow from its numbers, or why nothing was measured."""
+    """A table with a row for each integrator: the sentences from its numbers, or the reason for their absence."""
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column("integrator", no_wrap=True)
     table.add_column("what follows from the numbers")

@@ -1,4 +1,4 @@
-"""Runs an ensemble in parts: processes of this machine, a Dask cluster, or one after the other give the same bits."""
+"""Run an ensemble in parts, with equal bits one after the other, in processes of this machine or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from gnomon.harness.running.progress import Progress
 from gnomon.harness.system.child_process import interrupts_ignored, process_pool
 
 MOST_PART, PARTS = 2**14, 64
-"""A part has at most 2**14 samples, fewer where this gives less than 64 parts; their number is that of `samples` alone."""
+"""A part has at most 2**14 samples, fewer if there would be less than 64 parts; only the number of samples counts."""
 PROBE, PROBE_SECONDS = 32, 2.0
-"""Samples that are measured before the start; a block of them, if that takes no longer than this."""
+"""The number of samples that are measured before the start. It is a whole block if that takes at most PROBE_SECONDS."""
 ATTEMPTS = 3
 AHEAD = 4
 """Parts under way for each process."""
@@ -32,7 +32,11 @@ AHEAD = 4
 
 @dataclass(frozen=True)
 class Job:
-    """What a process needs for any part: the ensemble, how many starts to keep, the map's sides, the Parquet files' folder."""
+    """The data that a process needs for any part.
+
+    `ensemble` and its number of `samples`; `keep`: the number of starts to keep; `sides` of the map; `folder` of the
+    Parquet files.
+    """
 
     ensemble: Ensemble
     samples: int
@@ -42,7 +46,7 @@ class Job:
 
     @property
     def part(self) -> int:
-        """Samples in a part: a power of two, and whole blocks."""
+        """The number of samples in a part: a power of two, and whole blocks."""
         share = max(self.samples // PARTS, 1)
         return max(BLOCK, min(MOST_PART, 1 << (share.bit_length() - 1)))
 
@@ -66,7 +70,10 @@ def execute(job: Job, first: int) -> bytes:
 
 @dataclass(frozen=True)
 class Cost:
-    """Measured before the start: seconds a sample for the integration and for the exact state, and by what the latter."""
+    """The cost of an ensemble, measured before its start: seconds a sample for the integration and for the exact state.
+
+    `by_formula`: whether a formula gives the exact states. `prepares_each`: whether each sample needs a preparation.
+    """
 
     integration: float
     exact: float
@@ -78,8 +85,10 @@ class Cost:
 
 
 def probe(ensemble: Ensemble) -> Cost:
-    """The cost of samples, from PROBE or BLOCK of them, after a first time that compiles. Raises ValueError where the
-    integrator declines the problem."""
+    """Measure the cost of PROBE or BLOCK samples, after a first call that compiles.
+
+    Raises ValueError if the integrator declines the problem.
+    """
     ready = ensemble.prepared
     if not ready.parameters_vary:
         try:
@@ -102,7 +111,10 @@ def _seconds(call: Callable[..., Any], *arguments: Any) -> float:
 
 
 def probe_apart(ensemble: Ensemble) -> Cost:
-    """`probe` in a process of its own, which an integrator may end. Raises ValueError, or ChildProcessError if it did."""
+    """Call `probe` in a process of its own, which an integrator may end.
+
+    Raises ValueError as `probe` does, and ChildProcessError if the process ended.
+    """
     ensemble.prepared  # noqa: B018 - wrong names are found here, where messages are short
     try:
         with process_pool(1) as pool:
@@ -122,13 +134,13 @@ class Mapper(Protocol):
 
 
 def one_by_one(job: Job, firsts: Iterable[int]) -> Iterator[tuple[int, bytes]]:
-    """In this process."""
+    """A mapper that calls `execute` in this process."""
     for first in firsts:
         yield first, execute(job, first)
 
 
 def in_processes(workers: int) -> Mapper:
-    """In this number of processes. What a process that ends had under way runs again, at most ATTEMPTS times."""
+    """A mapper for this number of processes. Parts of a process that ended run again, in at most ATTEMPTS attempts."""
 
     def mapped(job: Job, firsts: Iterable[int]) -> Iterator[tuple[int, bytes]]:
         left, broken = list(firsts), 0
@@ -165,7 +177,7 @@ def _in_one_pool(call: Callable[[int], bytes], firsts: list[int], workers: int) 
 
 
 def run(job: Job, mapper: Mapper = one_by_one, progress: Progress | None = None) -> Distribution:
-    """The distribution of all samples of a job. Raises ValueError where no sample of the first part is in the domain."""
+    """The distribution of all samples of a job. Raises ValueError if no sample is in the domain with a known motion."""
     progress = progress or Progress(quiet=True)
     firsts = job.firsts
     progress.begin(f"parts of {job.part} samples", len(firsts))
@@ -182,7 +194,7 @@ def run(job: Job, mapper: Mapper = one_by_one, progress: Progress | None = None)
 
 
 def samples_of(text: str) -> int:
-    """A number of samples as text: 1000, 1e6, 2**20 or 2^20. Raises ValueError."""
+    """The number of samples in a text: 1000, 1e6, 2**20 or 2^20; -1 for a text without a whole number."""
     base, power, exponent = text.replace("^", "**").partition("**")
     try:
         value = float(base) ** float(exponent) if power else float(base)

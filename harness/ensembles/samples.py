@@ -1,4 +1,4 @@
-"""One ensemble: which numbers vary, the integrator, and the errors of any of its samples."""
+"""An ensemble: the numbers that vary, the integrator, and the errors of any of its samples."""
 
 from __future__ import annotations
 
@@ -24,15 +24,19 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 BLOCK = 256
-"""Starts that are solved in one call. Vectors of eight starts may share their steps, so that the bits of an answer depend
-on its neighbours: blocks begin at multiples of BLOCK, always with the same neighbours."""
+"""The number of starts that are solved in one call. Vectors of eight starts may share their steps, so that the bits of
+an answer depend on its neighbours. So blocks begin at multiples of BLOCK, and a start always has the same
+neighbours."""
 USUAL_TOLERANCE, STEPS_EACH = 1e-9, 64
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Consecutive samples: the index of the first, their place in the unit cube and their varied numbers (n, d), their
-    errors (n,), nan where the status is not ok, and their statuses."""
+    """Consecutive samples: the index of the first, then arrays for all.
+
+    `units` and `numbers` (n, d): places in the unit cube, and varied numbers. `errors` (n,): nan unless the status is
+    ok.
+    """
 
     first: int
     units: Floats
@@ -43,10 +47,10 @@ class Samples:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Starts, and parameters where they vary, of a case; an integrator at one setting; errors at `times` equal intervals.
+    """A case with numbers that vary, an integrator at one setting, and errors at `times` equal intervals.
 
     `case`: a name, case/variant or package.module:Case, with `parameters` as pairs (name, text). Numbers are binary64.
-    The metric is that of the case with its own start, the same for every sample.
+    All samples have the metric of the case with its own start.
     """
 
     case: str
@@ -59,14 +63,17 @@ class Ensemble:
 
     @property
     def prepared(self) -> PreparedEnsemble:
-        """Made once in a process. Raises ValueError for a wrong name or a pair of case and integrator that cannot run."""
+        """The ensemble, prepared once in a process.
+
+        Raises ValueError for a wrong name or a pair of case and integrator that cannot run.
+        """
         return _prepared(self)
 
     def error(self, numbers: Mapping[str, float]) -> float:
-        """The error from one start alone, by the exact motion of the case; `numbers`: the varied ones.
+        """The error from one start alone, by the exact motion of the case; `numbers`: the varied numbers.
 
-        In its block the start may have neighbours that share its steps, so that its error there differs a little. Raises
-        ValueError outside the domain, and Refused where the integrator gives no finite answer.
+        In its block the start may have neighbours that share its steps, so that its error there differs a little.
+        Raises ValueError outside the domain, and Refused if the integrator gives no finite answer.
         """
         ready = self.prepared
         row = np.array([[numbers[one.name] for one in self.vary]])
@@ -80,7 +87,7 @@ class Ensemble:
 
 @dataclass(frozen=True)
 class PreparedEnsemble:
-    """What the samples of an ensemble share."""
+    """The parts that all samples of an ensemble share."""
 
     ensemble: Ensemble
     case: Case
@@ -117,14 +124,14 @@ class PreparedEnsemble:
         return np.ascontiguousarray(rows[:, :count]), np.ascontiguousarray(rows[:, count:])
 
     def solved(self, parameters: Floats, starts: Floats) -> tuple[Floats, list[str]]:
-        """States (n, k, dim) and statuses of starts (n, dim): in one call where the parameters are those of the case.
+        """States (n, k, dim) and statuses of starts (n, dim), in one call unless parameters vary.
 
-        Where a call raises an exception each start is solved alone, so that the status of one is not that of its neighbours.
+        If a call raises an exception, each start is solved alone, so that its status does not depend on its neighbours.
         """
         if not self.parameters_vary:
             try:
                 return self._called(self.solver, starts)
-            except Exception as error:  # whatever an integrator raises is its status
+            except Exception as error:  # any exception of an integrator becomes its status
                 if len(starts) == 1:
                     return self._lost(error)
         alone = [self._alone(*one) for one in zip(parameters, starts, strict=True)]
@@ -141,7 +148,7 @@ class PreparedEnsemble:
             return self._lost(error)
 
     def _problem(self, parameters: Floats, start: Floats) -> Problem:
-        """The problem of a sample with parameters of its own, on which the forms of some cases depend."""
+        """The problem of a sample with its own parameters, on which the forms of some cases depend."""
         case = with_numbers(self.case, parameters, start)
         return replace(problem_of(case, self.integrator.accepts), times=self.times, time_scale=self.problem.time_scale)
 
@@ -155,7 +162,7 @@ class PreparedEnsemble:
         return np.full((1, len(self.times), len(self.case.state)), np.nan), [str(status)]
 
     def errors(self, states: Floats, exact: Floats) -> Floats:
-        """The largest error of each sample over the times, infinite where a state is too large to measure."""
+        """The largest error of each sample over the times, infinite if a state is too large to measure."""
         n, k, dimension = states.shape
         with np.errstate(all="ignore"):
             found = self.metric.distance(states.reshape(-1, dimension), exact.reshape(-1, dimension))
@@ -167,7 +174,7 @@ class PreparedEnsemble:
         return units, draws.numbers(units, self.ensemble.vary)
 
     def measured(self, first: int, count: int) -> Samples:
-        """Samples from `first`, a multiple of BLOCK."""
+        """Measure `count` samples from `first` on, a multiple of BLOCK."""
         units, numbers = self.drawn(first, count)
         parameters, starts = self.split(numbers)
         exact, statuses = exact_states(self.case, parameters, starts, self.times)
@@ -214,7 +221,7 @@ def short_interval(length: float) -> float:
 def setting_for(case: Case, integrator: Integrator, times: int, given: float | None = None) -> float:
     """The tolerance, or the step size shortened so that it divides the interval between times.
 
-    By default a tolerance of 1e-9, or a step of at most a 64th of the time scale, of a power of two in the interval.
+    The default is a tolerance of 1e-9, or a step of at most a 64th of the time scale, the interval over a power of two.
     Raises ValueError for a setting that is not positive.
     """
     if given is not None and not 0 < given < math.inf:

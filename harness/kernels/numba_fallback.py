@@ -1,6 +1,6 @@
-"""Compiled functions through numba's public parts alone: its own cache keeps them, and loading takes milliseconds each.
+"""Keep compiled functions in numba's own cache, using only public parts of numba; loading one takes milliseconds.
 
-They replace those of `machine_code`, with the same results, where numba has a version whose private parts are not known.
+This module replaces `machine_code`, with the same results, for versions of numba that are not in KNOWN.
 """
 
 import re
@@ -17,7 +17,7 @@ from numba.core import sigutils
 from numba.core.registry import cpu_target
 
 KNOWN = ("0.68",)
-"""Versions of numba whose private parts `machine_code` uses. A new one may be added once its tests pass with it."""
+"""Versions of numba whose private parts `machine_code` can use. Add a version after its tests pass with it."""
 
 
 def known() -> bool:
@@ -27,18 +27,18 @@ def known() -> bool:
 
 @cache
 def machine() -> str:
-    """The key of what compiled code depends on: processor, versions of Python, numba and llvmlite."""
+    """A text that changes with the conditions of compiled code: processor, versions of Python, numba and llvmlite."""
     versions = f"{sys.implementation.cache_tag} numba {numba.__version__} llvmlite {llvmlite.__version__}"
     return f"{versions} {cpu_target.target_context.codegen().magic_tuple()}"
 
 
 @cache
 def function(source: str, name: str, signature: str = "") -> Any:
-    """The function `name` of a generated module, compiled for one signature: the one given, else that in the source."""
+    """The function `name` of a generated module, compiled for `signature`, or else for the signature in the source."""
     with announced():
         dispatcher = getattr(_module(source)[0], name)
         if signature:
-            # By arguments alone: under these numba keeps it where another function has called it before.
+            # Without the return type: numba keeps a function that another function called under its arguments alone.
             dispatcher.compile(sigutils.normalize_signature(signature)[0])
             dispatcher.disable_compile()  # so that arguments of other types raise TypeError
     return dispatcher
@@ -46,7 +46,7 @@ def function(source: str, name: str, signature: str = "") -> Any:
 
 @cache
 def address(source: str, name: str, signature: str) -> int:
-    """The address of that function, for calls from C."""
+    """The address of the function `name` of a generated module, for calls from C."""
     with announced():
         module, kept = _module(source)
         dispatcher = getattr(module, name)
@@ -56,9 +56,10 @@ def address(source: str, name: str, signature: str) -> int:
 
 @cache
 def _module(source: str) -> tuple[ModuleType, bool]:
-    """The module of a source, and whether numba keeps its compiled functions: not in a folder that cannot be written.
+    """The module of a source, and whether numba keeps its compiled functions: it cannot if the folder is read-only.
 
-    numba keeps functions of files only, as long as the file has the same content. It does not read the code from there.
+    numba keeps only functions that have a file, as long as the content of the file does not change. The module's code
+    is not read from that file.
     """
     folder, file = cache_folder() / "numba", f"{module_name(source)}.py"
     text = re.sub(r"^(@njit\((?!.*no_cpython_wrapper).*)\)$", r"\1, cache=True)", source, flags=re.MULTILINE)

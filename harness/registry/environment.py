@@ -18,7 +18,7 @@ DISTRIBUTIONS = tuple(dict.fromkeys(("numpy", "scipy", "numba", *_DRIVEN, "mpmat
 """The distributions whose versions results depend on: those that gnomon computes with, and those of the libraries."""
 
 VERSIONS = ("python", "gnomon", "sources", *DISTRIBUTIONS)
-"""The names of `versions`."""
+"""The names in the result of `versions`."""
 
 
 @cache
@@ -36,14 +36,14 @@ def describe() -> dict[str, str]:
 
 @cache
 def versions() -> dict[str, str]:
-    """What results depend on, whatever the machine: Python, gnomon and its sources, the libraries that are installed."""
+    """Versions on which results depend on every machine: Python, gnomon and its sources, the installed libraries."""
     found = {"python": platform.python_version(), "gnomon": version("gnomon"), "sources": sources()}
     return found | {name: installed for name in DISTRIBUTIONS if (installed := library_version(name))}
 
 
 @cache
 def library_version(name: str) -> str | None:
-    """The version of an installed distribution; None where it is not installed."""
+    """The version of a distribution; None if it is not installed."""
     try:
         return version(name)
     except PackageNotFoundError:
@@ -79,7 +79,7 @@ def _cpu() -> str:
 
 
 def _revision() -> str | None:
-    """The git revision that gnomon runs from, with + where files differ from it; None outside a working tree.
+    """The git revision from which gnomon runs, with + if files differ from it; None outside a working tree.
 
     Changes in reports/ are ignored: a run writes there.
     """

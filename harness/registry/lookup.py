@@ -1,4 +1,4 @@
-"""Integrators by id, name, library or path. Their modules are imported on first use."""
+"""Find integrators by id, name, library or path. Their modules are imported on first use."""
 
 import importlib
 import importlib.util
@@ -37,7 +37,7 @@ def own() -> dict[str, Integrator]:
 
 
 def registered() -> dict[str, Integrator]:
-    """The integrators of the entry point group `gnomon.integrators`, by id; one that cannot be loaded is a warning."""
+    """The integrators of the entry point group `gnomon.integrators`, by id; those that fail to load give warnings."""
     found: dict[str, Integrator] = {}
     for point in dict.fromkeys(entry_points(group=GROUP)):
         try:
@@ -58,10 +58,11 @@ def everything() -> dict[str, Integrator]:
 
 
 def find(name: str, known: Mapping[str, Integrator] | None = None) -> tuple[Integrator, ...]:
-    """The integrators that `name` selects: an id, a name (all policies), a library, a pattern of ids with * and ?, or
-    `package.module:Class`. `known`: those to select from, by default `everything`.
+    """The integrators that `name` selects.
 
-    Raises ValueError for an unknown name, with the nearest valid ones, and for a name in several libraries.
+    `name`: an id, a name (all policies), a library, a pattern of ids with * and ?, or `package.module:Class`. `known`:
+    the integrators to select from, by default `everything`. Raises ValueError for an unknown name, with the nearest
+    valid names, and for a name in several libraries.
     """
     known = everything() if known is None else known
     if name in known:
@@ -93,7 +94,7 @@ def find_one(name: str) -> Integrator:
 
 
 def find_all(chosen: Sequence[str | Integrator | type[Integrator]] | None) -> tuple[Integrator, ...]:
-    """The integrators that several names select, and those given as an object or a class, each once; all for None.
+    """The integrators that several names, objects and classes select, each once; all integrators for None.
 
     Raises ValueError as `find`, `made` and `require_distinct` do.
     """
@@ -109,7 +110,7 @@ def find_all(chosen: Sequence[str | Integrator | type[Integrator]] | None) -> tu
 
 
 def require_distinct(integrators: Iterable[Integrator]) -> None:
-    """Raise ValueError where an id comes twice: results could not tell which of the two ran."""
+    """Raise ValueError if two integrators have one id: results could not show which of them ran."""
     seen = set[str]()
     for one in integrators:
         if one.id in seen:
@@ -124,7 +125,7 @@ def from_path(path: str) -> Integrator:
         with confined():
             found = getattr(importlib.import_module(module), attribute)
             found = found() if isinstance(found, type) and issubclass(found, Integrator) else found
-    except BaseException as error:  # of a user's module while it is imported
+    except BaseException as error:  # a user's module may raise anything when it is imported
         wanted = "package.module:Class of a subclass of Integrator"
         if module.endswith(".py"):
             wanted = f"the module and not its file: {PurePath(module).stem}:{attribute or 'Class'}"
@@ -133,7 +134,7 @@ def from_path(path: str) -> Integrator:
 
 
 def missing(integrator: Integrator) -> str | None:
-    """Why an integrator's library cannot be used here, or None where it can."""
+    """The reason why an integrator's library cannot be used here; None if it can."""
     if type(integrator).__module__.startswith("gnomon.harness.adapters.") and not _importable(integrator.library):
         return absent(integrator.library)
     try:
@@ -144,7 +145,7 @@ def missing(integrator: Integrator) -> str | None:
 
 
 def absent(library: str) -> str:
-    """Why a declared library is missing, and the command that installs it."""
+    """The reason why a library is missing, and the command that installs it."""
     known = LIBRARIES[library]
     if known.last_wheels is not None and sys.version_info[:2] > known.last_wheels:
         return f"{library} has wheels up to CPython {known.last_wheels[0]}.{known.last_wheels[1]} only"
@@ -152,8 +153,10 @@ def absent(library: str) -> str:
 
 
 def made(item: object, origin: str) -> Integrator:
-    """An integrator from its class or an object of it, which `origin` names; ValueError for a wrong declaration, and for a
-    user's own with the id of one that comes with gnomon."""
+    """Make an integrator from its class, or take it as an object; `origin` names it in messages.
+
+    Raises ValueError for a wrong declaration, and for a user's integrator with an id of gnomon's own.
+    """
     found = item() if isinstance(item, type) and issubclass(item, Integrator) else item
     if not isinstance(found, Integrator):
         raise ValueError(
@@ -164,7 +167,7 @@ def made(item: object, origin: str) -> Integrator:
             f"{origin}: {type(found).__name__} does not declare {', '.join(undeclared)}; "
             "a base class that several integrators share is no integrator: name a subclass that declares them"
         )
-    if users_own(found):  # a test validates those of gnomon
+    if users_own(found):  # a test validates gnomon's own
         declaration.validate(found, origin if ":" in origin else "")
         if found.id in own():
             raise ValueError(f"{origin}: {found.id} comes with gnomon; give yours a name or a library of its own")
@@ -172,7 +175,7 @@ def made(item: object, origin: str) -> Integrator:
 
 
 def users_own(integrator: Integrator) -> bool:
-    """Whether an integrator does not come with gnomon: `verification` makes integrators of what a user brings."""
+    """Whether an integrator is a user's: it does not come with gnomon, or `verification` made it for a user."""
     module = type(integrator).__module__
     return not module.startswith("gnomon.") or module.startswith("gnomon.harness.verification.")
 

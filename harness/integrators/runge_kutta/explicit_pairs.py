@@ -52,8 +52,8 @@ class DormandPrince5(Embedded):
 class Tsitouras5(Embedded):
     """Tsitouras's 5(4) pair (Computers and Mathematics with Applications 62, 2011). Order 5.
 
-    The paper prints 16 to 20 digits. c_2, c_3, c_4, b_2 and the last weight of the error are taken as printed; the rest
-    solve the conditions of orders 5 and 4 to 60 digits and agree with the print. Dense output of order 4.
+    The paper prints 16 to 20 digits. c_2, c_3, c_4, b_2 and the last weight of the error are taken as printed; the
+    other numbers solve the conditions of orders 5 and 4 to 60 digits and agree with the print. Dense output of order 4.
     """
 
     name, order = "Tsitouras 5(4)", 5
@@ -107,8 +107,8 @@ class Tsitouras5(Embedded):
 class Verner6(Embedded):
     """Verner's most robust 6(5) pair (Numerical Algorithms 53, 2010). Order 6.
 
-    The most efficient one has weights of 8, -130 and 122 that cancel, which loses digits in binary64. Samples are separate
-    steps of the same order within a step.
+    Verner's most efficient 6(5) pair has weights of 8, -130 and 122 that cancel, which loses digits in binary64.
+    Samples are separate steps of the same order within a step.
     """
 
     name, order = "Verner 6(5)", 6

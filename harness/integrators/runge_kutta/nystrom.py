@@ -84,14 +84,14 @@ def step_into(
 def open_step(
     f: Any, t: float, h: float, y: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats
 ) -> None:
-    """Does nothing: there is no interpolant to prepare."""
+    """Do nothing: a Nyström pair has no interpolant to prepare."""
 
 
 def between(
     f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
     slope: Floats, k: Floats, spare: Floats, out: Floats,
 ) -> None:  # fmt: skip
-    """The state within a step, into `out`, by a separate step; the acceleration at the end of the whole step is kept."""
+    """Write the state within a step into `out`, by a separate step; the acceleration k[STAGES] of the step is kept."""
     if ahead == h:
         for i in range(y.size):
             out[i] = end[i]

@@ -1,7 +1,7 @@
 """Coefficients of Verner's most efficient pair 9(8), to the 40 digits that he publishes.
 
 J. H. Verner, Numerically optimal Runge-Kutta pairs with interpolants, Numerical Algorithms 53, 2010, and the tables
-that go with it.
+published with it.
 """
 
 from gnomon.harness.integrators.base.tableau import ButcherTableau, parse_rows
