@@ -16,7 +16,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from gnomon.cases import check_names, get, names
+from gnomon.cases import get
 from gnomon.cases.core.sampling import SAMPLES
 from gnomon.harness.reporting import style
 from gnomon.harness.running import plan
@@ -113,31 +113,12 @@ def test_failures_in_the_figure_of_the_readme_are_those_that_it_explains() -> No
     assert all(f"{style.LETTERS[word]} {word}" in explained for word in ("diverged", "skipped"))
 
 
-def _pixels(svg: str, labels: str) -> tuple[float, float]:
-    """Pixels in a hundredth of a decade along an axis, and the position of 1, from its first and last label."""
-    units = {"µs": -6, "ms": -3, "s": 0}
-    places = [
-        (math.log10(float(number)) + units.get(unit, 0), float(at)) for at, number, unit in re.findall(labels, svg)
-    ]
-    (first, start), *_, (last, end) = places
-    slope = (end - start) / (last - first)
-    return slope / 100, start - slope * first
-
-
 def test_the_figure_of_the_readme_shows_the_published_points(page: dict[str, Any]) -> None:
-    """Every setting that did not fail has a mark at its time and error, and there are no other marks."""
+    """A mark for each setting that did not fail, and the names in colour. Where marks are: `test_report.py`."""
     svg = FIGURE.read_text()
     points = page["work"]["cases"]["pendulum_simple"]["default"]["points"]
-    across, left = _pixels(svg, r'translate\(([\d.]+),16\)">(\d[\d.]*) ([µm]?s)<')
-    up, foot = _pixels(svg, r'translate\(-7,([\d.]+)\)">(1(?:e-\d+)?)()<')
-    bottom = foot - 3.4  # a label's foot is below its tick
     shown = [k for k, failed in enumerate(points["failed"]) if not failed]
-    wanted = np.array([[left + across * points["time"][k], bottom + up * points["error"][k]] for k in shown])
-    marks = np.array(re.findall(r'<use href="#m\d+" x="([-\d.]+)" y="([-\d.]+)"', svg), dtype=float)
-    assert len(marks) == len(wanted)
-    apart = np.max(np.abs(marks[:, None] - wanted[None]), axis=2)
-    # Hundredths of a decade of 128 pixels, rounded; labels are rounded to tenths.
-    assert max(np.max(np.min(apart, axis=0)), np.max(np.min(apart, axis=1))) < 1.0
+    assert svg.count('<use href="#m') == len(shown)
     legend = set(re.findall(r">(\w+:[^<]+)</text>", svg)) & set(points["series"]["words"])
     assert legend == {points["series"]["words"][points["series"]["codes"][k]] for k in shown if points["front"][k]}
 

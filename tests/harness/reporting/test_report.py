@@ -292,11 +292,15 @@ def test_a_run_in_which_all_failed_is_reported(written: Path, tmp_path: Path) ->
     assert 300 < float(width[1]) < 3000
 
 
-def test_a_diagram_has_a_line_for_each_limit_above_zero(written: Path) -> None:
+def test_a_diagram_has_a_mark_for_each_setting_and_a_line_for_each_limit_above_zero(written: Path) -> None:
     run = Run.read(written.parent / "results.sqlite")
     points = work_problems(run)["pendulum_simple"]["default"]["points"]
     found = drawn(work_precision(run.look, "time"), points, {"conditioning": 1e-12, "floor": 0.0})
     assert found["datasets"]["limits"] == [{"limit": "conditioning", "at": -12.0}]
+    marks = pd.DataFrame(found["datasets"]["points"])[["time", "error"]]
+    np.testing.assert_allclose(marks.astype(float), points[["time", "error"]].astype(float), atol=1e-3)  # of a decade
+    places = [layer["encoding"] for layer in found["layer"] if layer["mark"]["type"] == "point"]
+    assert [(place["x"]["field"], place["y"]["field"]) for place in places] == [("time", "error")] * 2
 
 
 def test_drawings_get_leaner_and_look_the_same() -> None:
