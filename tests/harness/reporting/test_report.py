@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import planted_sidecars
 import pytest
 import synthetic
 import vl_convert
@@ -34,43 +35,12 @@ from gnomon.harness.results.store import Store
 
 LARGEST_PAGE = 3_000_000
 PNG = b"\x89PNG\r\n\x1a\n"
-CERTIFICATE = {"case": "kepler_orbit", "variant": "", "ways": {"taylor": 48.2, "residual": 46.1}, "note": "a note"}
-
-PAIR = {
-    "group": "against heyoka:Taylor", "problem": "pendulum_simple/speed", "level": "1e-06", "unit": "s",
-    "first_name": "Gauss", "second_name": "heyoka:Taylor", "first": 1e-4, "second": 7.65e-4, "first_null": 1e-6,
-    "second_null": 1e-6, "median": 7.65, "low": 7.0, "high": 8.0, "launches": 5, "ratios": [7.0, 7.65, 8.0, 7.5, 7.9],
-}  # fmt: skip
-LAW = {
-    "integrator": "RK4", "case": "pendulum_simple", "setting": "128 steps a period", "periods": 1e5, "starts": 4,
-    "size": 1e-3, "power": 1.0, "uncertainty": 0.01, "low": 0.98, "high": 1.02, "law": "t",
-    "expected": "t",
-}  # fmt: skip
-
-MEASURED = {
-    "integrator": "RK4", "case": "pendulum_simple", "span": 3.0, "digits": 16, "at_fixed_steps": False, "points": 6,
-    "order": 3.9487, "declared": 4, "keeps": ["symplectic", "momentum"],
-}  # fmt: skip
-STABILITY = {
-    "schema": 1, "depth": "normal", "environment": {"revision": "abc123"}, "panels": {"linear": "Linear stability"},
-    "figures": {"linear": {"cells": False, "columns": [{"id": "limit", "title": "h w", "decades": False, "ends": None}]}},
-    "tiers": {"lost_digits": {"tiers": [["gnomon:RK4"], ["heyoka:Taylor"]]}},
-    "rows": [
-        {"integrator": "gnomon:RK4", "panel": "linear", "data": {}, "sentences": ["Use it up to h w < 2.828."],
-         "marks": [{"column": "limit", "at": 2.828, "low": None, "high": None, "text": "limit 2.828"}]},
-        {"integrator": "heyoka:Taylor", "panel": "linear", "data": {"refused": "not here"}, "sentences": []},
-    ],
-}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("reports")
-    (folder / "certificates.json").write_text(json.dumps([CERTIFICATE | {"digits": 46.1, "passed": True}]))
-    (folder / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [PAIR]}))
-    (folder / "growth.json").write_text(json.dumps({"environment": {}, "rows": [LAW]}))
-    (folder / "orders.json").write_text(json.dumps({"environment": {}, "rows": [MEASURED]}))
-    (folder / "stability.json").write_text(json.dumps(STABILITY))
+    planted_sidecars.write(folder)
     return write_report(synthetic.write(folder / "results.sqlite"), folder, figures=True)
 
 
