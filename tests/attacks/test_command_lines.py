@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import gnomon
 from gnomon.harness.certification import certify_all
-from gnomon.harness.commands import cli
 from gnomon.harness.reporting import images
 from gnomon.harness.running import run
 
@@ -32,6 +32,7 @@ HALF = "a\ud800.sqlite"
 PENDULUM = ("--case", "pendulum_simple")
 RK4 = (*PENDULUM, "--integrator", "RK4")
 
+RAISES = "from planted import Sound\n\nclass Thing(Sound):\n    def __init__(self): raise {}\n"
 MODULES = {
     "exits": "import sys\nsys.exit(0)",
     "exits_with_text": "import sys\nsys.exit('all is well')",
@@ -43,12 +44,8 @@ MODULES = {
     "empty": "",
     "wrong": "class Thing: pass",
     "undeclared": "from gnomon.harness.contract.integrator import Integrator\n\nclass Thing(Integrator): name = 'x'",
-    "ends_when_made": (
-        "import sys\nfrom planted import Sound\n\nclass Thing(Sound):\n    def __init__(self): sys.exit(0)\n"
-    ),
-    "interrupts_when_made": (
-        "from planted import Sound\n\nclass Thing(Sound):\n    def __init__(self): raise KeyboardInterrupt\n"
-    ),
+    "ends_when_made": RAISES.format("SystemExit(0)"),
+    "interrupts_when_made": RAISES.format("KeyboardInterrupt"),
 }
 """Modules in the folder where the commands run, by their source."""
 
@@ -96,27 +93,15 @@ def names() -> Iterator[Line]:
         yield ["run", *PENDULUM, "--integrator", integrator], 2, ("no integrator is called",)
     for integrator in (":", ":X:", "no_such_module:Thing", "os:path", "a b:c"):
         yield ["run", *PENDULUM, "--integrator", integrator], 2, (integrator, "give package.module:Class")
-    for module, words in (
-        ("exits", "SystemExit: 0"),
-        ("exits_with_text", "SystemExit: all is well"),
-        ("interrupts", "KeyboardInterrupt"),
-        ("raises", "RuntimeError: boom and more"),
-        ("stops", "StopIteration"),
-        ("unwritten", "SyntaxError"),
-        ("imports", "no_such_library"),
-        ("empty", "AttributeError"),
-        ("wrong", "wrong"),
-        ("undeclared", "abstract"),
-        ("ends_when_made", "SystemExit: 0"),
-        ("interrupts_when_made", "KeyboardInterrupt"),
-    ):
+    ended = {"exits": "SystemExit: 0", "interrupts": "KeyboardInterrupt", "raises": "RuntimeError: boom and more"}
+    of_integrators = {
+        "exits_with_text": "SystemExit: all is well", "stops": "StopIteration", "unwritten": "SyntaxError",
+        "imports": "no_such_library", "empty": "AttributeError", "wrong": "wrong", "undeclared": "abstract",
+        "ends_when_made": "SystemExit: 0", "interrupts_when_made": "KeyboardInterrupt",
+    }  # fmt: skip
+    for module, words in (ended | of_integrators).items():
         yield ["run", *PENDULUM, "--integrator", f"{module}:Thing"], 2, (f"{module}:Thing", words)
-    for module, words in (
-        ("exits", "SystemExit: 0"),
-        ("interrupts", "KeyboardInterrupt"),
-        ("raises", "RuntimeError: boom and more"),
-        ("wrong", "is not a subclass of gnomon.cases.Case"),
-    ):
+    for module, words in (ended | {"wrong": "is not a subclass of gnomon.cases.Case"}).items():
         for command in (["run", "--case"], ["show"], ["certify"], ["report", "results.sqlite", "--case"]):
             yield [*command, f"{module}:Thing"], 2, (f"{module}:Thing", words)
 
@@ -130,21 +115,11 @@ def numbers() -> Iterator[Line]:
         name = reserved.partition("=")[0]
         yield ["show", "pendulum_simple", "--set", reserved], 2, (f"--set {name}", "not a parameter")
     yield ["show", "pendulum_simple", "--set", "length=1"], 2, ("no parameter 'length'",)
-    for value in (
-        "-1",
-        "0",
-        "nan",
-        "inf",
-        "1e400",
-        "1e100000000",
-        "1e-400",
-        "1/0",
-        "ten",
-        "1j",
-        "True",
-        "0x1p3",
-        "1__0",
-    ):
+    outside, malformed = (
+        ("-1", "0", "nan", "inf", "1e400", "1e100000000", "1e-400", "1/0"),
+        ("ten", "1j", "True", "0x1p3"),
+    )
+    for value in (*outside, *malformed, "1__0"):
         yield ["show", "pendulum_simple", "--set", f"g={value}"], 2, ("pendulum_simple", "g = ")
     yield ["show", "pendulum_simple", "--set", "g=" + "9" * 5000], 2, ("pendulum_simple", "g = ")
 
@@ -152,28 +127,17 @@ def numbers() -> Iterator[Line]:
 def paths() -> Iterator[Line]:
     reading = (["report"], ["export"], ["compare", "results.sqlite"])
     for path, words in (
-        ("", "empty name"),
-        (" ", "empty name"),
-        (LONG, "File name too long"),
-        (ZERO, "null byte"),
-        (HALF, "surrogate"),
-        ("loop.sqlite", "loop.sqlite"),
+        *(("", "empty name"), (" ", "empty name"), (LONG, "File name too long"), (ZERO, "null byte")),
+        *((HALF, "surrogate"), ("loop.sqlite", "loop.sqlite")),
     ):
         for command in (*reading, ["run", *RK4, "--out"]):
             yield [*command, path], 2, (words,)
         yield ["certify", "projectile_parabola", "--to", path], 2, (words,)
-    for path in (
-        "no_such_folder",
-        "pipe.sqlite",
-        "folder.sqlite",
-        "notes.sqlite",
-        "empty.sqlite",
-        "notes.txt",
-        "/dev/null",
-    ):
+    odd = ("notes.txt", "notes.sqlite", "folder.sqlite", "pipe.sqlite", "/dev/null")
+    for path in (*odd, "no_such_folder", "empty.sqlite"):
         for command in reading:
             yield [*command, path], 2, (path,)
-    for path in ("notes.txt", "notes.sqlite", "folder.sqlite", "pipe.sqlite", "/dev/null"):
+    for path in odd:
         yield ["run", *RK4, "--out", path], 2, (path,)
     for path in ("folder", "pipe.sqlite", "/dev/null", "notes.txt/a.json"):
         yield ["certify", "projectile_parabola", "--to", path], 2, (f"--to {path}",)
@@ -188,11 +152,12 @@ def paths() -> Iterator[Line]:
     yield ["show", "pendulum_simple", "--plot", "drawing.svg"], 2, ("--plot drawing.svg is a folder",)
     yield ["show", "pendulum_simple", "--plot", "notes.txt/a.svg"], 2, ("--plot notes.txt/a.svg",)
     if Path("/proc").is_dir():  # nobody can write there, and permissions say that root could
-        yield ["certify", "projectile_parabola", "--to", "/proc/a.json"], 2, ("--to /proc/a.json", "cannot be written")
-        yield ["run", *RK4, "--out", "/proc/a.sqlite"], 2, ("--out /proc/a.sqlite", "cannot be written")
-        yield ["export", "results.sqlite", "--to", "/proc/a.csv"], 2, ("--to /proc/a.csv", "cannot be written")
-        yield ["report", "results.sqlite", "--to", "/proc/page"], 2, ("--to /proc/page", "cannot be written")
-        yield ["show", "pendulum_simple", "--plot", "/proc/a.svg"], 2, ("--plot /proc/a.svg", "cannot be written")
+        for command, option, name in (
+            *((["certify", "projectile_parabola"], "--to", "a.json"), (["run", *RK4], "--out", "a.sqlite")),
+            *((["export", "results.sqlite"], "--to", "a.csv"), (["report", "results.sqlite"], "--to", "page")),
+            (["show", "pendulum_simple"], "--plot", "a.svg"),
+        ):
+            yield [*command, option, f"/proc/{name}"], 2, (f"{option} /proc/{name}", "cannot be written")
 
 
 LINES = [*options(), *names(), *numbers(), *paths()]
@@ -233,14 +198,18 @@ def at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def check(line: Line, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+def _named(line: Line) -> str:
+    return json.dumps(" ".join(line[0]))[:60]
+
+
+@pytest.mark.parametrize(
+    "line", [line if line in CHOSEN else pytest.param(line, marks=pytest.mark.slow) for line in LINES], ids=_named
+)
+def test_a_command_line(line: Line, at: Path, capfd: pytest.CaptureFixture[str]) -> None:
     arguments, code, words = line
-    before = listed(folder)
-    monkeypatch.setattr(sys, "argv", ["gnomon", *arguments])
-    with pytest.raises(SystemExit) as end:
-        cli.main()
+    before = listed(at)
+    assert gnomon(*arguments) == code
     captured = capfd.readouterr()
-    assert end.value.code == code, captured
     if code == 0:
         assert captured.err == ""
         return
@@ -250,32 +219,13 @@ def check(line: Line, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pyte
     assert told.isprintable()
     for word in words:
         assert word in told
-    assert listed(folder) == before, "what is refused leaves nothing behind"
+    assert listed(at) == before, "what is refused leaves nothing behind"
 
 
 def listed(folder: Path) -> list[str]:
     """The files in a folder and its subfolders, without those that Python and SQLite write beside files that they read."""
     names = (str(path.relative_to(folder)) for path in folder.rglob("*"))
     return sorted(name for name in names if not name.startswith(("__pycache__", "results.sqlite-")))
-
-
-def _named(line: Line) -> str:
-    return json.dumps(" ".join(line[0]))[:60]
-
-
-@pytest.mark.parametrize("line", CHOSEN, ids=_named)
-def test_a_tenth_of_the_command_lines(
-    line: Line, at: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    check(line, at, monkeypatch, capfd)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("line", [line for line in LINES if line not in CHOSEN], ids=_named)
-def test_every_other_command_line(
-    line: Line, at: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    check(line, at, monkeypatch, capfd)
 
 
 def test_there_are_enough_of_them() -> None:

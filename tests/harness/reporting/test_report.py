@@ -81,9 +81,7 @@ def test_page_answers_the_five_questions_and_shows_every_series(written: Path) -
     ids = ("fastest", "trust", "breaks", "effects", "reproduce")
     places = [text.index(f'<section id="{name}">') for name in ids]
     assert places == sorted(places)
-    for words in ("Invented CPU", "gnomon run", "a note", "46.1", "RK4", "IAS15", "separatrix"):
-        assert words in text
-    for words in ("Forces of position and time alone", "3 cases: ", '<td class="number" data-value="3.95">'):
+    for words in ("Invented CPU", "gnomon run", "a note", "46.1", "RK4", "IAS15", "separatrix", 'data-value="3.95"'):
         assert words in text
     tables = "".join(text for found in _carried(written)["tables"].values() for text in found.values())
     for words in ("order 4.00", "declared 4", "× tolerance", "phase", "shape", "events: all", "12 turns off"):
