@@ -49,6 +49,9 @@ STRUCTURES = {  # what names it, and the statements that make it
     "a missing index": ("measured", "DROP INDEX measured"),
     "a name that steers a terminal": (r"\x1b]0;owned", f'CREATE TABLE "{ESCAPE}" (a)'),
     "an older schema's number": ("not made as gnomon makes it", "PRAGMA user_version = 1"),
+    "a newer schema's number": ("upgrade gnomon", f"PRAGMA user_version = {schema.SCHEMA_VERSION + 1}"),
+    "a table of others": ("the table t, which gnomon does not make", "CREATE TABLE t (x)"),
+    "another program's number": ("not one of gnomon's", "PRAGMA application_id = 0"),
 }  # fmt: skip
 
 
@@ -191,7 +194,7 @@ def test_what_is_no_database_is_named(
     monkeypatch.chdir(tmp_path)
     for arguments in (["export", path], ["compare", path, path], ["report", path]):
         assert gnomon(*map(str, arguments)) == 2
-        _one_line(capfd, str(path))
+        _one_line(capfd, str(path), "an empty file" if kind == "empty" else "")
 
 
 def test_a_journal_that_names_another_file_deletes_nothing(results: Path) -> None:
