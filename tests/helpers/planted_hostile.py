@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from gnomon.harness.contract.integrator import Problem, Solution
 from planted import Sound, hang, runge_kutta
 
@@ -32,64 +31,6 @@ class Answers(Sound):
 
     def answer(self, solution: Solution) -> Any:
         raise NotImplementedError
-
-
-class ManySteps(Answers):
-    name = "1e30 steps"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states, 10**30)
-
-
-class FewSteps(Answers):
-    name = "-5 steps"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states, -5)
-
-
-class NoCount(Answers):
-    name = "nan steps"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states, np.nan)  # type: ignore[arg-type]
-
-
-class Complex(Answers):
-    name = "complex"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states + 1e-3j, solution.steps)
-
-
-class ComplexInName(Answers):
-    """Complex states whose imaginary parts are zero: their real parts are the solution."""
-
-    name = "complex in name"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states + 0j, solution.steps)
-
-
-class Texts(Answers):
-    name = "texts"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states.astype(str), solution.steps)
-
-
-class OddEvents(Answers):
-    name = "odd events"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states, solution.steps, events=((np.nan, "bounce"),))
-
-
-class OddReason(Answers):
-    name = "odd reason"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states, solution.steps, stopped=17)  # type: ignore[arg-type]
 
 
 class HalfACharacter(Sound):
