@@ -3,8 +3,6 @@
 Compiled functions pass numbers and arrays one by one, and each call that is not inlined costs time.
 """
 
-from __future__ import annotations
-
 import ast
 import json
 import os

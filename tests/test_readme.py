@@ -1,7 +1,5 @@
 """The README's integrator runs unchanged, by path and by entry point; its commands and files exist."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

@@ -1,7 +1,5 @@
 """The numbers of the README and its figure are those of the published report, of the code and of the licences."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

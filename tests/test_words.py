@@ -1,7 +1,5 @@
 """One meaning a word (docs/glossary.md): words that have another name here, and idiom, stand nowhere in the project."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -4,8 +4,6 @@ Every fork takes one of few tokens, files that are made once, so that a failure 
 Forked processes end by themselves after a minute.
 """
 
-from __future__ import annotations
-
 import atexit
 import ctypes
 import gc

@@ -3,8 +3,6 @@
 None of them does any work: measuring, certifying and rendering are replaced by failures.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import random

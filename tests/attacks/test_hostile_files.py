@@ -1,7 +1,5 @@
 """Results files made to harm those who open them: each gives one line and exit code 2, or is shown as plain text."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """The JSON files beside a page: one of another shape gives one line that names the file and the place."""
 
-from __future__ import annotations
-
 import copy
 import json
 import random

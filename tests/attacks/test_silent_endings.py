@@ -1,7 +1,5 @@
 """Code that ends the process when it is imported, and surroundings that a run cannot use: one line that names them."""
 
-from __future__ import annotations
-
 import os
 import random
 import socket

@@ -1,7 +1,5 @@
 """What was planned and not measured is never lost without a word: in merged files, in comparisons, at the end of a run."""
 
-from __future__ import annotations
-
 import itertools
 import sqlite3
 from collections.abc import Callable

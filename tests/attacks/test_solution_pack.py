@@ -1,7 +1,5 @@
 """The reference solutions that come with gnomon: what is damaged, or is another entry's, is computed and never believed."""
 
-from __future__ import annotations
-
 import random
 import re
 import struct

@@ -1,7 +1,5 @@
 """Equations that fail: during the motion, at once, by branching; and the scalar problem that they are tested on."""
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any
 

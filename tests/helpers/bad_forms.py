@@ -4,8 +4,6 @@ Each form is correct except for one of its functions; `STARTS` are states from w
 have two components, as other tests have for which Radau IIA 5 is compiled.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any
 

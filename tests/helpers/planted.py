@@ -1,7 +1,5 @@
 """Integrators with planted faults, and a correct one (`Sound`): each is run by worker processes."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Integrators that return invalid solutions or attack other processes; each is run by worker processes."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import signal

@@ -1,7 +1,5 @@
 """Small JSON files beside a page, as the commands of gnomon write them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

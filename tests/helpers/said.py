@@ -1,7 +1,5 @@
 """The numbers and integrators that a sentence names, so that a test holds these and leaves the words free."""
 
-from __future__ import annotations
-
 import re
 
 

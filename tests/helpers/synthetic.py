@@ -1,7 +1,5 @@
 """A results file with invented rows of every kind, for tests of code that only reads the store."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

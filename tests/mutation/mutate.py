@@ -8,8 +8,6 @@ module has moved. It is caught if one of its tests fails with it and passes with
 if one survived without a reason that is listed, if one could not be applied or run, or if a test fails without it too.
 """
 
-from __future__ import annotations
-
 import ast
 import os
 import re

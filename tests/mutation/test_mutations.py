@@ -1,7 +1,5 @@
 """The script ends with exit code 0 only if every mutation is applied and caught by a test that passes without it."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

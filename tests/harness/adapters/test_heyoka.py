@@ -1,7 +1,5 @@
 """heyoka on the pendulum and on Kepler's orbit; runs where the optional extra `peers` is installed."""
 
-from __future__ import annotations
-
 import re
 from math import atan2, hypot, log, sin
 from typing import Any

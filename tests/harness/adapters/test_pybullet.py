@@ -3,8 +3,6 @@
 Errors are absolute, at steps of 1e-2, 1e-3 and 1e-4 s. Symplectic Euler is order 1, so each step has its own number.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """REBOUND on Kepler's orbit, native and in ODE mode: convergence, sample times, independent runs, counts, refusals."""
 
-from __future__ import annotations
-
 import os
 import signal
 from dataclasses import replace

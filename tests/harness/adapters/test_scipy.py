@@ -1,7 +1,5 @@
 """SciPy's methods on the simple pendulum: they converge, count correctly and report failures."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import log, sin
 from types import SimpleNamespace

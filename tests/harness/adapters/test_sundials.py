@@ -1,7 +1,5 @@
 """SUNDIALS by its C interface and by its binding: errors, agreement, what it says where it fails, what it leaves behind."""
 
-from __future__ import annotations
-
 import gc
 import math
 from concurrent.futures import ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """Every exact motion is confirmed in independent ways, and a wrong one is not."""
 
-from __future__ import annotations
-
 import errno
 import json
 from collections.abc import Sequence

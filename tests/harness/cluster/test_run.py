@@ -1,7 +1,5 @@
 """A run on a real Dask scheduler with real worker processes gives what a run on one machine gives, whatever ends."""
 
-from __future__ import annotations
-
 import sqlite3
 import subprocess
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """`gnomon certify`: certificates of cases and checks."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

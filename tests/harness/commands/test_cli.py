@@ -1,7 +1,5 @@
 """The command line: what people read. What is wrong with it: tests/attacks/test_command_lines.py."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The command that a failure names verifies it alone and draws it."""
 
-from __future__ import annotations
-
 import json
 import math
 import shlex

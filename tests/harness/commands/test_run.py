@@ -1,7 +1,5 @@
 """`gnomon run`: what stops it before it begins, and what it says at its end."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """`gnomon stability`: tables, JSON, and files that it refuses to resume."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

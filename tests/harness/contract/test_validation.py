@@ -1,7 +1,5 @@
 """An answer is used only where it is a Solution of real states, with counts, and no more work than a processor can do."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Impossible settings are refused with their value; equations that fail end a trajectory, with the reason."""
 
-from __future__ import annotations
-
 import math
 from math import sqrt
 from typing import Any

@@ -1,7 +1,5 @@
 """The fast Gauss method has no absolute scale: the same bits in other units; sizes outside its range are refused."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from math import sqrt

@@ -1,7 +1,5 @@
 """Embedded pairs: order conditions of both formulas and of the dense output, error against tolerance."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

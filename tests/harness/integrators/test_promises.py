@@ -1,8 +1,6 @@
 """Properties of every in-house method: impossible settings are refused, failures reported, results repeat to the bit,
 steps allocate nothing, and every claim of conservation is tested."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

@@ -1,7 +1,5 @@
 """Properties of methods apart from their order: symplectic, reversible, momentum, the same bits, compensated sums."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """A user's own module: which classes in it are integrators, and the messages for those that are not."""
 
-from __future__ import annotations
-
 import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The published report: written only by `make publish`, and only from measurements of the sources in the working tree."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The report as files: page, summary, figures, from results with rows of every kind."""
 
-from __future__ import annotations
-
 import base64
 import gzip
 import json

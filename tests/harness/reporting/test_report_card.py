@@ -1,7 +1,5 @@
 """Which integrator to choose: by kind of system, and each on one line."""
 
-from __future__ import annotations
-
 import math
 
 import pandas as pd

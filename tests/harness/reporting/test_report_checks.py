@@ -1,7 +1,5 @@
 """The report's rows on certificates and on the independent computations of checks."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

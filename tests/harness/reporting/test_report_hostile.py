@@ -1,7 +1,5 @@
 """A results file is data: a report imports nothing that it names, and writes and removes nothing outside its folder."""
 
-from __future__ import annotations
-
 import json
 import sqlite3
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a report says of a run that is not complete."""
 
-from __future__ import annotations
-
 import sqlite3
 from pathlib import Path
 

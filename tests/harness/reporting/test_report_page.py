@@ -1,7 +1,5 @@
 """The report's page in a real browser: headless Chromium, driven over its DevTools protocol through a pipe."""
 
-from __future__ import annotations
-
 import base64
 import fcntl
 import itertools

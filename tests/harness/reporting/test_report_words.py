@@ -1,7 +1,5 @@
 """The sentences of a report, each counted from rows."""
 
-from __future__ import annotations
-
 import json
 import math
 import statistics

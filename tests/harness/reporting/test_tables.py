@@ -1,7 +1,5 @@
 """What tables print, on rows whose numbers are known."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A report is written again if something that it depends on has changed, and only then."""
 
-from __future__ import annotations
-
 import sqlite3
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The regression check reports a lower order, larger errors, more work, a worse status, and what was not compared."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The results file: rows are read as they were written, and other files are rejected."""
 
-from __future__ import annotations
-
 import json
 import sqlite3
 from pathlib import Path

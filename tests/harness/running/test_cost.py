@@ -1,7 +1,5 @@
 """Parts of a plan have every series once, about the same cost, and do not depend on the order of options."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """A run reports faults of a user's own integrator before it starts, and that integrator's results at its end."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

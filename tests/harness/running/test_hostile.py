@@ -1,7 +1,5 @@
 """An integrator that returns invalid solutions or attacks other processes affects only its own trials."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Pairs, sweeps and keys of a plan."""
 
-from __future__ import annotations
-
 import importlib
 import itertools
 import sys

@@ -1,7 +1,5 @@
 """How often a worker times a trial, and from which starts; the seconds of each call are given by the test."""
 
-from __future__ import annotations
-
 import gc
 import itertools
 import time

@@ -1,7 +1,5 @@
 """The panel of digits: what a method loses beyond the problem, planted losses, and the horizon of a motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

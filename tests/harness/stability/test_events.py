@@ -1,7 +1,5 @@
 """The panel of events: what right methods find at every depth, and the defects that each kind of passage shows."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Linear stability as measured agrees with theory, for tongues, both axes and large z; planted faults move it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from functools import cache

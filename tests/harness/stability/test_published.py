@@ -1,7 +1,5 @@
 """The published stability.json: of the shape that the page reads, and in agreement with itself and with theory."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The panel of relations: what methods promise about units, axes, frames and reversal, and faults that break each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

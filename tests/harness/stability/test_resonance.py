@@ -1,7 +1,5 @@
 """Step resonances are seen where theory predicts them; the nonlinear limit is that of the linear one on a linear chain."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

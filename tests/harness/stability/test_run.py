@@ -1,7 +1,5 @@
 """Panels are measured in processes of their own: a crash or a hang of an integrator is a row, and the others go on."""
 
-from __future__ import annotations
-
 import json
 import os
 from typing import Any

@@ -1,7 +1,5 @@
 """Growth of energy errors: the fit finds given powers, and methods follow their laws over a thousand periods."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Errors of the levels of model hierarchies, compared with values derived from the models."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

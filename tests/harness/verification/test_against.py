@@ -4,8 +4,6 @@ No test compares two times of the clock that are close: the rule is tested on gi
 that does ten times the work.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import zipfile

@@ -1,7 +1,5 @@
 """Each claim fails for a method with the fault that it is about, and right methods pass them all."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """A program in any language is an integrator: right where it is right, and one clear reason where it is not."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """`gnomon exact` prints exact states, how they were confirmed, and a hash; what it cannot do it refuses in one line."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from fractions import Fraction

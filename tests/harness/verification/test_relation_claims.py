@@ -1,7 +1,5 @@
 """Other units, mirrored and permuted numbers: faults that these show, and right methods that they must not fail."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """`gnomon verify`: exit codes, the first trial, hangs, known failures, and the files that it writes."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from pathlib import Path

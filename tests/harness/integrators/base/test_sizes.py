@@ -1,7 +1,5 @@
 """Errors are relative to the sizes of the problem: results are the same in any units, also with components at zero."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import sqrt
 

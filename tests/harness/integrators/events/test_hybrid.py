@@ -1,7 +1,5 @@
 """Events located by the step length: to round-off, in the right sequence, with the order of the method kept."""
 
-from __future__ import annotations
-
 import math
 from math import sin
 from typing import Any

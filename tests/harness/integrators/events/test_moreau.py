@@ -1,7 +1,5 @@
 """Moreau's time stepping: its forms agree with the modes, its order is 1, a body at rest stays at rest."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Gauss methods on stiff equations: Newton's iteration against Padé's approximants, the fixed point and exact motions."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from math import sin

@@ -1,7 +1,5 @@
 """The fast Gauss method: functions of lanes to the ulp, accuracy, eccentric orbits, stiffness, the same bits."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Radau IIA 5: coefficients, order at fixed steps, stiff equations in few steps, failures with their reason."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import cos, sin
 from typing import Any

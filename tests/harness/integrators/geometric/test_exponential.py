@@ -1,7 +1,5 @@
 """Exponential Runge-Kutta: its matrix functions, order conditions as matrices, measured order, stiff linear parts."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 from math import sin

@@ -3,8 +3,6 @@
 The reference solution is the Taylor integration of Euler's equations in balls, which shares nothing with the methods.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """RATTLE: order, constraint and tangency to round-off, symplectic on the constraint, reversible."""
 
-from __future__ import annotations
-
 import random
 from fractions import Fraction
 from typing import Any

@@ -1,7 +1,5 @@
 """Extrapolation: each column has its order, the error follows the tolerance, the order follows it too."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from gnomon.cases.core.registry import get

@@ -1,7 +1,5 @@
 """Störmer's multistep methods: coefficients, measured order, one right-hand side a step, no drift of round-off."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from math import comb
 from typing import Any

@@ -1,7 +1,5 @@
 """DOP853: the error follows the tolerance, samples do not change the steps, SciPy's takes as many right-hand sides."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
