@@ -247,16 +247,10 @@ def hanging(**other: Any) -> Constrained:
 
 
 STARTS: dict[type, tuple[float, ...]] = {
-    Charged: (1, 0, 0, 2, 0, 0),
-    Constrained: (1, 0.125, -0.125, 1),
-    SemiLinear: (1,),
-    FirstOrder: (1, 0),
-    SecondOrder: (1, 0),
-    RigidBody: (1, 0.5, 0.25, 1, 0, 0, 0, 1, 0, 0, 0, 1),
-    Impact: (1, 0),
-    Friction: (1, 2),
+    Charged: (1, 0, 0, 2, 0, 0), Constrained: (1, 0.125, -0.125, 1), SemiLinear: (1,), FirstOrder: (1, 0),
+    SecondOrder: (1, 0), RigidBody: (1, 0.5, 0.25, 1, 0, 0, 0, 1, 0, 0, 0, 1), Impact: (1, 0), Friction: (1, 2),
     Hybrid: (1, 0),
-}
+}  # fmt: skip
 
 WRONG_LENGTH: dict[type, tuple[tuple[Any, str], ...]] = {
     FirstOrder: (

@@ -34,12 +34,8 @@ def write(path: Path) -> Path:
     """Write the file and return its path."""
     with Store(path) as store:
         environment: dict[str, Any] = {
-            "cpu": "Invented CPU",
-            "cores": 2,
-            "python": "3.11.0",
-            "git": "0000000",
-            "numpy": "2.0.0",
-        }
+            "cpu": "Invented CPU", "cores": 2, "python": "3.11.0", "git": "0000000", "numpy": "2.0.0",
+        }  # fmt: skip
         if REVISION is not None:
             environment["revision"] = REVISION
         run = store.begin_run("full", "gnomon run", environment)

@@ -22,16 +22,11 @@ SAME = Mutation(
 @pytest.mark.parametrize(
     ("code", "output", "word"),
     [
-        (0, "", SURVIVED),
-        (1, FAILED, CAUGHT),
-        (-signal.SIGXCPU, "", CAUGHT),
-        (-signal.SIGALRM, "", IMPOSSIBLE),
-        (2, "ERROR tests/test_a.py - SyntaxError\n", IMPOSSIBLE),
-        (1, "", IMPOSSIBLE),
-        (4, "ERROR: not found: tests/test_a.py::test_b\n", IMPOSSIBLE),
-        (5, "no tests ran\n", IMPOSSIBLE),
+        (0, "", SURVIVED), (1, FAILED, CAUGHT), (-signal.SIGXCPU, "", CAUGHT), (-signal.SIGALRM, "", IMPOSSIBLE),
+        (2, "ERROR tests/test_a.py - SyntaxError\n", IMPOSSIBLE), (1, "", IMPOSSIBLE),
+        (4, "ERROR: not found: tests/test_a.py::test_b\n", IMPOSSIBLE), (5, "no tests ran\n", IMPOSSIBLE),
     ],
-)
+)  # fmt: skip
 def test_a_mutation_is_caught_by_a_failed_test_alone(
     code: int, output: str, word: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

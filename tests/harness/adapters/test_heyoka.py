@@ -223,12 +223,8 @@ def looked_up(t: Any, state: Values) -> Values:
 
 
 OPAQUE = {
-    with_abs: "abs",
-    one_sided: "x > 0",
-    equal_to_a_number: "x == 0.0",
-    true_of_a_number: "if v",
-    looked_up: "[v]",
-}
+    with_abs: "abs", one_sided: "x > 0", equal_to_a_number: "x == 0.0", true_of_a_number: "if v", looked_up: "[v]",
+}  # fmt: skip
 
 
 @every

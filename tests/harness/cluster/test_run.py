@@ -30,17 +30,8 @@ from gnomon.harness.cluster.run import run as run_on_cluster
 SUITE = replace(plan.suite("quick").within(20.0).untimed(), name="cluster")
 CASES = ["planted:Short"]
 ANSWERS = [
-    "series",
-    "setting",
-    "launch",
-    "status",
-    "reason",
-    "error_max",
-    "error_end",
-    "error_rms",
-    "rhs_calls",
-    "steps",
-]
+    "series", "setting", "launch", "status", "reason", "error_max", "error_end", "error_rms", "rhs_calls", "steps",
+]  # fmt: skip
 
 
 def integrators() -> list[Integrator]:

@@ -55,13 +55,9 @@ def root_of_what_is_left(t: Any, state: Values, parameters: Values) -> Values:
 
 
 METHODS = [
-    (RK4, 2.0**-8),
-    (Gauss4, 2.0**-8),
-    (Dop853, 1e-8),
-    (DormandPrince5, 1e-8),
-    (Verner9, 1e-8),
+    (RK4, 2.0**-8), (Gauss4, 2.0**-8), (Dop853, 1e-8), (DormandPrince5, 1e-8), (Verner9, 1e-8),
     (GraggBulirschStoer, 1e-8),
-]
+]  # fmt: skip
 
 
 def with_marks(rows: Any) -> list[Any]:

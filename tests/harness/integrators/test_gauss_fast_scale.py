@@ -52,13 +52,10 @@ def motion(name: str, scale: float, tolerance: float, count: int) -> Solution:
 @pytest.mark.parametrize(
     ("name", "count"),
     [
-        ("oscillator", 1),
-        ("oscillator", 16),
-        ("oscillator, first order", 1),
-        ("pulled sideways", 1),
+        ("oscillator", 1), ("oscillator", 16), ("oscillator, first order", 1), ("pulled sideways", 1),
         pytest.param("pulled sideways", 16, marks=pytest.mark.slow),
     ],
-)
+)  # fmt: skip
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-16])
 def test_the_unit_of_length_changes_no_bit(name: str, tolerance: float, count: int) -> None:
     """Powers of two are exact: 2^960 is 1e289. Where r^2 is formed it stays above the underflow up to 2^-500.

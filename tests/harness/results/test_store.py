@@ -11,60 +11,18 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.results import schema, store
 
 COLUMNS = [
-    "case",
-    "variant",
-    "formulation",
-    "library",
-    "integrator",
-    "policy",
-    "setting_kind",
-    "setting",
-    "launch",
-    "status",
-    "reason",
-    "error_max",
-    "error_end",
-    "error_rms",
-    "floor",
-    "conditioning",
-    "rhs_calls",
-    "steps",
-    "seconds_median",
-    "seconds_low",
-    "seconds_high",
-    "prepare_seconds",
-    "trial_key",
-    "machine",
-    "title",
-    "integrator_id",
-    "order_declared",
-    "sampling",
-    "error_phase",
-    "error_shape",
-    "turns",
-    "invariant_drift",
-    "events_missing",
-    "events_extra",
-    "events_time_error",
-    "settings_changed",
-    "reset_seconds",
-    "suite",
-    "work",
-]
+    "case", "variant", "formulation", "library", "integrator", "policy", "setting_kind", "setting", "launch", "status",
+    "reason", "error_max", "error_end", "error_rms", "floor", "conditioning", "rhs_calls", "steps", "seconds_median",
+    "seconds_low", "seconds_high", "prepare_seconds", "trial_key", "machine", "title", "integrator_id",
+    "order_declared", "sampling", "error_phase", "error_shape", "turns", "invariant_drift", "events_missing",
+    "events_extra", "events_time_error", "settings_changed", "reset_seconds", "suite", "work",
+]  # fmt: skip
 
 
 def trial(key: str, series: str = "s") -> dict[str, object]:
     names = (
-        "case",
-        "variant",
-        "formulation",
-        "library",
-        "integrator",
-        "policy",
-        "integrator_id",
-        "setting_kind",
-        "machine",
-    )
+        "case", "variant", "formulation", "library", "integrator", "policy", "integrator_id", "setting_kind", "machine",
+    )  # fmt: skip
     return dict.fromkeys(names, "x") | {"trial_key": key, "series": series, "setting": 0.1}
 
 

@@ -248,11 +248,8 @@ def test_counting_runs_start_where_no_timed_call_does() -> None:
 def test_a_replaced_clock_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     worker._verify_clocks()
     replaced = (
-        (time, "perf_counter"),
-        (time, "monotonic"),
-        (worker, "perf_counter_ns"),
-        (timed_call, "perf_counter_ns"),
-    )
+        (time, "perf_counter"), (time, "monotonic"), (worker, "perf_counter_ns"), (timed_call, "perf_counter_ns"),
+    )  # fmt: skip
     for module, name in replaced:
         with monkeypatch.context() as patch:
             patch.setattr(module, name, lambda: 0)

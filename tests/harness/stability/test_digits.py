@@ -171,12 +171,9 @@ def test_a_solution_without_any_error_loses_no_digit() -> None:
 @pytest.mark.parametrize(
     ("points", "calls"),
     [
-        ([(100, 1e-4), (400, 1e-8)], 200.0),
-        ([(100, 1e-7)], 100.0),
-        ([(100, 1e-4)], None),
-        ([(None, 1e-9)], None),
+        ([(100, 1e-4), (400, 1e-8)], 200.0), ([(100, 1e-7)], 100.0), ([(100, 1e-4)], None), ([(None, 1e-9)], None),
     ],
-)
+)  # fmt: skip
 def test_calls_at_an_error_are_between_settings_by_a_power_law(points: Any, calls: float | None) -> None:
     assert calls_at(points, 1e-6) == (None if calls is None else pytest.approx(calls))
 

@@ -402,27 +402,12 @@ def test_the_schema_admits_what_the_code_admits() -> None:
     problem = {"number": 1, "start": [2.0, 0.0], "times": [0.0] * 64}
     by_problem = {"other number", "few states", "many states", "wide state", "two lines", "no counts"}
     ways = [
-        "garbage",
-        "list",
-        "plain nan",
-        "true number",
-        "no status",
-        "odd status",
-        "no states",
-        "true state",
+        "garbage", "list", "plain nan", "true number", "no status", "odd status", "no states", "true state",
         "text state",
-    ]
+    ]  # fmt: skip
     ways += [
-        "odd hex",
-        "odd steps",
-        "half steps",
-        "no reason",
-        "lacks nothing",
-        "encoded",
-        "stopped",
-        "refused",
-        "fine",
-    ]
+        "odd hex", "odd steps", "half steps", "no reason", "lacks nothing", "encoded", "stopped", "refused", "fine",
+    ]  # fmt: skip
     for way in ways + sorted(by_problem - {"two lines"}):
         line = odd_program.answers(way, problem)
         if way in by_problem:
