@@ -183,6 +183,7 @@ def common() -> Iterator[Line]:
         (["run", "--no-such-option"], "No such option: --no-such-option (see gnomon run --help)"),
         (["no_such_command"], "No such command 'no_such_command'. (see gnomon --help)"),
         (["run", "--suite", "slow"], "no suite is called 'slow'"),
+        (["run", "--suite", "standart"], "did you mean standard"),
         (["run", "--limit", "-1", "--case", "pendulum_simple"], "a trial needs a positive number of seconds"),
         *(([*command, "no_such_folder"], "no results here") for command in (["report"], ["export"])),
         (["compare", "no_such_folder", "no_such_folder"], "no results here"),

@@ -193,6 +193,9 @@ def test_what_is_no_database_is_named(
     for arguments in (["export", path], ["compare", path, path], ["report", path]):
         assert gnomon(*map(str, arguments)) == 2
         _one_line(capfd, str(path), "an empty file" if kind == "empty" else "")
+    if kind in ("text", "header"):
+        with pytest.raises(ValueError, match=str(path)):
+            store.Store(path)
 
 
 def test_a_journal_that_names_another_file_deletes_nothing(results: Path) -> None:
