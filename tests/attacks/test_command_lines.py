@@ -158,6 +158,32 @@ def paths() -> Iterator[Line]:
             yield [*command, option, f"/proc/{name}"], 2, (f"{option} /proc/{name}", "cannot be written")
 
 
+VERIFY = ("verify", "planted_methods:good_rk4")
+WRONG_VERIFY = {
+    ("--claim", "time"): "--claim time needs the other version",
+    ("--against", "-r x"): "give a requirement as mypackage==1.2",
+    ("--claim", "order", "--picture", "a.svg"): "give one --case and one --claim",
+    (*PENDULUM, "--claim", "order", "--claim", "runs", "--picture", "a.svg"): "give one --case and one --claim",
+    (*PENDULUM, "--claim", "order", "--picture", "a.txt"): "must end in one of .svg, .png, .html",
+    ("--depth", "deep"): "deep",
+    ("--claim", "ordr"): "ordr",
+    ("--max-seconds", "0"): "--max-seconds",
+    ("--case", "pendulm"): "pendulm",
+}
+WRONG_EXACT = {
+    ("--times", "1,two"): "'two' is not a number",
+    ("--times", "no_such_file.txt"): "no file has this name",
+    ("--times=-1,2",): "the motion starts at 0",
+    ("--times", "nan"): "not finite",
+    ("--times", "0xg"): "hexadecimal digits",
+    ("--times", ","): "no times",
+    ("--digits", "0"): "from 1 to 1000",
+    ("--set", "mass=1"): "no parameter 'mass'",
+    ("--set", "L=-1"): "outside",
+    ("--times", "1e299"): "1,000,000 time scales",
+}
+
+
 def common() -> Iterator[Line]:
     """Mistakes that are often made, each with what helps."""
     folder, pipe = "is a folder; name a file in it", "is a device or a pipe; name a file"
@@ -213,6 +239,13 @@ def common() -> Iterator[Line]:
         (["run", *RK4, "--integrator", "imports:Thing"], "ModuleNotFoundError: No module named 'no_such_library'"),
         (["run", *RK4, "--integrator", "undeclared:Thing"], "abstract"),
         (["run", *RK4, "--integrator", "wrong:Thing"], "is no gnomon.harness.contract.integrator.Integrator"),
+        (["run", *PENDULUM, "--command", "no_such_program_anywhere -x"], "no program has this name"),
+        (["run", *PENDULUM, "--command", "'unclosed"], "quotation"),
+        (["run", *PENDULUM, "--command", ""], "no program"),
+        (["verify", "--command", "sh", "--against", "paced==1.0"], "a program of --command has none"),
+        *(([*VERIFY, *wrong], word) for wrong, word in WRONG_VERIFY.items()),
+        *((["exact", "pendulum_simple", *wrong], word) for wrong, word in WRONG_EXACT.items()),
+        (["exact", "pendulum_simpel"], "did you mean"),
         *(
             (["run", "--case", "pendulum_simple", "--shard", shard], f"--shard {shard}: write k/n")
             for shard in ("0/3", "4/3", "3", "1/0", "-1/2", "1/2/3", "one/two", "1/99999999")

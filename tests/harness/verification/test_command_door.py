@@ -342,17 +342,6 @@ def test_a_wrong_description_is_wrong_usage(way: str, reason: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("command", "reason"),
-    [("no_such_program_anywhere -x", "no program has this name"), ("'unclosed", "quotation"), ("", "no program")],
-)
-def test_a_command_that_cannot_start_is_wrong_usage(
-    command: str, reason: str, capfd: pytest.CaptureFixture[str]
-) -> None:
-    assert gnomon("run", "--case", "pendulum_simple", "--command", command) == 2
-    assert reason in capfd.readouterr().err
-
-
 @pytest.mark.parametrize("name", ["pendulum_simple", "two_body", "euler_top", "projectile_quadratic_drag"])
 def test_problems_follow_the_schema_and_hold_every_number_exactly(name: str) -> None:
     integrator = odd("fine")

@@ -209,14 +209,6 @@ def test_what_has_no_answer_in_time_is_tried_once_more(monkeypatch: pytest.Monke
     assert row.finding.outcome == Outcome.PASSED
 
 
-@pytest.mark.parametrize(
-    "wrong", [("--depth", "deep"), ("--claim", "ordr"), ("--max-seconds", "0"), ("--case", "pendulm")]
-)
-def test_wrong_usage_is_one_line(wrong: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert gnomon("verify", "planted_methods:good_rk4", *wrong) == 2
-    assert capsys.readouterr().err.strip().count("\n") == 0
-
-
 def test_a_named_case_that_the_integrator_cannot_take_is_refused() -> None:
     """It would be verified without equations."""
     with pytest.raises(ValueError, match="takes SecondOrder, which euler_top does not offer"):
