@@ -43,6 +43,10 @@ def swing_by_a_number(t: Any, state: Values, parameters: Values) -> Any:
     return -x
 
 
+def nothing(t: Any, state: Values, parameters: Values) -> Values:
+    return ()
+
+
 def decay_or_raise(t: Any, state: Values, parameters: Values) -> Values:
     (x,) = state
     if x > 2:
@@ -255,6 +259,7 @@ STARTS: dict[type, tuple[float, ...]] = {
 WRONG_LENGTH: dict[type, tuple[tuple[Any, str], ...]] = {
     FirstOrder: (
         (FirstOrder(fall_in_three), "fall_in_three gives 3 values where 2 are wanted"),
+        (FirstOrder(nothing), "nothing gives 0 values where 2 are wanted"),
         (FirstOrder(swing_by_a_number), "swing_by_a_number gives a float; let it give a tuple of 2"),
     ),
     SecondOrder: ((SecondOrder(decay_twice), "decay_twice gives 2 values where 1 is wanted"),),

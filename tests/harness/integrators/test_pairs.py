@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from breadth import marks
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.base import step_control
 from gnomon.harness.integrators.base.fixed_step import DIGITS, rounded
 from gnomon.harness.integrators.base.step_control import Adaptive, tabulated
 from gnomon.harness.integrators.base.tableau import full
+from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
 from gnomon.harness.integrators.runge_kutta import dop853, explicit_pairs, nystrom
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12, Nystrom
@@ -20,6 +21,7 @@ from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps
 from gnomon.harness.studies.order_measurement import measure_order_exactly
 from gnomon.reference.numerics.precision import working
 from order_conditions import formulas, has_order, matrix, nystrom_residuals, rk_residuals
+from scipy.integrate import solve_ivp
 
 RUNGE_KUTTA: tuple[type[Embedded], ...] = explicit_pairs.INTEGRATORS  # type: ignore[assignment]
 NYSTROM: tuple[type[Nystrom], ...] = nystrom.INTEGRATORS  # type: ignore[assignment]
@@ -75,8 +77,14 @@ def test_a_planted_coefficient_is_caught() -> None:
     assert measured is None or measured[0] < 11
 
 
-@RUN
-@pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit"])
+FOLLOWING = [
+    *(pytest.param(one, name, marks=marks(one)) for one in PAIRS for name in ("pendulum_simple", "kepler_orbit")),
+    *((GraggBulirschStoer, name) for name in ("pendulum_simple", "kepler_orbit", "euler_top")),
+    (dop853.Dop853, "euler_top"),
+]
+
+
+@pytest.mark.parametrize(("pair", "name"), FOLLOWING, ids=lambda value: getattr(value, "name", value))
 def test_the_error_follows_the_tolerance(pair: type[Adaptive], name: str) -> None:
     """Over six decades of tolerance the error falls by five to six, by up to nine where the estimate is of low order."""
     case = get(name).rounded()
@@ -124,6 +132,25 @@ def test_few_steps_are_rejected_on_eccentric_orbits(eccentricity: float, toleran
     assert steps is not None
     rejected = (problem.buffer[-1] - 12 * steps - 3 * len(problem.times) - 2) / 11
     assert rejected < 0.06 * steps
+
+
+def test_work_is_that_of_scipy_at_the_same_tolerance() -> None:
+    """The controllers differ (PI here, I in SciPy), the formulas and the norm do not: within a fifth."""
+    case = get("kepler_orbit").rounded()
+    problem = counting(problem_of(case, dop853.Dop853.accepts))
+    dop853.Dop853().prepare(problem, 1e-9)(initial_state(case)[None])
+    equations = problem.form.equations  # type: ignore[union-attr]
+    parameters = tuple(problem.parameters.tolist())
+    scipy = solve_ivp(
+        lambda t, y: equations(t, tuple(y.tolist()), parameters),
+        (0.0, problem.times[-1]),
+        initial_state(case),
+        method="DOP853",
+        rtol=1e-9,
+        atol=1e-9,
+    )
+    extra = 3 * len(problem.times)  # stages of the dense output, in steps that hold samples
+    assert 0.8 * scipy.nfev < problem.buffer[-1] < 1.2 * scipy.nfev + extra
 
 
 def next_error(coefficient: float, step: float, factor: float) -> float:

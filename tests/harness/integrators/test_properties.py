@@ -14,17 +14,21 @@ from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.gauss import gauss
 from gnomon.harness.integrators.gauss.gauss import Gauss2, Gauss4
+from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
+from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.geometric import splitting
 from gnomon.harness.integrators.geometric.splitting import KahanLi6, KahanLi8, StormerVerlet, SymplecticEuler
 from gnomon.harness.integrators.multistep_extrapolation import extrapolation, stormer
 from gnomon.harness.integrators.runge_kutta import dop853, explicit, explicit_pairs, nystrom
 from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
+from gnomon.harness.integrators.taylor.taylor import Taylor
 from gnomon.harness.studies.order_measurement import solve_exactly
 from gnomon.reference.numerics.precision import working
 
 FIXED = (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS, *stormer.INTEGRATORS)
 ADAPTIVE = (
-    *explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS, *extrapolation.INTEGRATORS,
+    *explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS, *extrapolation.INTEGRATORS, Taylor, Radau5,
+    GaussFast,
 )  # fmt: skip
 ALL = (*FIXED, *ADAPTIVE)
 START = (Fraction(3, 10), Fraction(-1, 5), Fraction(1, 4), Fraction(2, 5))

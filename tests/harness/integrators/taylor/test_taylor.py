@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bad_equations import branching, scalar, squared, stiff, undefined
+from bad_equations import scalar, squared
 from case_equations import every_function
 from gnomon.cases.core import registry
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
@@ -120,21 +120,6 @@ def test_order_follows_from_the_tolerance() -> None:
     assert order_for(0.9) == 3, "of lower ones no second radius of convergence is left"
 
 
-def test_the_same_bits_alone_in_an_ensemble_and_again() -> None:
-    case = registry.get("pendulum_simple").rounded()
-    solve = Taylor().prepare(problem_of(case, Taylor.accepts), 1e-10)
-    first = initial_state(case)
-    pair = np.array([first, 0.5 * first])
-    together = solve(pair).states
-    assert np.array_equal(together, solve(pair).states)
-    assert np.array_equal(together[1], solve(pair[1:]).states[0])
-
-
-def test_equations_that_branch_are_refused() -> None:
-    with pytest.raises(Refused, match="must not branch"):
-        Taylor().prepare(scalar(branching), 1e-9)
-
-
 def angle(t: Any, state: Values, parameters: Values) -> Values:
     (x,) = state
     return (atan2(x, 2),)
@@ -143,18 +128,6 @@ def angle(t: Any, state: Values, parameters: Values) -> Values:
 def test_functions_without_a_recurrence_are_refused() -> None:
     with pytest.raises(Refused, match="atan2 has no recurrence"):
         Taylor().prepare(scalar(angle), 1e-9)
-
-
-@pytest.mark.parametrize(
-    ("equations", "why"),
-    [(squared, "step size fell below"), (undefined, "not finite"), (stiff, "more than 5000000 steps")],
-)
-def test_failures_end_with_their_reason(equations: Any, why: str) -> None:
-    solution = Taylor().prepare(scalar(equations), 1e-8)(np.array([[1.0]]))
-    assert solution.stopped is not None
-    assert why in solution.stopped
-    assert "before sample" in solution.stopped
-    assert np.isnan(solution.states[0, -1, 0])
 
 
 def test_the_polynomial_between_steps_is_as_good_as_the_step() -> None:
