@@ -16,6 +16,7 @@ from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.gauss.radau_steps import BACK, BASIS, EIGENVALUES, ERROR, FORWARD, basis
 from gnomon.harness.results.convergence_order import fit_order
 from gnomon.reference.numerics.precision import working
+from on_cases import solved
 
 SIXTY = 1e-56
 """Sixty digits, of which sums of a few terms of size 10 and a small linear system lose three."""
@@ -81,24 +82,16 @@ def test_order_at_fixed_steps(name: str) -> None:
 def test_stiffness_takes_no_more_steps(variant: str) -> None:
     """A mode faster by 1e6 to 1e12 takes no more steps than the slow motion needs."""
     case = get("damped_oscillator", variant).rounded()
-    problem = counting(problem_of(case, Radau5.accepts))
-    solution = Radau5().prepare(problem, 1e-8)(initial_state(case)[None])
-    assert solution.stopped is None
-    assert solution.steps is not None
-    assert solution.steps < 150
-    assert problem.buffer[-1] < 20 * solution.steps, "a few iterations of three stages"
+    found = solved(Radau5(), case, 1e-8, counted=True)
+    assert found.steps < 150
+    assert found.calls < 20 * found.steps, "a few iterations of three stages"
     # At each step the error of order 3 is below 0.1 tol^(2/3), that of order 5 about tol.
-    assert np.max(case.metric.distance(solution.states[0], case.sample(case.times))) < 100 * 1e-8
+    assert found.error < 100 * 1e-8
 
 
 def test_errors_fall_with_the_tolerance() -> None:
     case = get("pendulum_simple").rounded()
-    problem = problem_of(case, Radau5.accepts)
-    exact, start = case.sample(case.times), initial_state(case)[None]
-    errors = [
-        float(np.max(case.metric.distance(Radau5().prepare(problem, tolerance)(start).states[0], exact)))
-        for tolerance in (1e-4, 1e-7, 1e-10)
-    ]
+    errors = [solved(Radau5(), case, tolerance).error for tolerance in (1e-4, 1e-7, 1e-10)]
     # h^4 follows tol^(2/3), so the error of order 5 follows tol^(5/6): 2.5 decades of 3.
     assert errors[0] / errors[1] == pytest.approx(10**2.5, rel=0.6)
     assert errors[1] / errors[2] == pytest.approx(10**2.5, rel=0.6)

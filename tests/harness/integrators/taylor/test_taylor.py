@@ -15,12 +15,13 @@ from gnomon.cases.core import registry
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.harness.contract.integrator import Problem, Refused
-from gnomon.harness.contract.problem import accepted_form, initial_state, problem_of
+from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.integrators.taylor.taylor import Taylor, order_for, start_sizes
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
 from gnomon.harness.studies.fixed_step_formulas import taylor_steps
 from gnomon.harness.studies.order_measurement import fit_order_exactly
 from gnomon.reference.numerics.precision import working
+from on_cases import solved
 
 ORDER = 12
 
@@ -92,10 +93,7 @@ def test_coefficients_of_every_case(name: str) -> None:
 def error(name: str, variant: str | None, tolerance: float) -> tuple[float, float]:
     """Error and the case's conditioning."""
     case = registry.get(name, variant).rounded()
-    solution = Taylor().prepare(problem_of(case, Taylor.accepts), tolerance)(initial_state(case)[None])
-    assert solution.stopped is None
-    distances = case.metric.distance(solution.states[0], case.sample(case.times))
-    return float(np.max(distances)), float(np.max(case.conditioning(case.times)))
+    return solved(Taylor(), case, tolerance).error, float(np.max(case.conditioning(case.times)))
 
 
 @pytest.mark.parametrize(
