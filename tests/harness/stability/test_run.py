@@ -17,11 +17,6 @@ def dies(f: Any, t: float, y: Any, h: float) -> Any:
     os._exit(7)
 
 
-def hangs(f: Any, t: float, y: Any, h: float) -> Any:
-    while True:
-        pass
-
-
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two panels in place of all, which measure what the panel of stiffness does."""
@@ -49,7 +44,7 @@ def test_a_crash_is_a_row_and_the_next_panel_is_measured(quick: None) -> None:
 
 def test_a_hang_ends_at_the_limit(quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "LONGEST", 0.2)
-    rows = run.measured([from_step(hangs, name="hangs", order=1, sweep=Steps(0.25, 4))], ["linear"])
+    rows = run.measured([planted_methods.hanging], ["linear"])
     assert [row.reason for row in rows] == ["refused: no answer within 0.4 s of processor time"]
 
 
