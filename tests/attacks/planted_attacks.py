@@ -14,16 +14,14 @@ import subprocess
 import sys
 import tempfile
 import threading
-import time
 import warnings
 from collections.abc import Callable, Iterator
-from typing import Any, NoReturn
+from typing import Any
 
 import mpmath
 import numpy as np
 from gnomon.harness.contract.integrator import Problem, Refused, Solution
-from gnomon.harness.running import messages
-from planted import Sound, hang, runge_kutta
+from planted import Sound, hang, runge_kutta, throw
 
 FOLDER = os.environ.get("GNOMON_ATTACKS", "")
 """The folder of the tokens; without it nothing forks."""
@@ -86,10 +84,6 @@ def answer(name: str, statuses: str, make: Callable[[Any], Any]) -> None:
 def call(name: str, statuses: str, act: Callable[[], Any], early: bool = False) -> None:
     """Register an attack that calls `act` and, if that returns, answers correctly."""
     ATTACKS.append(Attack(name, statuses, lambda solution, _: (act(), solution)[1], early))
-
-
-def throw(error: BaseException) -> NoReturn:
-    raise error
 
 
 # --- processes that end, exceptions and hangs ---
@@ -288,26 +282,17 @@ call("starts a program that prints without end", "crashed", lambda: subprocess.r
 call("prints too much and answers", "crashed", lambda: [os.write(1, b"x" * 10**6) for _megabyte in range(65)])
 
 
-@attack("ok")
-def has_no_standard_streams(solution: Solution, _: Problem) -> Any:
-    sys.stdout = sys.stderr = None  # type: ignore[assignment]
-    return solution
+def replaces(name: str, statuses: str, module: str, **values: Any) -> None:
+    """Register an attack that gives variables of a module other values."""
+    call(name, statuses, lambda: vars(sys.modules[module]).update(values))
 
 
-@attack("crashed")
-def replaces_the_clock(solution: Solution, _: Problem) -> Any:
-    time.perf_counter = time.perf_counter_ns = lambda: 0  # type: ignore[assignment]
-    return solution
-
-
-@attack("crashed")
-def replaces_the_clock_of_the_worker(solution: Solution, _: Problem) -> Any:
-    from gnomon.harness.running import worker
-
-    worker.perf_counter_ns = lambda: 0  # type: ignore[attr-defined]
-    return solution
-
-
+WORKER, MESSAGES = "gnomon.harness.running.worker", "gnomon.harness.running.messages"
+replaces("has no standard streams", "ok", "sys", stdout=None, stderr=None)
+replaces("replaces the clock", "crashed", "time", perf_counter=lambda: 0, perf_counter_ns=lambda: 0)
+replaces("replaces the clock of the worker", "crashed", WORKER, perf_counter_ns=lambda: 0)
+replaces("replaces functions of numpy", "ok refused crashed", "numpy", array_equal=lambda *_: True)
+replaces("sends another answer", "crashed", MESSAGES, encode=lambda _message: b"gnom" + bytes(16) + b"planted" * 99)
 call("makes numpy raise", "ok", lambda: np.seterr(all="raise"))
 call("makes warnings raise", "ok", lambda: warnings.simplefilter("error"))
 call("forbids recursion", "ok crashed", lambda: sys.setrecursionlimit(80))
@@ -329,18 +314,6 @@ call("clears the environment", "ok", os.environ.clear)
 @attack("ok")
 def lowers_the_precision_of_mpmath(solution: Solution, _: Problem) -> Any:
     mpmath.mp.dps = 2
-    return solution
-
-
-@attack("ok refused crashed")
-def replaces_functions_of_numpy(solution: Solution, _: Problem) -> Any:
-    np.array_equal = lambda *_: True
-    return solution
-
-
-@attack("crashed")
-def sends_another_answer(solution: Solution, _: Problem) -> Any:
-    messages.encode = lambda _message: b"gnom" + bytes(16) + b"planted" * 99
     return solution
 
 
