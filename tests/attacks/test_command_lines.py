@@ -1,6 +1,6 @@
 """Command lines that are wrong, or end what they call: one line that names what is wrong, and its exit code.
 
-None of them does any work: measuring, certifying and rendering are replaced by failures.
+None of them does any work, but for the probe of an ensemble: measuring, certifying and rendering are replaced by failures.
 """
 
 import json
@@ -182,6 +182,29 @@ WRONG_EXACT = {
     ("--set", "L=-1"): "outside",
     ("--times", "1e299"): "1,000,000 time scales",
 }
+ENSEMBLE = ("ensemble", *PENDULUM, "--integrator", "planted_ensembles:Fails", "--samples", "64")
+WRONG_ENSEMBLE = {
+    ("--samples", "0"): "--samples 0: give a whole number from 1 to 2**30",
+    ("--samples", "-4"): "give a whole number",
+    ("--samples", "2**31"): "give a whole number",
+    ("--samples", "many"): "--samples many",
+    ("--seed", "-1"): "--seed -1: give a number from 0",
+    ("--times", "0"): "--times 0",
+    ("--worst", "-1"): "--worst -1",
+    ("--workers", "0"): "--workers 0",
+    ("--vary", "thet"): "did you mean theta",
+    ("--vary", "L", "--set", "L=2"): "--set L: it varies",
+    ("--map", "theta", "omega"): "--map: the map is a picture beside --out",
+    ("--map", "theta", "L", "--out", "a.json"): "--map L: it does not vary",
+    ("--out", "a.png"): "end it in .json",
+    ("--parquet", "."): "holds files already",
+    ("--setting", "0"): "--setting 0.0: give a positive number",
+    ("--case", "pendulum_simpel"): "did you mean pendulum_simple",
+    ("--case", "bouncing_ball"): "has no form SecondOrder",
+    ("--integrator", "RK44"): "did you mean RK4",
+    ("--vary", "g=-2:-1"): "none of 64 samples is in the domain",
+    ("--integrator", "planted_ensembles:EndsAlways"): "ended its process in the first 32 samples",
+}
 
 
 def common() -> Iterator[Line]:
@@ -230,10 +253,7 @@ def common() -> Iterator[Line]:
         (["stability", "--out", "folder"], f"--out folder {folder}"),
         (["certify", "projectile_parabola", "--to", "folder"], f"--to folder {folder}"),
         (["certify", "projectile_parabola", "--to", "/dev/null"], f"--to /dev/null {pipe}"),
-        (
-            ["run", *RK4, "--out", "notes.txt"],
-            "results.sqlite: cannot be written (File exists); name another place with --out",
-        ),
+        (["run", *RK4, "--out", "notes.txt"], "results.sqlite: cannot be written (File exists); name another place"),
         (["run", *RK4, "--integrator", "raises:Thing"], "raises:Thing: RuntimeError: boom"),
         (["run", *RK4, "--integrator", "unwritten:Thing"], "unwritten:Thing: SyntaxError: "),
         (["run", *RK4, "--integrator", "imports:Thing"], "ModuleNotFoundError: No module named 'no_such_library'"),
@@ -245,6 +265,7 @@ def common() -> Iterator[Line]:
         (["verify", "--command", "sh", "--against", "paced==1.0"], "a program of --command has none"),
         *(([*VERIFY, *wrong], word) for wrong, word in WRONG_VERIFY.items()),
         *((["exact", "pendulum_simple", *wrong], word) for wrong, word in WRONG_EXACT.items()),
+        *(([*ENSEMBLE, *wrong], word) for wrong, word in WRONG_ENSEMBLE.items()),
         (["exact", "pendulum_simpel"], "did you mean"),
         *(
             (["run", "--case", "pendulum_simple", "--shard", shard], f"--shard {shard}: write k/n")

@@ -171,14 +171,6 @@ def test_an_integrator_of_the_script_that_runs_is_refused() -> None:
         identity.identity([], [mine()])
 
 
-def test_an_address_without_a_scheduler_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from gnomon.harness.cluster import connection
-
-    monkeypatch.setattr(connection, "CONNECT_SECONDS", 0.2)
-    with pytest.raises(ValueError, match=r"--dask tcp://127\.0\.0\.1:9: no scheduler answers there"):
-        run(tmp_path, "tcp://127.0.0.1:9")
-
-
 @pytest.mark.parametrize("address", ["nonsense", "tcp://host", "tcp://host:x", "carrier://host:1"])
 def test_what_is_no_address_is_refused_before_a_client_is_made(
     address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
