@@ -1,7 +1,5 @@
 """Results of a small real run, for tests that change them; a time limit for calls that could hang."""
 
-from __future__ import annotations
-
 import shutil
 import signal
 import sys

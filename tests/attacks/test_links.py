@@ -1,7 +1,5 @@
 """A results file with several names: a run through a symbolic or a hard link is a run into the same file."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import sqlite3

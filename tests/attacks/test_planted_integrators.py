@@ -1,7 +1,5 @@
 """Harmful integrators: the run ends, results of others keep every bit, the status says what happened, nothing is left."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

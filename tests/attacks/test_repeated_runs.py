@@ -1,7 +1,5 @@
 """`run --repeat` measures again what it names, whole or not at all; the key of a trial holds what its code runs on."""
 
-from __future__ import annotations
-
 import itertools
 import platform
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Standard streams that are closed, flooded, or held open by what an integrator leaves behind."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import signal

@@ -1,7 +1,5 @@
 """Texts of others on a terminal and in the log of a workflow: shown, without steering either, in whatever encoding."""
 
-from __future__ import annotations
-
 import io
 import json
 import sys

@@ -1,7 +1,5 @@
 """What runs is the object that was given: not the default of its class, nor another one of the same id."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import os

@@ -1,7 +1,5 @@
 """What sharing a run between machines costs: recording and merging a measurement, a task, two Dask workers."""
 
-from __future__ import annotations
-
 import time
 from contextlib import nullcontext
 from dataclasses import replace

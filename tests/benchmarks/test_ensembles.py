@@ -5,8 +5,6 @@ a Kepler orbit 131 (182), of which the exact state is 1.8, the draw 0.2 and the 
 1e7 pendulums are 100 s on two cores, 1e6 Kepler orbits 66 s.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

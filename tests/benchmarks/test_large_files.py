@@ -1,7 +1,5 @@
 """The report and the comparison of 20,000 measurements: their time, their memory, and the work for each measurement."""
 
-from __future__ import annotations
-
 import cProfile
 import pstats
 import subprocess

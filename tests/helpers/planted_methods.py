@@ -1,7 +1,5 @@
 """Three methods made of plain functions, each right or with one planted fault by name: RK4, Störmer-Verlet, a pair."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from typing import Any

@@ -1,8 +1,6 @@
 """Right methods that are written in other ways than most: adaptive ones of several kinds, Jacobians of differences,
 iterations that do not converge at long steps, and methods that sleep."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """diffrax: orders and errors, ensembles, and what it says where it fails."""
 
-from __future__ import annotations
-
 from math import atan2, hypot, sin
 from typing import Any
 

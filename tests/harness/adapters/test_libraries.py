@@ -1,7 +1,5 @@
 """Adapters import their library in `prepare`, not earlier; a missing library is an ImportError."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from importlib import import_module

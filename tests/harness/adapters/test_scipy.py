@@ -1,7 +1,5 @@
 """SciPy's methods on the simple pendulum: they converge, count correctly and report failures."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import log, sin
 from types import SimpleNamespace
@@ -15,6 +13,7 @@ from gnomon.harness.adapters import scipy_events, scipy_ivp, scipy_ode, scipy_od
 from gnomon.harness.adapters.scipy_events import PROBE, Guard, set_latch
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
+from on_cases import solved
 from scipy.integrate import _odepack_py, ode, odeint, solve_ivp
 from scipy.integrate._ivp.ivp import METHODS
 
@@ -265,8 +264,7 @@ def test_odeint_does_not_take_the_pendulum_for_stiff() -> None:
     """Its methods of order 8 and more need at most 10^(2/8) = 1.8 times the steps at a hundredth of the tolerance. In BDF,
     of order 5 at most, it took 5.4 times as many, and the error shrank by less than 3."""
     case = get("pendulum_simple", "speed").rounded()
-    problem = problem_of(case, (FirstOrder,))
-    coarse, fine = (scipy_odeint.Odeint().prepare(problem, rtol)(initial_state(case)[None]) for rtol in (1e-11, 1e-13))
+    coarse, fine = (solved(scipy_odeint.Odeint(), case, rtol) for rtol in (1e-11, 1e-13))
     assert fine.steps < 1.8 * coarse.steps
 
 
@@ -315,8 +313,7 @@ def test_with_events_right_hand_sides_are_called_as_without(
     monkeypatch.setattr("scipy.integrate.solve_ivp", noted)
     (without,) = (kind for kind in scipy_ivp.INTEGRATORS if kind.name == integrator.name)
     for kind, name in ((without, "pendulum_simple"), (integrator, "bouncing_ball")):
-        case = get(name).rounded()
-        kind().prepare(problem_of(case, kind.accepts), 1e-4)(initial_state(case)[None])
+        solved(kind(), get(name).rounded(), 1e-4)
     assert {function.__code__ for function in given} == {given[0].__code__}
     assert len(given) > 1
 

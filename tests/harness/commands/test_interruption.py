@@ -1,7 +1,5 @@
 """Ctrl-C during work that would take hours: acknowledged, and every process ended."""
 
-from __future__ import annotations
-
 import os
 import select
 import signal

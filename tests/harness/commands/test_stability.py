@@ -1,6 +1,4 @@
-"""`gnomon stability`: tables, JSON, and wrong usage in one line."""
-
-from __future__ import annotations
+"""`gnomon stability`: tables, JSON, and files that it refuses to resume."""
 
 import json
 from pathlib import Path
@@ -80,23 +78,6 @@ def test_a_file_that_says_something_else_is_refused_and_stays(
     assert measured(file, "gnomon:RK4", depth="high" if change == "depth" else "normal") == 2
     assert "name another file with --out" in capfd.readouterr().err
     assert file.read_bytes() == before
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--panel", "linaer"], "no panel is called 'linaer'; did you mean linear"),
-        (["--integrator", "RK44"], "did you mean RK4 or RK45"),
-        (["--depth", "deep"], "no depth is called 'deep'"),
-        (["--workers", "0"], "--workers 0: give a number of processes from 1 to"),
-        (["--out", "."], "--out . is a folder; name a file in it"),
-    ],
-)
-def test_wrong_usage_is_one_line(words: list[str], message: str, capfd: pytest.CaptureFixture[str]) -> None:
-    assert gnomon("stability", *words) == 2
-    (line,) = capfd.readouterr().err.strip().splitlines()
-    assert line.startswith("error: ")
-    assert message in line
 
 
 def test_nothing_measured_is_exit_code_2(capfd: pytest.CaptureFixture[str]) -> None:

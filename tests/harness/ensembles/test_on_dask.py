@@ -1,7 +1,5 @@
 """An ensemble on a cluster of two processes has the bits of one in this process."""
 
-from __future__ import annotations
-
 import pytest
 from gnomon.harness.ensembles import ensemble_run
 from gnomon.harness.ensembles.distribution import as_data

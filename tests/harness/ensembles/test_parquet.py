@@ -1,7 +1,5 @@
 """Samples in Parquet files: read back as they were, and refused where they are not those of one ensemble."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 from pathlib import Path

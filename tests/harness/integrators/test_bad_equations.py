@@ -1,7 +1,5 @@
 """Errors in a form are reported by every method that accepts it: which function, or before which sample it ended."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The order as it is measured: a wrong coefficient does not pass, and a slope is fitted where it means something."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

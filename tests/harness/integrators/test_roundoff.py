@@ -3,8 +3,6 @@
 The invariant is that of the method's own step, computed to 60 digits, so that truncation does not hide round-off.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any

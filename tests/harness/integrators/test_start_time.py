@@ -1,7 +1,5 @@
 """Every integrator starts at `Problem.t0`: equations that depend on the time since the start give the same states."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Compiled functions are loaded from their files: without their module, with the same results, and never damaged."""
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import hmac

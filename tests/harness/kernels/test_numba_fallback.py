@@ -1,7 +1,5 @@
 """Where numba's version is not known, its own cache keeps compiled functions: the states have the same bits."""
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Which integrator to choose: by kind of system, and each on one line."""
 
-from __future__ import annotations
-
 import math
 
 import pandas as pd
@@ -41,16 +39,22 @@ EQUAL = _equal(
 )  # fmt: skip
 REDUCED = pd.DataFrame(
     [
-        ("a", "stiff", "x:one", 1e-9, "ok"),
-        ("a", "long", "x:one", math.nan, "timeout"),
-        ("a", "stiff", "x:two", 1e-9, "ok"),
-        ("a", "long", "x:two", 1e-8, "ok"),
-        ("a", "long", "y:all", math.nan, "unsupported"),
-        ("a", "long", "y:easy", math.nan, "skipped"),
+        ("a", "stiff", "x:one", 1e-9, "ok"), ("a", "long", "x:one", math.nan, "timeout"),
+        ("a", "stiff", "x:two", 1e-9, "ok"), ("a", "long", "x:two", 1e-8, "ok"),
+        ("a", "long", "y:all", math.nan, "unsupported"), ("a", "long", "y:easy", math.nan, "skipped"),
         ("b", "", "x:one", 1e-9, "ok"),
     ],
     columns=["case", "variant", "integrator_id", "error_max", "status"],
-).assign(formulation="", conditioning=1e-15, setting=0.1)
+).assign(formulation="", conditioning=1e-15, setting=0.1)  # fmt: skip
+ORDERS = pd.DataFrame(
+    [("a", "x:one", 3.9, 4.0), ("b", "x:one", 4.0, 4.0), ("c", "x:one", math.nan, 4.0)],
+    columns=["case", "integrator_id", "order", "declared"],
+).assign(variant="", formulation="")
+
+
+def _trusted(*rows: tuple[str, str, float, float, float]) -> pd.DataFrame:
+    columns = ["case", "integrator_id", "best", "attainable", "over_tolerance"]
+    return pd.DataFrame(rows, columns=columns).assign(variant="", formulation="")
 
 
 def test_of_fewer_than_five_cases_nothing_is_said() -> None:
@@ -126,12 +130,7 @@ def _with_decoys(table: pd.DataFrame, **other: object) -> pd.DataFrame:
 
 
 def test_only_default_variants_in_their_own_coordinates_count() -> None:
-    trusted = pd.DataFrame(
-        [("a", "x:one", 1e-9, 1e-12, 7.0), ("a", "x:two", 1e-9, 1e-12, 0.5)],
-        columns=["case", "integrator_id", "best", "attainable", "over_tolerance"],
-    ).assign(variant="", formulation="")
-    orders = pd.DataFrame([("a", "x:one", 3.9, 4.0)], columns=["case", "integrator_id", "order", "declared"])
-    orders = orders.assign(variant="", formulation="")
+    trusted, orders = _trusted(("a", "x:one", 1e-9, 1e-12, 7.0), ("a", "x:two", 1e-9, 1e-12, 0.5)), ORDERS[:1]
     members = {"smooth": ["a", "b"], "other": ["c"]}
     equal = _with_decoys(EQUAL, integrator_id="x:decoy", tied=True, ratio=1.0)
     bent = _with_decoys(trusted, best=0.5, over_tolerance=1e6)
@@ -147,10 +146,7 @@ def test_only_default_variants_in_their_own_coordinates_count() -> None:
 
 def test_digits_of_what_is_exact_or_better_than_attainable() -> None:
     """Seventeen where the error is zero; nothing is short of the attainable that is below it."""
-    columns = ["case", "integrator_id", "best", "attainable", "over_tolerance"]
-    trusted = pd.DataFrame([("a", "x:one", 0.0, 1e-12, math.nan)], columns=columns).assign(variant="", formulation="")
-    empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "order", "declared"])
-    (row,) = integrator_rows(EQUAL, trusted, empty, REDUCED, None, None)
+    (row,) = integrator_rows(EQUAL, _trusted(("a", "x:one", 0.0, 1e-12, math.nan)), ORDERS[:0], REDUCED, None, None)
     assert [cell.text for cell in row.cells[4:6]] == ["17.0", "0.0"]
 
 
@@ -158,7 +154,7 @@ def test_kinds_with_one_answer_are_one_part_of_the_sentence_and_undecided_ones_n
     equal = pd.concat([_many(20), EQUAL])
     members = {"Smooth: of any kind": [f"c{k}" for k in range(10)], "Stiff ones": [f"c{k}" for k in range(10, 20)]}
     rows = kind_rows(equal, REDUCED, members | {"Other": ["a", "b"]})
-    empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "over_tolerance"])
+    empty = _trusted()
     (said,) = (one for one in findings(equal, pd.DataFrame(), rows, REDUCED, empty) if "By kind" in one)
     assert said.endswith(": x:one for smooth and stiff ones.")
     rows = kind_rows(EQUAL, REDUCED, {"Other": ["a", "b"]})
@@ -166,20 +162,10 @@ def test_kinds_with_one_answer_are_one_part_of_the_sentence_and_undecided_ones_n
 
 
 def test_every_integrator_on_one_line() -> None:
-    trusted = pd.DataFrame(
-        [
-            ("a", "x:one", 1e-9, 1e-12, 7.0),
-            ("b", "x:one", 1e-11, 1e-12, 9.0),
-            ("a", "x:new", math.nan, math.nan, math.nan),
-        ],
-        columns=["case", "integrator_id", "best", "attainable", "over_tolerance"],
-    ).assign(variant="", formulation="")
-    orders = pd.DataFrame(
-        [("a", "x:one", 3.9, 4.0), ("b", "x:one", 4.0, 4.0), ("c", "x:one", math.nan, 4.0)],
-        columns=["case", "integrator_id", "order", "declared"],
-    ).assign(variant="", formulation="")
+    first, second = ("a", "x:one", 1e-9, 1e-12, 7.0), ("b", "x:one", 1e-11, 1e-12, 9.0)
+    trusted = _trusted(first, second, ("a", "x:new", math.nan, math.nan, math.nan))
     growth = {"rows": [{"name": "one", "law": "t"}]}
-    one, new = integrator_rows(EQUAL, trusted, orders, REDUCED, growth, None)
+    one, new = integrator_rows(EQUAL, trusted, ORDERS, REDUCED, growth, None)
     assert (one.head, new.head) == ("x:one", "x:new")
     told = dict(zip(HEADS, [(cell.text, cell.note) for cell in one.cells], strict=True))
     assert told == {
@@ -198,18 +184,14 @@ def test_every_integrator_on_one_line() -> None:
     assert [cell.sorts for cell in new.cells[:3]] == ["1", "0", ""]
     trusted["integrator_id"] = "gnomon:one"
     bench = {"rows": [{"name": "one", "order": "16.03", "declared": "16"}]}
-    (mine,) = integrator_rows(EQUAL, trusted, orders, REDUCED, growth, bench)
+    (mine,) = integrator_rows(EQUAL, trusted, ORDERS, REDUCED, growth, bench)
     assert mine.cells[-1].text == "t"
     assert (mine.cells[6].text, mine.cells[6].note) == ("16.03", "declared 16")
 
 
 @pytest.mark.parametrize("growth", [None, {"rows": []}])
 def test_without_laws_the_card_has_none(growth: dict[str, list[str]] | None) -> None:
-    empty = pd.DataFrame(columns=["case", "variant", "formulation", "integrator_id", "order", "declared"])
-    trusted = pd.DataFrame([("a", "", "", "x:one", 1e-9, 1e-9, math.nan)], columns=[
-        "case", "variant", "formulation", "integrator_id", "best", "attainable", "over_tolerance",
-    ])  # fmt: skip
-    (row,) = integrator_rows(EQUAL, trusted, empty, REDUCED, growth, growth)
+    (row,) = integrator_rows(EQUAL, _trusted(("a", "x:one", 1e-9, 1e-9, math.nan)), ORDERS[:0], REDUCED, growth, growth)
     assert row.cells[-1].text == "–"
 
 

@@ -1,19 +1,10 @@
 """What a report says of a run that is not complete."""
 
-from __future__ import annotations
-
 import sqlite3
 from pathlib import Path
 
-import pytest
-import synthetic
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.results import schema
-
-
-@pytest.fixture
-def results(tmp_path: Path) -> Path:
-    return synthetic.write(tmp_path / "results.sqlite")
 
 
 def _without(results: Path, condition: str) -> int:
@@ -30,28 +21,28 @@ def _without(results: Path, condition: str) -> int:
     return int(count)
 
 
-def test_a_complete_run_has_nothing_missing(results: Path) -> None:
-    assert missing(results) is None
+def test_a_complete_run_has_nothing_missing(synthetic_results: Path) -> None:
+    assert missing(synthetic_results) is None
 
 
-def test_cases_and_libraries_are_named(results: Path) -> None:
-    lost = _without(results, "\"case\" = 'bouncing_ball'")
-    scipy = _without(results, "\"case\" = 'kepler_orbit' AND library = 'scipy'")
-    found = missing(results)
+def test_cases_and_libraries_are_named(synthetic_results: Path) -> None:
+    lost = _without(synthetic_results, "\"case\" = 'bouncing_ball'")
+    scipy = _without(synthetic_results, "\"case\" = 'kepler_orbit' AND library = 'scipy'")
+    found = missing(synthetic_results)
     assert found is not None
     assert found["trials"] == lost + scipy
     assert found["cases"]["names"] == ["bouncing_ball"]
     assert found["partly"]["names"] == ["kepler_orbit"]
     of_ball = 11  # settings of each integrator on a variant
     assert f"scipy ({scipy + of_ball})" in found["libraries"]["names"]
-    with sqlite3.connect(results) as db:
+    with sqlite3.connect(synthetic_results) as db:
         assert found["planned"] == db.execute("SELECT count(*) FROM planned").fetchone()[0]
 
 
-def test_a_run_that_did_not_end_lacks_later_launches(results: Path) -> None:
-    with sqlite3.connect(results) as db:
+def test_a_run_that_did_not_end_lacks_later_launches(synthetic_results: Path) -> None:
+    with sqlite3.connect(synthetic_results) as db:
         db.execute("UPDATE runs SET ended = NULL")
         schema.seal_all(schema.with_checksums(db), "runs")
-    found = missing(results)
+    found = missing(synthetic_results)
     assert found is not None
     assert found["trials"] == 0

@@ -1,7 +1,5 @@
 """The report's page in a real browser: the system's Chromium, driven by Playwright."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

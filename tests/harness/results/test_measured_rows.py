@@ -1,7 +1,5 @@
 """The commands behind `make bench` write the rows of all subjects, and the machine."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections import Counter

@@ -1,7 +1,5 @@
 """The first use of an integrator is measured once, in a new process with empty caches, and disturbs nothing."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The lines that the report gives for each integrator run, and give the motion that they describe."""
 
-from __future__ import annotations
-
 import runpy
 from pathlib import Path
 

@@ -1,13 +1,10 @@
 """Pairs, sweeps and keys of a plan."""
 
-from __future__ import annotations
-
 import importlib
 import itertools
 import sys
 from collections.abc import Mapping
 from fractions import Fraction
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -187,17 +184,6 @@ def test_a_key_depends_on_the_sources_that_compile_the_equations() -> None:
     assert {"gnomon.harness.kernels.traced", "gnomon.harness.kernels.equations"} <= found.keys()
 
 
-def test_unknown_names_come_with_the_nearest_valid_one() -> None:
-    with pytest.raises(ValueError, match="did you mean RK4"):
-        lookup.find("RK-4")
-    with pytest.raises(ValueError, match="did you mean pendulum_simple"):
-        plan.choose(["pendulum_simpel"], False)
-    with pytest.raises(ValueError, match="did you mean standard"):
-        plan.suite("standart")
-    with pytest.raises(ValueError, match=r"give package\.module:Class"):
-        lookup.find("no_such_module:Thing")
-
-
 def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
     assert len(lookup.find("rk4")) == 2, "RK4 and RK4 [events]"
     with pytest.raises(ValueError, match=r"several libraries: name gnomon:DOP853 or scipy:DOP853, or \*:DOP853"):
@@ -210,18 +196,6 @@ def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
     (one,) = lookup.find("planted:Sound")
     assert isinstance(one, planted.Sound)
     assert references.dereference(references.reference(one)).id == one.id
-
-
-def test_an_entry_point_registers_an_integrator_and_a_broken_one_does_not_affect_others(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    points = [
-        EntryPoint("broken", "no_such_module:Thing", lookup.GROUP),
-        EntryPoint("sound", "planted:Sound", lookup.GROUP),
-    ]
-    monkeypatch.setattr(lookup, "entry_points", lambda group: points)
-    with pytest.warns(UserWarning, match="no_such_module"):
-        assert set(lookup.registered()) == {"planted:sound"}
 
 
 def test_every_integrator_is_found_again_by_a_worker() -> None:

@@ -1,7 +1,5 @@
 """A run keeps all correct results, however single integrators fail, and records how they failed."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sqlite3

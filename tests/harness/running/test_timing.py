@@ -1,7 +1,5 @@
 """A run without times has the same errors; a run with times into the same file measures what has none."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Spans for timing: which cases a suite lengthens, how often it launches what, and the one solve that error and time share."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A method that solves nothing is measured as such: every panel says so, and no process ends."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

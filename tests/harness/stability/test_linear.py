@@ -1,7 +1,5 @@
 """Linear stability as measured agrees with theory, for tongues, both axes and large z; planted faults move it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -18,6 +16,7 @@ from gnomon.harness.stability.linear import first_limit, linear, scan
 from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.step_matrix import StepMatrix, stable_intervals
 from gnomon.harness.verification.function_adapter import from_solve, from_step
+from right_methods import verlet
 from scipy.optimize import brentq
 
 SECONDS = 2.0
@@ -203,13 +202,6 @@ def damped(f: Any, t: float, y: Any, h: float) -> Any:
     found = verlet(f, t, y, h)
     found[len(y) // 2 :] *= 1 - 1e-4
     return found
-
-
-def verlet(f: Any, t: float, y: Any, h: float) -> Any:
-    q, v = np.split(y, 2)
-    middle = v + h / 2 * f(t, q)
-    q = q + h * middle
-    return np.concatenate([q, middle + h / 2 * f(t + h, q)])
 
 
 def midpoint(iterations: int) -> Callable[..., Any]:

@@ -1,7 +1,5 @@
 """Panels are measured in processes of their own: a crash or a hang of an integrator is a row, and the others go on."""
 
-from __future__ import annotations
-
 import json
 import os
 from typing import Any
@@ -17,11 +15,6 @@ from gnomon.harness.verification.function_adapter import from_step
 
 def dies(f: Any, t: float, y: Any, h: float) -> Any:
     os._exit(7)
-
-
-def hangs(f: Any, t: float, y: Any, h: float) -> Any:
-    while True:
-        pass
 
 
 @pytest.fixture
@@ -51,7 +44,7 @@ def test_a_crash_is_a_row_and_the_next_panel_is_measured(quick: None) -> None:
 
 def test_a_hang_ends_at_the_limit(quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(panel_run, "LONGEST", 0.2)
-    rows = panel_run.measured([from_step(hangs, name="hangs", order=1, sweep=Steps(0.25, 4))], ["linear"])
+    rows = panel_run.measured([planted_methods.hanging], ["linear"])
     assert [row.reason for row in rows] == ["refused: no answer within 0.4 s of processor time"]
 
 

@@ -1,7 +1,5 @@
 """What a fast decay costs, and errors on it, agree with theory; planted faults of pairs and of implicit methods show."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Tiers: an order that chance, or one case, can turn round is not published."""
 
-from __future__ import annotations
-
 import itertools
 import json
 

@@ -1,7 +1,5 @@
 """The panel of tolerances: known methods, planted faults of the step-size control, and its intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """The published orders: every in-house method is measured, and its order is the declared one."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

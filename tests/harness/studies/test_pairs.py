@@ -1,7 +1,5 @@
 """Times at equal error of two sides with given errors; launches combined; their rows in the report."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

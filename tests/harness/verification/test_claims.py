@@ -1,7 +1,5 @@
 """Each claim fails for a method with the fault that it is about, and right methods pass them all."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from functools import cache
@@ -186,14 +184,11 @@ def test_samples_between_steps_have_the_order_declared() -> None:
 @pytest.mark.parametrize(
     ("claim", "method"),
     [
-        ("aliasing", OneBuffer()),
-        ("ensemble", FirstLeaksIntoSecond()),
-        ("bad_start", FiniteNonsense()),
-        ("bad_setting", _Changed()),
-        ("error", WrongAtOneSetting()),
+        ("aliasing", OneBuffer()), ("ensemble", FirstLeaksIntoSecond()), ("bad_start", FiniteNonsense()),
+        ("bad_setting", _Changed()), ("error", WrongAtOneSetting()),
     ],
     ids=lambda value: value if isinstance(value, str) else type(value).__name__,
-)
+)  # fmt: skip
 def test_a_fault_in_calls_fails_its_claim(claim: str, method: Integrator) -> None:
     assert outcome(claim, good_rk4) == Outcome.PASSED
     assert outcome(claim, method) == Outcome.FAILED

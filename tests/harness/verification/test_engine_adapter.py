@@ -1,7 +1,5 @@
 """An engine that can load, step and read is an integrator of scenes."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Integrators made of plain functions: counts, samples, settings, and where worker processes find them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

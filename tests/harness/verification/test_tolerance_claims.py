@@ -1,7 +1,5 @@
 """What a tolerance allows: right adaptive methods keep to it, an estimate of the error that is 100 times too small does not."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

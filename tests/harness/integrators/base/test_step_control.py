@@ -1,7 +1,5 @@
 """The loop of steps that adaptive methods share: sums keep their last digits, step sizes depend only on the motion."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Butcher tableaux of all kinds: the order conditions of every formula, a wrong coefficient, numbers as the source has them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Boris's method and related ones: order in uniform and other fields, speed, volume, reversal, the E x B drift."""
 
-from __future__ import annotations
-
 import random
 from fractions import Fraction
 from math import sqrt

@@ -1,7 +1,5 @@
 """RATTLE: order, constraint and tangency to round-off, symplectic on the constraint, reversible."""
 
-from __future__ import annotations
-
 import random
 from fractions import Fraction
 from typing import Any
@@ -19,6 +17,7 @@ from gnomon.harness.integrators.geometric.rattle import Rattle
 from gnomon.harness.results.convergence_order import fit_order
 from gnomon.harness.studies.orders import measure_order, solve_exactly
 from gnomon.reference.numerics.precision import working
+from on_cases import solved
 
 METHODS = pytest.mark.parametrize("method", rattle.INTEGRATORS, ids=lambda method: method.name)
 
@@ -87,8 +86,7 @@ def test_order_on_the_sphere(method: type[FixedStep]) -> None:
 def test_constraint_and_tangency_hold_to_round_off(method: type[FixedStep]) -> None:
     """Each step corrects the position: errors do not accumulate over a thousand periods."""
     case = get("holonomic_constraint_dae", "long_1e3").rounded()
-    problem = problem_of(case, method.accepts)
-    found = method().prepare(problem, problem.interval / 1024)(initial_state(case)[None]).states[0]
+    found = solved(method(), case, steps=1024).states
     length = float(np.sum(initial_state(case)[:2] ** 2))
     assert np.max(np.abs(np.sum(found[:, :2] ** 2, axis=1) / length - 1)) < 8 * np.finfo(float).eps
     assert np.max(np.abs(np.sum(found[:, :2] * found[:, 2:], axis=1))) < 32 * np.finfo(float).eps

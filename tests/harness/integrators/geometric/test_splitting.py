@@ -1,7 +1,5 @@
 """Splitting methods with a force that depends on time, and symplectic Euler compared with its formula."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 
