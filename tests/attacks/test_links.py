@@ -1,6 +1,5 @@
 """A results file with several names: a run through a symbolic or a hard link is a run into the same file."""
 
-import hashlib
 import os
 import sqlite3
 import subprocess
@@ -146,4 +145,3 @@ def test_the_page_of_a_run_leaves_the_locks_of_sqlite_to_the_run(tmp_path: Path)
         assert "locked" in without_the_log(file)
         results.begin_run("quick", "gnomon run", {})
         assert up_to_date.key_of(link, ()) != first, "what was recorded since is in the log beside the file"
-    assert up_to_date._digest(file) == hashlib.sha256(file.read_bytes()).hexdigest()

@@ -1,9 +1,12 @@
-"""A method on a case: what it finds at a setting, and how far that is from the exact motion."""
+"""A method on a case: what it finds at a setting, how far that is from the exact motion, and a fitted order."""
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
+from unittest.mock import ANY
 
 import numpy as np
+import pytest
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, solver_of
@@ -69,3 +72,8 @@ def solved(
     solution = solver(initial_state(case, formulation)[None])
     assert solution.stopped is None
     return Solved(case, problem, solution)
+
+
+def of_order(order: float | None) -> tuple[Any, Any]:
+    """Equal to a fit of this order, to a tenth, to any number of points."""
+    return pytest.approx(order, abs=0.1), ANY

@@ -150,8 +150,7 @@ def test_ode_counts_right_hand_sides_and_steps() -> None:
     """12 right-hand sides an accepted step, 11 a rejected one."""
     problem = counting(PROBLEM)
     solution = scipy_ode.Dop853().prepare(problem, 1e-8)(START)
-    assert solution.steps is not None
-    assert 64 <= solution.steps <= problem.buffer[-1] / 12
+    assert 64 <= (solution.steps or 0) <= problem.buffer[-1] / 12
 
 
 def test_ode_counts_the_steps_that_it_accepts() -> None:
@@ -182,8 +181,7 @@ def test_ode_takes_as_many_steps_as_it_needs() -> None:
     problem = replace(toy(linear), times=np.array([512.0]))
     solution = scipy_ode.Dop853().prepare(problem, 1e-12)(np.array([[1.0, 0.0]]))
     assert solution.stopped is None
-    assert solution.steps is not None
-    assert solution.steps > 500
+    assert (solution.steps or 0) > 500
     assert solution.states[0, 0, 0] == pytest.approx(np.cos(512.0), abs=1e-9)
 
 
@@ -234,8 +232,7 @@ def test_a_tolerance_that_scipy_would_replace_is_refused(integrator: type[Integr
 
 def test_ode_reports_where_and_why_it_stopped() -> None:
     solution = scipy_ode.Dop853().prepare(toy(hopeless), 1e-6)(np.array([[1.0, 0.0]]))
-    assert solution.stopped is not None
-    assert "step size becomes too small at t = 0.5" in solution.stopped
+    assert "step size becomes too small at t = 0.5" in str(solution.stopped)
     assert np.isfinite(solution.states[0, :7]).all()
     assert np.isnan(solution.states[0, 8:]).all()
 
@@ -256,8 +253,7 @@ def test_odeint_keeps_the_samples_that_it_reached_and_reports_where_it_stopped(m
     solution = scipy_odeint.Odeint().prepare(problem, 1e-10)(np.array([[1.0, 0.0]]))
     assert solution.states[0, :2, 0] == pytest.approx(np.cos([1.0, 2.0]), abs=1e-8)
     assert np.isnan(solution.states[0, 2:]).all()
-    assert solution.stopped is not None
-    assert "Excess work done on this call" in solution.stopped
+    assert "Excess work done on this call" in str(solution.stopped)
 
 
 def test_odeint_does_not_take_the_pendulum_for_stiff() -> None:

@@ -98,9 +98,7 @@ def test_certificates_are_written_for_the_report(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["pendulum_simple", "euler_top", "lagrange_top", "spherical_pendulum"])
 def test_balls_prove_the_digits_of_elliptic_motions(name: str) -> None:
     case = get(name)
-    proven = ball_digits(case, [case.span / 3, case.span])
-    assert proven is not None
-    assert proven >= 45
+    assert (ball_digits(case, [case.span / 3, case.span]) or 0) >= 45
 
 
 def test_long_spans_are_certified_by_windows_group_and_seams() -> None:
@@ -128,10 +126,8 @@ def test_a_jump_where_a_branch_changes_shows_in_seams() -> None:
 
 
 def test_an_error_that_grows_with_time_shows_in_the_group_property() -> None:
-    group = certify_long.group(wrong(running, 3000))
-    assert group is not None
     # 1e-30 of half the span squared
-    assert 23 < group < 26
+    assert 23 < (certify_long.group(wrong(running, 3000)) or 0) < 26
 
 
 def test_a_case_that_cannot_be_certified_has_a_certificate_with_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:

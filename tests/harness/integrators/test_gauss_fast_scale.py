@@ -83,8 +83,7 @@ def test_a_small_trajectory_among_large_ones_is_as_good() -> None:
 @pytest.mark.parametrize("scale", [1e-291, 1e-310, 1e292])
 def test_a_start_that_binary64_cannot_carry_is_refused(scale: float, count: int) -> None:
     found = motion("oscillator", scale, 1e-9, count)
-    assert found.stopped is not None
-    assert "largest component of the start is not between 1e-290 and 1e+290" in found.stopped
+    assert "largest component of the start is not between 1e-290 and 1e+290" in str(found.stopped)
     assert np.isnan(found.states).all()
 
 
@@ -150,8 +149,7 @@ def test_stiff_motion_too_small_for_an_absolute_tolerance_is_not_handed_over() -
     case = get("damped_oscillator", "stiff_1e6").rounded()
     solve = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-6)
     found = solve(initial_state(case)[None] * 2.0**-330)
-    assert found.stopped is not None
-    assert "stiff" in found.stopped
+    assert "stiff" in str(found.stopped)
 
 
 def test_an_ensembles_iteration_leaves_a_part_of_the_tolerance() -> None:

@@ -28,8 +28,7 @@ def test_a_complete_run_has_nothing_missing(synthetic_results: Path) -> None:
 def test_cases_and_libraries_are_named(synthetic_results: Path) -> None:
     lost = _without(synthetic_results, "\"case\" = 'bouncing_ball'")
     scipy = _without(synthetic_results, "\"case\" = 'kepler_orbit' AND library = 'scipy'")
-    found = missing(synthetic_results)
-    assert found is not None
+    found = missing(synthetic_results) or {}
     assert found["trials"] == lost + scipy
     assert found["cases"]["names"] == ["bouncing_ball"]
     assert found["partly"]["names"] == ["kepler_orbit"]
@@ -43,6 +42,4 @@ def test_a_run_that_did_not_end_lacks_later_launches(synthetic_results: Path) ->
     with sqlite3.connect(synthetic_results) as db:
         db.execute("UPDATE runs SET ended = NULL")
         schema.seal_all(schema.with_checksums(db), "runs")
-    found = missing(synthetic_results)
-    assert found is not None
-    assert found["trials"] == 0
+    assert (missing(synthetic_results) or {})["trials"] == 0

@@ -17,6 +17,7 @@ from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.step_matrix import StepMatrix, stable_intervals
 from gnomon.harness.verification.function_adapter import from_solve, from_step
 from right_methods import verlet
+from said import numbers_in
 from scipy.optimize import brentq
 
 SECONDS = 2.0
@@ -189,12 +190,11 @@ def test_an_interval_between_two_points_of_a_scan_is_not_found_and_edges_are_bis
 
 
 def test_sentences_name_the_limit_and_the_tongue() -> None:
-    said = linear.sentences(measured("gnomon:Kahan-Li 8"))
-    assert said[0] == "Use it for undamped vibrations up to h w = 3.096."
-    assert said[1] == "Not for vibrations at h w from 3.096 to 3.14: they grow by up to 2.3 % a step."
-    assert said[-1] == "Not for vibrations at h w above 5.849."
-    assert "grow at any step" in linear.sentences(measured("gnomon:Heun"))[0]
-    assert "any h w" in linear.sentences(measured("gnomon:Gauss 2-stage"))[0]
+    first, second, *_, last = linear.sentences(measured("gnomon:Kahan-Li 8"))
+    assert [numbers_in(text) for text in (first, second, last)] == [["3.096"], ["3.096", "3.14", "2.3"], ["5.849"]]
+    assert [text.split()[0] for text in (first, second, last)] == ["Use", "Not", "Not"]
+    assert linear.sentences(measured("gnomon:Heun"))[0].startswith("Not")
+    assert linear.sentences(measured("gnomon:Gauss 2-stage"))[0].startswith("Use")
 
 
 def damped(f: Any, t: float, y: Any, h: float) -> Any:

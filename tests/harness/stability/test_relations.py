@@ -114,9 +114,7 @@ def test_errors_at_round_off_grow_with_the_numbers_far_from_the_origin() -> None
 )
 def test_symmetric_methods_return_and_others_do_not(name: str, returns: bool) -> None:
     trials = trials_of(find_one(name), "two_body")
-    back = returned(trials, usual(trials))
-    assert back is not None
-    assert back["round_off"] is returns
+    assert (returned(trials, usual(trials)) or {})["round_off"] is returns
 
 
 def test_a_fault_of_verlet_shows_when_the_motion_is_reversed() -> None:
@@ -129,8 +127,7 @@ def test_a_fault_of_verlet_shows_when_the_motion_is_reversed() -> None:
 
     for more, returns in ((0.0, True), (1e-9, False)):
         trials = trials_of(verlet(more), "two_body")
-        back = returned(trials, float(trials.problem().interval * STEP))
-        assert back is not None
+        back = returned(trials, float(trials.problem().interval * STEP)) or {}
         assert back["round_off"] is returns
 
 

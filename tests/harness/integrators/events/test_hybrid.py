@@ -90,9 +90,9 @@ EXACT, KNOCKS = knocks()
 def errors(kind: type[Integrator], setting: float) -> tuple[float, float, Solution]:
     """Largest error of a state and of an event time."""
     solution = kind().prepare(PROBLEM, setting)(START)
-    assert solution.events is not None
-    assert [name for _, name in solution.events] == ["knock"] * len(KNOCKS)
-    late = max(abs(t - true) for (t, _), true in zip(solution.events, KNOCKS, strict=True))
+    events = solution.events or ()
+    assert [name for _, name in events] == ["knock"] * len(KNOCKS)
+    late = max(abs(t - true) for (t, _), true in zip(events, KNOCKS, strict=True))
     return float(np.abs(solution.states[0] - EXACT).max()), late, solution
 
 
@@ -227,8 +227,7 @@ def test_a_wall_that_is_only_grazed_within_a_step_is_met(
     """
     problem = Problem(GRAZED, 2, np.array([1 - depth]), TIMES * 4, 1.0)
     solution = kind().prepare(problem, setting)(np.array([[1.0, 0.0]]))
-    assert solution.events is not None
-    times = np.array([time for time, _ in solution.events])
+    times = np.array([time for time, _ in solution.events or ()])
     with mpmath.workdps(30):
         first = float(mpmath.acos(mpmath.mpf(problem.parameters[0]) * -1)) if depth > 0 else np.inf
     wanted = [(2 * n + 1) * first for n in range(9) if (2 * n + 1) * first <= problem.times[-1]]
@@ -258,8 +257,7 @@ def test_a_dip_far_from_a_cubic_is_found(where: float) -> None:
     form = Hybrid((Mode("on", run_on),), lambda t, state, parameters: "on", (transition,), settle=1e-9)
     problem = Problem(form, 1, np.array([where]), np.array([1.0]), 1.0)
     solution = RK4Events().prepare(problem, 1.0)(np.array([[0.0]]))
-    assert solution.events is not None
-    ((time, name),) = solution.events
+    ((time, name),) = solution.events or ()
     width = (1 / 16384) ** 0.25 / 8
     assert name == "notch"
     assert time == pytest.approx(where - width, abs=1e-15)
@@ -304,9 +302,9 @@ def test_a_guard_of_the_next_mode_that_is_zero_on_arrival_counts(kind: type[Inte
         )  # fmt: skip
         problem = Problem(form, 2, np.zeros(0), np.arange(1, 9) / 2, 1.0)
         solution = kind().prepare(problem, 2.0**-4 if kind is RK4Events else 1e-9)(np.array([[0.5, 0.0]]))
-        assert solution.events is not None
-        assert [name for _, name in solution.events] == ["floor", "again"]
-        assert [time for time, _ in solution.events] == pytest.approx(wanted, abs=1e-12)
+        times, names = zip(*solution.events or (), strict=True)
+        assert names == ("floor", "again")
+        assert times == pytest.approx(wanted, abs=1e-12)
 
 
 def test_several_trajectories_are_independent_and_keep_their_starts() -> None:
@@ -324,8 +322,7 @@ def test_a_motion_that_diverges_is_reported() -> None:
     case = get("bouncing_ball").rounded()
     problem = problem_of(case, (Hybrid,))
     solution = RK4Events().prepare(problem, problem.interval)(np.array([[1e308, 1e308]]))
-    assert solution.stopped is not None
-    assert "not finite" in solution.stopped
+    assert "not finite" in str(solution.stopped)
     assert np.isnan(solution.states).any()
 
 
@@ -359,8 +356,7 @@ def test_a_flight_that_starts_a_rounding_below_the_floor_ends_on_it(height_of_fa
     form = Hybrid((Mode("flight", fall),), lambda t, state, parameters: "flight", (transition,), settle=1e-9)
     problem = Problem(form, 2, np.zeros(0), np.arange(1, 5) * 16.0, 1.0)
     solution = RK4Events().prepare(problem, 16.0)(np.array([[1 + height_of_fall, 0.0]]))
-    assert solution.events is not None
+    times = [time for time, _ in solution.events or ()]
     half = math.sqrt(2 * height_of_fall)
-    expected = half * (1 + 2 * np.arange(len(solution.events)))
-    assert len(solution.events) == 1 + int((64 / half - 1) // 2)
-    assert [time for time, _ in solution.events] == pytest.approx(expected.tolist(), abs=1e-9)
+    assert len(times) == 1 + int((64 / half - 1) // 2)
+    assert times == pytest.approx((half * (1 + 2 * np.arange(len(times)))).tolist(), abs=1e-9)

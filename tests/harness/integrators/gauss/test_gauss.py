@@ -333,8 +333,7 @@ def test_without_a_jacobian_the_failure_is_clear(method: type[Gauss]) -> None:
 
 def test_the_first_trajectory_that_newton_cannot_do_either_is_named() -> None:
     solution = Gauss4().prepare(problem(FirstOrder(decay), 1, 1e6), 1.0)(np.array([[1.0], [math.nan], [math.nan]]))
-    assert solution.stopped is not None
-    assert "did not converge before sample 1 of trajectory 2;" in solution.stopped
+    assert "did not converge before sample 1 of trajectory 2;" in str(solution.stopped)
     assert np.all(np.isfinite(solution.states), axis=(1, 2)).tolist() == [True, False, False]
     assert solution.steps == 64
 

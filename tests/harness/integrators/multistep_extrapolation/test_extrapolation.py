@@ -5,15 +5,14 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
 from gnomon.harness.studies.fixed_step_formulas import with_columns
 from gnomon.harness.studies.orders import measure_order_exactly
-from on_cases import solved
+from on_cases import of_order, solved
 
 
 @pytest.mark.parametrize(("count", "coarsest"), [(1, 96), (2, 48), (4, 24), (7, 24)])
 def test_each_column_is_two_orders_better(count: int, coarsest: int) -> None:
     counts = [coarsest * n // 12 for n in (12, 16, 24, 32)]
     measured = measure_order_exactly(with_columns(count), get("kepler_orbit", span="0.5"), counts, digits=80)
-    assert measured is not None
-    assert measured[0] == pytest.approx(2 * count, abs=0.1), "the next term is smaller by the square of the step"
+    assert measured == of_order(2 * count), "the next term is smaller by the square of the step"
 
 
 def test_the_order_follows_the_tolerance() -> None:

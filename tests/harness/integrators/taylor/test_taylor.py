@@ -21,7 +21,7 @@ from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_t
 from gnomon.harness.studies.fixed_step_formulas import taylor_steps
 from gnomon.harness.studies.orders import fit_order_exactly
 from gnomon.reference.numerics.precision import working
-from on_cases import solved
+from on_cases import of_order, solved
 
 ORDER = 12
 
@@ -68,8 +68,7 @@ def test_order_at_fixed_order_and_step(order: int, coarsest: int) -> None:
     counts = [coarsest * n // 12 for n in (12, 16, 24, 32)]
     with working(60) as mp:
         measured = fit_order_exactly(lambda count: taylor_steps(mp, case, order, count), case, counts)
-    assert measured is not None
-    assert measured[0] == pytest.approx(order, abs=0.1)
+    assert measured == of_order(order)
 
 
 def first_order_cases() -> list[str]:
