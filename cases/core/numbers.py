@@ -20,50 +20,6 @@ LARGEST, SMALLEST = max(Fraction(10) ** 300, Fraction(1e300)), min(Fraction(1, 1
 square root or a quotient may overflow or underflow."""
 TINY = Fraction(1, 10**3)
 """A number below this fraction of its typical range is unusual: the error about a missing exact motion names it."""
-KINDS = (
-    "length",
-    "velocity",
-    "angle",
-    "angular velocity",
-    "attitude",
-    "dimensionless",
-    "rate",
-)
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """One component of a state. Coordinates of one `group` share a norm and a scale; the group is `kind` by default."""
-
-    name: str
-    unit: str
-    kind: str
-    group: str = ""
-
-    def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise ValueError(f"coordinate {self.name}: kind {self.kind!r} is none of {', '.join(KINDS)}")
-        if not self.group:
-            object.__setattr__(self, "group", self.kind)
-
-
-POINT_IN_A_PLANE = (
-    Coordinate("x", "m", "length"),
-    Coordinate("y", "m", "length"),
-    Coordinate("vx", "m/s", "velocity"),
-    Coordinate("vy", "m/s", "velocity"),
-)
-"""The state of a point, or of a centre of mass, that moves in a plane."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter with its unit, its default value and its meaning."""
-
-    name: str
-    unit: str
-    default: Number
-    meaning: str = ""
 
 
 @dataclass(frozen=True)
@@ -89,9 +45,19 @@ class Range:
         return f"{left}{self.low:g}, {self.high:g}{right}"
 
 
+def typical(low: float, high: float) -> Range:
+    """Any number, drawn from [low, high]."""
+    return Range(typical=(float(low), float(high)))
+
+
 def positive(low: float = 0.1, high: float = 10.0) -> Range:
     """A number above zero, drawn from [low, high]."""
-    return Range(low=0.0, low_open=True, typical=(low, high))
+    return Range(low=0.0, low_open=True, typical=(float(low), float(high)))
+
+
+def nonnegative(low: float = 0.0, high: float = 10.0) -> Range:
+    """Zero or a number above it, drawn from [low, high]."""
+    return Range(low=0.0, typical=(float(low), float(high)))
 
 
 DURATION = Range(low=0.0, low_open=True)

@@ -3,20 +3,13 @@
 Cases: atwood_pulley_systems, wedge_block_energy_momentum.
 """
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
 from math import cos, sin, sqrt
-from typing import Any, ClassVar
 
 from gnomon.cases.core.cart_scene import WEDGE
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import SecondOrder, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.rope_scene import ATWOOD
+from gnomon.cases.declare import *
 from gnomon.reference.flight.uniform_acceleration import Atwood, Wedge
-from gnomon.reference.numerics.precision import Number
 
 
 def atwood_acceleration(t: Any, q: Values, parameters: Values) -> Values:
@@ -59,19 +52,15 @@ class AtwoodPulleySystems(Case):
     title = "Atwood machine with a heavy pulley"
     section = "8.8, 8.9"
     conventions = "x is the distance by which m1 has descended; the rope is massless and does not slip."
-    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m1", "kg", 2, "mass 1"),
-        Parameter("m2", "kg", "1.5", "mass 2"),
-        Parameter("I", "kg m^2", "0.005", "moment of inertia of the pulley"),
-        Parameter("R", "m", "0.1", "radius of the pulley"),
-    )
-    default_state = (0, "-0.5")
-    domain = Domain(
-        {"g": positive(), "m1": positive(), "m2": positive(), "I": Range(low=0.0, typical=(0.0, 1.0))}
-        | {"R": positive(), "x": Range(typical=(-3.0, 3.0)), "v": Range(typical=(-3.0, 3.0))}
-    )
+    x = Coordinate("m", 0, typical(-3, 3))
+    v = Coordinate("m/s", "-0.5", typical(-3, 3))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    m1 = Parameter("kg", 2, "mass 1", positive())
+    m2 = Parameter("kg", "1.5", "mass 2", positive())
+    I = Parameter("kg m^2", "0.005", "moment of inertia of the pulley", nonnegative(0, 1))
+    R = Parameter("m", "0.1", "radius of the pulley", positive())
+    exact_motion = ExactMotion(lambda c: Atwood((c.x,), (c.v,), *c.parameter_values()))
+    default_span = Span(3.3, "time scale")
     variants = (
         Variant("light_pulley", "a pulley without inertia: both parts of the rope have the same tension", {"I": 0}),
         Variant(
@@ -82,34 +71,21 @@ class AtwoodPulleySystems(Case):
             span=1000,
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(atwood_energy)}
+    invariants = conserved(energy=atwood_energy)
     forms = (SecondOrder(atwood_acceleration),)
     scene = ATWOOD
-    reversal = ("v",)
-
-    @cached_property
-    def _exact(self) -> Atwood:
-        (x,), (v,) = self.initial_state[:1], self.initial_state[1:]
-        return Atwood((x,), (v,), *self.parameter_values())
-
-    def motion(self) -> Atwood:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """Initial speed over acceleration; from rest the time of the first metre; 1 s if both are zero."""
-        rate, speed = abs(float(self._exact.rate)), abs(float(self.initial_state[1]))
+        rate, speed = abs(float(self.exact_motion.rate)), abs(float(self.v))
         if rate == 0:
             return 1.0
         return speed / rate or sqrt(2 / rate)
 
-    def natural_span(self) -> Number:
-        """3.3 time scales: out, and back beyond the start."""
-        return 3.3 * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        first, second = self._exact.tensions(digits)
-        return {"acceleration": self._exact.acceleration(0, digits), "tension_1": first, "tension_2": second}
+    def derived(self, digits: int) -> dict[str, Any]:
+        first, second = self.exact_motion.tensions(digits)
+        return {"acceleration": self.exact_motion.acceleration(0, digits), "tension_1": first, "tension_2": second}
 
 
 class WedgeBlock(Case):
@@ -122,23 +98,16 @@ class WedgeBlock(Case):
         "[inferred] The book names the system; the model is a block m on the face of a wedge M on a floor, all smooth. "
         "X of the wedge, in the direction in which its face descends; s of the block down the face, relative to the wedge."
     )
-    state = (
-        Coordinate("X", "m", "length", "place of the wedge"),
-        Coordinate("s", "m", "length"),
-        Coordinate("V", "m/s", "velocity", "velocity of the wedge"),
-        Coordinate("v", "m/s", "velocity"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m", "kg", 1, "mass of the block"),
-        Parameter("M", "kg", 3, "mass of the wedge"),
-        Parameter("alpha", "rad", "0.5", "angle of the face"),
-    )
-    default_state = (0, 0, 0, -2)
-    domain = Domain(
-        {"g": positive(), "m": positive(), "M": positive(), "alpha": Range(0.0, math.pi / 2, typical=(0.05, 1.5))}
-        | {name: Range(typical=(-3.0, 3.0)) for name in ("X", "s", "V", "v")}
-    )
+    X = Coordinate("m", 0, typical(-3, 3), group="place of the wedge")
+    s = Coordinate("m", 0, typical(-3, 3))
+    V = Coordinate("m/s", 0, typical(-3, 3), group="velocity of the wedge")
+    v = Coordinate("m/s", -2, typical(-3, 3))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    m = Parameter("kg", 1, "mass of the block", positive())
+    M = Parameter("kg", 3, "mass of the wedge", positive())
+    alpha = Parameter("rad", "0.5", "angle of the face", Range(0.0, math.pi / 2, typical=(0.05, 1.5)))
+    exact_motion = ExactMotion(Wedge, places="X s", velocities="V v")
+    default_span = Span(3.3, "time scale")
     variants = (
         Variant("light_wedge", "M = 1e-8 kg: the wedge is pushed aside, the block falls freely", {"M": "1e-8"}),
         Variant(
@@ -146,33 +115,22 @@ class WedgeBlock(Case):
         ),
         Variant("light_block", "m/M = 1e-8: the wedge moves by 1e-8 of the block", {"m": "3e-8"}),
     )
-    invariants: ClassVar = {"energy": Invariant(wedge_energy), "momentum": Invariant(wedge_momentum)}
+    invariants = conserved(energy=wedge_energy, momentum=wedge_momentum)
     forms = (SecondOrder(wedge_acceleration),)
     scene = WEDGE
-    reversal = ("V", "v")
-
-    @cached_property
-    def _exact(self) -> Wedge:
-        return Wedge(self.initial_state[:2], self.initial_state[2:], *self.parameter_values())
-
-    def motion(self) -> Wedge:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """Speed of the block over its acceleration; from rest the time of the first metre."""
-        rate, speed = abs(float(self._exact.acceleration(1))), abs(float(self.initial_state[3]))
+        rate, speed = abs(float(self.exact_motion.acceleration(1))), abs(float(self.v))
         if rate == 0:
             return 1.0
         return speed / rate or sqrt(2 / rate)
 
-    def natural_span(self) -> Number:
-        """3.3 time scales: up the face, back and further down."""
-        return 3.3 * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
+        motion = self.exact_motion
         return {
-            "wedge_acceleration": self._exact.acceleration(0, digits),
-            "relative_acceleration": self._exact.acceleration(1, digits),
-            "normal_force": self._exact.normal_force(digits),
+            "wedge_acceleration": motion.acceleration(0, digits),
+            "relative_acceleration": motion.acceleration(1, digits),
+            "normal_force": motion.normal_force(digits),
         }

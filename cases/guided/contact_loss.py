@@ -3,18 +3,13 @@
 Cases: bead_leaving_sphere, amusement_park, pendulum_on_string.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import cos, pi, sin, sqrt
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.declare import *
 from gnomon.cases.guided.contact_loss_scene import LOOP, SPHERE
 from gnomon.reference.guided.contact_loss import ContactLoss
 from gnomon.reference.numerics.precision import Number, quantity, working
@@ -102,29 +97,12 @@ def _leaves_the_top(n: Mapping[str, Fraction]) -> bool:
 
 
 class _ContactLossCase(Case):
-    state = (
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("h", "m", "length"),
-        Coordinate("omega", "rad/s", "angular velocity"),
-        Coordinate("u", "m/s", "velocity"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("R", "m", 1, "radius"),
-    )
     _INSIDE: ClassVar[bool]
     _SLIDES: ClassVar[Mode]
     _FLIES: ClassVar[Mode]
     _FORCE: ClassVar[Any]
 
-    @cached_property
-    def _exact(self) -> ContactLoss:
-        theta, _, omega, _ = self.initial_state
-        g, radius = self.parameter_values()
-        return ContactLoss(g, radius, theta, omega, self._INSIDE)
-
-    def motion(self) -> ContactLoss:
-        return self._exact
+    exact_motion = ExactMotion(lambda c: ContactLoss(c.g, c.R, c.theta, c.omega, c._INSIDE))
 
     @property
     def forms(self) -> tuple[Hybrid, ...]:
@@ -150,24 +128,18 @@ class _ContactLossCase(Case):
 
     def _listed(self, digits: int) -> tuple[Event, ...]:
         """`leaves`, where the normal force vanishes."""
-        motion = self._exact
+        motion = self.exact_motion
         if not motion.leaves or motion.leaving_time(20) > self.span:
             return ()
         there = (motion.leaving_angle(digits), mpf(0), motion.leaving_rate(digits), mpf(0))
         return (Event(motion.leaving_time(digits), "leaves", there, there),)
 
     def same_course(self, other: Case) -> bool:
-        return isinstance(other, _ContactLossCase) and other._exact.leaves == self._exact.leaves
+        return isinstance(other, _ContactLossCase) and other.exact_motion.leaves == self.exact_motion.leaves
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        if not motion.leaves:
-            return {}
-        return {
-            "leaving_time": motion.leaving_time(digits),
-            "leaving_angle": motion.leaving_angle(digits),
-            "leaving_rate": motion.leaving_rate(digits),
-        }
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        return ("leaving_time", "leaving_angle", "leaving_rate") if self.exact_motion.leaves else ()
 
 
 class BeadLeavingSphere(_ContactLossCase):
@@ -177,20 +149,15 @@ class BeadLeavingSphere(_ContactLossCase):
     title = "Particle sliding off a smooth sphere, contact-loss event"
     section = "6.3.4, 7.5, 7.11.1"
     conventions = "theta from the top. h is the height above the surface, zero until contact is lost, and u its rate."
-    default_state = ("0.1", 0, 0, 0)
-    domain = Domain(
-        {
-            "g": positive(1.0, 10.0),
-            "R": positive(0.5, 3.0),
-            "theta": Range(low=0.0, high=pi / 2, typical=(0.01, 0.7)),
-            "h": Range(0.0, 0.0, typical=(0.0, 0.0)),
-            "omega": Range(low=0.0, typical=(0.0, 1.0)),
-            "u": Range(0.0, 0.0, typical=(0.0, 0.0)),
-        },
-        (
-            Rule("R omega^2 < g cos(theta) (the sphere carries the particle at the start)", _carries),
-            Rule("theta = omega = 0, or theta^2 + R omega^2/g >= 1e-120 (at most 138 e-foldings)", _leaves_the_top),
-        ),
+    theta = Coordinate("rad", "0.1", Range(low=0.0, high=pi / 2, typical=(0.01, 0.7)))
+    h = Coordinate("m", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
+    omega = Coordinate("rad/s", 0, nonnegative(0, 1))
+    u = Coordinate("m/s", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    R = Parameter("m", 1, "radius", positive(0.5, 3))
+    rules = (
+        Rule("R omega^2 < g cos(theta) (the sphere carries the particle at the start)", _carries),
+        Rule("theta = omega = 0, or theta^2 + R omega^2/g >= 1e-120 (at most 138 e-foldings)", _leaves_the_top),
     )
     variants = (
         Variant(
@@ -201,7 +168,7 @@ class BeadLeavingSphere(_ContactLossCase):
         Variant("at_top", "exactly at the top: must not slide", initial_state=(0, 0, 0, 0)),
         Variant("launched", "starts at the top with speed", initial_state=(0, 0, 1, 0)),
     )
-    invariants: ClassVar = {"energy": Invariant(sphere_energy)}
+    invariants = conserved(energy=sphere_energy)
     _INSIDE = False
     _SLIDES = Mode("contact", on_sphere)
     _FLIES = Mode("flight", off_sphere)
@@ -209,7 +176,7 @@ class BeadLeavingSphere(_ContactLossCase):
 
     def natural_span(self) -> Number:
         """Until half a time scale after contact is lost; ten time scales at the top."""
-        motion = self._exact
+        motion = self.exact_motion
         return float(motion.leaving_time()) + 0.5 * self.time_scale if motion.leaves else 10 * self.time_scale
 
 
@@ -223,17 +190,12 @@ class AmusementPark(_ContactLossCase):
         "theta from the bottom. h is the distance from the loop, zero until contact is lost, and u its rate. The motion "
         "ends before the next contact."
     )
-    default_state = (0, 0, "6.5", 0)
-    domain = Domain(
-        {
-            "g": positive(5.0, 10.0),
-            "R": positive(0.5, 2.0),
-            "theta": Range(low=0.0, high=pi / 2, typical=(0.0, 1.0)),
-            "h": Range(0.0, 0.0, typical=(0.0, 0.0)),
-            "omega": Range(low=0.0, typical=(1.0, 8.0)),
-            "u": Range(0.0, 0.0, typical=(0.0, 0.0)),
-        }
-    )
+    theta = Coordinate("rad", 0, Range(low=0.0, high=pi / 2, typical=(0.0, 1.0)))
+    h = Coordinate("m", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
+    omega = Coordinate("rad/s", "6.5", nonnegative(1, 8))
+    u = Coordinate("m/s", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 10))
+    R = Parameter("m", 1, "radius", positive(0.5, 2))
     variants: ClassVar[tuple[Variant, ...]] = (
         Variant("through", "fast enough: contact lasts all round", initial_state=(0, 0, "7.2", 0)),
         Variant(
@@ -244,7 +206,7 @@ class AmusementPark(_ContactLossCase):
         ),
         Variant("swings", "too slow to reach the side: swings like a pendulum", initial_state=(0, 0, 4, 0)),
     )
-    invariants: ClassVar = {"energy": Invariant(loop_energy)}
+    invariants = conserved(energy=loop_energy)
     _INSIDE = True
     _SLIDES = Mode("contact", in_loop)
     _FLIES = Mode("flight", across_loop)
@@ -252,7 +214,7 @@ class AmusementPark(_ContactLossCase):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        motion = self._exact
+        motion = self.exact_motion
         if motion.leaves and self.span >= Fraction(float(motion.leaving_time() + motion.flight_time())):
             raise ValueError(
                 f"{self.name}: span = {float(self.span):g} s reaches the next contact; give a span that ends before "
@@ -261,14 +223,14 @@ class AmusementPark(_ContactLossCase):
 
     def natural_span(self) -> Number:
         """Until nine tenths of the flight; ten time scales if contact lasts."""
-        motion = self._exact
+        motion = self.exact_motion
         if not motion.leaves:
             return 10 * self.time_scale
         return float(motion.leaving_time()) + 0.9 * float(motion.flight_time())
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        found = super().quantities(digits)
-        return found | {"flight_time": self._exact.flight_time(digits)} if found else found
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        return (*super().quantity_names, "flight_time") if self.exact_motion.leaves else ()
 
 
 class PendulumOnString(AmusementPark):
@@ -281,11 +243,9 @@ class PendulumOnString(AmusementPark):
         "theta from the downward vertical. h is the string's length less the distance of the mass from the pivot, zero while "
         "the string is taut, and u its rate: the same motion as amusement_park. It ends before the string is taut again."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("R", "m", 1, "length of the string"),
-    )
-    default_state = (1, 0, "5.4", 0)
+    theta = Coordinate("rad", 1, Range(low=0.0, high=pi / 2, typical=(0.0, 1.0)))
+    omega = Coordinate("rad/s", "5.4", nonnegative(1, 8))
+    R = Parameter("m", 1, "length of the string", positive(0.5, 2))
     variants: ClassVar[tuple[Variant, ...]] = (
         Variant("through", "fast enough: the string stays taut all round", initial_state=(0, 0, "7.2", 0)),
         Variant(
@@ -305,7 +265,6 @@ class PendulumOnString(AmusementPark):
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`tension_start` over the mass (m/s^2); at `leaving` the string goes slack."""
-        theta, _, omega, _ = self.initial_state
-        g, radius = self.parameter_values()
-        tension = quantity(digits, lambda mp: mp.mpf(radius * omega**2) + mp.mpf(g) * mp.cos(mp.mpf(theta)))
+        pull = self.R * self.omega**2
+        tension = quantity(digits, lambda mp: mp.mpf(pull) + mp.mpf(self.g) * mp.cos(mp.mpf(self.theta)))
         return {"tension_start": tension} | super().quantities(digits)

@@ -1,16 +1,11 @@
 """A thin disc that rolls without slip on a rough horizontal plane."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
 from math import cos, pi, sin, sqrt, tau
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.disc_scene import SCENE
 from gnomon.reference.numerics.precision import Number, publish, working
 
@@ -61,36 +56,20 @@ class RollingDisc(IntegratedCase):
         "phi' cos(theta) are the angular velocity along the tangent, the steepest radius and the axle; (x, y) is the "
         "point of contact. Energy is constant; phase volume need not be."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("phi", "rad", "angle"),
-        Coordinate("psi", "rad", "angle"),
-        Coordinate("w1", "rad/s", "angular velocity"),
-        Coordinate("w2", "rad/s", "angular velocity"),
-        Coordinate("w3", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("a", "m", "0.25", "radius of the disc"),
-    )
-    default_state = (0, 0, "1.2", 0, 0, 0, "-1.5", 6)
-    domain = Domain(
-        {
-            "g": positive(5.0, 15.0),
-            "a": positive(0.2, 1.0),
-            "theta": Range(low=0.0, high=pi, low_open=True, high_open=True, typical=(0.9, 2.2)),
-            "w1": Range(typical=(-0.5, 0.5)),
-            "w2": Range(typical=(0.5, 3.0)),
-            "w3": Range(typical=(-8.0, 8.0)),
-        }
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y", "phi", "psi")},
-        (
-            Rule(
-                "the disc rotates or rolls (w2 or w3 is not zero), else it falls flat",
-                _is_kept_off_the_plane,
-            ),
+    x = Coordinate("m", 0, typical(-2, 2))
+    y = Coordinate("m", 0, typical(-2, 2))
+    theta = Coordinate("rad", "1.2", Range(low=0.0, high=pi, low_open=True, high_open=True, typical=(0.9, 2.2)))
+    phi = Coordinate("rad", 0, typical(-2, 2))
+    psi = Coordinate("rad", 0, typical(-2, 2))
+    w1 = Coordinate("rad/s", 0, typical(-0.5, 0.5))
+    w2 = Coordinate("rad/s", "-1.5", typical(0.5, 3))
+    w3 = Coordinate("rad/s", 6, typical(-8, 8))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 15))
+    a = Parameter("m", "0.25", "radius of the disc", positive(0.2, 1))
+    rules = (
+        Rule(
+            "the disc rotates or rolls (w2 or w3 is not zero), else it falls flat",
+            _is_kept_off_the_plane,
         ),
     )
     variants = (
@@ -142,7 +121,7 @@ class RollingDisc(IntegratedCase):
             span="0.61",
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(disc_energy)}
+    invariants = conserved(energy=disc_energy)
     forms = (FirstOrder(disc_equations),)
     scene = SCENE
     reversal = ("w1", "w2", "w3")
@@ -157,8 +136,7 @@ class RollingDisc(IntegratedCase):
 
     def natural_span(self) -> Number:
         """3.37 times 2 pi sqrt(a/g): the integration is expensive."""
-        g, a = map(float, self.parameter_values())
-        return 3.37 * tau * sqrt(a / g)
+        return 3.37 * tau * sqrt(float(self.a) / float(self.g))
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """Limits of stability of an upright disc: `rolling_limit` of w3, `spinning_limit` of w2 (rad/s).
@@ -167,7 +145,7 @@ class RollingDisc(IntegratedCase):
         """
         with working(digits + 10) as mp:
             g, a = map(mp.mpf, self.parameter_values())
-            theta, w2 = mp.mpf(self.initial_state[2]), mp.mpf(self.initial_state[6])
+            theta, w2 = mp.mpf(self.theta), mp.mpf(self.w2)
             found = {"rolling_limit": mp.sqrt(g / (3 * a)), "spinning_limit": mp.sqrt(4 * g / (5 * a))}
             if w2:
                 found["circle_spin"] = (w2 * mp.cot(theta) - 4 * g / a * mp.cos(theta) / w2) / 6

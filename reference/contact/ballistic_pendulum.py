@@ -41,6 +41,11 @@ class BallisticPendulum(Motion):
         """The motion after the impact, timed from it."""
         return Pendulum(self.g, self.length, Fraction(0), self.rate)
 
+    @property
+    def rise(self) -> Fraction:
+        """The height that the block reaches (m)."""
+        return min((self.rate * self.length) ** 2 / (2 * self.g), 2 * self.length)
+
     @cached_property
     def energy_lost(self) -> Fraction:
         """Energy lost in the impact: M/(m + M) of that of the bullet."""

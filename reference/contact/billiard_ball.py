@@ -54,6 +54,11 @@ class BilliardBall(BallMotion):
         with working(digits + 2) as mp:
             return publish(refined(mp, lambda: self._rolled(flint.arb(0))), digits)
 
+    def rolling_velocity(self, digits: int = 15) -> tuple[Any, Any]:
+        """The velocity of the centre from the end of sliding on (m/s)."""
+        _x, _y, vx, vy, *_ = self.rolling_state(digits)
+        return vx, vy
+
     def energy_loss(self, digits: int = 15) -> Any:
         """Energy lost per unit mass, |s0|^2/7."""
         sx, sy = self.slip

@@ -27,6 +27,11 @@ class Pulse(BallMotion):
     x0: Fraction
     v0: Fraction
 
+    @property
+    def final_speed(self) -> Fraction:
+        """The velocity after the pulse (m/s)."""
+        return self.v0 + self.impulse / self.m
+
     def lag(self, digits: int = 15) -> Any:
         """Lag of the position behind that of the instantaneous impulse, after the end of the pulse (m)."""
         return self._rational(digits, self.impulse * self.length / (2 * self.m))

@@ -29,10 +29,12 @@ class BeadOnTurningWire(LinearMotion):
         rows = ((0, 1, 0, 0), (rate**2, 0, -self.g, 0), (0, 0, 0, rate), (0, 0, -rate, 0))
         return rows, (self.r0, self.v0, 0, 1)
 
+    @property
     def growing(self) -> Fraction:
         """A, the coefficient of the growing part; zero on bounded motions."""
         return (self.r0 + (self.v0 - self.g / (2 * self.O)) / self.O) / 2
 
+    @property
     def decaying(self) -> Fraction:
         """B, the coefficient of the decaying part."""
         return (self.r0 - (self.v0 - self.g / (2 * self.O)) / self.O) / 2

@@ -69,6 +69,10 @@ class Governor(WellMotion):
         """J phi', conjugate to the azimuth."""
         return self._quantity(digits, self._momentum)
 
+    def azimuth(self, digits: int = 15) -> Any:
+        """The growth of phi in a period of theta (rad)."""
+        return self.carried_over_period(0, digits)
+
     def small_frequency(self, digits: int = 15) -> Any:
         """Angular frequency of small swings about the steady angle, sqrt(V''/M)."""
 

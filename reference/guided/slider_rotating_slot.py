@@ -37,6 +37,11 @@ class Slot(LinearMotion):
         """2 mu |Om|."""
         return 2 * self.friction * abs(self.rate)
 
+    @property
+    def wall_force(self) -> Fraction:
+        """The force of the wall at the start, 2 m Om v (N)."""
+        return 2 * self.mass * self.rate * self.v0
+
     def balance(self, digits: int = 15) -> Any | None:
         """Equilibrium radius; None at the critical speed."""
         if self.pull == 0:

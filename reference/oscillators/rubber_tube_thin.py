@@ -31,8 +31,11 @@ class Pinney(Motion):
     def period(self, digits: int = 15) -> Any:
         return self._quantity(digits, lambda mp: mp.pi / mp.mpf(self.w))
 
+    def least(self, digits: int = 15) -> Any:
+        """The least x, the inverse of the largest."""
+        return self._quantity(digits, lambda mp: 1 / self._largest(mp), 20)
+
     def largest(self, digits: int = 15) -> Any:
-        """The largest x; the least is its inverse."""
         return self._quantity(digits, self._largest, 20)
 
     def top_speed(self, digits: int = 15) -> Any:

@@ -51,6 +51,16 @@ class CycloidalMotion(Motion):
         """Energy per unit mass above the bottom: w^2/2 times the square of the arc amplitude."""
         return self._quantity(digits, lambda mp: 2 * mp.mpf(self.a * self.g) * (1 - self._clearance(mp)), 30)
 
+    @property
+    def string_length(self) -> Fraction:
+        """The length of a string between jaws of the same shape, 4 a."""
+        return 4 * self.a
+
+    def normal_force_start(self, digits: int = 15) -> Any:
+        """Over the mass: g cos(phi/2) + v^2/(4a cos(phi/2)), v = 2a cos(phi/2) phi'."""
+        pull = self.g + self.a * self.rate0**2
+        return self._quantity(digits, lambda mp: mp.mpf(pull) * mp.cos(mp.mpf(self.phi0) / 2))
+
     def normal_force_bottom(self, digits: int = 15) -> Any:
         """Normal force per unit mass at the bottom: g cos(phi/2) + v^2/(4 a cos(phi/2)) at phi = 0."""
         return self._quantity(digits, lambda mp: mp.mpf(self.g) * (2 - self._clearance(mp)), 30)

@@ -1,0 +1,207 @@
+"""What a case or a check declares: its numbers as class attributes with unit, default and range, and its variants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import ClassVar, Self, overload
+
+from gnomon.cases.core.numbers import Domain, Range, Rule, given, nearest, typical
+from gnomon.reference.numerics.precision import Number
+
+KINDS = {
+    "m": "length",
+    "m^(1/2)": "length",
+    "m/s": "velocity",
+    "m^(1/2)/s": "velocity",
+    "rad": "angle",
+    "rad/s": "angular velocity",
+    "1": "dimensionless",
+    "1/s": "rate",
+}
+"""The kind of a coordinate by its unit."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One component of a state, declared as a class attribute: `theta = Coordinate("rad", 2, typical(-7, 7))`.
+
+    `start` is its default initial value, `allowed` the range of initial values. Coordinates of one `group` share a norm
+    and a scale; the group is the kind (length, velocity, ...) by default. An instance has the exact initial value under
+    the attribute's name.
+    """
+
+    unit: str
+    start: Number = 0
+    allowed: Range | None = None
+    group: str = ""
+    kind: str = ""
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.kind and self.unit not in KINDS:
+            raise ValueError(f"a coordinate in {self.unit!r}: state its kind; it follows for {', '.join(KINDS)}")
+        object.__setattr__(self, "kind", self.kind or KINDS[self.unit])
+        object.__setattr__(self, "group", self.group or self.kind)
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        object.__setattr__(self, "name", name)
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, instance: Declared, owner: type) -> Fraction: ...
+    def __get__(self, instance: Declared | None, owner: type) -> Self | Fraction:
+        return self if instance is None else instance.numbers[self.name]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter, declared as a class attribute: `g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())`.
+
+    An instance has the exact value under the attribute's name.
+    """
+
+    unit: str
+    default: Number
+    meaning: str = ""
+    allowed: Range | None = None
+    name: str = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        object.__setattr__(self, "name", name)
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, instance: Declared, owner: type) -> Fraction: ...
+    def __get__(self, instance: Declared | None, owner: type) -> Self | Fraction:
+        return self if instance is None else instance.numbers[self.name]
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """The nine coordinates R11, R12 ... R33 of a rotation matrix, row by row, body -> space: `attitude = Attitude()`.
+
+    An instance has the nine initial values as a tuple. `axis` is the group of the third column, if it has its own.
+    """
+
+    start: Sequence[Number] = (1, 0, 0, 0, 1, 0, 0, 0, 1)
+    fixed: bool = False
+    """Whether tests and searches draw no other attitude than the default."""
+    axis: str = ""
+
+    def coordinates(self) -> Iterator[Coordinate]:
+        for n, value in enumerate(self.start):
+            row, column = divmod(n, 3)
+            allowed = typical(value, value) if self.fixed else typical(-1, 1)
+            group = self.axis if column == 2 else ""
+            yield Coordinate("1", value, allowed, group, "attitude", f"R{row + 1}{column + 1}")
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, instance: Declared, owner: type) -> tuple[Fraction, ...]: ...
+    def __get__(self, instance: Declared | None, owner: type) -> Self | tuple[Fraction, ...]:
+        return self if instance is None else tuple(instance.numbers[each.name] for each in self.coordinates())
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A case or a check with other numbers, chosen because they are hard: those that differ, and what they stress.
+
+    `stresses` is one line of text for the page; it says which difficulty the variant has. The span is given in seconds,
+    or as the number of `periods` that replaces the number of the case's `Span`.
+    """
+
+    name: str
+    stresses: str
+    parameters: Mapping[str, Number] = field(default_factory=dict)
+    initial_state: Sequence[Number] | None = None
+    span: Number | None = None
+    periods: float | None = None
+    scored: tuple[str, ...] = ()
+    """The groups of the state that count in the distance; all groups if it is empty."""
+
+
+class Declared:
+    """The base of `Case` and `Check`. A subclass declares its numbers as class attributes, in sequence.
+
+    Those of its bases come first; one that it declares again keeps its place.
+    """
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    section: ClassVar[str]
+    conventions: ClassVar[str] = ""
+    parameter_list: ClassVar[tuple[Parameter, ...]] = ()
+    rules: ClassVar[tuple[Rule, ...]] = ()
+    """Rules that join several numbers."""
+    domain: ClassVar[Domain] = Domain({})
+    """The ranges of all numbers, and the rules."""
+    variants: ClassVar[tuple[Variant, ...]] = ()
+    natural_sizes: ClassVar[Mapping[str, float]] = {}
+    """The size of a group or quantity that stays exactly zero; 1 SI unit for one without an entry."""
+
+    variant: str | None
+    parameters: dict[str, Fraction]
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        found = cls._declared()
+        if not found:
+            return
+        core = next(kind for kind in cls.__mro__[::-1] if Declared in kind.__bases__)
+        taken = {label for kind in core.__mro__[:-1] for label in (*vars(kind), *kind.__annotations__)}
+        for label in taken & set(found):
+            raise TypeError(
+                f"{cls.__name__}.{label}: a {core.__name__} has its own attribute {label}; choose another name"
+            )
+        cls.parameter_list = tuple(each for each in found.values() if isinstance(each, Parameter))
+        cls.domain = Domain({n: each.allowed for n, each in found.items() if each.allowed is not None}, cls.rules)
+
+    @classmethod
+    def _declared(cls) -> dict[str, Coordinate | Parameter]:
+        """The numbers that the class and its bases declare, by name."""
+        found: dict[str, Coordinate | Parameter] = {}
+        for kind in reversed(cls.__mro__):
+            for label, value in vars(kind).items():
+                if isinstance(value, Coordinate | Parameter):
+                    found[label] = value
+                elif isinstance(value, Attitude):
+                    found |= {each.name: each for each in value.coordinates()}
+        return found
+
+    @property
+    def numbers(self) -> dict[str, Fraction]:
+        """All numbers by name."""
+        return self.parameters
+
+    @property
+    def id(self) -> str:
+        return f"{self.name}/{self.variant}" if self.variant else self.name
+
+    @classmethod
+    def _variant(cls, name: str | None) -> Variant:
+        if name is None:
+            return Variant("default", "")
+        for variant in cls.variants:
+            if variant.name == name:
+                return variant
+        raise ValueError(f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}")
+
+    @classmethod
+    def _given(cls, name: str, value: Number) -> Fraction:
+        return given(value, f"{cls.name}: {name}", cls.domain.ranges.get(name, Range()))
+
+    @classmethod
+    def _parameters(cls, variant: Variant, chosen: Mapping[str, Number]) -> dict[str, Fraction]:
+        """The exact value of each parameter: as chosen, else that of the variant, else the default."""
+        values: dict[str, Number] = {p.name: p.default for p in cls.parameter_list}
+        for name in chosen:
+            if name not in values:
+                raise ValueError(f"{cls.name} has no parameter {name!r}; {nearest(name, values)}")
+        return {
+            name: cls._given(name, value) for name, value in (values | dict(variant.parameters) | dict(chosen)).items()
+        }
