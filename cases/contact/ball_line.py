@@ -197,7 +197,7 @@ class _BallLineCase(Case):
         """A third longer than the time until the last impact."""
         return float(self.exact_motion.legs[-1].time) * 4 / 3 or self.time_scale
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """One for each impact, named by the balls."""
         found, legs = [], self.exact_motion.legs
 

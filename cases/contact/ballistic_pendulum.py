@@ -110,7 +110,7 @@ class BallisticPendulumCase(Case):
         after = 4 * small if swing.regime == Pendulum.SEPARATRIX else 2.37 * float(swing.period())
         return float(self.exact_motion.impact_time) + after
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self.exact_motion
         if motion.impact_time > self.span:
             return ()

@@ -171,7 +171,7 @@ class BilliardBallCase(Case):
 
         return (Level(thrown, spun, "sliding only, in the initial direction of the slip"),)
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """The end of sliding."""
         if not self._ends or self.exact_motion.rolling_time(20) > self.span:
             return ()

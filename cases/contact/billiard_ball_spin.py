@@ -4,8 +4,6 @@ Cases: billiard_ball_attitude, billiard_ball_drill.
 """
 
 import math
-from collections.abc import Mapping
-from fractions import Fraction
 from functools import cached_property
 from math import sqrt
 
@@ -96,16 +94,29 @@ class BilliardBallAttitude(Case):
     mu = Parameter("1", "0.2", "coefficient of friction", nonnegative(0, 1))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 15))
     exact_motion = ExactMotion(lambda c: BilliardAttitude(c._plain.exact_motion, c.initial_state[7:]))
-    variants = tuple(
+    variants = (
         Variant(
-            variant.name,
-            f"{variant.stresses}; the axis of rotation moves",
-            variant.parameters,
-            (*(variant.initial_state or BilliardBallCase.default_state), *IDENTITY),
-            variant.span,
-        )
-        for variant in BilliardBallCase.variants
-        if variant.name in ("draw", "masse", "dead_stop", "rolls")
+            "draw",
+            "back spin: stops, then rolls back; the axis of rotation moves",
+            initial_state=(0, 0, 1, 0, 0, -150, 0, *IDENTITY),
+        ),
+        Variant(
+            "masse",
+            "side spin bends the path; the axis of rotation moves",
+            initial_state=(0, 0, 1, 0, -100, 40, 50, *IDENTITY),
+        ),
+        Variant(
+            "dead_stop",
+            "spin and speed balance: ends exactly at rest; the axis of rotation moves",
+            {"R": "0.03125"},
+            (0, 0, 1, 0, 0, -80, 0, *IDENTITY),
+        ),
+        Variant(
+            "rolls",
+            "rolls from the start; the axis of rotation moves",
+            {"R": "0.03125"},
+            (0, 0, 1, 0, 0, 32, 5, *IDENTITY),
+        ),
     )
     invariants = decaying(energy=turning_energy)
     scene = ATTITUDE_SCENE
@@ -140,7 +151,7 @@ class BilliardBallAttitude(Case):
     def forms(self) -> tuple[Hybrid, ...]:
         return (until_it_rolls(sliding_and_turning, rolling_and_turning, start_rolling, 1e-9 * self.time_scale),)
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self._plain.exact_motion
         if not self._plain._ends or motion.rolling_time(20) > self.span:
             return ()
@@ -154,11 +165,6 @@ class BilliardBallAttitude(Case):
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         return self._plain.quantities(digits)
-
-
-def _motion(n: Mapping[str, Fraction]) -> DrillingBall:
-    names = ("R", "mu", "g", "rho", "x", "y", "vx", "vy", "wx", "wy", "wz")
-    return DrillingBall(*(n[name] for name in names))
 
 
 class BilliardBallDrill(Case):
@@ -184,9 +190,11 @@ class BilliardBallDrill(Case):
     rho = Parameter("m", "0.012", "effective radius of the patch of contact, as on a soft cloth", positive(0.01, 0.02))
     rules = (
         Rule("the ball drills (wz is not 0; else see billiard_ball)", lambda n: n["wz"] != 0),
-        Rule("the ball slides at the start (the slip is not 0)", lambda n: any(_motion(n).slip)),
+        Rule(
+            "the ball slides at the start (the slip is not 0)", lambda n: any(BilliardBallDrill.exact_motion.of(n).slip)
+        ),
     )
-    exact_motion = ExactMotion(lambda c: _motion(c.numbers))
+    exact_motion = ExactMotion(DrillingBall)
     default_span = Span(0.9, lambda motion: motion.end_time())
     quantity_names = ("end_time", "final_vx final_vy=final_velocity")
     """`end_time`: when sliding and drilling end (s); then the ball rolls with the final velocity."""

@@ -164,7 +164,7 @@ class BlockInclineFriction(Case):
     def scene(self) -> SceneForm:
         return scene_of(self.parameter_values())
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """The stop: `stop_up` or `stop_down`, by the direction of the motion that ends."""
         motion, zero = self.exact_motion, mpf(0)
         if not motion.stops or motion.stop_time(20) > self.span:

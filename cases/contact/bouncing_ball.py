@@ -144,7 +144,7 @@ class BouncingBall(Case):
             ),
         )
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """Impacts (`bounce`) up to the last sample or the first gap below `settle`, after which comes `limit`."""
         motion, zero, e = self.exact_motion, mpf(0), self.e
         end = Fraction(float(self.times[-1]))

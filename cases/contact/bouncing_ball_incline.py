@@ -143,7 +143,7 @@ class BouncingBallIncline(Case):
             ),
         )
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """Impacts, and the `limit` after which the ball slides."""
         found = []
         for event in self._ball.events(digits):

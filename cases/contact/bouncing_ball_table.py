@@ -120,7 +120,7 @@ class BouncingBallTable(Case):
         (z, u), G = map(float, self.initial_state), float(self.exact_motion.pull)
         return 1.9 * (u + sqrt(u * u + 2 * G * z)) / G
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         zero, found = mpf(0), []
         for n in range(1, self.count + 1):
             time, before, after = self.exact_motion.impact(n, self.span, digits)

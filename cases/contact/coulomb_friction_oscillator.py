@@ -157,7 +157,7 @@ class CoulombFrictionOscillator(Case):
             return periods
         return 1.13 * float(self.exact_motion.turn_time(turns))
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`turn_right` ends a motion to the right, `turn_left` one to the left; after the last one the mass stays."""
         motion, found, turn = self.exact_motion, list[Event](), 1
         while motion.turns is None or turn <= motion.turns:

@@ -110,7 +110,7 @@ class ExplodingProjectile(Case):
         """The time until the burst."""
         return float(self.t_burst)
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self.exact_motion
         if motion.burst > self.span:
             return ()

@@ -144,7 +144,7 @@ class ObliqueImpact(Case):
         """1.87 times the time to the impact; 2 time scales if there is none."""
         return 1.87 * float(self.exact_motion.impact_time()) if self.exact_motion.touches else 2 * self.time_scale
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self.exact_motion
         if not motion.touches or motion.impact_time(20) > self.span:
             return ()

@@ -121,7 +121,7 @@ class RestitutionImpact(Case):
             else self.time_scale
         )
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`blocks` and `wall`, sorted by time."""
         found = []
         for n in range(1, self.exact_motion.passed(self.span) + 1):

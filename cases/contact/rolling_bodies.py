@@ -184,7 +184,7 @@ class RollingBodies(Case):
             ),
         )
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self.exact_motion
         if not motion.slip_ends or motion.slip_time(20) > self.span:
             return ()

@@ -156,7 +156,7 @@ class SlidingCanCase(Case):
         alike = motion.mu_s == motion.mu_k or motion.slides_first or slippery.holds
         return ONE_FRICTION if alike else TWO_FRICTIONS
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion, found = self.exact_motion, list[Event]()
         if not motion.holds and not motion.slides_first and motion.onset(20) <= self.span:
             there = (self.exact(0, digits)[0], mpf(0))

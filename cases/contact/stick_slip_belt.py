@@ -141,13 +141,13 @@ class StickSlipBelt(Case):
         """Until the first release, and 5.37 cycles more."""
         return float(self.exact_motion.release_time()) + 5.37 * float(self.exact_motion.period())
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`release` and `stick` alternate."""
         motion, found = self.exact_motion, list[Event]()
         if motion.slips_for_good:
             return ()
         if motion.repeats:
-            self._few(2 * float(self.span) / float(motion.period()))
+            self.limit_events(2 * float(self.span) / float(motion.period()))
         belt = motion.number(motion.V, digits)
 
         def add(time: Any, name: str, place: Any) -> bool:

@@ -120,7 +120,7 @@ class TorpedoFiringPin(Case):
         """A third longer than the motion."""
         return 1.37 * float(self.exact_motion.end_time()) if self.exact_motion.moves else 3.7 * self.time_scale
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`strike`, or `stop` before the primer."""
         motion, zero = self.exact_motion, mpf(0)
         if not motion.moves or motion.end_time(20) > self.span:

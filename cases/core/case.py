@@ -117,9 +117,6 @@ class Case(Declared):
     exact_motion: ClassVar[ExactMotion[Motion]]
     default_span: ClassVar[Number | Span]
     """The span if neither the caller nor the variant gives one, in seconds or as a `Span`."""
-    quantity_names: ClassVar[tuple[str, ...]] = ()
-    """Derived quantities that are methods of the exact motion, which take the digits, or exact numbers in it: "period",
-    "rise=swing.height" with the name of the quantity first, "least largest=turning_points" for several values."""
     invariants: ClassVar[Mapping[str, Invariant]] = {}
     turning: ClassVar[Turning | None] = None
     """The rotational symmetry of the case, if it has one: errors are then medians over turned starts."""
@@ -224,8 +221,16 @@ class Case(Declared):
             else span.otherwise * self.time_scale
         )
 
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        """Derived quantities that are methods of the exact motion, which take the digits, or exact numbers in it.
+
+        "period"; "rise=swing.height" with the name of the quantity first; "least largest=turning_points" for several.
+        """
+        return ()
+
     def derived(self, digits: int) -> dict[str, Any]:
-        """Derived quantities by name that are not in `quantity_names`.
+        """Other derived quantities by name.
 
         Each is an exact number, a function of an mpmath context, an mpf, or None where the motion has no such quantity.
         """
@@ -257,18 +262,18 @@ class Case(Declared):
         """The events of a hybrid motion within the span, sorted by time; computed once for each precision."""
         if digits not in self._events:
             with self._within_reach():
-                self._events[digits] = self._listed(digits)
+                self._events[digits] = self.list_events(digits)
         return self._events[digits]
 
     @cached_property
     def _events(self) -> dict[int, tuple[Event, ...]]:
         return {}
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """Compute the events; a hybrid case overrides this."""
         return ()
 
-    def _few(self, events: float, most: int = MOST_EVENTS) -> None:
+    def limit_events(self, events: float, most: int = MOST_EVENTS) -> None:
         """Raise ArithmeticError if `events`, the expected number within the span, is above `most`."""
         if events > most:
             span = float(self.span)

@@ -146,7 +146,7 @@ class InkJetPrinter(Case):
         motion = self.exact_motion
         return 1.27 * float(motion.time_at(motion.paper)) if motion.reaches(motion.paper) else 3.1 * self.time_scale
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`leaves` the plates, `lands` on the paper."""
         motion, found = self.exact_motion, list[Event]()
         for name, place in (("leaves", motion.plates), ("lands", motion.paper)):

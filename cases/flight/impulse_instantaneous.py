@@ -114,7 +114,7 @@ class ImpulseInstantaneous(Case):
     def fastest_time(self) -> float:
         return float(self.T) or self.time_scale
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion, begin, length = self.exact_motion, self.t1, self.T
         if not length:
             before, after = motion.before_the_impulse(digits), self.exact(begin, digits)

@@ -187,7 +187,7 @@ class VerticalQuadraticDrag(Case):
             return 1.3 * float(self.exact_motion.return_time())
         return 4 / math.sqrt(float(self.g) * float(self.k))
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """The apex of a throw upward."""
         if self.v <= 0 or self.exact_motion.apex_time(20) > self.span:
             return ()

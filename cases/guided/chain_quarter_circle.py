@@ -172,7 +172,7 @@ class ChainQuarterCircle(Case):
         """Until the tail has left the circle, and 0.2 sqrt(L/g) more."""
         return float(self.exact_motion.event_times()[2]) + 0.2 * sqrt(float(self.L / self.g))
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`hangs`, `enters`, `leaves`."""
         motion = self.exact_motion
         rows = zip(

@@ -86,7 +86,7 @@ def pulley_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
 class _ChainOverEdge(Case):
     """A chain that leaves its support at one event, `leaves`, and then falls freely."""
 
-    exact_motion: ExactMotion[SlidingChain]
+    exact_motion: ClassVar[ExactMotion[SlidingChain]]
     _SLIDING: ClassVar[Mode]
     _END: ClassVar[Any]
     _START: ClassVar[Any]
@@ -115,7 +115,7 @@ class _ChainOverEdge(Case):
             return 10 * self.time_scale
         return 1.15 * float(self.exact_motion.end_time()) + 0.1 * self.time_scale
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self.exact_motion
         if motion.rests or motion.s0 >= motion.end or motion.end_time(20) > self.span:
             return ()

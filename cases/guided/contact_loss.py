@@ -126,7 +126,7 @@ class _ContactLossCase(Case):
         g, radius = map(float, self.parameter_values())
         return sqrt(radius / g)
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`leaves`, where the normal force vanishes."""
         motion = self.exact_motion
         if not motion.leaves or motion.leaving_time(20) > self.span:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import asin, atan2, cos, hypot, inf, pi, sin, tau
+from typing import ClassVar
 
 from gnomon.cases.declare import *
 from gnomon.cases.guided.surface_scene import on_surface
@@ -115,7 +116,7 @@ ROUND = Rule("the particle moves round the axis (w is not 0, else it meets the t
 class _OnSurface(WellCase):
     """One coordinate along the meridian, the azimuth phi, and their rates."""
 
-    exact_motion: ExactMotion[OnSurface]
+    exact_motion: ClassVar[ExactMotion[OnSurface]]
     section = "11.10.1-11.10.2"
 
     @cached_property

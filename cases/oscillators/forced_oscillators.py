@@ -294,7 +294,7 @@ class TimeVaryingForce(Case):
         """1.25 times the duration of the force."""
         return 1.25 * float(self.off)
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         off = self.off
         if off > self.span:
             return ()

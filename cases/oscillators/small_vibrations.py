@@ -6,6 +6,7 @@ Cases: small_vibrations_3dof_chain, small_vibrations_mdof.
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
+from typing import ClassVar
 
 from gnomon.cases.core.row_scene import masses_in_a_row
 from gnomon.cases.declare import *
@@ -98,7 +99,7 @@ class _Vibrating(Case):
 
     default_span = Span(10.37, "turn")
     quantity_names = ("frequency_1 frequency_2 frequency_3=frequencies",)
-    exact_motion: ExactMotion[Vibrations]
+    exact_motion: ClassVar[ExactMotion[Vibrations]]
     section = "11.13"
     mirror = ("x1", "x2", "x3", "v1", "v2", "v3")
 

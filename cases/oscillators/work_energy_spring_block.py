@@ -90,12 +90,12 @@ class WorkEnergySpringBlock(Case):
         """sqrt(m/k)."""
         return 1 / sqrt(float(self.exact_motion.square))
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`touch` and `lift` alternate."""
         motion, found, n = self.exact_motion, list[Event](), 1
         if not motion.leaves:
             return ()
-        self._few(2 * float(self.span) / float(motion.period()))
+        self.limit_events(2 * float(self.span) / float(motion.period()))
         u = motion.speed(digits)
         down, up = (mpf(0), fneg(u, exact=True)), (mpf(0), u)
         while True:

@@ -5,6 +5,7 @@ Cases: chain_in_circular_tube, moment_of_momentum_pendulum.
 
 from fractions import Fraction
 from math import cos, sin, tau
+from typing import ClassVar
 
 from gnomon.cases.core import accuracy
 from gnomon.cases.declare import *
@@ -56,7 +57,7 @@ def carried_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 
 class _Pendulum(Case):
-    exact_motion: ExactMotion[EquivalentPendulum]
+    exact_motion: ClassVar[ExactMotion[EquivalentPendulum]]
     default_span = Span(10.37, lambda motion: motion.pendulum().period(20))
 
     @property

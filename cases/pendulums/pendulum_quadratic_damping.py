@@ -152,9 +152,9 @@ class PendulumQuadraticDamping(Case):
         half = math.pi / math.sqrt(float(self.w2))
         return float(self.exact_motion.turning_point(int(self.periods))[0]) + 0.37 * half
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """The times at which the pendulum comes to rest: at most one in the time of a small half swing."""
-        self._few(float(self.span) * math.sqrt(float(self.w2)) / math.pi, MOST_RESTS)
+        self.limit_events(float(self.span) * math.sqrt(float(self.w2)) / math.pi, MOST_RESTS)
         found: list[Event] = []
         while True:
             time, angle = self.exact_motion.turning_point(len(found) + 1, digits)

@@ -67,8 +67,6 @@ def spinning(w1: Number, w2: Number, w3: Number) -> tuple[Number, ...]:
     return (w1, w2, w3, 1, 0, 0, 0, 1, 0, 0, 0, 1)
 
 
-
-
 class EulerTopCase(Case):
     name = "euler_top"
     title = "Torque-free rigid body"

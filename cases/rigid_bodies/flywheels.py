@@ -147,7 +147,7 @@ class BeltDrivenMachine(Case):
             ),
         )  # fmt: skip
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self.exact_motion
         if not motion.side or motion.grip_time > self.span:
             return ()
@@ -257,7 +257,7 @@ class FlywheelCoastDown(Case):
             ),
         )
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         if self.w == 0 or self.exact_motion.stop_time(20) > self.span:
             return ()
         there = (self.exact_motion.stop_angle(digits), mpf(0))

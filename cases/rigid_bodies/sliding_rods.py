@@ -170,7 +170,7 @@ class SlidingLadderCase(Case):
             ),
         )
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion, found = self.exact_motion, list[Event]()
         if not motion.stands and motion.leaving_time(20) <= self.span:
             there = motion.leaving_state(digits)
@@ -231,7 +231,7 @@ class RigidLinkPlaneMotion(Case):
             ),
         )
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         if self.exact_motion.stands or self.exact_motion.floor_time(20) > self.span:
             return ()
         return (lying(self.exact_motion, digits),)

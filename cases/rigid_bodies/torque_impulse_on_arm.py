@@ -95,7 +95,7 @@ class TorqueImpulseOnArm(Case):
         periodic = after.regime in (Pendulum.LIBRATION, Pendulum.ROTATION)
         return float(self.exact_motion.blow) + (2.37 * float(after.period()) if periodic else 4 * small)
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self.exact_motion
         if motion.blow > self.span:
             return ()

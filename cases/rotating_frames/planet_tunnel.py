@@ -160,11 +160,11 @@ class PlanetTunnelCase(Case):
         """10.37 periods; 3.37 if the surface is crossed."""
         return (10.37 if self.exact_motion.inside else 3.37) * float(self.exact_motion.period())
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         motion, found = self.exact_motion, list[Event]()
         if motion.inside:
             return ()
-        self._few(4 * float(self.span) / float(motion.period()))
+        self.limit_events(4 * float(self.span) / float(motion.period()))
         ends = {side: motion.number(side * motion.R, digits) for side in (1, -1)}
         speed = motion.surface_speed(digits)
         for time, enters, side in motion.crossings(self.span, digits):
