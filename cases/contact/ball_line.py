@@ -9,8 +9,8 @@ from fractions import Fraction
 from typing import ClassVar
 
 from gnomon.cases.core.forms import Equations
-from gnomon.cases.core.impact_scene import ball_line
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.impact import ball_line
 from gnomon.reference.contact.impacts import BallLine
 from gnomon.reference.numerics.precision import Number, publish, working
 

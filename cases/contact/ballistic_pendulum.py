@@ -4,8 +4,9 @@ from collections.abc import Callable
 from fractions import Fraction
 from math import sin, sqrt
 
+from gnomon.cases.core.scene import Body, Contact, Hinge, Readings, Scene, SceneForm, Slider
 from gnomon.cases.declare import *
-from gnomon.cases.pendulums.blow_scene import BALLISTIC
+from gnomon.cases.scenes.two_masses import NO_INERTIA
 from gnomon.reference.contact.ballistic_pendulum import BallisticPendulum
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
@@ -48,6 +49,34 @@ def bullet_mode(t: Any, state: Values, parameters: Values) -> str:
 
 def _number(value: Fraction) -> Callable[[Any], Any]:
     return lambda mp: mp.mpf(value)
+
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+ACROSS = (0.0, -1.0, 0.0)
+"""The hinge axis about which a positive angle turns a hanging body towards +x."""
+
+
+def ballistic_scene(state: Values, parameters: Values) -> Scene:
+    """The bullet moves on a rail without weight until it sticks to the block (token `adhesion`)."""
+    x, theta, u, omega = state
+    g, length, m, M = parameters
+    bodies = (Body("bullet", m, NO_INERTIA), Body("block", M, NO_INERTIA))
+    pivot = Hinge("pivot", "block", ORIGIN, ACROSS, (0.0, 0.0, -length), theta, omega)
+    barrel = Slider("barrel", "bullet", (0.0, 0.0, -length), (1.0, 0.0, 0.0), x, u)
+    contact = Contact("bullet", (1.0, 0.0, 0.0), partner="block")
+    return Scene((0.0, 0.0, -g), bodies, hinges=(pivot,), sliders=(barrel,), contacts=(contact,))
+
+
+def ballistic_reading(readings: Readings, parameters: Values) -> Values:
+    (x, u), (theta, omega) = readings.joints["barrel"], readings.joints["pivot"]
+    return x, theta, u, omega
+
+
+BALLISTIC = SceneForm(
+    ballistic_scene, ballistic_reading, frozenset({"hinge", "slider", "body_contact", "adhesion"}), conservative=False
+)
 
 
 class BallisticPendulumCase(Case):

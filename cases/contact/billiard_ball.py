@@ -4,11 +4,11 @@ import math
 from math import sqrt
 
 import numpy as np
-from gnomon.cases.contact.billiard_ball_scene import SCENE
 from gnomon.cases.core.case import Floats
 from gnomon.cases.core.forms import Equations
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
+from gnomon.cases.scenes.billiard_ball import SCENE
 from gnomon.reference.contact.billiard_ball import BilliardBall
 from gnomon.reference.numerics.precision import Number
 

@@ -16,9 +16,9 @@ from gnomon.cases.contact.billiard_ball import (
     start_rolling,
     until_it_rolls,
 )
-from gnomon.cases.contact.billiard_ball_scene import ATTITUDE_SCENE, DRILL_SCENE
 from gnomon.cases.core.numbers import show
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.billiard_ball import ATTITUDE_SCENE, DRILL_SCENE
 from gnomon.reference.contact.billiard_ball_attitude import MOST_TURN, BilliardAttitude
 from gnomon.reference.contact.billiard_ball_drill import DrillingBall
 from gnomon.reference.numerics.precision import Number

@@ -4,10 +4,10 @@ import math
 from fractions import Fraction
 from math import cos, sin
 
-from gnomon.cases.contact.block_incline_friction_scene import scene_of
 from gnomon.cases.core.forms import Friction
-from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.scene import SceneForm, Vector
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.block_incline_friction import BlockIncline, holds
 from gnomon.reference.numerics.precision import Number, exact
 from mpmath import mpf
@@ -62,6 +62,23 @@ def first_mode(t: Any, state: Values, parameters: Values) -> str:
     if v > 0:
         return "up"
     return "down" if v < 0 else mode_after_stop(t, state, parameters)
+
+
+def tilted_gravity(parameters: tuple[float, ...]) -> Vector:
+    """The gravity of a horizontal plane that stands for the incline; the block is a flat box on it."""
+    g, alpha, _mu_k, _mu_s = parameters
+    return -g * sin(alpha), 0.0, -g * cos(alpha)
+
+
+SCENE, TWO_COEFFICIENTS = (
+    flat_box(tilted_gravity, lambda parameters: parameters[2], *more) for more in ((), ("static_friction",))
+)
+
+
+def scene_of(parameters: tuple[Fraction, ...]) -> SceneForm:
+    """The scene needs a separate static coefficient only if that decides whether the block holds."""
+    _g, alpha, mu_k, mu_s = parameters
+    return TWO_COEFFICIENTS if holds(alpha, mu_s) and not holds(alpha, mu_k) else SCENE
 
 
 class BlockInclineFriction(Case):

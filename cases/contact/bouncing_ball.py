@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from fractions import Fraction
 from math import sqrt
 
-from gnomon.cases.contact.bouncing_ball_scene import SCENE
 from gnomon.cases.core.forms import Impact
 from gnomon.cases.core.interface import Between
+from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.reference.contact.bouncing_ball import BouncingBall as Motion
 from gnomon.reference.numerics.precision import Number
@@ -69,6 +69,27 @@ def energy(t: Any, state: Values, parameters: Values) -> Values:
 def first_mode(t: Any, state: Values, parameters: Values) -> str:
     y, v = state
     return "rest" if y == 0 and v == 0 else "flight"
+
+
+RADIUS = 0.1
+
+
+def bouncing_ball_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A sphere of radius 0.1 m above a plane; y is the gap between them."""
+    y, v = state
+    g, e = parameters
+    moment = 2 * RADIUS**2 / 5
+    ball = Body("ball", 1.0, (moment, moment, moment), (0.0, 0.0, RADIUS + y), velocity=(0.0, 0.0, v), radius=RADIUS)
+    return Scene((0.0, 0.0, -g), (ball,), contacts=(Contact("ball", (0.0, 0.0, 1.0), restitution=e),))
+
+
+def bouncing_ball_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, _, velocity, _ = readings.bodies["ball"]
+    return position[2] - RADIUS, velocity[2]
+
+
+SCENE = SceneForm(bouncing_ball_scene, bouncing_ball_reading, frozenset({"rigid_impact"}), conservative=False)
+"""Not conservative in the sense of SceneForm: at an impact the velocity jumps."""
 
 
 class BouncingBall(Case):

@@ -5,9 +5,9 @@ from math import sqrt
 
 from gnomon.cases.contact.bouncing_ball import BouncingBall
 from gnomon.cases.core.forms import Impact
-from gnomon.cases.core.impact_scene import INCLINE
 from gnomon.cases.core.interface import Between
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.impact import INCLINE
 from gnomon.reference.contact.bouncing_ball_incline import BouncingIncline
 from gnomon.reference.numerics.precision import Number
 

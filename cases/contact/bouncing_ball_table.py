@@ -5,8 +5,8 @@ from fractions import Fraction
 from functools import cached_property
 from math import sin, sqrt
 
-from gnomon.cases.core.impact_scene import TABLE
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.impact import TABLE
 from gnomon.reference.contact.bouncing_ball_table import VibratingTable
 from gnomon.reference.numerics.precision import Number
 from mpmath import mpf

@@ -3,11 +3,11 @@
 import math
 from dataclasses import replace
 
-from gnomon.cases.core.box_scene import flat_box
 from gnomon.cases.core.forms import Friction
 from gnomon.cases.core.scene import SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
+from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.coulomb_friction_oscillator import CoulombOscillator
 from gnomon.reference.numerics.precision import Number, exact
 from mpmath import mpf

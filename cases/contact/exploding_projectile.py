@@ -3,8 +3,9 @@
 from collections.abc import Callable
 from fractions import Fraction
 
+from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
-from gnomon.cases.pendulums.blow_scene import FRAGMENTS
+from gnomon.cases.scenes.two_masses import NO_INERTIA
 from gnomon.reference.contact.exploding_projectile import Fragments
 from gnomon.reference.numerics.precision import publish, working
 
@@ -55,6 +56,25 @@ def fragments_mode(t: Any, state: Values, parameters: Values) -> str:
 
 def _number(value: Fraction) -> Callable[[Any], Any]:
     return lambda mp: mp.mpf(value)
+
+
+def fragments_scene(state: Values, parameters: Values) -> Scene:
+    """The parts fly together until the burst: opposite impulses on both at a given time."""
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    g, m1, m2, *_ = parameters
+    bodies = (
+        Body("part 1", m1, NO_INERTIA, (x1, 0.0, y1), velocity=(vx1, 0.0, vy1)),
+        Body("part 2", m2, NO_INERTIA, (x2, 0.0, y2), velocity=(vx2, 0.0, vy2)),
+    )
+    return Scene((0.0, 0.0, -g), bodies)
+
+
+def fragments_reading(readings: Readings, parameters: Values) -> Values:
+    (r1, _, v1, _), (r2, _, v2, _) = (readings.bodies[f"part {n}"] for n in (1, 2))
+    return r1[0], r1[2], r2[0], r2[2], v1[0], v1[2], v2[0], v2[2]
+
+
+FRAGMENTS = SceneForm(fragments_scene, fragments_reading, frozenset({"impulse"}), conservative=False)
 
 
 class ExplodingProjectile(Case):

@@ -3,8 +3,8 @@
 from fractions import Fraction
 from math import cos, sin
 
-from gnomon.cases.core.cart_scene import MAN
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.cart import MAN
 from gnomon.reference.oscillators.forced_oscillators import ForcedLinear
 
 ZERO = Fraction(0)

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from fractions import Fraction
 
-from gnomon.cases.core.impact_scene import ball_line
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.impact import ball_line
 from gnomon.reference.contact.restitution_impact_1d_2d import TwoBlocks
 from gnomon.reference.numerics.precision import Number
 from mpmath import mpf

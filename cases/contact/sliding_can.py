@@ -4,9 +4,9 @@ import math
 from dataclasses import replace
 from math import cos, exp, sin
 
-from gnomon.cases.core.box_scene import flat_box
 from gnomon.cases.core.scene import SceneForm, Vector
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.sliding_can import SlidingCan
 from gnomon.reference.numerics.precision import Number, exact
 from mpmath import mpf

@@ -2,9 +2,9 @@
 
 import math
 
-from gnomon.cases.core.box_scene import flat_box
 from gnomon.cases.core.scene import SceneForm, Vector
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.stick_slip_belt import StickSlip
 from gnomon.reference.numerics.precision import Number, exact
 from mpmath import mpf

@@ -9,9 +9,9 @@ from fractions import Fraction
 from math import sqrt
 
 from gnomon.cases.core.forms import Charged
-from gnomon.cases.core.point_scene import SPACE, free_point
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import SPACE, free_point
 from gnomon.reference.flight.gyration import Charge
 from gnomon.reference.flight.relativistic_charge import RelativisticCharge
 from gnomon.reference.numerics.precision import Number

@@ -2,9 +2,9 @@
 
 from math import atan, pi, sin
 
-from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed
 from gnomon.reference.flight.impulse_instantaneous import Pulse
 
 

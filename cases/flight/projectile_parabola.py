@@ -2,8 +2,8 @@
 
 import math
 
+from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
-from gnomon.cases.flight.projectile_parabola_scene import SCENE
 from gnomon.reference.flight.projectile_parabola import Projectile
 
 
@@ -28,6 +28,21 @@ def projectile_energy(t: Any, state: Values, parameters: Values) -> Values:
 def horizontal_momentum(t: Any, state: Values, parameters: Values) -> Values:
     """Momentum along x per unit mass."""
     return (state[2],)
+
+
+def projectile_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A free point mass under gravity; y is along the engine's z."""
+    x, y, vx, vy = state
+    (g,) = parameters
+    return Scene((0.0, 0.0, -g), (Body("projectile", 1.0, (0.0, 0.0, 0.0), (x, 0.0, y), velocity=(vx, 0.0, vy)),))
+
+
+def projectile_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, _, velocity, _ = readings.bodies["projectile"]
+    return position[0], position[2], velocity[0], velocity[2]
+
+
+SCENE = SceneForm(projectile_scene, projectile_reading, frozenset())
 
 
 class ProjectileParabola(Case):

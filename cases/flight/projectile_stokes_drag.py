@@ -2,9 +2,9 @@
 
 import math
 
-from gnomon.cases.core.point_scene import UP, free_point
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
+from gnomon.cases.scenes.point import UP, free_point
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
 from gnomon.reference.numerics.precision import Number
 

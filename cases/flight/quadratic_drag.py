@@ -6,10 +6,10 @@ Cases: projectile_quadratic_drag, vertical_quadratic_drag.
 import math
 from math import asinh, sqrt
 
-from gnomon.cases.core.point_scene import UP, free_point, railed_point
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.flight.projectile_stokes_drag import ProjectileStokesDrag
+from gnomon.cases.scenes.point import UP, free_point, railed_point
 from gnomon.reference.flight.quadratic_drag import QuadraticDragPlane, QuadraticDragVertical
 from gnomon.reference.numerics.precision import Number
 from mpmath import mpf

@@ -2,8 +2,8 @@
 
 from math import cos, pi, sin
 
-from gnomon.cases.core.point_scene import railed_point
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_point
 from gnomon.reference.guided.bead_rotating_wire_vertical_plane import BeadOnTurningWire
 from gnomon.reference.numerics.precision import Number
 

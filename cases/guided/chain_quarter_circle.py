@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 from math import atan, cos, sin, sqrt
 
-from gnomon.cases.core.point_scene import railed
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed
 from gnomon.reference.guided.chain_quarter_circle import ChainQuarter
 from gnomon.reference.numerics.precision import Number
 

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 from math import sqrt
 
-from gnomon.cases.core.point_scene import railed
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion
 
 

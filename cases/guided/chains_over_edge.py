@@ -8,8 +8,8 @@ from fractions import Fraction
 from math import sqrt
 from typing import ClassVar
 
-from gnomon.cases.core.point_scene import railed
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed
 from gnomon.reference.guided.chains_over_edge import SlidingChain
 from gnomon.reference.numerics.precision import Number
 from mpmath import mpf

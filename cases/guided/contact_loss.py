@@ -5,12 +5,11 @@ Cases: bead_leaving_sphere, amusement_park, pendulum_on_string.
 
 from collections.abc import Mapping
 from fractions import Fraction
-from math import cos, pi, sin, sqrt
+from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import ClassVar
 
-from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
-from gnomon.cases.guided.contact_loss_scene import LOOP, SPHERE
 from gnomon.reference.guided.contact_loss import ContactLoss
 from gnomon.reference.numerics.precision import Number, quantity, working
 from mpmath import mpf
@@ -94,6 +93,42 @@ def _leaves_the_top(n: Mapping[str, Fraction]) -> bool:
     """Whether the start is at most 138 e-foldings from the top: closer ones need hundreds of digits."""
     away = n["theta"] ** 2 + n["R"] * n["omega"] ** 2 / n["g"]
     return away == 0 or away >= Fraction(1, 10**120)
+
+
+Values = tuple[float, ...]
+NEEDS = frozenset({"curved_guide", "loss_of_contact"})
+
+
+def _one_sided(up: int) -> SceneForm:
+    """A guide that holds on one side (tokens `curved_guide`, `loss_of_contact`).
+
+    `up` is 1 if theta is measured from the top and the particle leaves outward, -1 if from the bottom and inward.
+    """
+
+    def build(state: Values, parameters: Values) -> Scene:
+        theta, h, omega, u = state
+        g, radius = parameters
+        r, rate = radius + up * h, up * u
+        s, c = sin(theta), cos(theta)
+
+        def circle(angle: float) -> Vector:
+            return radius * sin(angle), 0.0, up * radius * cos(angle)
+
+        velocity = (rate * s + r * omega * c, 0.0, up * (rate * c - r * omega * s))
+        body = Body("particle", 1.0, (0.0, 0.0, 0.0), (r * s, 0.0, up * r * c), velocity=velocity)
+        return Scene((0.0, 0.0, -g), (body,), guides=(Guide("circle", "particle", circle, theta, omega),))
+
+    def observe(readings: Readings, parameters: Values) -> Values:
+        _g, radius = parameters
+        (x, _, z), _, (vx, _, vz), _ = readings.bodies["particle"]
+        r = hypot(x, z)
+        rate = (x * vx + z * vz) / r
+        return atan2(x, up * z), up * (r - radius), up * (z * vx - x * vz) / (r * r), up * rate
+
+    return SceneForm(build, observe, NEEDS, conservative=False)
+
+
+SPHERE, LOOP = _one_sided(1), _one_sided(-1)
 
 
 class _ContactLossCase(Case):

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from fractions import Fraction
 from math import cos, pi, sin, sqrt
 
-from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.declare import *
 from gnomon.cases.guided.free_azimuth import FreeAzimuthCase
 from gnomon.cases.guided.pendulum_on_hoop import RotatingPendulum, hoop_acceleration
-from gnomon.cases.guided.pendulum_on_hoop_scene import FREE_HOOP
+from gnomon.cases.scenes.hinge import hinged_point
+from gnomon.cases.scenes.hoop import FREE_HOOP
 from gnomon.reference.guided.free_azimuth import Governor
 
 

@@ -9,10 +9,10 @@ from math import cos, pi, sin, sqrt, tau
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.hinge_scene import hinged_pull
 from gnomon.cases.declare import *
-from gnomon.cases.guided.pendulum_on_hoop_scene import SCENE
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.cases.scenes.hinge import hinged_pull
+from gnomon.cases.scenes.hoop import SCENE
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
 
 

@@ -5,9 +5,9 @@ from fractions import Fraction
 from math import sqrt, tau
 
 from gnomon.cases.core.forms import Form
-from gnomon.cases.core.point_scene import railed_point, railed_pull
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_point, railed_pull
 from gnomon.reference.guided.slider_rotating_slot import Slot
 from gnomon.reference.numerics.precision import Number
 

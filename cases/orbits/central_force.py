@@ -5,11 +5,11 @@ Cases: central_force_conservation, central_force_hanging_mass, central_force_log
 
 from math import log, sqrt
 
-from gnomon.cases.core.rope_scene import HANGING
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
-from gnomon.cases.core.two_masses_scene import polar_pair, polar_point
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase
+from gnomon.cases.scenes.rope import HANGING
+from gnomon.cases.scenes.two_masses import polar_pair, polar_point
 from gnomon.reference.orbits.central_force import HangingMass, Logarithmic, SpringDumbbell
 from gnomon.reference.orbits.isotropic_oscillator import IsotropicOscillator
 

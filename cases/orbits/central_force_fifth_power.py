@@ -6,9 +6,9 @@ from math import hypot, sqrt
 
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import show
-from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.declare import *
 from gnomon.cases.orbits.central_force import isotropic_spin
+from gnomon.cases.scenes.point import free_point
 from gnomon.reference.numerics.precision import Number, exact
 from gnomon.reference.orbits.central_force_fifth_power import collision_time
 

@@ -3,8 +3,8 @@
 from fractions import Fraction
 from math import tau
 
-from gnomon.cases.core.rope_scene import SHORTENED
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.rope import SHORTENED
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.central_force_shortened_string import ShortenedString
 

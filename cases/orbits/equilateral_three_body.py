@@ -10,8 +10,8 @@ import numpy as np
 from gnomon.cases.core import accuracy
 from gnomon.cases.core.forms import NBody
 from gnomon.cases.core.integrated import IntegratedCase, certified
-from gnomon.cases.core.two_masses_scene import attracting
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.two_masses import attracting
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.equilateral_three_body import Homographic, keeps_its_shape
 

@@ -3,15 +3,15 @@
 import math
 from collections.abc import Sequence
 from fractions import Fraction
-from math import sqrt
+from math import hypot, sqrt
 
 import numpy as np
 from gnomon.cases.core.forms import NBody
 from gnomon.cases.core.formulation import Floats, Formulation
+from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.core.turning import Turning
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
-from gnomon.cases.orbits.kepler_orbit_scene import SCENE
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.kepler_orbit import Kepler
 
@@ -104,6 +104,28 @@ def pericentre_start(e: float) -> tuple[Number, ...]:
     """The state at pericentre for a = 1, mu = 1, rounded here to binary64; the case has these rounded numbers."""
     distance = Fraction(str(e))
     return 1 - distance, 0, 0, math.sqrt((1 + distance) / (1 - distance))
+
+
+def kepler_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A free point mass with the attraction as a force."""
+    x, y, vx, vy = state
+    (mu,) = parameters
+
+    def attraction(t: float, position: Vector, velocity: Vector) -> Vector:
+        x, y, _ = position
+        factor = -mu / hypot(x, y) ** 3
+        return factor * x, factor * y, 0.0
+
+    planet = Body("planet", 1.0, (0.0, 0.0, 0.0), (x, y, 0.0), velocity=(vx, vy, 0.0))
+    return Scene((0.0, 0.0, 0.0), (planet,), forces=(Force("planet", "position_force", attraction),))
+
+
+def kepler_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, _, velocity, _ = readings.bodies["planet"]
+    return position[0], position[1], velocity[0], velocity[1]
+
+
+SCENE = SceneForm(kepler_scene, kepler_reading, frozenset({"position_force"}))
 
 
 class KeplerOrbit(Case):

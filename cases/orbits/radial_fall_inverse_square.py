@@ -3,8 +3,8 @@
 import math
 
 from gnomon.cases.core.forms import NBody
-from gnomon.cases.core.point_scene import railed_pull
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_pull
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.radial_fall_inverse_square import RadialFall
 

@@ -8,9 +8,9 @@ import numpy as np
 from gnomon.cases.core import accuracy
 from gnomon.cases.core.case import Floats
 from gnomon.cases.core.forms import NBody
-from gnomon.cases.core.two_masses_scene import attracting
 from gnomon.cases.declare import *
 from gnomon.cases.orbits.kepler_orbit import KeplerOrbit
+from gnomon.cases.scenes.two_masses import attracting
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.kepler_orbit import Kepler
 from gnomon.reference.orbits.two_body import TwoBody as Motion

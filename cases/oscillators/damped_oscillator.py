@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from math import sqrt
 
+from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.cases.declare import *
-from gnomon.cases.oscillators.damped_oscillator_scene import SCENE
 from gnomon.cases.oscillators.harmonic_oscillator import spring_energy
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.damped_oscillator import DampedMotion
@@ -30,6 +30,28 @@ def nothing_else(t: Any, state: Values, parameters: Values) -> Values:
 def damped_energy(t: Any, state: Values, parameters: Values) -> Values:
     m, _, k = parameters
     return spring_energy(t, state, (m, k))
+
+
+def damped_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A mass on a slider, with spring and damper as one force."""
+    x, v = state
+    m, c, k = parameters
+
+    def spring_and_damper(t: float, position: Vector, velocity: Vector) -> Vector:
+        return -c * velocity[0] - k * position[0], 0.0, 0.0
+
+    slider = Slider("rail", "mass", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), x, v)
+    force = Force("mass", "velocity_force", spring_and_damper)
+    body = Body("mass", m, (0.0, 0.0, 0.0))
+    return Scene((0.0, 0.0, 0.0), (body,), sliders=(slider,), forces=(force,))
+
+
+def damped_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    return readings.joints["rail"]
+
+
+SCENE = SceneForm(damped_scene, damped_reading, frozenset({"slider", "velocity_force"}), conservative=False)
+"""Not conservative: the damper's force depends on the velocity."""
 
 
 class DampedOscillator(Case):

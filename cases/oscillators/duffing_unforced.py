@@ -5,8 +5,8 @@ from fractions import Fraction
 from math import sqrt, tau
 
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.point_scene import railed_pull
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_pull
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.duffing_unforced import DuffingMotion
 

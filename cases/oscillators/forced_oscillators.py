@@ -8,8 +8,8 @@ from fractions import Fraction
 from math import cos, exp, sin
 
 from gnomon.cases.core.forms import Form
-from gnomon.cases.core.point_scene import railed_point
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_point
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.forced_oscillators import ForcedLinear, SwitchedOff
 

@@ -2,8 +2,8 @@
 
 from math import sqrt
 
-from gnomon.cases.core.point_scene import railed_pull
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_pull
 from gnomon.reference.oscillators.hanging_springs import HangingSprings
 
 

@@ -2,8 +2,8 @@
 
 from math import sqrt
 
+from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.cases.declare import *
-from gnomon.cases.oscillators.harmonic_oscillator_scene import SCENE
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion
 
 
@@ -24,6 +24,26 @@ def spring_energy(t: Any, state: Values, parameters: Values) -> Values:
     x, v = state
     m, k = parameters
     return ((m * v * v + k * x * x) / 2,)
+
+
+def spring_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A mass on a slider, with the spring as a force."""
+    x, v = state
+    m, k = parameters
+
+    def spring(t: float, position: Vector, velocity: Vector) -> Vector:
+        return -k * position[0], 0.0, 0.0
+
+    slider = Slider("rail", "mass", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), x, v)
+    body = Body("mass", m, (0.0, 0.0, 0.0))
+    return Scene((0.0, 0.0, 0.0), (body,), sliders=(slider,), forces=(Force("mass", "position_force", spring),))
+
+
+def spring_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    return readings.joints["rail"]
+
+
+SCENE = SceneForm(spring_scene, spring_reading, frozenset({"slider", "position_force"}))
 
 
 class HarmonicOscillator(Case):

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 
-from gnomon.cases.core.row_scene import masses_in_a_row
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.row import masses_in_a_row
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.small_vibrations import Vibrations, chain
 

@@ -8,8 +8,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import ClassVar
 
-from gnomon.cases.core.row_scene import masses_in_a_row
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.row import masses_in_a_row
 from gnomon.reference.numerics.precision import Number, exact
 from gnomon.reference.oscillators.small_vibrations import Vibrations, chain
 

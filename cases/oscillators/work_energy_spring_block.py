@@ -3,8 +3,8 @@
 from fractions import Fraction
 from math import sqrt
 
-from gnomon.cases.core.point_scene import railed
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed
 from gnomon.reference.oscillators.work_energy_spring_block import SpringBlock
 from mpmath import fneg, mpf
 

@@ -9,7 +9,7 @@ from math import cos, sin, sqrt, tau
 from gnomon.cases.core.scene import IDENTITY, Body, Guide, Hinge, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
-from gnomon.cases.pendulums.pendulum_simple_scene import pendulum_reading
+from gnomon.cases.scenes.pendulum import pendulum_reading
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 

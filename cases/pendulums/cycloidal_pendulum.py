@@ -6,8 +6,8 @@ from math import cos, pi, sin, sqrt, tan
 import numpy as np
 from gnomon.cases.core import accuracy
 from gnomon.cases.core.formulation import Formulation
+from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
-from gnomon.cases.pendulums.cycloidal_pendulum_scene import SCENE
 from gnomon.reference.pendulums.cycloidal_pendulum import CycloidalMotion
 from numpy.typing import NDArray
 
@@ -55,6 +55,25 @@ def angle_from_arc(y: Floats, parameters: Sequence[float]) -> Floats:
     with np.errstate(invalid="ignore", divide="ignore"):
         cosine = np.sqrt((1 - sine) * (1 + sine))
         return np.stack([2 * np.arctan2(sine, cosine), y[..., 1] / (2 * a * cosine)], axis=-1)
+
+
+def cycloid_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A bead on a guide with the shape of the cycloid."""
+    phi, rate = state
+    a, g = parameters
+
+    def cycloid(phi: float) -> Vector:
+        return a * (phi + sin(phi)), 0.0, a * (1 - cos(phi))
+
+    bead = Body("bead", 1.0, (0.0, 0.0, 0.0))
+    return Scene((0.0, 0.0, -g), (bead,), guides=(Guide("cycloid", "bead", cycloid, phi, rate),))
+
+
+def cycloid_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    return readings.joints["cycloid"]
+
+
+SCENE = SceneForm(cycloid_scene, cycloid_reading, frozenset({"curved_guide"}))
 
 
 class CycloidalPendulum(Case):

@@ -2,9 +2,9 @@
 
 from math import pi, sin, sqrt
 
-from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession, no_load
+from gnomon.cases.scenes.point import free_point
 from gnomon.reference.pendulums.foucault_pendulum_centrifugal import FoucaultCentrifugal
 
 

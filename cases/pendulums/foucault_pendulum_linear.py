@@ -7,10 +7,10 @@ import math
 from math import sin
 from typing import ClassVar
 
-from gnomon.cases.core.point_scene import free_point
+from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.core.turning import Turning
 from gnomon.cases.declare import *
-from gnomon.cases.pendulums.foucault_pendulum_linear_scene import SCENE
+from gnomon.cases.scenes.point import free_point
 from gnomon.reference.pendulums.foucault_pendulum_linear import Foucault
 
 TURN = 2 * math.pi
@@ -73,6 +73,28 @@ def foucault_momentum(t: Any, state: Values, parameters: Values) -> Values:
 
 
 PRECESSION_SCENE = free_point(precession_equations, (0, 1))
+
+
+def foucault_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A free point mass in the horizontal plane; one force holds the attraction to the centre and the Coriolis force."""
+    x, y, vx, vy = state
+    g, length, turning, latitude = parameters
+
+    def pull_and_coriolis(t: float, position: Vector, velocity: Vector) -> Vector:
+        stiffness, spin = g / length, turning * sin(latitude)
+        return -stiffness * position[0] + 2 * spin * velocity[1], -stiffness * position[1] - 2 * spin * velocity[0], 0.0
+
+    bob = Body("bob", 1.0, (0.0, 0.0, 0.0), (x, y, 0.0), velocity=(vx, vy, 0.0))
+    return Scene((0.0, 0.0, 0.0), (bob,), forces=(Force("bob", "velocity_force", pull_and_coriolis),))
+
+
+def foucault_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, _, velocity, _ = readings.bodies["bob"]
+    return position[0], position[1], velocity[0], velocity[1]
+
+
+SCENE = SceneForm(foucault_scene, foucault_reading, frozenset({"velocity_force"}), conservative=False)
+"""Not conservative: the Coriolis force depends on the velocity."""
 
 
 class FoucaultLinear(Case):

@@ -3,9 +3,9 @@
 from math import cos, pi, sin, sqrt
 
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.cart_scene import CART_PENDULUM
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase
+from gnomon.cases.scenes.cart import CART_PENDULUM
 from gnomon.reference.pendulums.light_cart import LightCart
 from gnomon.reference.pendulums.pendulum_on_cart import CartPendulum
 

@@ -6,7 +6,7 @@ from gnomon.cases.core import accuracy
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.duffing_unforced import DuffingUnforced
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
-from gnomon.cases.pendulums.pendulum_simple_scene import SCENE
+from gnomon.cases.scenes.pendulum import SCENE
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 

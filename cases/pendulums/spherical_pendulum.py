@@ -5,13 +5,14 @@ from collections.abc import Sequence
 from fractions import Fraction
 from math import cos, sin
 
+import mpmath
 import numpy as np
 from gnomon.cases.core.case import Floats
+from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.orbits.central_force import CentralForceConservation
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
-from gnomon.cases.pendulums.spherical_cartesian import CARTESIAN
-from gnomon.cases.pendulums.spherical_scene import SCENE
+from gnomon.cases.pendulums.spherical_cartesian import CARTESIAN, from_the_sphere, on_the_sphere
 from gnomon.reference.rigid_bodies.lagrange_top import SphericalPendulum
 
 
@@ -37,6 +38,23 @@ def spherical_energy(t: Any, state: Values, parameters: Values) -> Values:
     g, length, h = parameters
     s, half = sin(theta), sin(theta / 2)
     return (omega * omega / 2 + h * h / (2 * s * s) + 2 * g / length * half * half,)
+
+
+def ball_joint_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A point mass on a ball joint at the origin; at the lowest point, where the azimuth is not defined, it starts at rest."""
+    g, length, _h = parameters
+    placed = on_the_sphere(mpmath.fp, state, parameters) if sin(state[0]) else (0.0, 0.0, -length, 0.0, 0.0, 0.0)
+    x, y, z, vx, vy, vz = map(float, placed)
+    bob = Body("bob", 1.0, (0.0, 0.0, 0.0), (x, y, z), velocity=(vx, vy, vz))
+    return Scene((0.0, 0.0, -g), (bob,))
+
+
+def ball_joint_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, _, velocity, _ = readings.bodies["bob"]
+    return tuple(map(float, from_the_sphere(np.array([*position, *velocity]), parameters)))
+
+
+SCENE = SceneForm(ball_joint_scene, ball_joint_reading, frozenset({"ball_joint"}))
 
 
 class SphericalPendulumCase(Case):

@@ -6,10 +6,10 @@ from math import cos, sin, sqrt
 import numpy as np
 from gnomon.cases.core.case import Floats
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.point_scene import UP, free_point
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.small_vibrations import SmallVibrations
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.cases.scenes.point import UP, free_point
 from gnomon.reference.numerics.precision import publish, working
 
 

@@ -5,8 +5,8 @@ from math import cos, sin, sqrt
 
 from gnomon.cases.core.case import Invariant
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.rope_scene import SWINGING
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.rope import SWINGING
 
 
 def swinging_atwood_equations(t: Any, state: Values, parameters: Values) -> Values:

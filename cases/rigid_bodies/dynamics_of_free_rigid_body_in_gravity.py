@@ -13,7 +13,7 @@ from gnomon.cases.rigid_bodies.euler_top import (
     spinning,
     twice_energy,
 )
-from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_scene, in_body, matrix
+from gnomon.cases.scenes.attitude import euler_top_scene, in_body, matrix
 from gnomon.reference.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import FreeBody
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 

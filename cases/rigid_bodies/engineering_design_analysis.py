@@ -6,7 +6,7 @@ from math import cos, pi, sin
 
 from gnomon.cases.declare import *
 from gnomon.cases.guided.free_azimuth import FreeAzimuthCase
-from gnomon.cases.guided.pendulum_on_hoop_scene import GOVERNOR
+from gnomon.cases.scenes.hoop import GOVERNOR
 from gnomon.reference.guided.free_azimuth import Governor
 
 

@@ -8,7 +8,7 @@ from math import sqrt
 from gnomon.cases.core.forms import RigidBody
 from gnomon.cases.core.turning import Turning
 from gnomon.cases.declare import *
-from gnomon.cases.rigid_bodies.euler_top_scene import SCENE
+from gnomon.cases.scenes.attitude import SCENE
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 

@@ -6,9 +6,9 @@ Cases: belt_driven_machine, flywheel, flywheel_coast_down.
 import math
 from math import cos
 
-from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.hinge import hinged_point
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.rigid_bodies.flywheels import BeltDrive, CoastDown, Flywheel
 from mpmath import mpf

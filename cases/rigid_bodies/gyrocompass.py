@@ -3,10 +3,10 @@
 from fractions import Fraction
 from math import cos, sin
 
-from gnomon.cases.core.hinge_scene import hinged_pull
 from gnomon.cases.declare import *
 from gnomon.cases.guided.pendulum_on_hoop import HoopCase
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.cases.scenes.hinge import hinged_pull
 
 
 def compass_acceleration(t: Any, q: Values, parameters: Values) -> Values:

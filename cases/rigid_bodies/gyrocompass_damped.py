@@ -3,8 +3,8 @@
 from fractions import Fraction
 from math import sqrt
 
-from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.hinge import hinged_point
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.damped_oscillator import DampedMotion
 

@@ -7,12 +7,12 @@ from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 from gnomon.cases.core.case import Floats
-from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.gyrocompass import Gyrocompass, compass_jacobi
 from gnomon.cases.rigid_bodies.gyrocompass_damped import GyrocompassDamped
+from gnomon.cases.scenes.hinge import hinged_point
 from gnomon.reference.numerics.precision import publish, working
 
 

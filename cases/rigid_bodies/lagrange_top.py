@@ -10,7 +10,7 @@ from gnomon.cases.core.forms import RigidBody
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.top_models import LagrangeTopFast, LagrangeTopSmallNutation
-from gnomon.cases.rigid_bodies.top_scene import ANGLES_SCENE, BODY_SCENE, RISING_SCENE
+from gnomon.cases.scenes.top import ANGLES_SCENE, BODY_SCENE, RISING_SCENE
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop
 from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude

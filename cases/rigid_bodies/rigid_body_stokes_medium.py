@@ -14,7 +14,7 @@ from gnomon.cases.rigid_bodies.euler_top import (
     momentum_z,
     spinning,
 )
-from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_reading, euler_top_scene
+from gnomon.cases.scenes.attitude import euler_top_reading, euler_top_scene
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
 

@@ -15,7 +15,7 @@ from gnomon.cases.rigid_bodies.euler_top import (
     spinning,
     twice_energy,
 )
-from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_reading, euler_top_scene
+from gnomon.cases.scenes.attitude import euler_top_reading, euler_top_scene
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 

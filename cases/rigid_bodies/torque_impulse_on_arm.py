@@ -2,8 +2,9 @@
 
 from math import sin, sqrt
 
+from gnomon.cases.core.scene import Body, Hinge, Scene, SceneForm
 from gnomon.cases.declare import *
-from gnomon.cases.pendulums.blow_scene import ARM
+from gnomon.cases.scenes.pendulum import pendulum_reading
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.pendulums.kicked_pendulum import KickedPendulum
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
@@ -29,6 +30,26 @@ def arm_is_struck(t: Any, state: Values, parameters: Values) -> Values:
 
 def arm_mode(t: Any, state: Values, parameters: Values) -> str:
     return "before" if t < parameters[4] else "after"
+
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+ACROSS = (0.0, -1.0, 0.0)
+"""The hinge axis about which a positive angle turns a hanging body towards +x."""
+
+
+def arm_scene(state: Values, parameters: Values) -> Scene:
+    """A uniform rod; the blow is an impulse at a given time (token `impulse`)."""
+    theta, omega = state
+    g, m, length, _H, _blow = parameters
+    moment = m * length * length / 12
+    rod = Body("arm", m, (moment, moment, 0.0))
+    hinge = Hinge("pivot", "arm", ORIGIN, ACROSS, (0.0, 0.0, -length / 2), theta, omega)
+    return Scene((0.0, 0.0, -g), (rod,), hinges=(hinge,))
+
+
+ARM = SceneForm(arm_scene, pendulum_reading, frozenset({"hinge", "impulse"}), conservative=False)
 
 
 class TorqueImpulseOnArm(Case):

@@ -9,8 +9,8 @@ from math import cos, sin
 from typing import ClassVar
 
 from gnomon.cases.core.forms import Charged
-from gnomon.cases.core.point_scene import SPACE, free_point
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import SPACE, free_point
 from gnomon.reference.flight.gyration import RotatingFall
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rotating_frames.inertial_straight_line import FirstOrderFall, StraightLine

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from gnomon.cases.core.case import Floats
-from gnomon.cases.core.point_scene import free_point
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
+from gnomon.cases.scenes.point import free_point
 from gnomon.reference.rotating_frames.planet_tunnel_rotating import TurningPlanet
 
 

@@ -7,7 +7,6 @@ from math import cos, sin, sqrt
 
 from gnomon.cases.core.case import Floats
 from gnomon.cases.core.forms import Charged
-from gnomon.cases.core.point_scene import SPACE, free_point
 from gnomon.cases.declare import *
 from gnomon.cases.rotating_frames.free_falls_rotating import (
     EARTH,
@@ -16,6 +15,7 @@ from gnomon.cases.rotating_frames.free_falls_rotating import (
     FreeFallFirstOrder,
     FreeFallRotatingEarth,
 )
+from gnomon.cases.scenes.point import SPACE, free_point
 from gnomon.reference.flight.gyration import strike
 from gnomon.reference.rotating_frames.tower_drop import TowerDrop
 
