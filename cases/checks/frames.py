@@ -139,7 +139,7 @@ class FrameTransformation(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Second differences of R(t) r(t), and of the same with parts of the motion held constant."""
+        """Second differences of R(t) r(t), with the whole motion and with parts of it held constant."""
         r0, v0, c = (mp.matrix(components(p, name)) for name in "rvc")
 
         def turn(t: Any) -> Any:

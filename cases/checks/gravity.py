@@ -81,7 +81,7 @@ class GravityFieldParticleBody(Check):
         return self.parameters["mu"] / self.parameters["a"] ** 2
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The field inside the shell is zero: its size is that of the field just outside."""
+        """The field inside the shell is zero: its size is the field just outside."""
         found = super().sizes(values)
         return found | {"shell": found["shell"] if values["shell"] else float(self._shell_scale)}
 

@@ -61,7 +61,7 @@ class ProjectileCoriolisFirstOrder(Check):
         }
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The size of a lateral deflection is that of the whole deflection."""
+        """A lateral deflection has the size of the whole deflection."""
         found = super().sizes(values)
         return found | dict.fromkeys(("lateral", "lateral_mirrored"), found["coriolis.x"])
 

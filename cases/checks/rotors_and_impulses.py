@@ -88,7 +88,7 @@ class RotorDynamicBalance(Check):
 
     @staticmethod
     def _at_rest(mp: Any, p: Any, product: Any) -> tuple[Any, Any]:
-        """The correction of a rotor at rest, which is the same."""
+        """The correction of a rotor at rest, which is equal."""
         return tuple(mp.lu_solve(mp.matrix([[1, 1], [p.d, -p.d]]), mp.matrix([-p.m * p.e, product])))
 
 
@@ -124,7 +124,7 @@ class GeneralizedImpulse(Check):
         return {"first_rate": found[0], "second_rate": found[1], "energy": struck / 2}
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The first rate can vanish: its size is then that of the joint's speed due to the second rod."""
+        """The first rate can vanish: its size is then the joint's speed due to the second rod."""
         found = super().sizes(values)
         ratio = float(self.parameters["L2"] / self.parameters["L1"])
         return found | {"first_rate": found["first_rate"] + 1e-3 * ratio * found["second_rate"]}

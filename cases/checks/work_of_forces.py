@@ -70,7 +70,7 @@ class WorkConstantLinearCoulomb(Check):
         }
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The size of work that vanishes is that of the spring's energy or of force times radius."""
+        """Work that vanishes has the size of the spring's energy or of force times radius."""
         found = super().sizes(values)
         n = {name: float(value) for name, value in self.parameters.items()}
         force = sum(abs(n[f"F{axis}"]) for axis in "xyz")
@@ -173,7 +173,7 @@ class ConservativeForceTest(Check):
         }
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The size of the work on the helix is that of its potential."""
+        """The work on the helix has the size of its potential."""
         found = super().sizes(values)
         R, height = float(self.parameters["R"]), float(self.parameters["phi"]) / 6.283185307179586
         return found | {"potential": R**3 + R * height**3}

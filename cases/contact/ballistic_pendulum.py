@@ -133,7 +133,7 @@ class BallisticPendulumCase(Case):
         return min(sqrt(length / g), float(self.exact_motion.impact_time), 1 / float(self.exact_motion.rate))
 
     def natural_span(self) -> Number:
-        """2.37 periods after the impact; 4 sqrt(L/g) if there is no period."""
+        """2.37 periods after the impact; 4 sqrt(L/g) without a period."""
         swing = self.exact_motion.swing
         small = sqrt(float(self.L / self.g))
         after = 4 * small if swing.regime == Pendulum.SEPARATRIX else 2.37 * float(swing.period())

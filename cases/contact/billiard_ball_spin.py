@@ -128,14 +128,14 @@ class BilliardBallAttitude(Case):
 
     @property
     def time_scale(self) -> float:
-        """That of billiard_ball, or the time of a radian of the fastest rotation if that is shorter."""
+        """The time scale of billiard_ball, or the time of a radian of the fastest rotation if that is shorter."""
         scale, rate = self._plain.time_scale, math.hypot(*map(float, self.initial_state[4:7]))
         if self._plain._ends:
             rate = max(rate, math.hypot(*map(float, self._plain.exact_motion.rolling_state()[4:7])))
         return min(scale, 1 / rate) if rate else scale
 
     def natural_span(self) -> Number:
-        """That of billiard_ball. Raises ArithmeticError if the ball turns further in it than the exact motion can follow."""
+        """The span of billiard_ball. Raises ArithmeticError if the ball turns further in it than the exact motion can follow."""
         span = float(self._plain.natural_span())
         mu, g, radius = (self.parameters[name] for name in ("mu", "g", "R"))
         slid = min(span, float(self._plain.exact_motion.rolling_time())) if self._plain._ends else 0.0
@@ -219,7 +219,7 @@ class BilliardBallDrill(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time in which the slip would end without drilling, at least that of a fall through the radius."""
+        """The time in which the slip would end without drilling, at least the time of a fall through the radius."""
         n = self.parameters
         slide = 2 * math.hypot(*map(float, self.exact_motion.slip)) / (7 * float(n["mu"] * n["g"]))
         return max(slide, math.sqrt(float(n["R"] / n["g"])))

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 from gnomon.cases.core import accuracy, sampling
-from gnomon.cases.core.declared import Coordinate, Declared
+from gnomon.cases.core.declared import Attitude, Coordinate, Declared
 from gnomon.cases.core.exact_motion import ExactMotion
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, SecondOrder, first_order
 from gnomon.cases.core.formulation import Formulation
@@ -106,14 +106,15 @@ def same(states: Floats) -> Floats:
 class Case(Declared):
     """One initial value problem with exact numbers. A subclass is one case; an instance is that case with given numbers.
 
-    A subclass declares its numbers, its variants, the class attributes below and `forms`; everything else follows from
-    them. What is a property below is a class attribute of a case in which it does not depend on the numbers:
-    `forms = (FirstOrder(f),)`. Where the book describes a system without equations, `conventions` begins with [inferred]
-    and states the model.
+    A subclass declares its numbers, its exact motion, its variants, `forms`, and those of the class attributes and methods
+    below that are not as a case has them by default. A property below may be a class attribute where it does not depend
+    on the numbers: `forms = (FirstOrder(f),)`. Where the book describes a system without equations, `conventions` begins
+    with [inferred] and states the model.
     """
 
     state: ClassVar[tuple[Coordinate, ...]]
     default_state: ClassVar[tuple[Number, ...]]
+    """The starts of the coordinates, which a case may state together."""
     exact_motion: ClassVar[ExactMotion[Motion]]
     default_span: ClassVar[Number | Span]
     """The span if neither the caller nor the variant gives one, in seconds or as a `Span`."""
@@ -134,10 +135,10 @@ class Case(Declared):
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        state = tuple(each for each in cls._declared().values() if isinstance(each, Coordinate))
-        if state:
-            cls.state = state
-            cls.default_state = vars(cls).get("default_state") or tuple(each.start for each in state)
+        if any(isinstance(each, Coordinate | Attitude) for each in vars(cls).values()):
+            cls.state = tuple(each for each in cls._declared().values() if isinstance(each, Coordinate))
+            if "default_state" not in vars(cls):
+                cls.default_state = tuple(each.start for each in cls.state)
 
     def __init__(
         self,
@@ -172,8 +173,6 @@ class Case(Declared):
             raise ArithmeticError(f"its natural span, {show(found)} s, is not within 1e-300 and 1e300 s")
         return found
 
-    # What a subclass states -------------------------------------------------------------------------------------
-
     def motion(self) -> Motion:
         """The exact motion of these numbers."""
         return self.exact_motion
@@ -202,7 +201,7 @@ class Case(Declared):
 
     @property
     def periods(self) -> float:
-        """The number of units of its `Span`: that of the variant, else that of the case."""
+        """How many units of its `Span` the natural span has: by the variant, else by the case."""
         wanted = self._variant(self.variant).periods
         assert isinstance(self.default_span, Span)
         return self.default_span.periods if wanted is None else wanted
@@ -322,8 +321,6 @@ class Case(Declared):
         back = (-x if c.name in changed else x for c, x in zip(self.state, state, strict=True))
         return tuple(back), {name: -x if name in changed else x for name, x in self.parameters.items()}
 
-    # What follows -----------------------------------------------------------------------------------------------
-
     @property
     def numbers(self) -> dict[str, Fraction]:
         """Parameters and initial state by name."""
@@ -343,7 +340,7 @@ class Case(Declared):
             raise OutOfReachError(f"{self.name}: {unusual}{given_span}: {error}") from error
 
     def rounded(self) -> Case:
-        """The same case with every number rounded to binary64; its exact motion is that of the rounded numbers."""
+        """The same case with every number rounded to binary64; its exact motion belongs to the rounded numbers."""
         parameters: dict[str, Any] = {name: float(value) for name, value in self.parameters.items()}
         start = [float(value) for value in self.initial_state]
         copy = type(self)(initial_state=start, span=float(self.span), **parameters)

@@ -1,4 +1,4 @@
-"""What a case or a check declares: its numbers as class attributes with unit, default and range, and its variants."""
+"""The declarations of a case or a check: its numbers as class attributes with unit, default and range, its variants."""
 
 from __future__ import annotations
 
@@ -109,10 +109,10 @@ class Attitude:
 
 @dataclass(frozen=True)
 class Variant:
-    """A case or a check with other numbers, chosen because they are hard: those that differ, and what they stress.
+    """A case or a check with other numbers, chosen because they are hard. Only the numbers that differ are given.
 
     `stresses` is one line of text for the page; it says which difficulty the variant has. The span is given in seconds,
-    or as the number of `periods` that replaces the number of the case's `Span`.
+    or as the number of `periods`, which replaces the number of the case's `Span`.
     """
 
     name: str
@@ -128,7 +128,7 @@ class Variant:
 class Declared:
     """The base of `Case` and `Check`. A subclass declares its numbers as class attributes, in sequence.
 
-    Those of its bases come first; one that it declares again keeps its place.
+    The numbers of its bases come first; a number that it declares again keeps its place.
     """
 
     name: ClassVar[str]
@@ -197,7 +197,7 @@ class Declared:
 
     @classmethod
     def _parameters(cls, variant: Variant, chosen: Mapping[str, Number]) -> dict[str, Fraction]:
-        """The exact value of each parameter: as chosen, else that of the variant, else the default."""
+        """The exact value of each parameter: the chosen one, else the one of the variant, else the default."""
         values: dict[str, Number] = {p.name: p.default for p in cls.parameter_list}
         for name in chosen:
             if name not in values:

@@ -17,7 +17,7 @@ from gnomon.reference.numerics.taylor import flint_arithmetic
 from gnomon.reference.storage.import_closure import closure
 
 
-def certified(case: IntegratedCase) -> CertifiedMotion:
+def integrate(case: IntegratedCase) -> CertifiedMotion:
     """The motion of a case over its span, by integration of its equations."""
     values = case.parameter_values()
     rebound = rebind(case.equations_of_motion, flint_arithmetic())
@@ -34,7 +34,7 @@ def certified(case: IntegratedCase) -> CertifiedMotion:
 class IntegratedCase(Case):
     """A case whose exact motion is a certified integration of its equations; a subclass states its forms as usual."""
 
-    exact_motion: ClassVar[ExactMotion[Motion]] = ExactMotion(certified)
+    exact_motion: ClassVar[ExactMotion[Motion]] = ExactMotion(integrate)
     certified_digits: ClassVar[int] = 30
     longest: ClassVar[int] = 1000
     """The longest span in units of `fastest_time`: each unit takes 0.1 s or more to integrate."""

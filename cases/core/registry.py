@@ -27,7 +27,7 @@ _VARIANT = re.compile(r'\bVariant\(\s*"(\w[^"]*)"')
 
 
 class Entry(NamedTuple):
-    """What the text of a file says of a case or check: `path` is package.module:Class."""
+    """A case or check as the text of its file states it; `path` is package.module:Class."""
 
     name: str
     path: str
@@ -52,10 +52,13 @@ def _entries(checks: bool) -> dict[str, Entry]:
     return {name: found[name] for name in (*known, *found)}
 
 
-def entries(names: Sequence[str]) -> list[Entry]:
-    """What the files of gnomon say of the cases and checks with these names."""
+def entry(name: str) -> Entry:
+    """The entry of a case or a check. A case of another package is imported for it."""
     known = _entries(False) | _entries(True)
-    return [known[name] for name in names]
+    if name in known:
+        return known[name]
+    kind = case_class(name)
+    return Entry(name, f"{kind.__module__}:{kind.__qualname__}", kind.title, tuple(v.name for v in kind.variants))
 
 
 def names() -> tuple[str, ...]:
@@ -79,7 +82,7 @@ def case_class(name: str) -> type[Case]:
 
 
 def installed_names() -> frozenset[str]:
-    """The names of gnomon's cases and of those that installed packages declare: entry points `gnomon.cases`."""
+    """The names of gnomon's cases and of the cases that installed packages declare as entry points `gnomon.cases`."""
     return frozenset(names())
 
 

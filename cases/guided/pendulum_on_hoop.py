@@ -1,7 +1,7 @@
-"""theta'' = -A sin(theta) + B sin(theta) cos(theta): what hangs from a turning axis.
+"""theta'' = -A sin(theta) + B sin(theta) cos(theta): a body that hangs from a turning axis.
 
-Cases: rotating_pendulum, bearing_reaction_torque_stability. The gyrocompass has the same equation
-(cases/rigid_bodies/gyrocompass.py).
+Cases: rotating_pendulum, bearing_reaction_torque_stability. The gyrocompass (cases/rigid_bodies/gyrocompass.py)
+has such an equation too.
 """
 
 from fractions import Fraction

@@ -269,5 +269,5 @@ class DumbbellFreeFlight(Case):
         return 1 / max(omega, sqrt(g), 0.1)
 
     def natural_span(self) -> Number:
-        """2.03 s, or 10.37 turns if those take longer."""
+        """2.03 s, or 10.37 turns if these take longer."""
         return 2.03 if self.time_scale * 65 < 2.03 or self.omega == 0 else 10.37 * tau * self.time_scale

@@ -85,7 +85,7 @@ class DuffingUnforced(Case):
         return 9 / sqrt(abs(float(self.alpha)))
 
     def scales(self) -> dict[str, float]:
-        """That of x in closed form if the span holds a period: close to a separatrix the peaks are narrow."""
+        """The scale of x in closed form if the span holds a period: close to a separatrix the peaks are narrow."""
         found = accuracy.grid_scales(self)
         if self.exact_motion.periodic and self.span >= self.exact_motion.period():
             found["length"] = max(abs(float(x)) for x in self.exact_motion.turning_points())

@@ -109,15 +109,15 @@ class ForcedOscillator(Case):
         return self._times[1]
 
     def natural_span(self) -> Number:
-        """10.37 periods of the force, or of the free vibration if there is no force."""
+        """10.37 periods of the force, or of the free vibration without a force."""
         w = float(self.w)
         return 10.37 * 2 * math.pi * (1 / w if w else self.time_scale)
 
     @property
     def quantity_names(self) -> tuple[str, ...]:
-        """`transmissibility`: transmitted force over F0; with a moving base, motion over that of the base.
+        """`transmissibility`: transmitted force over F0; with a moving base, motion over the motion of the base.
 
-        `unbalance_ratio`: m X/(m_e e); with a moving base, relative motion over that of the base.
+        `unbalance_ratio`: m X/(m_e e); with a moving base, relative motion over the motion of the base.
         """
         if self.c == 0 and self.exact_motion.stiffness == self.w**2:
             return ("natural_frequency=natural_rate",)

@@ -22,7 +22,7 @@ class WellCase(Case):
         return self._REST_TIME if self.exact_motion.rests else float(self.exact_motion.period()) / tau
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Period, least and largest coordinate, before what a subclass adds; without them in equilibrium."""
+        """Period, least and largest coordinate, then the quantities of the subclass; in equilibrium these alone."""
         if self.exact_motion.rests:
             return super().quantities(digits)
         low, high = self.exact_motion.turning_points(digits)

@@ -63,7 +63,7 @@ TRIANGLE = Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >
 
 
 def spinning(w1: Number, w2: Number, w3: Number) -> tuple[Number, ...]:
-    """The initial state with these body rates and the body axes along those of space."""
+    """The initial state with these body rates, the body axes along the axes of space."""
     return (w1, w2, w3, 1, 0, 0, 0, 1, 0, 0, 0, 1)
 
 

@@ -236,7 +236,7 @@ class FlywheelCoastDown(Case):
 
     @property
     def time_scale(self) -> float:
-        """The time until the stop, or that of the drag if it is shorter."""
+        """The time until the stop, or the decay time of the drag if it is shorter."""
         n = {name: float(value) for name, value in self.parameters.items()}
         stop = float(self.exact_motion.stop_time()) if self.w else 1.0
         return min(stop, n["I"] / n["c"]) if n["c"] else stop

@@ -110,7 +110,7 @@ class TorqueImpulseOnArm(Case):
         return min(small, 1 / fastest) if fastest else small
 
     def natural_span(self) -> Number:
-        """2.37 periods after the impulse; 4 times sqrt(2 l/3 g) if there is no period."""
+        """2.37 periods after the impulse; 4 times sqrt(2 l/3 g) without a period."""
         after = self.exact_motion.after()
         small = sqrt(float(self.exact_motion.before.length / self.exact_motion.before.g))
         periodic = after.regime in (Pendulum.LIBRATION, Pendulum.ROTATION)

@@ -145,7 +145,7 @@ class FreeFallRotatingEarth(Case):
         energy=fall_energy, east_momentum=east_momentum, north_momentum=north_momentum, upward_momentum=upward_momentum
     )
     forms = (Charged(coriolis_fall, fields=earth_fields),)
-    """The equations are those of a charge in crossed fields."""
+    """A charge in crossed fields has these equations."""
     scene = EARTH_SCENE
     reversal = ("vx", "vy", "vz", "Om")
 

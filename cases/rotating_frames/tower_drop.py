@@ -135,7 +135,7 @@ class TowerFall(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Levels below that of the centrifugal force use the apparent gravity without its small southward part."""
+        """Levels below the centrifugal force use the apparent gravity without its small southward part."""
         g, radius, rate, lat = self.parameter_values()
         x, y, z, *thrown = self.initial_state
         weight = float(g) - float(rate) ** 2 * float(radius) * cos(float(lat)) ** 2

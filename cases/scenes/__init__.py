@@ -1,1 +1,1 @@
-"""Scenes that several cases use, and long ones: what a physics engine is given."""
+"""Scenes, as a physics engine is given them, that several cases use, and long ones."""

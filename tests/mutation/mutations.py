@@ -384,7 +384,7 @@ EXACT = (
             (
                 "contact/coulomb_friction_oscillator",
                 "CoulombFrictionOscillator.scales",
-                "max(abs(float(self.initial_state[0])), first)",
+                "max(abs(float(self.x)), first)",
             ),
             ("contact/coulomb_friction_oscillator", "CoulombFrictionOscillator.scales", "float(motion.fastest())"),
             ("pendulums/foucault_pendulum_linear", "FoucaultLinear.scales", "p + q"),
@@ -405,12 +405,12 @@ EXACT = (
             (
                 "contact/coulomb_friction_oscillator",
                 "CoulombFrictionOscillator",
-                'math.sqrt(float(self.parameters["m"] / self.parameters["k"]))',
+                "math.sqrt(float(self.m / self.k))",
             ),
             (
                 "pendulums/foucault_pendulum_linear",
                 "FoucaultLinear",
-                "1 / max(abs(float(rate)) for rate in self.motion().circles()[2:])",
+                "1 / max(abs(float(rate)) for rate in self.exact_motion.circles()[2:])",
             ),
             ("pendulums/foucault_pendulum_nonlinear", "FoucaultNonlinear", "min(math.sqrt(length / g)"),
         )
@@ -462,7 +462,7 @@ EXACT = (
     ),
     Mutation(
         "scenes: the top's weight has no arm",
-        f"{CASES}/rigid_bodies/top_scene.py",
+        f"{CASES}/scenes/top.py",
         "standing",
         "place = (arm * r[2], arm * r[5], arm * r[8])",
         "place = (0.0, 0.0, 0.0)",
@@ -470,7 +470,7 @@ EXACT = (
     ),
     Mutation(
         "scenes: the top's weight has half its arm",
-        f"{CASES}/rigid_bodies/top_scene.py",
+        f"{CASES}/scenes/top.py",
         "standing",
         "Scene((0.0, 0.0, -weight / arm)",
         "Scene((0.0, 0.0, -weight / (2 * arm))",
@@ -867,10 +867,10 @@ DRAWN = tuple(
             (f"{EVERY_CASE}::test_constant_invariants_stay_constant[euler_top]",),
         ),
         (
-            f"{CASES}/orbits/two_masses.py",
-            "CenterOfMassMotion.natural_span",
-            "* tau * self.time_scale",
-            "* tau / self.time_scale",
+            f"{CASES}/core/case.py",
+            "Case.natural_span",
+            "UNITS[span.unit] * self.time_scale",
+            "UNITS[span.unit] / self.time_scale",
             (f"{ON_CASES}/core/test_sampling.py",),
         ),
         (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import mpmath
 import pytest
-from gnomon.reference.numerics.precision import exact
 from gnomon.reference.guided.chain_in_circular_tube import TubeChain
+from gnomon.reference.numerics.precision import exact
 from gnomon.reference.pendulums.moment_of_momentum_pendulum import CarriedPendulum
 
 TUBES = {
