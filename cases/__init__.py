@@ -1,5 +1,6 @@
 """Cases: initial value problems whose exact motion is known; and checks, which have no motion."""
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from gnomon.cases.core.registry import case_class, check_class, check_names, get, get_check, names
@@ -12,13 +13,7 @@ __all__ = ["Case", "Check", "case_class", "check_class", "check_names", "get", "
 
 
 def __getattr__(name: str) -> Any:
-    """`Case` and `Check` load numpy: on first use, so that listing names goes without."""
-    if name == "Case":
-        from gnomon.cases.core.case import Case
-
-        return Case
-    if name == "Check":
-        from gnomon.cases.core.check import Check
-
-        return Check
+    """Load `Case` or `Check` on first use: they need numpy, and listing names goes without."""
+    if name in ("Case", "Check"):
+        return getattr(import_module(f"gnomon.cases.core.{name.lower()}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""The ballistic pendulum (Beatty, Dynamics, 7.2): a bullet stops in a hanging block, which then swings.
+"""The ballistic pendulum: a bullet stops in a hanging block, which then swings.
 
 The impact conserves the angular momentum about the pivot: omega = m u/((m + M) L), a rational number; after it the
 motion is that of reference/pendulums/pendulum_simple.py, from exact numbers.

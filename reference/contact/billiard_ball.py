@@ -1,4 +1,4 @@
-"""A ball on a table: it slides with constant acceleration until it rolls (Beatty, Dynamics, 10.15).
+"""A ball on a table: it slides with constant acceleration until it rolls.
 
 The slip s = (vx - R wy, vy + R wx) keeps its direction, so the path is a parabola until
 t1 = 2 |s0|/(7 mu g), and then a straight line.

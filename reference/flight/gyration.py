@@ -1,6 +1,6 @@
 """A point under a uniform force and a force normal to its velocity: a charge in uniform fields, a fall on the Earth.
 
-r'' = a + r' x W - Om x (Om x r), each vector constant (Beatty, Dynamics, 5.13 to 5.17, 6.3.3, 6.8, 6.15, 6.16).
+r'' = a + r' x W - Om x (Om x r), each vector constant.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A mass under a short pulse of force (Beatty, Dynamics, 7.2, 7.3).
+"""A mass under a short pulse of force.
 
 The pulse is half a sine, F = (pi J/(2 T)) sin(pi s/T), 0 < s = t - t1 < T, of impulse J. T = 0 is its limit, the
 instantaneous impulse v -> v + J/m at t1; with T > 0 the position lags behind that limit by J T/(2 m).

@@ -1,4 +1,4 @@
-"""The projectile in uniform gravity: r = r0 + v0 t + g t^2 / 2 (Beatty, Dynamics, 6.4.2)."""
+"""The projectile in uniform gravity: r = r0 + v0 t + g t^2 / 2."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A bead on a smooth wire that rotates uniformly in a vertical plane: r'' = O^2 r - g sin(O t) (Beatty 11.7).
+"""A bead on a smooth wire that rotates uniformly in a vertical plane: r'' = O^2 r - g sin(O t).
 
 r = A e^(Ot) + B e^(-Ot) + (g/(2 O^2)) sin(Ot). The load is part of a linear system, with components sin and cos.
 """

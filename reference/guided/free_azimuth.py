@@ -1,4 +1,4 @@
-"""A flyball governor that spins freely (Beatty, Dynamics, 11.12.1): the azimuth is cyclic, the arms move in a well.
+"""A flyball governor that spins freely: the azimuth is cyclic, the arms move in a well.
 
 With J = I + 2 m L^2 sin^2(theta) and p = J phi' constant, M theta'^2/2 + V = E, M = 2 L^2 (m + 2 M_s sin^2(theta)) and
 V = p^2/(2 J) - 2 (m + M_s) g L cos(theta). Fast spin lifts the arms off the spindle: V then has a maximum at theta = 0,

@@ -1,4 +1,4 @@
-"""A slider on a spring in a radial slot of a uniformly rotating table, with wall friction (Beatty, Dynamics, 6.9).
+"""A slider on a spring in a radial slot of a uniformly rotating table, with wall friction.
 
 The wall presses with the Coriolis force, so that friction is mu |2 m Om r'|: linear damping for either sign of r'.
 """

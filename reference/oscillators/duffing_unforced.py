@@ -22,7 +22,7 @@ from gnomon.reference.numerics.weierstrass import Quartic, solve_quartic
 
 @dataclass(frozen=True)
 class DuffingMotion(Motion):
-    """State (x, v) of a bounded motion (see `bounded`). Beatty 6.13."""
+    """State (x, v) of a bounded motion (see `bounded`)."""
 
     alpha: Fraction
     beta: Fraction

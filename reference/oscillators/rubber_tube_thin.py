@@ -1,4 +1,4 @@
-"""x'' = -w^2 (x - x^-3), x > 0: Ermakov's and Pinney's equation (Beatty, Dynamics, 6.13.2; Pinney, Proc. AMS 1, 1950).
+"""x'' = -w^2 (x - x^-3), x > 0: Ermakov's and Pinney's equation (Pinney, Proc. AMS 1, 1950).
 
 x^2 = u^2 + s^2 with u = x0 cos(wt) + (v0/w) sin(wt), s = sin(wt)/x0: a sum of squares, without cancellation even
 where x is close to zero. The period is pi/w at every amplitude.

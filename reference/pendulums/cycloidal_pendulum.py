@@ -19,7 +19,7 @@ from gnomon.reference.numerics.precision import Number, exact, publish, working
 
 @dataclass(frozen=True)
 class CycloidalMotion(Motion):
-    """State (phi, phi'), started between the cusps with |phi'| < sqrt(g/a). Beatty 7.11.3 to 7.11.5."""
+    """State (phi, phi'), started between the cusps with |phi'| < sqrt(g/a)."""
 
     a: Fraction
     g: Fraction
