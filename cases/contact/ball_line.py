@@ -6,7 +6,6 @@ Cases: three_ball_chain, newtons_cradle.
 import itertools
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import ClassVar
 
 from gnomon.cases.core.forms import Equations
 from gnomon.cases.declare import *
@@ -156,11 +155,20 @@ def _motion(case: "_BallLineCase") -> BallLine:
     return BallLine(case._masses, case.numbers["e"], case.initial_state[:count], case.initial_state[count:])
 
 
+def impacts_of(free: Equations, *pairs: tuple[Equations, Equations, Equations]) -> Hybrid:
+    """Uniform motion between impacts. `pairs`: guard, reset and nearest state on the guard of each pair of neighbours."""
+    return Hybrid(
+        modes=(Mode("free", free),),
+        start=balls_mode,
+        transitions=tuple(
+            Transition(f"impact_{i}{i + 1}", "free", guard, -1, reset, "free", onto)
+            for i, (guard, reset, onto) in enumerate(pairs, start=1)
+        ),
+    )
+
+
 class _BallLineCase(Case):
     exact_motion = ExactMotion(_motion)
-    _FREE: Equations
-    _PAIRS: ClassVar[tuple[tuple[Equations, Equations, Equations], ...]]
-    """Guard, reset and nearest state on the guard of each pair of neighbours."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -170,20 +178,6 @@ class _BallLineCase(Case):
     @property
     def _masses(self) -> tuple[Fraction, ...]:
         raise NotImplementedError
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("free", self._FREE),),
-                start=balls_mode,
-                transitions=tuple(
-                    Transition(f"impact_{i}{i + 1}", "free", guard, -1, reset, "free", onto)
-                    for i, (guard, reset, onto) in enumerate(self._PAIRS, start=1)
-                ),
-                settle=1e-9 * self.time_scale,
-            ),
-        )
 
     @property
     def time_scale(self) -> float:
@@ -276,9 +270,8 @@ class ThreeBallChain(_BallLineCase):
         Variant("light_last", "m3 = 1e-9 kg: leaves at nearly (1 + e)^2 m1/(m1 + m2) v1", {"m3": "1e-9"}),
     )
     invariants = decaying(energy=chain_kinetic) | conserved(momentum=chain_momentum)
-    _FREE = staticmethod(three_uniform)
     scene = ball_line(lambda parameters: parameters[:3], lambda parameters: parameters[3])
-    _PAIRS = ((gap_12, impact_12, touching_12), (gap_23, impact_23, touching_23))
+    forms = (impacts_of(three_uniform, (gap_12, impact_12, touching_12), (gap_23, impact_23, touching_23)),)
 
     @property
     def _masses(self) -> tuple[Fraction, ...]:
@@ -322,11 +315,13 @@ class NewtonsCradle(_BallLineCase):
     )
     invariants = decaying(energy=cradle_kinetic) | conserved(momentum=cradle_momentum)
     _masses = (Fraction(1),) * 5
-    _FREE = staticmethod(five_uniform)
     scene = ball_line(lambda parameters: (1.0,) * 5, lambda parameters: parameters[0])
-    _PAIRS = (
-        (cradle_gap_1, cradle_hit_1, cradle_touch_1),
-        (cradle_gap_2, cradle_hit_2, cradle_touch_2),
-        (cradle_gap_3, cradle_hit_3, cradle_touch_3),
-        (cradle_gap_4, cradle_hit_4, cradle_touch_4),
+    forms = (
+        impacts_of(
+            five_uniform,
+            (cradle_gap_1, cradle_hit_1, cradle_touch_1),
+            (cradle_gap_2, cradle_hit_2, cradle_touch_2),
+            (cradle_gap_3, cradle_hit_3, cradle_touch_3),
+            (cradle_gap_4, cradle_hit_4, cradle_touch_4),
+        ),
     )

@@ -113,18 +113,14 @@ class BallisticPendulumCase(Case):
     )
     invariants = decaying(energy=bullet_energy)
     scene = BALLISTIC
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("flight", bullet_flies), Mode("swing", bullet_flies)),
-                start=bullet_mode,
-                transitions=(Transition("impact", "flight", bullet_distance, 1, bullet_sticks, "swing", at_the_block),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"swing"}),
-            ),
-        )
+    forms = (
+        Hybrid(
+            modes=(Mode("flight", bullet_flies), Mode("swing", bullet_flies)),
+            start=bullet_mode,
+            transitions=(Transition("impact", "flight", bullet_distance, 1, bullet_sticks, "swing", at_the_block),),
+            terminal=frozenset({"swing"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:

@@ -64,7 +64,7 @@ def slip_mode(t: Any, state: Values, parameters: Values) -> str:
     return "slide_north" if sy > 0 else "slide_south"
 
 
-def until_it_rolls(sliding: Equations, rolling: Equations, start: Equations, settle: float) -> Hybrid:
+def until_it_rolls(sliding: Equations, rolling: Equations, start: Equations) -> Hybrid:
     """Sliding in four modes, by the axis nearest to the slip, then rolling."""
     axes = {"east": (1.0, 0.0), "west": (-1.0, 0.0), "north": (0.0, 1.0), "south": (0.0, -1.0)}
     guards = {"east": (slip_east, -1), "west": (slip_east, 1), "north": (slip_north, -1), "south": (slip_north, 1)}
@@ -75,7 +75,6 @@ def until_it_rolls(sliding: Equations, rolling: Equations, start: Equations, set
             Transition(f"rolls_{way}", f"slide_{way}", guard, direction, start, "roll")
             for way, (guard, direction) in guards.items()
         ),
-        settle=settle,
         terminal=frozenset({"roll"}),
     )
 
@@ -145,7 +144,7 @@ class BilliardBallCase(Case):
 
     @property
     def forms(self) -> tuple[Hybrid, ...]:
-        return (until_it_rolls(ball_sliding, ball_rolling, start_rolling, 1e-9 * self.time_scale),)
+        return (until_it_rolls(ball_sliding, ball_rolling, start_rolling),)
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -149,7 +149,7 @@ class BilliardBallAttitude(Case):
 
     @property
     def forms(self) -> tuple[Hybrid, ...]:
-        return (until_it_rolls(sliding_and_turning, rolling_and_turning, start_rolling, 1e-9 * self.time_scale),)
+        return (until_it_rolls(sliding_and_turning, rolling_and_turning, start_rolling),)
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self._plain.exact_motion

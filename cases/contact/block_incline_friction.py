@@ -145,6 +145,19 @@ class BlockInclineFriction(Case):
         ),
     )
     invariants = decaying(energy=energy)
+    forms = (
+        Friction(
+            modes=(Mode("up", sliding, (1.0,)), Mode("down", sliding, (-1.0,)), Mode("stick", sticking)),
+            start=first_mode,
+            transitions=(
+                Transition("stop_up", "up", speed, -1, standstill, mode_after_stop),
+                Transition("stop_down", "down", speed, 1, standstill, "stick"),
+            ),
+            terminal=frozenset({"stick"}),
+            sliding=sliding,
+            bounds=friction_bounds,
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
@@ -159,23 +172,6 @@ class BlockInclineFriction(Case):
             return 10 * self.time_scale
         stop = float(motion.stop_time())
         return min(1.5 * float(motion.return_time()), 10 * stop) if motion.slides_back else 2.5 * stop
-
-    @property
-    def forms(self) -> tuple[Friction, ...]:
-        return (
-            Friction(
-                modes=(Mode("up", sliding, (1.0,)), Mode("down", sliding, (-1.0,)), Mode("stick", sticking)),
-                start=first_mode,
-                transitions=(
-                    Transition("stop_up", "up", speed, -1, standstill, mode_after_stop),
-                    Transition("stop_down", "down", speed, 1, standstill, "stick"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"stick"}),
-                sliding=sliding,
-                bounds=friction_bounds,
-            ),
-        )
 
     @property
     def scene(self) -> SceneForm:

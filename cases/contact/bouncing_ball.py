@@ -133,6 +133,19 @@ class BouncingBall(Case):
     invariants = decaying(energy=energy)
     scene = SCENE
     reversal = ("v",)
+    forms = (
+        Impact(
+            modes=(Mode("flight", flight), Mode("rest", resting)),
+            start=first_mode,
+            transitions=(Transition("bounce", "flight", height, -1, rebound, "flight", impact_state),),
+            terminal=frozenset({"rest"}),
+            limits=(("bounce", "rest", come_to_rest),),
+            free=flight,
+            gap=gap,
+            normal=upward,
+            restitution=restitution,
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
@@ -147,29 +160,11 @@ class BouncingBall(Case):
         limit = 1.25 * float(self.exact_motion.limit_time())
         return limit if self.variant == "zeno" else min(limit, 8 * flights)
 
-    @property
-    def forms(self) -> tuple[Impact, ...]:
-        bounce = Transition("bounce", "flight", height, -1, rebound, "flight", impact_state)
-        return (
-            Impact(
-                modes=(Mode("flight", flight), Mode("rest", resting)),
-                start=first_mode,
-                transitions=(bounce,),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"rest"}),
-                limits=(("bounce", "rest", come_to_rest),),
-                free=flight,
-                gap=gap,
-                normal=upward,
-                restitution=restitution,
-            ),
-        )
-
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """Impacts (`bounce`) up to the last sample or the first gap below `settle`, after which comes `limit`."""
         motion, zero, e = self.exact_motion, mpf(0), self.e
         end = Fraction(float(self.times[-1]))
-        impacts = motion.impact_list(Fraction(self.forms[0].settle), end, digits)
+        impacts = motion.impact_list(Fraction(1e-9 * self.time_scale), end, digits)
         found = []
         before = after = (zero, zero)
         for n, (time, speed) in enumerate(impacts, start=1):

@@ -105,6 +105,21 @@ class BouncingBallIncline(Case):
     )
     invariants = decaying(energy=incline_energy) | conserved(along=along_momentum)
     scene = INCLINE
+    forms = (
+        Impact(
+            modes=(Mode("flight", incline_flight), Mode("slide", incline_slide)),
+            start=first_incline_mode,
+            transitions=(
+                Transition("bounce", "flight", incline_height, -1, incline_rebound, "flight", incline_impact),
+            ),
+            terminal=frozenset({"slide"}),
+            limits=(("bounce", "slide", keep_sliding),),
+            free=incline_flight,
+            gap=incline_gap,
+            normal=incline_normal,
+            restitution=incline_restitution,
+        ),
+    )
 
     @cached_property
     def _ball(self) -> BouncingBall:
@@ -124,24 +139,6 @@ class BouncingBallIncline(Case):
         e = float(self.e)
         falls = 20.74 if e == 1 else min(83.0, 1.25 * (2 + 2 * e / (1 - e)))
         return falls * self.time_scale
-
-    @property
-    def forms(self) -> tuple[Impact, ...]:
-        bounce = Transition("bounce", "flight", incline_height, -1, incline_rebound, "flight", incline_impact)
-        return (
-            Impact(
-                modes=(Mode("flight", incline_flight), Mode("slide", incline_slide)),
-                start=first_incline_mode,
-                transitions=(bounce,),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"slide"}),
-                limits=(("bounce", "slide", keep_sliding),),
-                free=incline_flight,
-                gap=incline_gap,
-                normal=incline_normal,
-                restitution=incline_restitution,
-            ),
-        )
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """Impacts, and the `limit` after which the ball slides."""

@@ -80,6 +80,15 @@ class BouncingBallTable(Case):
     )  # fmt: skip
     autonomous = False
     scene = TABLE
+    forms = (
+        Hybrid(
+            modes=(Mode("flight", over_the_table),),
+            start=ball_mode,
+            transitions=(
+                Transition("bounce", "flight", height_over_table, -1, off_the_table, "flight", onto_the_table),
+            ),
+        ),
+    )
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -93,18 +102,6 @@ class BouncingBallTable(Case):
             return self.exact_motion.impacts(self.span)
         except ArithmeticError as error:
             raise ArithmeticError(f"span = {float(self.span):g} s holds {error}; give a shorter span") from None
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        bounce = Transition("bounce", "flight", height_over_table, -1, off_the_table, "flight", onto_the_table)
-        return (
-            Hybrid(
-                modes=(Mode("flight", over_the_table),),
-                start=ball_mode,
-                transitions=(bounce,),
-                settle=1e-9 * self.time_scale,
-            ),
-        )
 
     @property
     def time_scale(self) -> float:

@@ -109,27 +109,23 @@ class CoulombFrictionOscillator(Case):
         Variant("thrown", "starts with speed: the first arc is not a half cycle", initial_state=("0.1", 2)),
     )
     invariants = decaying(energy=friction_energy)
-
-    @property
-    def forms(self) -> tuple[Friction, ...]:
-        return (
-            Friction(
-                modes=(
-                    Mode("right", sliding_on_a_spring, (1.0,)),
-                    Mode("left", sliding_on_a_spring, (-1.0,)),
-                    Mode("stick", held_on_a_spring),
-                ),
-                start=oscillator_mode,
-                transitions=(
-                    Transition("turn_right", "right", spring_speed, -1, standing, mode_after_turn),
-                    Transition("turn_left", "left", spring_speed, 1, standing, mode_after_turn),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"stick"}),
-                sliding=sliding_on_a_spring,
-                bounds=level_friction,
+    forms = (
+        Friction(
+            modes=(
+                Mode("right", sliding_on_a_spring, (1.0,)),
+                Mode("left", sliding_on_a_spring, (-1.0,)),
+                Mode("stick", held_on_a_spring),
             ),
-        )
+            start=oscillator_mode,
+            transitions=(
+                Transition("turn_right", "right", spring_speed, -1, standing, mode_after_turn),
+                Transition("turn_left", "left", spring_speed, 1, standing, mode_after_turn),
+            ),
+            terminal=frozenset({"stick"}),
+            sliding=sliding_on_a_spring,
+            bounds=level_friction,
+        ),
+    )
 
     @property
     def scene(self) -> SceneForm:

@@ -112,18 +112,14 @@ class ExplodingProjectile(Case):
         centre_of_mass_start_y=fragments_centre_y,
     )
     scene = FRAGMENTS
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("whole", fragments_fall), Mode("burst", fragments_fall)),
-                start=fragments_mode,
-                transitions=(Transition("burst", "whole", until_the_burst, 1, bursts, "burst"),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"burst"}),
-            ),
-        )
+    forms = (
+        Hybrid(
+            modes=(Mode("whole", fragments_fall), Mode("burst", fragments_fall)),
+            start=fragments_mode,
+            transitions=(Transition("burst", "whole", until_the_burst, 1, bursts, "burst"),),
+            terminal=frozenset({"burst"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:

@@ -120,18 +120,14 @@ class ObliqueImpact(Case):
         momentum_x=discs_momentum_x, momentum_y=discs_momentum_y, angular_momentum=discs_angular_momentum
     )
     scene = DISCS
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("before", discs_coast), Mode("after", discs_coast)),
-                start=discs_mode,
-                transitions=(Transition("impact", "before", disc_gap, -1, discs_strike, "after", discs_touching),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"after"}),
-            ),
-        )
+    forms = (
+        Hybrid(
+            modes=(Mode("before", discs_coast), Mode("after", discs_coast)),
+            start=discs_mode,
+            transitions=(Transition("impact", "before", disc_gap, -1, discs_strike, "after", discs_touching),),
+            terminal=frozenset({"after"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:

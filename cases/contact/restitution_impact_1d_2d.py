@@ -92,20 +92,16 @@ class RestitutionImpact(Case):
 
     invariants = conserved(energy=blocks_kinetic)
     scene = SCENE
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("free", uniform_motion),),
-                start=blocks_mode,
-                transitions=(
-                    Transition("blocks", "free", gap, -1, blocks_collide, "free", onto_each_other),
-                    Transition("wall", "free", distance_to_wall, -1, wall_returns, "free", onto_wall),
-                ),
-                settle=1e-9 * self.time_scale,
+    forms = (
+        Hybrid(
+            modes=(Mode("free", uniform_motion),),
+            start=blocks_mode,
+            transitions=(
+                Transition("blocks", "free", gap, -1, blocks_collide, "free", onto_each_other),
+                Transition("wall", "free", distance_to_wall, -1, wall_returns, "free", onto_wall),
             ),
-        )
+        ),
+    )
 
     @property
     def time_scale(self) -> float:

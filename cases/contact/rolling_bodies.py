@@ -154,6 +154,21 @@ class RollingBodies(Case):
     )
     invariants = decaying(energy=body_energy)
     scene = ROLLING_SCENE
+    forms = (
+        Hybrid(
+            modes=(
+                Mode("ahead", slipping_body, (1.0,)),
+                Mode("behind", slipping_body, (-1.0,)),
+                Mode("roll", rolling_body),
+            ),
+            start=rolling_mode,
+            transitions=(
+                Transition("grips_ahead", "ahead", body_slip, -1, no_slip, "roll"),
+                Transition("grips_behind", "behind", body_slip, 1, no_slip, mode_without_slip),
+            ),
+            terminal=frozenset({"roll"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
@@ -164,25 +179,6 @@ class RollingBodies(Case):
     def natural_span(self) -> Number:
         """2.3 times the duration of the slip; 10 time scales if it does not end."""
         return (2.3 if self.exact_motion.slip_ends else 10) * self.time_scale
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(
-                    Mode("ahead", slipping_body, (1.0,)),
-                    Mode("behind", slipping_body, (-1.0,)),
-                    Mode("roll", rolling_body),
-                ),
-                start=rolling_mode,
-                transitions=(
-                    Transition("grips_ahead", "ahead", body_slip, -1, no_slip, "roll"),
-                    Transition("grips_behind", "behind", body_slip, 1, no_slip, mode_without_slip),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"roll"}),
-            ),
-        )
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self.exact_motion

@@ -120,21 +120,17 @@ class SlidingCanCase(Case):
         ),
     )
     autonomous = False
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("stick", can_stands), Mode("slide", can_slides), Mode("float", can_floats)),
-                start=can_mode,
-                transitions=(
-                    Transition("sets_off", "stick", grip, 1, set_off, "slide"),
-                    Transition("lifts_off", "slide", pressure, -1, set_off, "float"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"float"}),
+    forms = (
+        Hybrid(
+            modes=(Mode("stick", can_stands), Mode("slide", can_slides), Mode("float", can_floats)),
+            start=can_mode,
+            transitions=(
+                Transition("sets_off", "stick", grip, 1, set_off, "slide"),
+                Transition("lifts_off", "slide", pressure, -1, set_off, "float"),
             ),
-        )
+            terminal=frozenset({"float"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:

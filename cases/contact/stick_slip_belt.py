@@ -113,20 +113,16 @@ class StickSlipBelt(Case):
         Variant("slipping_start", "starts at rest on the moving belt", initial_state=(0, 0)),
         Variant("many", "1,389 cycles: errors of event times add up", span="2050.3"),
     )
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("stick", riding), Mode("slip", slipping)),
-                start=stick_slip_mode,
-                transitions=(
-                    Transition("release", "stick", pull, 1, at_belt_speed, "slip"),
-                    Transition("stick", "slip", lag, 1, at_belt_speed, "stick"),
-                ),
-                settle=1e-9 * self.time_scale,
+    forms = (
+        Hybrid(
+            modes=(Mode("stick", riding), Mode("slip", slipping)),
+            start=stick_slip_mode,
+            transitions=(
+                Transition("release", "stick", pull, 1, at_belt_speed, "slip"),
+                Transition("stick", "slip", lag, 1, at_belt_speed, "stick"),
             ),
-        )
+        ),
+    )
 
     @property
     def scene(self) -> SceneForm:

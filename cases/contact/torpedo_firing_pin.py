@@ -129,21 +129,17 @@ class TorpedoFiringPin(Case):
         Variant("oblique", "an impact at 60 degrees to the torpedo's axis: half the friction", {"a": 1000}),
     )
     invariants = decaying(energy=pin_energy)
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("moving", pin_motion), Mode("struck", pin_at_rest), Mode("stopped", pin_at_rest)),
-                start=pin_mode,
-                transitions=(
-                    Transition("strike", "moving", way_to_the_primer, 1, in_the_primer, "struck"),
-                    Transition("stop", "moving", pin_speed, -1, short_of_it, "stopped"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"struck", "stopped"}),
+    forms = (
+        Hybrid(
+            modes=(Mode("moving", pin_motion), Mode("struck", pin_at_rest), Mode("stopped", pin_at_rest)),
+            start=pin_mode,
+            transitions=(
+                Transition("strike", "moving", way_to_the_primer, 1, in_the_primer, "struck"),
+                Transition("stop", "moving", pin_speed, -1, short_of_it, "stopped"),
             ),
-        )
+            terminal=frozenset({"struck", "stopped"}),
+        ),
+    )
 
     @property
     def scene(self) -> SceneForm:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import bisect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from math import isfinite, tau
+from math import isfinite, isnan, tau
 from operator import attrgetter
 from typing import Any, ClassVar, Self
 
@@ -371,11 +371,16 @@ class Case(Declared):
             return self._motion.state(t, digits)
 
     def all_forms(self) -> tuple[Form, ...]:
-        """`forms`, with the first-order form that they imply."""
-        if any(isinstance(form, FirstOrder) for form in self.forms):
-            return self.forms
-        implied = next((f for f in map(first_order, self.forms) if f is not None), None)
-        return self.forms if implied is None else (*self.forms, implied)
+        """`forms`, with the first-order form that they imply; hybrid forms with the time in which they settle."""
+        forms = tuple(map(self._settled, self.forms))
+        if any(isinstance(form, FirstOrder) for form in forms):
+            return forms
+        implied = next((f for f in map(first_order, forms) if f is not None), None)
+        return forms if implied is None else (*forms, implied)
+
+    def _settled(self, form: Form) -> Form:
+        stated = not isinstance(form, Hybrid) or not isnan(form.settle)
+        return form if stated else replace(form, settle=1e-9 * self.time_scale)
 
     def parameter_values(self) -> tuple[Fraction, ...]:
         """The values of the parameters as the tuple that equations take."""
@@ -424,7 +429,8 @@ class Case(Declared):
 
     @property
     def hybrid(self) -> Hybrid | None:
-        return next((form for form in self.forms if isinstance(form, Hybrid)), None)
+        form = next((form for form in self.forms if isinstance(form, Hybrid)), None)
+        return None if form is None else self._settled(form)
 
     @property
     def second_order(self) -> SecondOrder | None:

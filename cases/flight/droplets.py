@@ -115,21 +115,17 @@ class InkJetPrinter(Case):
         Variant("stopped_by_air", "drag stops the drop before the paper: no second event", {"nu": 1000}, span="0.0071"),
         Variant("weak_drag", "nu = 1e-9: the logarithms for the event times cancel", {"nu": "1e-9"}),
     )
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("plates", between_plates), Mode("flight", behind_plates), Mode("paper", on_paper)),
-                start=jet_mode,
-                transitions=(
-                    Transition("leaves", "plates", end_of_plates, 1, at_plates_end, "flight"),
-                    Transition("lands", "flight", paper, 1, dried, "paper"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"paper"}),
+    forms = (
+        Hybrid(
+            modes=(Mode("plates", between_plates), Mode("flight", behind_plates), Mode("paper", on_paper)),
+            start=jet_mode,
+            transitions=(
+                Transition("leaves", "plates", end_of_plates, 1, at_plates_end, "flight"),
+                Transition("lands", "flight", paper, 1, dried, "paper"),
             ),
-        )
+            terminal=frozenset({"paper"}),
+        ),
+    )
 
     @property
     def scene(self) -> SceneForm:

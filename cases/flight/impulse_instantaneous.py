@@ -84,7 +84,6 @@ class ImpulseInstantaneous(Case):
                     modes=(Mode("before", coasting), Mode("after", coasting)),
                     start=pulse_mode,
                     transitions=(Transition("impulse", "before", pulse_begin, 1, struck, "after"),),
-                    settle=1e-9 * self.time_scale,
                     terminal=frozenset({"after"}),
                 ),
             )

@@ -160,19 +160,14 @@ class VerticalQuadraticDrag(Case):
     )
     invariants = decaying(energy=throw_energy)
     scene = VERTICAL_SCENE
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        apex = Transition("apex", "rising", upward_velocity, -1, at_the_apex, "falling")
-        return (
-            Hybrid(
-                modes=(Mode("rising", rising_or_falling, (1.0,)), Mode("falling", rising_or_falling, (-1.0,))),
-                start=throw_mode,
-                transitions=(apex,),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"falling"}),
-            ),
-        )
+    forms = (
+        Hybrid(
+            modes=(Mode("rising", rising_or_falling, (1.0,)), Mode("falling", rising_or_falling, (-1.0,))),
+            start=throw_mode,
+            transitions=(Transition("apex", "rising", upward_velocity, -1, at_the_apex, "falling"),),
+            terminal=frozenset({"falling"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:

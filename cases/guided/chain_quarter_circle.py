@@ -139,27 +139,23 @@ class ChainQuarterCircle(Case):
 
     invariants = conserved(energy=quarter_energy)
     scene = SCENE
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(
-                    Mode("front_on_circle", front_on_circle),
-                    Mode("hanging", front_hanging),
-                    Mode("tail_on_circle", tail_on_circle),
-                    Mode("falling", chain_falling),
-                ),
-                start=quarter_mode,
-                transitions=(
-                    Transition("hangs", "front_on_circle", front_left, 1, slides_on, "hanging"),
-                    Transition("enters", "hanging", table_left, 1, slides_on, "tail_on_circle"),
-                    Transition("leaves", "tail_on_circle", tail_left, 1, slides_on, "falling"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"falling"}),
+    forms = (
+        Hybrid(
+            modes=(
+                Mode("front_on_circle", front_on_circle),
+                Mode("hanging", front_hanging),
+                Mode("tail_on_circle", tail_on_circle),
+                Mode("falling", chain_falling),
             ),
-        )
+            start=quarter_mode,
+            transitions=(
+                Transition("hangs", "front_on_circle", front_left, 1, slides_on, "hanging"),
+                Transition("enters", "hanging", table_left, 1, slides_on, "tail_on_circle"),
+                Transition("leaves", "tail_on_circle", tail_left, 1, slides_on, "falling"),
+            ),
+            terminal=frozenset({"falling"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from math import sqrt
 from typing import ClassVar
 
+from gnomon.cases.core.forms import Equations
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed
 from gnomon.reference.guided.chains_over_edge import SlidingChain
@@ -83,26 +84,20 @@ def pulley_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
     return float(mode(t, (s, 0.0), parameters)[1])
 
 
+def until_it_leaves(sliding: Equations, end: Equations, start: Any) -> Hybrid:
+    """The chain slides until `end` crosses zero, then it falls freely."""
+    return Hybrid(
+        modes=(Mode("sliding", sliding), Mode("falling", free_fall)),
+        start=start,
+        transitions=(Transition("leaves", "sliding", end, 1, goes_on, "falling"),),
+        terminal=frozenset({"falling"}),
+    )
+
+
 class _ChainOverEdge(Case):
     """A chain that leaves its support at one event, `leaves`, and then falls freely."""
 
     exact_motion: ClassVar[ExactMotion[SlidingChain]]
-    _SLIDING: ClassVar[Mode]
-    _END: ClassVar[Any]
-    _START: ClassVar[Any]
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        kind = type(self)
-        return (
-            Hybrid(
-                modes=(kind._SLIDING, Mode("falling", free_fall)),
-                start=kind._START,
-                transitions=(Transition("leaves", "sliding", kind._END, 1, goes_on, "falling"),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"falling"}),
-            ),
-        )
 
     @property
     def time_scale(self) -> float:
@@ -174,9 +169,7 @@ class ChainOffTable(_ChainOverEdge):
         ),
     )
     invariants = decaying(energy=table_energy)
-    _SLIDING = Mode("sliding", sliding_off)
-    _END = staticmethod(to_table_end)
-    _START = staticmethod(table_mode)
+    forms = (until_it_leaves(sliding_off, to_table_end, table_mode),)
     scene = railed(table_force)
 
     def derived(self, digits: int) -> dict[str, Any]:
@@ -210,7 +203,5 @@ class ChainOverPulley(_ChainOverEdge):
         Variant("hair", "1e-12 m from equilibrium: runs off after 28 e-foldings", initial_state=("1e-12", 0)),
     )
     invariants = conserved(energy=pulley_energy)
-    _SLIDING = Mode("sliding", over_pulley)
-    _END = staticmethod(to_pulley_end)
-    _START = staticmethod(pulley_mode)
+    forms = (until_it_leaves(over_pulley, to_pulley_end, pulley_mode),)
     scene = railed(pulley_force)

@@ -8,6 +8,7 @@ from fractions import Fraction
 from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import ClassVar
 
+from gnomon.cases.core.forms import Equations
 from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.reference.guided.contact_loss import ContactLoss
@@ -131,30 +132,20 @@ def _one_sided(up: int) -> SceneForm:
 SPHERE, LOOP = _one_sided(1), _one_sided(-1)
 
 
+def until_contact_is_lost(slides: Equations, flies: Equations, force: Equations) -> Hybrid:
+    """Contact until the normal force vanishes, then free flight."""
+    return Hybrid(
+        modes=(Mode("contact", slides), Mode("flight", flies)),
+        start=sphere_mode,
+        transitions=(Transition("leaves", "contact", force, -1, as_it_is, "flight"),),
+        terminal=frozenset({"flight"}),
+    )
+
+
 class _ContactLossCase(Case):
     _INSIDE: ClassVar[bool]
-    _SLIDES: ClassVar[Mode]
-    _FLIES: ClassVar[Mode]
-    _FORCE: ClassVar[Any]
 
     exact_motion = ExactMotion(lambda c: ContactLoss(c.g, c.R, c.theta, c.omega, c._INSIDE))
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        kind = type(self)
-        return (
-            Hybrid(
-                modes=(kind._SLIDES, kind._FLIES),
-                start=sphere_mode,
-                transitions=(Transition("leaves", "contact", kind._FORCE, -1, as_it_is, "flight"),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"flight"}),
-            ),
-        )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SPHERE if not self._INSIDE else LOOP
 
     @property
     def time_scale(self) -> float:
@@ -205,9 +196,8 @@ class BeadLeavingSphere(_ContactLossCase):
     )
     invariants = conserved(energy=sphere_energy)
     _INSIDE = False
-    _SLIDES = Mode("contact", on_sphere)
-    _FLIES = Mode("flight", off_sphere)
-    _FORCE = staticmethod(sphere_force)
+    forms = (until_contact_is_lost(on_sphere, off_sphere, sphere_force),)
+    scene = SPHERE
 
     def natural_span(self) -> Number:
         """Until half a time scale after contact is lost; ten time scales at the top."""
@@ -243,9 +233,8 @@ class AmusementPark(_ContactLossCase):
     )
     invariants = conserved(energy=loop_energy)
     _INSIDE = True
-    _SLIDES = Mode("contact", in_loop)
-    _FLIES = Mode("flight", across_loop)
-    _FORCE = staticmethod(loop_force)
+    forms = (until_contact_is_lost(in_loop, across_loop, loop_force),)
+    scene = LOOP
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)

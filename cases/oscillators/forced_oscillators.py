@@ -279,7 +279,6 @@ class TimeVaryingForce(Case):
                 modes=(Mode("driven", driven_mass), Mode("coasting", coasting_mass)),
                 start=switch_mode,
                 transitions=(Transition("off", "driven", switch_time, 1, as_before, "coasting"),),
-                settle=1e-9 * self.time_scale,
                 terminal=frozenset({"coasting"}),
             ),
         )

@@ -70,20 +70,16 @@ class WorkEnergySpringBlock(Case):
     )
     invariants = conserved(energy=spring_block_energy)
     scene = SCENE
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("flight", free_block), Mode("spring", block_on_spring)),
-                start=spring_block_mode,
-                transitions=(
-                    Transition("touch", "flight", spring_end, -1, unchanged, "spring"),
-                    Transition("lift", "spring", spring_end, 1, unchanged, "flight"),
-                ),
-                settle=1e-9 * self.time_scale,
+    forms = (
+        Hybrid(
+            modes=(Mode("flight", free_block), Mode("spring", block_on_spring)),
+            start=spring_block_mode,
+            transitions=(
+                Transition("touch", "flight", spring_end, -1, unchanged, "spring"),
+                Transition("lift", "spring", spring_end, 1, unchanged, "flight"),
             ),
-        )
+        ),
+    )
 
     @property
     def time_scale(self) -> float:

@@ -127,20 +127,16 @@ class PendulumQuadraticDamping(Case):
     )
     invariants = decaying(energy=dragged_energy)
     scene = SCENE
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("forward", dragged_swing, (1.0,)), Mode("backward", dragged_swing, (-1.0,))),
-                start=swing_mode,
-                transitions=(
-                    Transition("rest", "forward", swing_rate, -1, at_rest, "backward"),
-                    Transition("rest", "backward", swing_rate, 1, at_rest, "forward"),
-                ),
-                settle=1e-9 * self.time_scale,
+    forms = (
+        Hybrid(
+            modes=(Mode("forward", dragged_swing, (1.0,)), Mode("backward", dragged_swing, (-1.0,))),
+            start=swing_mode,
+            transitions=(
+                Transition("rest", "forward", swing_rate, -1, at_rest, "backward"),
+                Transition("rest", "backward", swing_rate, 1, at_rest, "forward"),
             ),
-        )
+        ),
+    )
 
     @property
     def time_scale(self) -> float:

@@ -125,27 +125,23 @@ class BeltDrivenMachine(Case):
         Variant("grips", "no slip from the start", {"r1": "0.125"}, (100, 50), 10),
     )
     scene = BELT_SCENE
+    forms = (
+        Hybrid(
+            modes=(Mode("ahead", belt_slipping, (1.0,)), Mode("behind", belt_slipping, (-1.0,)),
+                   Mode("grip", belt_gripping)),
+            start=belt_mode,
+            transitions=(
+                Transition("grips_ahead", "ahead", belt_slip, -1, belt_grips, "grip"),
+                Transition("grips_behind", "behind", belt_slip, 1, belt_grips, "grip"),
+            ),
+            terminal=frozenset({"grip"}),
+        ),
+    )  # fmt: skip
 
     @property
     def time_scale(self) -> float:
         """The duration of the slip."""
         return float(self.exact_motion.grip_time) or 1.0
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("ahead", belt_slipping, (1.0,)), Mode("behind", belt_slipping, (-1.0,)),
-                       Mode("grip", belt_gripping)),
-                start=belt_mode,
-                transitions=(
-                    Transition("grips_ahead", "ahead", belt_slip, -1, belt_grips, "grip"),
-                    Transition("grips_behind", "behind", belt_slip, 1, belt_grips, "grip"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"grip"}),
-            ),
-        )  # fmt: skip
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self.exact_motion
@@ -233,6 +229,14 @@ class FlywheelCoastDown(Case):
     )
     invariants = decaying(energy=wheel_energy)
     scene = COAST_SCENE
+    forms = (
+        Hybrid(
+            modes=(Mode("turns", coasting), Mode("rests", wheel_at_rest)),
+            start=coast_mode,
+            transitions=(Transition("stops", "turns", wheel_rate, -1, wheel_stops, "rests"),),
+            terminal=frozenset({"rests"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
@@ -244,18 +248,6 @@ class FlywheelCoastDown(Case):
     def natural_span(self) -> Number:
         """1.3 times the time until the stop."""
         return 1.3 * float(self.exact_motion.stop_time()) if self.w else 1.0
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("turns", coasting), Mode("rests", wheel_at_rest)),
-                start=coast_mode,
-                transitions=(Transition("stops", "turns", wheel_rate, -1, wheel_stops, "rests"),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"rests"}),
-            ),
-        )
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         if self.w == 0 or self.exact_motion.stop_time(20) > self.span:

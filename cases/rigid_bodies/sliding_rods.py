@@ -147,6 +147,14 @@ class SlidingLadderCase(Case):
     )
     invariants = decaying(energy_on_floor_frame=ladder_energy)
     scene = LADDER_SCENE
+    forms = (
+        Hybrid(
+            modes=(Mode("wall", on_wall_and_floor), Mode("floor", on_floor_alone), *REST),
+            start=ladder_mode,
+            transitions=(Transition("leaves_wall", "wall", wall_force, -1, unchanged_rod, "floor"), LIE),
+            terminal=frozenset({"flat", "stands"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
@@ -156,19 +164,6 @@ class SlidingLadderCase(Case):
     def natural_span(self) -> Number:
         """1.2 times the time of the whole fall."""
         return 10 * self.time_scale if self.exact_motion.stands else 1.2 * float(self.exact_motion.floor_time())
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        leave = Transition("leaves_wall", "wall", wall_force, -1, unchanged_rod, "floor")
-        return (
-            Hybrid(
-                modes=(Mode("wall", on_wall_and_floor), Mode("floor", on_floor_alone), *REST),
-                start=ladder_mode,
-                transitions=(leave, LIE),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"flat", "stands"}),
-            ),
-        )
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         motion, found = self.exact_motion, list[Event]()
@@ -209,6 +204,14 @@ class RigidLinkPlaneMotion(Case):
     )
     invariants = decaying(energy=rod_energy)
     scene = FLOOR_SCENE
+    forms = (
+        Hybrid(
+            modes=(Mode("floor", on_floor_alone), *REST),
+            start=rod_mode,
+            transitions=(LIE,),
+            terminal=frozenset({"flat", "stands"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
@@ -218,18 +221,6 @@ class RigidLinkPlaneMotion(Case):
     def natural_span(self) -> Number:
         """1.2 times the time of the fall."""
         return 10 * self.time_scale if self.exact_motion.stands else 1.2 * float(self.exact_motion.floor_time())
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("floor", on_floor_alone), *REST),
-                start=rod_mode,
-                transitions=(LIE,),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"flat", "stands"}),
-            ),
-        )
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         if self.exact_motion.stands or self.exact_motion.floor_time(20) > self.span:

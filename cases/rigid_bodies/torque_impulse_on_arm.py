@@ -89,18 +89,14 @@ class TorqueImpulseOnArm(Case):
     )
     autonomous = False
     scene = ARM
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("before", arm_swings), Mode("after", arm_swings)),
-                start=arm_mode,
-                transitions=(Transition("blow", "before", until_the_blow, 1, arm_is_struck, "after"),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"after"}),
-            ),
-        )
+    forms = (
+        Hybrid(
+            modes=(Mode("before", arm_swings), Mode("after", arm_swings)),
+            start=arm_mode,
+            transitions=(Transition("blow", "before", until_the_blow, 1, arm_is_struck, "after"),),
+            terminal=frozenset({"after"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:

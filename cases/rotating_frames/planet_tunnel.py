@@ -135,7 +135,6 @@ class PlanetTunnelCase(Case):
                     Transition("leaves_down", "inside", lower_end, -1, at_lower_end, "below"),
                     Transition("enters_up", "below", lower_end, 1, at_lower_end, "inside"),
                 ),
-                settle=1e-9 * self.time_scale,
             ),
         )
 
