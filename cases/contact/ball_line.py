@@ -6,6 +6,7 @@ Cases: three_ball_chain, newtons_cradle.
 import itertools
 from collections.abc import Mapping
 from fractions import Fraction
+from typing import ClassVar
 
 from gnomon.cases.core.forms import Equations
 from gnomon.cases.declare import *
@@ -150,11 +151,6 @@ def balls_mode(t: Any, state: Values, parameters: Values) -> str:
     return "free"
 
 
-def _motion(case: "_BallLineCase") -> BallLine:
-    count = len(case.state) // 2
-    return BallLine(case._masses, case.numbers["e"], case.initial_state[:count], case.initial_state[count:])
-
-
 def impacts_of(free: Equations, *pairs: tuple[Equations, Equations, Equations]) -> Hybrid:
     """Uniform motion between impacts. `pairs`: guard, reset and nearest state on the guard of each pair of neighbours."""
     return Hybrid(
@@ -168,16 +164,12 @@ def impacts_of(free: Equations, *pairs: tuple[Equations, Equations, Equations]) 
 
 
 class _BallLineCase(Case):
-    exact_motion = ExactMotion(_motion)
+    exact_motion: ClassVar[ExactMotion[BallLine]]
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         with self._within_reach():
             _ = self.exact_motion.legs  # raises if three balls meet at the same time
-
-    @property
-    def _masses(self) -> tuple[Fraction, ...]:
-        raise NotImplementedError
 
     @property
     def time_scale(self) -> float:
@@ -259,6 +251,7 @@ class ThreeBallChain(_BallLineCase):
             _at_most_100_impacts,
         ),
     )
+    exact_motion = ExactMotion(BallLine, masses="m1 m2 m3", places="x1 x2 x3", velocities="v1 v2 v3")
     variants = (
         Variant("elastic", "e = 1: energy is constant through both impacts", {"e": 1}),
         Variant(
@@ -272,10 +265,6 @@ class ThreeBallChain(_BallLineCase):
     invariants = decaying(energy=chain_kinetic) | conserved(momentum=chain_momentum)
     scene = ball_line(lambda parameters: parameters[:3], lambda parameters: parameters[3])
     forms = (impacts_of(three_uniform, (gap_12, impact_12, touching_12), (gap_23, impact_23, touching_23)),)
-
-    @property
-    def _masses(self) -> tuple[Fraction, ...]:
-        return self.parameter_values()[:3]
 
     def derived(self, digits: int) -> dict[str, Any]:
         """`best_m2`: the middle mass with which the last ball is fastest, for one impact of each pair (kg)."""
@@ -302,6 +291,7 @@ class NewtonsCradle(_BallLineCase):
     v5 = Coordinate("m/s", 0, typical(-0.2, 0.2))
     e = Parameter("1", 1, "coefficient of restitution", Range(low=0.2, high=1.0, typical=(0.8, 1.0)))
     rules = (_ordered(5),)
+    exact_motion = ExactMotion(lambda c: BallLine((Fraction(1),) * 5, c.e, c.initial_state[:5], c.initial_state[5:]))
     variants = (
         Variant("two_balls", "two arrive, two leave: 6 impacts", {}, (0, "0.25", 1, "1.5", 2, 1, 1, 0, 0, 0)),
         Variant(
@@ -314,7 +304,6 @@ class NewtonsCradle(_BallLineCase):
         Variant("both_sides", "one from each end: they meet in the middle", {}, (0, 1, 2, 3, "3.75", 1, 0, 0, 0, -1)),
     )
     invariants = decaying(energy=cradle_kinetic) | conserved(momentum=cradle_momentum)
-    _masses = (Fraction(1),) * 5
     scene = ball_line(lambda parameters: (1.0,) * 5, lambda parameters: parameters[0])
     forms = (
         impacts_of(
