@@ -5,7 +5,7 @@ from typing import Any
 from gnomon.cases.core.case import Case, Event, Level, Span, conserved, decaying, same
 from gnomon.cases.core.check import Check
 from gnomon.cases.core.declared import Attitude, Coordinate, Parameter, Variant
-from gnomon.cases.core.exact_motion import ExactMotion
+from gnomon.cases.core.exact_motion import bind
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, SecondOrder, SemiLinear, Separable, Transition, Values
 from gnomon.cases.core.numbers import Range, Rule, nonnegative, positive, typical
 
@@ -16,7 +16,6 @@ __all__ = [
     "Check",
     "Coordinate",
     "Event",
-    "ExactMotion",
     "FirstOrder",
     "Hybrid",
     "Level",
@@ -31,6 +30,7 @@ __all__ = [
     "Transition",
     "Values",
     "Variant",
+    "bind",
     "conserved",
     "decaying",
     "nonnegative",

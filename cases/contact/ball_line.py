@@ -6,7 +6,6 @@ Cases: three_ball_chain, newtons_cradle.
 import itertools
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import ClassVar
 
 from gnomon.cases.core.forms import Equations
 from gnomon.cases.declare import *
@@ -164,7 +163,7 @@ def impacts_of(free: Equations, *pairs: tuple[Equations, Equations, Equations]) 
 
 
 class _BallLineCase(Case):
-    exact_motion: ClassVar[ExactMotion[BallLine]]
+    exact_motion: BallLine
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -251,7 +250,7 @@ class ThreeBallChain(_BallLineCase):
             _at_most_100_impacts,
         ),
     )
-    exact_motion = ExactMotion(BallLine, masses="m1 m2 m3", places="x1 x2 x3", velocities="v1 v2 v3")
+    exact_motion = bind(BallLine, masses="m1 m2 m3", places="x1 x2 x3", velocities="v1 v2 v3")
     variants = (
         Variant("elastic", "e = 1: energy is constant through both impacts", {"e": 1}),
         Variant(
@@ -291,7 +290,7 @@ class NewtonsCradle(_BallLineCase):
     v5 = Coordinate("m/s", 0, typical(-0.2, 0.2))
     e = Parameter("1", 1, "coefficient of restitution", Range(low=0.2, high=1.0, typical=(0.8, 1.0)))
     rules = (_ordered(5),)
-    exact_motion = ExactMotion(lambda c: BallLine((Fraction(1),) * 5, c.e, c.initial_state[:5], c.initial_state[5:]))
+    exact_motion = bind(lambda c: BallLine((Fraction(1),) * 5, c.e, c.initial_state[:5], c.initial_state[5:]))
     variants = (
         Variant("two_balls", "two arrive, two leave: 6 impacts", {}, (0, "0.25", 1, "1.5", 2, 1, 1, 0, 0, 0)),
         Variant(

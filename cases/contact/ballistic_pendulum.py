@@ -95,7 +95,7 @@ class BallisticPendulumCase(Case):
     L = Parameter("m", 2, "length of the rod", positive(0.5, 3))
     m = Parameter("kg", "0.01", "mass of the bullet", positive(0.01, 0.1))
     M = Parameter("kg", "1.99", "mass of the block", positive(0.5, 3))
-    exact_motion = ExactMotion(BallisticPendulum, length="L")
+    exact_motion = bind(BallisticPendulum, length="L")
     quantity_names = ("rate", "rise", "energy_lost", "swing_angle=swing.amplitude")
     """`rise`: the height that the block reaches (m); the bullet's speed is (m + M)/m sqrt(2 g rise)."""
     variants = (

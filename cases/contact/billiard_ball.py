@@ -103,7 +103,7 @@ class BilliardBallCase(Case):
     R = Parameter("m", "0.03", "radius", positive(0.02, 0.5))
     mu = Parameter("1", "0.2", "coefficient of friction", nonnegative(0, 1))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 15))
-    exact_motion = ExactMotion(BilliardBall)
+    exact_motion = bind(BilliardBall)
     variants = (
         Variant("draw", "back spin: stops, then rolls back", initial_state=(0, 0, 1, 0, 0, -150, 0)),
         Variant("masse", "side spin bends the path", initial_state=(0, 0, 1, 0, -100, 40, 50)),

@@ -93,7 +93,7 @@ class BilliardBallAttitude(Case):
     R = Parameter("m", "0.03", "radius", positive(0.02, 0.5))
     mu = Parameter("1", "0.2", "coefficient of friction", nonnegative(0, 1))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 15))
-    exact_motion = ExactMotion(lambda c: BilliardAttitude(c._plain.exact_motion, c.initial_state[7:]))
+    exact_motion = bind(lambda c: BilliardAttitude(c._plain.exact_motion, c.initial_state[7:]))
     variants = (
         Variant(
             "draw",
@@ -190,11 +190,9 @@ class BilliardBallDrill(Case):
     rho = Parameter("m", "0.012", "effective radius of the patch of contact, as on a soft cloth", positive(0.01, 0.02))
     rules = (
         Rule("the ball drills (wz is not 0; else see billiard_ball)", lambda n: n["wz"] != 0),
-        Rule(
-            "the ball slides at the start (the slip is not 0)", lambda n: any(BilliardBallDrill.exact_motion.of(n).slip)
-        ),
+        Rule("the ball slides at the start (the slip is not 0)", lambda n: any(BilliardBallDrill.motion_of(n).slip)),
     )
-    exact_motion = ExactMotion(DrillingBall)
+    exact_motion = bind(DrillingBall)
     default_span = Span(0.9, lambda motion: motion.end_time())
     quantity_names = ("end_time", "final_vx final_vy=final_velocity")
     """`end_time`: when sliding and drilling end (s); then the ball rolls with the final velocity."""

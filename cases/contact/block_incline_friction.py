@@ -95,7 +95,7 @@ class BlockInclineFriction(Case):
     mu_k = Parameter("1", "0.3", "coefficient of kinetic friction", nonnegative(0, 1))
     mu_s = Parameter("1", "0.4", "coefficient of static friction", nonnegative(0, 1.5))
     rules = (Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),)
-    exact_motion = ExactMotion(BlockIncline)
+    exact_motion = bind(BlockIncline)
     variants = (
         Variant("holds", "stops and stays: after the event nothing moves", {"mu_s": "0.5"}),
         Variant(

@@ -109,7 +109,7 @@ class BouncingBall(Case):
             lambda numbers: numbers["y"] > 0 or numbers["v"] >= 0,
         ),
     )
-    exact_motion = ExactMotion(Motion)
+    exact_motion = bind(Motion)
     default_span = Span(10.37, "flight")
     variants = (
         Variant("zeno", "e = 0.999: 20,000 impacts, closer and closer, before the ball rests", {"e": "0.999"}),

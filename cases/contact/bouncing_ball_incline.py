@@ -97,7 +97,7 @@ class BouncingBallIncline(Case):
     rules = (
         Rule("on the incline (y = 0) the ball does not move into it (vy >= 0)", lambda n: n["y"] > 0 or n["vy"] >= 0),
     )
-    exact_motion = ExactMotion(lambda c: BouncingIncline(c._ball.exact_motion, c.g_along, c.x, c.vx))
+    exact_motion = bind(lambda c: BouncingIncline(c._ball.exact_motion, c.g_along, c.x, c.vx))
     variants = (
         Variant("uphill", "thrown uphill: turns back while it bounces", initial_state=(0, 1, -6, 2)),
         Variant("elastic", "e = 1: ever longer hops, no limit", {"e": 1}),

@@ -64,7 +64,7 @@ class BouncingBallTable(Case):
         Rule("A w^2 < g + b (the table never falls faster than the ball)", _never_lifts),
         Rule("the ball is above the table or leaves it (z > 0 or u > 0)", lambda n: n["z"] > 0 or n["u"] > 0),
     )
-    exact_motion = ExactMotion(lambda c: VibratingTable(c.g + c.b, c.e, c.A, c.w, *c.initial_state))
+    exact_motion = bind(lambda c: VibratingTable(c.g + c.b, c.e, c.A, c.w, *c.initial_state))
     default_span = "6.1"
     variants = (
         Variant(

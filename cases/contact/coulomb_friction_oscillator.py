@@ -94,7 +94,7 @@ class CoulombFrictionOscillator(Case):
     mu_k = Parameter("1", "0.05", "coefficient of kinetic friction", nonnegative(0.01, 0.5))
     mu_s = Parameter("1", "0.07", "coefficient of static friction", nonnegative(0.01, 0.8))
     rules = (Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),)
-    exact_motion = ExactMotion(CoulombOscillator, mass="m", stiffness="k")
+    exact_motion = bind(CoulombOscillator, mass="m", stiffness="k")
     variants = (
         Variant(
             "at_the_limit",

@@ -98,7 +98,7 @@ class ExplodingProjectile(Case):
     t_burst = Parameter("s", "1.3", "time of the burst", positive(0.1, 2))
     wx = Parameter("m/s", 6, "relative velocity that the burst adds, x", typical(-20, 20))
     wy = Parameter("m/s", 15, "relative velocity that the burst adds, y", typical(-20, 20))
-    exact_motion = ExactMotion(Fragments, burst="t_burst", places="x1 y1 x2 y2", velocities="vx1 vy1 vx2 vy2")
+    exact_motion = bind(Fragments, burst="t_burst", places="x1 y1 x2 y2", velocities="vx1 vy1 vx2 vy2")
     default_span = Span(2.87, "time scale")
     variants = (
         Variant("splinter", "m2 = 1e-9 kg at 1e5 m/s: part 1 hardly changes its velocity", {"m2": "1e-9", "wx": 10**5}),

@@ -44,7 +44,7 @@ class ManOnCart(Case):
     M = Parameter("kg", 150, "mass of the cart", positive())
     d = Parameter("m", 3, "length of the walk", typical(-3, 3))
     w = Parameter("rad/s", "0.5", "frequency of the walk", positive(0.1, 5))
-    exact_motion = ExactMotion(
+    exact_motion = bind(
         lambda c: ForcedLinear(ZERO, ZERO, ZERO, -c._half_way * c.w * c.w, ZERO, c.w, ZERO, *c.initial_state)
     )
     default_span = Span(10.37, "turn")

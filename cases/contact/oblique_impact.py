@@ -91,7 +91,7 @@ class ObliqueImpact(Case):
     R = Parameter("m", "0.5", "sum of the radii", positive(0.5, 1))
     e = Parameter("1", "0.7", "coefficient of restitution", Range(low=0.0, high=1.0, typical=(0.0, 1.0)))
     rules = (Rule("the discs are apart: |r2 - r1| > R", _apart),)
-    exact_motion = ExactMotion(DiscImpact, places="x1 y1 x2 y2", velocities="vx1 vy1 vx2 vy2")
+    exact_motion = bind(DiscImpact, places="x1 y1 x2 y2", velocities="vx1 vy1 vx2 vy2")
     variants = (
         Variant("head_on", "along the line of centres", {}, (-2, 0, 0, 0, 3, 0, -1, 0)),
         Variant(

@@ -83,7 +83,7 @@ class RestitutionImpact(Case):
         Rule("the blocks do not reach the wall at the same time", _one_after_the_other),
         Rule("m2 <= 1e7 m1 (at most 10,000 impacts)", lambda n: n["m2"] <= 10**7 * n["m1"]),
     )
-    exact_motion = ExactMotion(TwoBlocks)
+    exact_motion = bind(TwoBlocks)
     variants = (
         Variant("equal", "equal masses: 3 impacts, in which the blocks exchange their velocities", {"m2": 1}),
         Variant("ratio_1e4", "m2/m1 = 1e4: exactly 314 impacts, digits of pi", {"m2": 10**4}),

@@ -120,7 +120,7 @@ class RollingBodies(Case):
     mu = Parameter("1", "0.2", "coefficient of friction", nonnegative(0, 1))
     k = Parameter("1", "0.5", "moment of inertia over m R^2", positive(0.1, 1))
     R = Parameter("m", "0.1", "radius", positive(0.1, 2))
-    exact_motion = ExactMotion(RollingBody)
+    exact_motion = bind(RollingBody)
     variants = (
         Variant("rolls", "rolls from rest", initial_state=(0, 0, 0)),
         Variant("slips", "too steep: slips from rest without end", {"alpha": 1}, (0, 0, 0)),
@@ -216,7 +216,7 @@ class YoYo(Case):
     m = Parameter("kg", "0.05", "mass", positive())
     I = Parameter("kg m^2", "2e-5", "moment of inertia about the axle", positive())
     r = Parameter("m", "0.005", "radius of the axle", positive())
-    exact_motion = ExactMotion(lambda c: StokesDrag(exact(0), (c.g / (1 + c.I / (c.m * c.r**2)),), (c.y,), (c.v,)))
+    exact_motion = bind(lambda c: StokesDrag(exact(0), (c.g / (1 + c.I / (c.m * c.r**2)),), (c.y,), (c.v,)))
     default_span = "1.5"
     variants = (
         Variant("rising", "thrown up along its string: returns", initial_state=(1, -1), span=4),

@@ -99,7 +99,7 @@ class SlidingCanCase(Case):
         Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),
         Rule("the can starts at rest (v = 0)", lambda n: n["v"] == 0),
     )
-    exact_motion = ExactMotion(SlidingCan, mass="m", lift="P", warming="T")
+    exact_motion = bind(SlidingCan, mass="m", lift="P", warming="T")
     variants = (
         Variant(
             "late", "P is 1e-5 above the holding limit: slides after 11.6 time constants", {"P": "0.12993"}, span=100

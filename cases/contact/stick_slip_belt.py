@@ -99,7 +99,7 @@ class StickSlipBelt(Case):
         Rule("v <= V (the block is no faster than the belt)", lambda n: n["v"] <= n["V"]),
         Rule("an initial slip ends where the belt can hold the block, at x >= -mu_s m g/k", slip_sticks),
     )
-    exact_motion = ExactMotion(StickSlip, mass="m", stiffness="k")
+    exact_motion = bind(StickSlip, mass="m", stiffness="k")
     variants = (
         Variant("slow_belt", "V = 1e-3: long phases of sticking, short slips", {"V": "1e-3"}, (0, "1e-3")),
         Variant(

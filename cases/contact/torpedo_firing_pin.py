@@ -116,7 +116,7 @@ class TorpedoFiringPin(Case):
         Rule("x <= gap (the pin is not beyond the primer)", lambda n: n["x"] <= n["gap"]),
         Rule("a pin at the primer has struck it (v = 0)", lambda n: n["x"] < n["gap"] or n["v"] == 0),
     )
-    exact_motion = ExactMotion(FiringPin, mass="m", stiffness="k")
+    exact_motion = bind(FiringPin, mass="m", stiffness="k")
     variants = (
         Variant(
             "grazing",

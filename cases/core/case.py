@@ -15,7 +15,6 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from gnomon.cases.core import accuracy, sampling
 from gnomon.cases.core.declared import Attitude, Coordinate, Declared
-from gnomon.cases.core.exact_motion import ExactMotion
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, SecondOrder, first_order
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.interface import Between
@@ -115,7 +114,6 @@ class Case(Declared):
     state: ClassVar[tuple[Coordinate, ...]]
     default_state: ClassVar[tuple[Number, ...]]
     """The starts of the coordinates, which a case may state together."""
-    exact_motion: ClassVar[ExactMotion[Motion]]
     default_span: ClassVar[Number | Span]
     """The span if neither the caller nor the variant gives one, in seconds or as a `Span`."""
     invariants: ClassVar[Mapping[str, Invariant]] = {}
@@ -130,6 +128,8 @@ class Case(Declared):
     certified_digits: ClassVar[int] = 45
     """Digits to which its certificate must confirm the motion: 45 for a closed form, 30 for an integration."""
 
+    exact_motion: Motion
+    """The exact motion, which a case declares by `bind`."""
     initial_state: tuple[Fraction, ...]
     span: Fraction
 
@@ -176,6 +176,12 @@ class Case(Declared):
     def motion(self) -> Motion:
         """The exact motion of these numbers."""
         return self.exact_motion
+
+    @classmethod
+    def motion_of(cls, numbers: Mapping[str, Fraction]) -> Any:
+        """The exact motion of numbers by name, for rules of the domain; `exact_motion` binds a dataclass."""
+        bound: Any = cls.exact_motion
+        return bound.of(numbers)
 
     @property
     def forms(self) -> tuple[Form, ...]:

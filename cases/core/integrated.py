@@ -7,7 +7,7 @@ from uuid import uuid4
 
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Case
-from gnomon.cases.core.exact_motion import ExactMotion
+from gnomon.cases.core.exact_motion import bind
 from gnomon.cases.core.forms import Equations, FirstOrder
 from gnomon.cases.core.numbers import OutOfReachError
 from gnomon.reference.numerics.balls import ball
@@ -34,7 +34,7 @@ def integrate(case: IntegratedCase) -> CertifiedMotion:
 class IntegratedCase(Case):
     """A case whose exact motion is a certified integration of its equations; a subclass states its forms as usual."""
 
-    exact_motion: ClassVar[ExactMotion[Motion]] = ExactMotion(integrate)
+    exact_motion: Motion = bind(integrate)
     certified_digits: ClassVar[int] = 30
     longest: ClassVar[int] = 1000
     """The longest span in units of `fastest_time`: each unit takes 0.1 s or more to integrate."""

@@ -115,7 +115,7 @@ class ChargeInFields(Case):
     Bx = Parameter("T", 0, "magnetic field along x", typical(-3, 3))
     By = Parameter("T", 0, "magnetic field along y", typical(-3, 3))
     Bz = Parameter("T", 5, "magnetic field along z", typical(-3, 3))
-    exact_motion = ExactMotion(Charge, position="x y z", velocity="vx vy vz", electric="Ex Ey Ez", magnetic="Bx By Bz")
+    exact_motion = bind(Charge, position="x y z", velocity="vx vy vz", electric="Ex Ey Ez", magnetic="Bx By Bz")
     variants = (
         Variant(
             "oblique", "fields and velocity not in one plane", {"Ey": 2, "Bx": 1, "By": -3}, (1, 2, 3, 1, "0.3", -1)
@@ -280,7 +280,7 @@ class RelativisticChargeCase(Case):
     Bx = Parameter("T", 0, "magnetic field along x", typical(-2, 2))
     By = Parameter("T", 0, "magnetic field along y", typical(-2, 2))
     Bz = Parameter("T", "0.01", "magnetic field along z", typical(-2, 2))
-    exact_motion = ExactMotion(
+    exact_motion = bind(
         RelativisticCharge, electric="Ex Ey Ez", magnetic="Bx By Bz", position="x y z", proper="ux uy uz"
     )
     variants = (

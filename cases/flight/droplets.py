@@ -109,7 +109,7 @@ class InkJetPrinter(Case):
     D = Parameter("m", "0.01", "distance from the plates to the paper", positive(0.5, 3))
     nu = Parameter("1/s", 0, "drag over mass and speed", nonnegative(0, 2))
     rules = (Rule("the drop starts before the paper (x < l + D)", lambda n: n["x"] < n["l"] + n["D"]),)
-    exact_motion = ExactMotion(lambda c: InkJet(c.q_m * c.E, c.l, c.l + c.D, c.nu, *c.initial_state))
+    exact_motion = bind(lambda c: InkJet(c.q_m * c.E, c.l, c.l + c.D, c.nu, *c.initial_state))
     variants = (
         Variant("drag", "air slows the drop in flight", {"nu": 400}),
         Variant("stopped_by_air", "drag stops the drop before the paper: no second event", {"nu": 1000}, span="0.0071"),
@@ -205,7 +205,7 @@ class MillikanOilDrop(Case):
     eta = Parameter("Pa s", "1.8e-5", "viscosity of the air", positive())
     q = Parameter("C", "8.01e-19", "charge: five elementary charges", typical(-2, 2))
     E = Parameter("V/m", 100_000, "field", typical(-2, 2))
-    exact_motion = ExactMotion(
+    exact_motion = bind(
         lambda c: OilDrop(
             9 * c.eta / (2 * c.a**2 * c.rho),
             (-c.g * (1 - c.rho_air / c.rho),),

@@ -60,7 +60,7 @@ class ImpulseInstantaneous(Case):
     J = Parameter("N s", 3, "impulse", typical(-5, 5))
     t1 = Parameter("s", "0.7", "start of the pulse", positive(0.1, 1))
     T = Parameter("s", "0.1", "length of the pulse", nonnegative(0.01, 1))
-    exact_motion = ExactMotion(Pulse, impulse="J", begin="t1", length="T")
+    exact_motion = bind(Pulse, impulse="J", begin="t1", length="T")
     default_span = Span(2.37, "time scale")
     quantity_names = ("final_speed", "late=lag")
     """`late`: the lag of the position behind the one after an instantaneous impulse at t1 (m)."""

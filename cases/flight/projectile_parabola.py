@@ -55,7 +55,7 @@ class ProjectileParabola(Case):
     vx = Coordinate("m/s", 20)
     vy = Coordinate("m/s", 15)
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", nonnegative(0, 20))
-    exact_motion = ExactMotion(Projectile)
+    exact_motion = bind(Projectile)
     default_span = 3
     variants = (
         Variant("engines", "the parameters of the engine tables: 10 m/s, 1 s", initial_state=(0, 0, 6, 8), span=1),

@@ -60,7 +60,7 @@ class ProjectileInParabolicCoordinates(Case):
     eta_rate = Coordinate("m^(1/2)/s", "0.5", typical(-3, 3))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", nonnegative(0, 20))
     rules = (Rule("the path misses the focus, x = y = 0", _misses_the_focus),)
-    exact_motion = ExactMotion(ParabolicProjectile)
+    exact_motion = bind(ParabolicProjectile)
     default_span = "2.7"
     variants = (
         Variant(

@@ -54,7 +54,7 @@ class ProjectileStokesDrag(Case):
     vy = Coordinate("m/s", 15)
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     nu = Parameter("1/s", "0.5", "drag over mass and speed", nonnegative(0, 5))
-    exact_motion = ExactMotion(lambda c: StokesDrag(c.nu, (c.g * 0, -c.g), (c.x, c.y), (c.vx, c.vy)))
+    exact_motion = bind(lambda c: StokesDrag(c.nu, (c.g * 0, -c.g), (c.x, c.y), (c.vx, c.vy)))
     variants = (
         Variant("weak", "nu = 1e-10: the exact formula cancels to a parabola", {"nu": "1e-10"}, span="2.9"),
         Variant("stiff", "nu = 1e5: reaches its limiting speed after 1e-5 s of 10 s", {"nu": 10**5}, span=10),

@@ -53,7 +53,7 @@ class ProjectileQuadraticDrag(Case):
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     k = Parameter("1/m", "0.01", "drag over mass and squared speed", positive(0.001, 0.5))
     rules = (Rule("vx is not zero", lambda n: n["vx"] != 0),)
-    exact_motion = ExactMotion(QuadraticDragPlane)
+    exact_motion = bind(QuadraticDragPlane)
     quantity_names = ("terminal_speed", "apex_time apex_height=apex")
     variants = (
         Variant("strong", "k v0^2/g = 1e3: loses nearly all speed at once", {"k": "3.5"}, (0, 0, 20, 49), "4.1"),
@@ -141,7 +141,7 @@ class VerticalQuadraticDrag(Case):
     v = Coordinate("m/s", 40, typical(-20, 40))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     k = Parameter("1/m", "0.01", "drag over mass and squared speed", positive(0.001, 1))
-    exact_motion = ExactMotion(QuadraticDragVertical)
+    exact_motion = bind(QuadraticDragVertical)
     variants = (
         Variant(
             "fast", "v0 is 1e6 times the limiting speed: stiff at the start", {"g": 10, "k": "0.1"}, (0, 10**7), 20

@@ -33,7 +33,7 @@ class AtwoodPulleySystems(Case):
     m2 = Parameter("kg", "1.5", "mass 2", positive())
     I = Parameter("kg m^2", "0.005", "moment of inertia of the pulley", nonnegative(0, 1))
     R = Parameter("m", "0.1", "radius of the pulley", positive())
-    exact_motion = ExactMotion(lambda c: Atwood((c.x,), (c.v,), *c.parameter_values()))
+    exact_motion = bind(lambda c: Atwood((c.x,), (c.v,), *c.parameter_values()))
     default_span = Span(3.3, "time scale")
     variants = (
         Variant("light_pulley", "a pulley without inertia: both parts of the rope have the same tension", {"I": 0}),

@@ -39,7 +39,7 @@ class BeadOnRotatingWire(Case):
     v = Coordinate("m/s", 0, typical(-5, 5))
     O = Parameter("rad/s", 2, "rate of rotation of the wire", positive(0.2, 5))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
-    exact_motion = ExactMotion(BeadOnTurningWire)
+    exact_motion = bind(BeadOnTurningWire)
     quantity_names = ("growing_part=growing", "dying_part=decaying", "bounded_amplitude=swing")
     variants = (
         Variant(

@@ -65,7 +65,7 @@ class ChainInCircularTube(EquivalentPendulumCase):
     L = Parameter("m", 2, "length of the chain", positive(0.1, 6))
     R = Parameter("m", 1, "radius of the tube", positive(1, 5))
     rules = (Rule("L < 2 pi R (the chain fits into the tube)", lambda n: _shorter_than_the_tube(n["L"], n["R"])),)
-    exact_motion = ExactMotion(TubeChain, length="L", radius="R")
+    exact_motion = bind(TubeChain, length="L", radius="R")
     variants = (
         Variant("short", "a chain of 1e-6 m: nearly a bead", {"L": "1e-6"}),
         Variant("rotation", "the chain runs around the tube without stopping", initial_state=(0, 6)),

@@ -124,7 +124,7 @@ class ChainQuarterCircle(Case):
         Rule("the front starts on the quarter circle: s < pi R/2", _begins_on_circle),
         Rule("the front is beyond the edge or moves: s >= 1e-30 R or v >= 1e-30 sqrt(g R)", _slides),
     )
-    exact_motion = ExactMotion(ChainQuarter, length="L", radius="R")
+    exact_motion = bind(ChainQuarter, length="L", radius="R")
     variants = (
         Variant("thrown", "starts at the edge with speed", initial_state=(0, 1)),
         Variant("crawls", "released 1e-3 m beyond the edge: the force grows with s^2 from 2e-6 g", {}, ("1e-3", 0)),

@@ -49,7 +49,7 @@ class ChainSmoothCurve(Case):
     a = Parameter("m", "0.5", "radius of the rolling circle", positive(1, 5))
     L = Parameter("m", 2, "length of the chain", positive(0.1, 4))
     rules = (Rule("the ends of the chain stay between the cusps: amplitude + L/2 <= 4 a", _stays_between_cusps),)
-    exact_motion = ExactMotion(lambda c: HarmonicMotion(4 * c.a, c.g, *c.initial_state))
+    exact_motion = bind(lambda c: HarmonicMotion(4 * c.a, c.g, *c.initial_state))
     default_span = Span(10.37, "turn")
     quantity_names = ("period", "amplitude")
     variants = (

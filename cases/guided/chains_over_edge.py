@@ -6,7 +6,6 @@ Cases: chain_off_table, chain_over_pulley.
 from collections.abc import Mapping
 from fractions import Fraction
 from math import sqrt
-from typing import ClassVar
 
 from gnomon.cases.core.forms import Equations
 from gnomon.cases.declare import *
@@ -97,7 +96,7 @@ def until_it_leaves(sliding: Equations, end: Equations, start: Any) -> Hybrid:
 class _ChainOverEdge(Case):
     """A chain that leaves its support at one event, `leaves`, and then falls freely."""
 
-    exact_motion: ClassVar[ExactMotion[SlidingChain]]
+    exact_motion: SlidingChain
 
     @property
     def time_scale(self) -> float:
@@ -151,7 +150,7 @@ class ChainOffTable(_ChainOverEdge):
         Rule("s <= L (the chain is on the table)", lambda n: n["s"] <= n["L"]),
         Rule("s >= mu L/(1 + mu) and v >= 0 (else friction holds the chain)", _reach),
     )
-    exact_motion = ExactMotion(
+    exact_motion = bind(
         lambda c: SlidingChain(c.g * (1 + c.mu) / c.L, c.mu * c.L / (1 + c.mu), c.L, c.g, *c.initial_state)
     )
     variants = (
@@ -197,7 +196,7 @@ class ChainOverPulley(_ChainOverEdge):
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     L = Parameter("m", 2, "length of the chain", positive(2, 5))
     rules = (Rule("s <= L/2 (the chain lies over the pulley)", lambda n: 2 * n["s"] <= n["L"]),)
-    exact_motion = ExactMotion(lambda c: SlidingChain(2 * c.g / c.L, Fraction(0), c.L / 2, c.g, *c.initial_state))
+    exact_motion = bind(lambda c: SlidingChain(2 * c.g / c.L, Fraction(0), c.L / 2, c.g, *c.initial_state))
     variants = (
         Variant("balanced", "exactly in equilibrium: must not move", initial_state=(0, 0)),
         Variant("hair", "1e-12 m from equilibrium: runs off after 28 e-foldings", initial_state=("1e-12", 0)),

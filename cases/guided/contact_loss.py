@@ -145,7 +145,7 @@ def until_contact_is_lost(slides: Equations, flies: Equations, force: Equations)
 class _ContactLossCase(Case):
     _INSIDE: ClassVar[bool]
 
-    exact_motion = ExactMotion(lambda c: ContactLoss(c.g, c.R, c.theta, c.omega, c._INSIDE))
+    exact_motion = bind(lambda c: ContactLoss(c.g, c.R, c.theta, c.omega, c._INSIDE))
 
     @property
     def time_scale(self) -> float:

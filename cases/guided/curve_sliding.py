@@ -136,7 +136,7 @@ class CurveSlidingSmall(_Curve):
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     p = Parameter("m", "0.5", "focal length of the parabola", positive(1, 3))
     rules = (_low("x", "p", parabola_energy, 2000),)
-    exact_motion = ExactMotion(Parabola, size="p", q0="x")
+    exact_motion = bind(Parabola, size="p", q0="x")
     variants = (
         Variant(
             "shallow", "amplitude 1e-3 p: the period is within 1e-7 of the harmonic one", initial_state=("5e-4", 0)
@@ -163,7 +163,7 @@ class CurveSlidingQuartic(_Curve):
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     a = Parameter("m", 2, "size of the curve", positive(2, 5))
     rules = (_low("x", "a", quartic_energy, 50_000),)
-    exact_motion = ExactMotion(Quartic, size="a", q0="x")
+    exact_motion = bind(Quartic, size="a", q0="x")
     variants = (
         Variant("flat", "amplitude 1e-3 a: the force is proportional to x^3", initial_state=("2e-3", 0)),
         Variant("launched", "starts at the bottom with speed", initial_state=(0, 4)),
@@ -187,7 +187,7 @@ class CurveSlidingCatenary(_Curve):
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     c = Parameter("m", "0.5", "radius of curvature at the bottom", positive(1, 3))
     rules = (_low("s", "c", catenary_energy, 40),)
-    exact_motion = ExactMotion(Catenary, size="c", q0="s")
+    exact_motion = bind(Catenary, size="c", q0="s")
     variants = (
         Variant(
             "shallow", "amplitude 1e-3 c: the period is within 1e-6 of the harmonic one", initial_state=("5e-4", 0)

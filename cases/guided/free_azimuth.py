@@ -15,7 +15,7 @@ HEAVIER = 2**40
 class FreeAzimuthCase(WellCase):
     """State (theta, phi, rate, spin); the parameter I is the moment of the spindle or hoop about the vertical."""
 
-    exact_motion: ClassVar[ExactMotion[Governor]]
+    exact_motion: Governor
     reversal = ("rate", "spin")
 
     _DRIVEN: ClassVar[str]

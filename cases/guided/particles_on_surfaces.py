@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import asin, atan2, cos, hypot, inf, pi, sin, tau
-from typing import ClassVar
 
 from gnomon.cases.core.forms import Values
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
@@ -147,7 +146,7 @@ ROUND = Rule("the particle moves round the axis (w is not 0, else it meets the t
 class _OnSurface(WellCase):
     """One coordinate along the meridian, the azimuth phi, and their rates."""
 
-    exact_motion: ClassVar[ExactMotion[OnSurface]]
+    exact_motion: OnSurface
     section = "11.10.1-11.10.2"
 
     @cached_property
@@ -178,7 +177,7 @@ class ParticleOnCone(_OnSurface):
     alpha = Parameter("rad", "0.5", "half angle of the cone", Range(0.0, pi / 2, True, True, (0.3, 1.2)))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 12))
     rules = (ROUND,)
-    exact_motion = ExactMotion(OnCone, x="s", rate="vs", spin="w")
+    exact_motion = bind(OnCone, x="s", rate="vs", spin="w")
     variants = (
         Variant(
             "near_tip",
@@ -218,7 +217,7 @@ class ParticleOnParaboloid(_OnSurface):
     p = Parameter("m", 1, "radius of curvature at the bottom", positive(0.5, 2))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 12))
     rules = (ROUND,)
-    exact_motion = ExactMotion(OnParaboloid, x="r", rate="vr", spin="w")
+    exact_motion = bind(OnParaboloid, x="r", rate="vr", spin="w")
     variants = (
         Variant(
             "near_axis",
@@ -238,7 +237,7 @@ class ParticleOnParaboloid(_OnSurface):
 
 
 def _swings(n: Mapping[str, Fraction]) -> bool:
-    return ParticleOnTorus.exact_motion.of(n).swings
+    return bool(ParticleOnTorus.motion_of(n).swings)
 
 
 class ParticleOnTorus(_OnSurface):
@@ -259,7 +258,7 @@ class ParticleOnTorus(_OnSurface):
         Rule("the ring has a hole, a < R", lambda n: n["a"] < n["R"]),
         Rule("the particle swings: it is too slow to pass the top or the innermost circle", _swings),
     )
-    exact_motion = ExactMotion(OnTorus, x="theta", spin="w")
+    exact_motion = bind(OnTorus, x="theta", spin="w")
     variants = (
         Variant("inner", "climbs to the inner side, where the azimuth turns fastest", initial_state=("-2.4", 0, 0, 2)),
         Variant("plane", "no motion about the axis: a pendulum in the tube", initial_state=("-0.1", 0, 0, 0)),

@@ -82,7 +82,7 @@ class RotatingPendulumFreeHoop(FreeAzimuthCase):
     m = Parameter("kg", 1, "mass of the bead", positive(0.5, 2))
     I = Parameter("kg m^2", "0.5", "moment of the hoop about the vertical", positive(0.5, 2))
     rules = (Rule("the energy is below that at the top (the bead swings)", lambda n: _motion(n).swings),)
-    exact_motion = ExactMotion(lambda c: _motion(c.numbers))
+    exact_motion = bind(lambda c: _motion(c.numbers))
     variants = (
         Variant("heavy_hoop", "I = 1e8 m R^2: nearly a prescribed rate", {"I": 10**8}),
         Variant("light_hoop", "I = 1e-4 m R^2: the rate almost triples when the bead comes in", {"I": "1e-4"}, ("0.5", 0, 0, 2)),

@@ -67,7 +67,7 @@ class HoopCase(Case):
         """A and B (1/s^2)."""
         raise NotImplementedError
 
-    exact_motion = ExactMotion(lambda c: Hoop(*c.coefficients(), *c.initial_state))
+    exact_motion = bind(lambda c: Hoop(*c.coefficients(), *c.initial_state))
 
     @property
     def time_scale(self) -> float:

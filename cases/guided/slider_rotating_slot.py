@@ -68,7 +68,7 @@ class SliderRotatingSlot(Case):
     r0 = Parameter("m", "0.2", "position at which the spring is unstretched", typical(0, 1))
     Om = Parameter("rad/s", 3, "rate of the table", nonnegative(0.5, 5))
     mu = Parameter("1", "0.1", "coefficient of friction on the wall", nonnegative(0, 0.5))
-    exact_motion = ExactMotion(Slot, mass="m", stiffness="k", natural="r0", rate="Om", friction="mu", start="r")
+    exact_motion = bind(Slot, mass="m", stiffness="k", natural="r0", rate="Om", friction="mu", start="r")
     quantity_names = ("larger_rate smaller_rate=rates", "wall_force", "balance")
     variants = (
         Variant("free", "no spring: moves outward as e^(Om t)", {"k": 0, "mu": 0}),

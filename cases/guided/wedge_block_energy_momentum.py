@@ -47,7 +47,7 @@ class WedgeBlock(Case):
     m = Parameter("kg", 1, "mass of the block", positive())
     M = Parameter("kg", 3, "mass of the wedge", positive())
     alpha = Parameter("rad", "0.5", "angle of the face", Range(0.0, math.pi / 2, typical=(0.05, 1.5)))
-    exact_motion = ExactMotion(Wedge, places="X s", velocities="V v")
+    exact_motion = bind(Wedge, places="X s", velocities="V v")
     default_span = Span(3.3, "time scale")
     variants = (
         Variant("light_wedge", "M = 1e-8 kg: the wedge is pushed aside, the block falls freely", {"M": "1e-8"}),

@@ -120,7 +120,7 @@ class CentralForceConservation(Case):
     vy = Coordinate("m/s", "1.2", typical(-5, 5))
     m = Parameter("kg", 1, "mass", positive())
     k = Parameter("N/m", 4, "stiffness", positive())
-    exact_motion = ExactMotion(IsotropicOscillator, mass="m", stiffness="k")
+    exact_motion = bind(IsotropicOscillator, mass="m", stiffness="k")
     default_span = Span(10.37, "turn")
     quantity_names = ("period", "semi_major_axis semi_minor_axis=semi_axes")
     variants = (
@@ -164,7 +164,7 @@ class CentralForceHangingMass(_Central):
     m1 = Parameter("kg", 1, "mass on the table", positive(0.5, 3))
     m2 = Parameter("kg", "0.5", "hanging mass", positive(0.5, 3))
     rules = (TURNS,)
-    exact_motion = ExactMotion(HangingMass)
+    exact_motion = bind(HangingMass)
     variants = (
         Variant("circle", "exactly the circle: r must not move", {"g": 10, "m2": 1, "m1": "2.5"}, (1, 0, 0, 2)),
         Variant(
@@ -195,7 +195,7 @@ class CentralForceLogarithmic(_Central):
     omega = Coordinate("rad/s", "0.8", typical(0.8, 1.2))
     k = Parameter("m^2/s^2", 1, "attraction times distance, per unit mass", positive(0.8, 1.5))
     rules = (TURNS,)
-    exact_motion = ExactMotion(Logarithmic)
+    exact_motion = bind(Logarithmic)
     variants = (
         Variant("circle", "exactly the circle: r must not move", initial_state=(1, 0, 0, 1)),
         Variant(
@@ -228,7 +228,7 @@ class DumbbellSpring(_Central):
     k = Parameter("N/m", 20, "stiffness of the spring", positive(10, 30))
     l = Parameter("m", 1, "natural length of the spring", nonnegative(0.5, 1))
     rules = (TURNS,)
-    exact_motion = ExactMotion(lambda c: SpringDumbbell(c.r, c.theta, c.vr, c.omega, c.k * (1 / c.m1 + 1 / c.m2), c.l))
+    exact_motion = bind(lambda c: SpringDumbbell(c.r, c.theta, c.vr, c.omega, c.k * (1 / c.m1 + 1 / c.m2), c.l))
     variants = (
         Variant(
             "steady",

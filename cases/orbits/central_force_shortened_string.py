@@ -37,7 +37,7 @@ class CentralForceShortenedString(Case):
     m = Parameter("kg", 1, "mass", positive())
     r0 = Parameter("m", 1, "distance from the hole at the start", positive())
     c = Parameter("m/s", "0.05", "speed at which the string is drawn in", typical(-2, 2))
-    exact_motion = ExactMotion(ShortenedString, rate="c")
+    exact_motion = bind(ShortenedString, rate="c")
     variants = (
         Variant(
             "to_the_hole",

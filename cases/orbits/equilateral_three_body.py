@@ -154,7 +154,7 @@ class EquilateralThreeBody(IntegratedCase):
     m2 = Parameter("kg", "0.625", "mass of body 2", positive(0.5, 2))
     m3 = Parameter("kg", "0.375", "mass of body 3", nonnegative(0, 2))
     rules = (Rule("no two bodies are at the same position", _apart),)
-    exact_motion = ExactMotion(lambda c: c.triangle or integrate(c))
+    exact_motion = bind(lambda c: c.triangle or integrate(c))
     default_span = Span(2.37, "turn of the triangle")
     variants = (
         Variant(

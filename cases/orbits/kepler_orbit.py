@@ -139,7 +139,7 @@ class KeplerOrbit(Case):
     vy = Coordinate("m/s", 2, typical(0.5, 2))
     mu = Parameter("m^3/s^2", 1, "gravitational parameter of the centre", positive(0.5, 2))
     rules = (Rule("x^2 + y^2 > 0 (the start is not at the centre)", lambda n: n["x"] != 0 or n["y"] != 0),)
-    exact_motion = ExactMotion(Kepler)
+    exact_motion = bind(Kepler)
     turning = Turning((("x", "y"), ("vx", "vy")))
     variants = (
         Variant("e09", "e = 0.9: the pericentre passage is 30 times faster", initial_state=pericentre_start(0.9)),

@@ -55,7 +55,7 @@ class RadialFallInverseSquare(Case):
     r = Coordinate("m", 67_000_000, positive(0.5, 5))
     v = Coordinate("m/s", 0, typical(-2, 2))
     mu = Parameter("m^3/s^2", 398_600_441_800_000, "gravitational parameter: the Earth's", positive())
-    exact_motion = ExactMotion(RadialFall)
+    exact_motion = bind(RadialFall)
     quantity_names = ("escape_speed", "farthest", "collision_time")
     variants = (
         Variant(

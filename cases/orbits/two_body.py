@@ -108,7 +108,7 @@ class TwoBody(Case):
             lambda n: _angular_momentum(n) != 0,
         ),
     )
-    exact_motion = ExactMotion(Motion, places="x1 y1 x2 y2", velocities="vx1 vy1 vx2 vy2")
+    exact_motion = bind(Motion, places="x1 y1 x2 y2", velocities="vx1 vy1 vx2 vy2")
     default_span = Span(10.37, "period")
     variants = (
         Variant(

@@ -137,9 +137,7 @@ class TwoMassSpring(Case):
     m2 = Parameter("kg", 2, "mass 2", positive())
     k = Parameter("N/m", 30, "stiffness of the spring", positive(0.1, 100))
     l = Parameter("m", 1, "natural length of the spring", nonnegative(0, 3))
-    exact_motion = ExactMotion(
-        lambda c: SpringPair(c.m1, c.m2, c.k, (c.l,), (Fraction(0),), ((c.x1, c.x2),), ((c.v1, c.v2),))
-    )
+    exact_motion = bind(lambda c: SpringPair(c.m1, c.m2, c.k, (c.l,), (Fraction(0),), ((c.x1, c.x2),), ((c.v1, c.v2),)))
     default_span = Span(10.37, "turn")
     variants = (
         Variant("stiff", "k = 1e10 N/m and a slow drift: 1e6 vibrations in the span", {"k": 10**10}, span="51.7"),
@@ -192,7 +190,7 @@ class CenterOfMassMotion(Case):
     m1 = Parameter("kg", 1, "mass 1", positive())
     m2 = Parameter("kg", 2, "mass 2", positive())
     k = Parameter("N/m", 400, "stiffness of the spring", positive(1, 100))
-    exact_motion = ExactMotion(_thrown)
+    exact_motion = bind(_thrown)
     default_span = Span(10.37, "turn")
     variants = (
         Variant("stiff", "k = 1e10 N/m inside a slow parabola: 3.6e4 vibrations", {"k": 10**10}, span="1.87"),
@@ -245,7 +243,7 @@ class DumbbellFreeFlight(Case):
     m1 = Parameter("kg", 1, "mass 1", positive())
     m2 = Parameter("kg", 2, "mass 2", positive())
     l = Parameter("m", 1, "length of the rod", positive())
-    exact_motion = ExactMotion(RodPair, length="l", x="x1", y="y1", vx="vx1", vy="vy1")
+    exact_motion = bind(RodPair, length="l", x="x1", y="y1", vx="vx1", vy="vy1")
     quantity_names = ("tension",)
     """The tension of the rod, which is constant (N)."""
     variants = (

@@ -66,7 +66,7 @@ class DampedOscillator(Case):
     m = Parameter("kg", 1, "mass", positive())
     c = Parameter("N s/m", "0.4", "damping constant", nonnegative())
     k = Parameter("N/m", 20, "stiffness of the spring", positive())
-    exact_motion = ExactMotion(DampedMotion, mass="m", damping="c", stiffness="k")
+    exact_motion = bind(DampedMotion, mass="m", damping="c", stiffness="k")
     variants = (
         Variant("critical", "exactly critical: both rates equal", {"c": 4, "k": 4}, (1, 1)),
         Variant(

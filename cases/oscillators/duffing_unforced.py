@@ -50,7 +50,7 @@ class DuffingUnforced(Case):
     alpha = Parameter("1/s^2", 1, "linear stiffness over the mass", typical(-2, 2))
     beta = Parameter("1/(m^2 s^2)", 1, "cubic stiffness over the mass", typical(-2, 2))
     rules = (Rule("the motion is bounded (with beta < 0 it does not escape; alpha < 0 needs beta > 0)", _bounded),)
-    exact_motion = ExactMotion(DuffingMotion)
+    exact_motion = bind(DuffingMotion)
     default_span = Span(10.37, lambda motion: motion.period(20))
     variants = (
         Variant("soft", "sn: softening spring", {"beta": "-0.25"}, ("1.2", "0.3")),

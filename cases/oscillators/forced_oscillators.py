@@ -64,7 +64,7 @@ class ForcedOscillator(Case):
     k = Parameter("N/m", 20, "stiffness of the spring", positive())
     F0 = Parameter("N", 2, "amplitude of the force")
     w = Parameter("rad/s", 3, "frequency of the force", nonnegative(0.1, 10))
-    exact_motion = ExactMotion(
+    exact_motion = bind(
         lambda c: ForcedLinear(c.c / (2 * c.m), c.k / c.m, ZERO, c.F0 / c.m, ZERO, c.w, ZERO, *c.initial_state)
     )
     autonomous = False
@@ -158,7 +158,7 @@ class SecondOrderLinearOde(Case):
     h1 = Parameter("m/s^2", 1, "amplitude of the load over mass")
     r = Parameter("1/s", "-0.1", "rate of growth of the load", typical(-2, 0.1))
     p = Parameter("rad/s", 3, "frequency of the load", typical(-5, 5))
-    exact_motion = ExactMotion(lambda c: ForcedLinear(c.b, c.c, c.h0, c.h1, ZERO, c.p, c.r, *c.initial_state))
+    exact_motion = bind(lambda c: ForcedLinear(c.b, c.c, c.h0, c.h1, ZERO, c.p, c.r, *c.initial_state))
     autonomous = False
     variants = (
         Variant("overdamped", "two real rates, 1 and 3", {"b": 2, "c": 3, "r": 0}),
@@ -244,7 +244,7 @@ class TimeVaryingForce(Case):
     w = Parameter("rad/s", 3, "frequency", typical(-10, 10))
     d = Parameter("1/s", 0, "rate of decay of the force", typical(0, 2))
     off = Parameter("s", "17.3", "time at which the force ends", positive(0.5, 20))
-    exact_motion = ExactMotion(
+    exact_motion = bind(
         lambda c: SwitchedOff(ForcedLinear(ZERO, ZERO, ZERO, c.C / c.m, c.S / c.m, c.w, -c.d, *c.initial_state), c.off)
     )
     autonomous = False

@@ -40,7 +40,7 @@ class HangingSpringsCase(Case):
     k1 = Parameter("N/m", 100, "upper spring", positive())
     k2 = Parameter("N/m", 300, "lower spring", positive())
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
-    exact_motion = ExactMotion(HangingSprings, mass="m")
+    exact_motion = bind(HangingSprings, mass="m")
     default_span = Span(10.37, "turn")
     quantity_names = (
         "period",

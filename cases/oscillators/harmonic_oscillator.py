@@ -60,7 +60,7 @@ class HarmonicOscillator(Case):
     v = Coordinate("m/s", "0.5", typical(-5, 5))
     m = Parameter("kg", 1, "mass", positive())
     k = Parameter("N/m", 4, "stiffness of the spring", positive())
-    exact_motion = ExactMotion(HarmonicMotion, mass="m", stiffness="k")
+    exact_motion = bind(HarmonicMotion, mass="m", stiffness="k")
     default_span = Span(10.37, "turn")
     quantity_names = ("period", "amplitude", "phase", "energy")
     variants = (

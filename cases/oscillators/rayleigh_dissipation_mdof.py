@@ -66,7 +66,7 @@ class RayleighDissipation(Case):
     c1 = Parameter("N s/m", "0.3", "damper from the first wall", nonnegative(0, 4))
     c2 = Parameter("N s/m", "0.1", "damper between", nonnegative(0, 4))
     c3 = Parameter("N s/m", "0.2", "damper to the second wall", nonnegative(0, 4))
-    exact_motion = ExactMotion(
+    exact_motion = bind(
         lambda c: Vibrations(
             (c.m1, c.m2),
             chain((c.k1, c.k3), (c.k2,)),

@@ -68,7 +68,7 @@ class RubberTubeThin(Case):
     x = Coordinate("1", "0.5", positive(0.1, 5))
     v = Coordinate("1/s", 0, typical(-5, 5))
     w = Parameter("rad/s", 2, "rate: w^2 = mu/(rho A^2)", positive())
-    exact_motion = ExactMotion(Pinney)
+    exact_motion = bind(Pinney)
     default_span = Span(10.37, "turn")
     quantity_names = ("period", "least", "largest", "top_rate=top_speed")
     variants = (
@@ -120,7 +120,7 @@ class RubberTubeThick(WellCase):
     w = Parameter("rad/s", 2, "rate: w^2 = mu/(rho A^2)", positive(0.5, 5))
     p = Parameter("1/s^2", 0, "twice the inner pressure over rho A^2", typical(-0.1, 0.1))
     rules = (Rule("the wall withstands the pressure: p < w^2 ln(1 + gam)", _holds),)
-    exact_motion = ExactMotion(ThickTube)
+    exact_motion = bind(ThickTube)
     quantity_names = ("balance",)
     variants = (
         Variant(

@@ -6,7 +6,6 @@ Cases: small_vibrations_3dof_chain, small_vibrations_mdof.
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import ClassVar
 
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.row import masses_in_a_row
@@ -99,7 +98,7 @@ class _Vibrating(Case):
 
     default_span = Span(10.37, "turn")
     quantity_names = ("frequency_1 frequency_2 frequency_3=frequencies",)
-    exact_motion: ClassVar[ExactMotion[Vibrations]]
+    exact_motion: Vibrations
     section = "11.13"
     mirror = ("x1", "x2", "x3", "v1", "v2", "v3")
 
@@ -132,7 +131,7 @@ class SmallVibrationsChain(_Vibrating):
     v2 = Coordinate("m/s", "0.25", typical(-2, 2))
     v3 = Coordinate("m/s", 0, typical(-2, 2))
     k = Parameter("1/s^2", 1, "stiffness of each spring over each mass", positive())
-    exact_motion = ExactMotion(lambda c: _vibrations(c, (1, 1, 1), (c.k, 0, c.k), (c.k, c.k)))
+    exact_motion = bind(lambda c: _vibrations(c, (1, 1, 1), (c.k, 0, c.k), (c.k, c.k)))
     variants = (
         Variant(
             "slow_mode",
@@ -174,7 +173,7 @@ class SmallVibrations(_Vibrating):
     k3 = Parameter("N/m", 5, "third mass to the ground", nonnegative(0, 20))
     k12 = Parameter("N/m", 8, "between first and second mass", nonnegative(0, 20))
     k23 = Parameter("N/m", 12, "between second and third mass", nonnegative(0, 20))
-    exact_motion = ExactMotion(lambda c: _vibrations(c, (c.m1, c.m2, c.m3), (c.k1, c.k2, c.k3), (c.k12, c.k23)))
+    exact_motion = bind(lambda c: _vibrations(c, (c.m1, c.m2, c.m3), (c.k1, c.k2, c.k3), (c.k12, c.k23)))
     variants = (
         Variant(
             "beats",

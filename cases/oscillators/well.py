@@ -11,7 +11,7 @@ from gnomon.reference.numerics.well import WellMotion
 class WellCase(Case):
     """A case whose motion is a WellMotion (reference/numerics/well.py): periodic, except for coordinates that advance."""
 
-    exact_motion: ClassVar[ExactMotion[WellMotion]]
+    exact_motion: WellMotion
     default_span = Span(5.37, "turn")
     _REST_TIME: ClassVar[float] = 1.0
     """The time scale if the start is an equilibrium (s)."""

@@ -58,7 +58,7 @@ class WorkEnergySpringBlock(Case):
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
     m = Parameter("kg", 1, "mass of the block", positive(0.5, 3))
     k = Parameter("N/m", 500, "stiffness of the spring", positive(10, 1000))
-    exact_motion = ExactMotion(SpringBlock)
+    exact_motion = bind(SpringBlock)
     default_span = Span(5.37, lambda motion: motion.period())
     variants = (
         Variant("stiff", "k = 1e9 N/m: a contact of 1e-4 s between flights of 0.6 s", {"k": 10**9}),

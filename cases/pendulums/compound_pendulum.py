@@ -89,7 +89,7 @@ class _Swinging(Case):
     def square(self) -> Fraction:
         raise NotImplementedError
 
-    exact_motion = ExactMotion(lambda c: Pendulum(c.square(), Fraction(1), *c.initial_state))
+    exact_motion = bind(lambda c: Pendulum(c.square(), Fraction(1), *c.initial_state))
 
     @property
     def time_scale(self) -> float:

@@ -88,7 +88,7 @@ class CycloidalPendulum(Case):
     a = Parameter("m", "0.25", "radius of the rolling circle", positive())
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     rules = (Rule("phidot^2 < g/a (else the bead reaches the cusp)", lambda n: n["phidot"] ** 2 * n["a"] < n["g"]),)
-    exact_motion = ExactMotion(CycloidalMotion, rate0="phidot")
+    exact_motion = bind(CycloidalMotion, rate0="phidot")
     default_span = Span(10.37, "turn")
     quantity_names = (
         *("period", "angle_amplitude", "arc_amplitude", "energy"),

@@ -1,7 +1,6 @@
 """Base class of cases that move exactly like a pendulum: a chain in a tube, a pendulum on an accelerated support."""
 
 from math import tau
-from typing import ClassVar
 
 from gnomon.cases.core import accuracy
 from gnomon.cases.declare import *
@@ -12,7 +11,7 @@ from gnomon.reference.pendulums.pendulum_simple import Pendulum
 class EquivalentPendulumCase(Case):
     """A case that moves like a simple pendulum whose constants are irrational."""
 
-    exact_motion: ClassVar[ExactMotion[EquivalentPendulum]]
+    exact_motion: EquivalentPendulum
     default_span = Span(10.37, lambda motion: motion.pendulum().period(20))
 
     @property

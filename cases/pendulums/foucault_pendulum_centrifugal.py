@@ -51,7 +51,7 @@ class FoucaultInPlaneCentrifugal(Case):
     Om = Parameter("rad/s", "7.292115e-5", "rate of rotation of the Earth", typical(-0.2, 0.2))
     lat = Parameter("rad", "0.8526", "latitude", Range(-pi / 2, pi / 2, typical=(-1.5, 1.5)))
     rules = (Rule("the pendulum is bound (Om^2 < g/L)", lambda n: n["Om"] ** 2 * n["L"] < n["g"]),)
-    exact_motion = ExactMotion(FoucaultCentrifugal, start="x y vx vy")
+    exact_motion = bind(FoucaultCentrifugal, start="x y vx vy")
     default_span = 3600
     variants = (
         Variant("day", "24 h: the axes differ by 1e-8 of the stiffness, whose effect accumulates", span=86400),

@@ -112,7 +112,7 @@ class FoucaultLinear(Case):
     L = Parameter("m", 67, "length of the pendulum", positive(0.5, 100))
     Om = Parameter("rad/s", "7.292115e-5", "rate of rotation of the Earth", typical(-1, 1))
     lat = Parameter("rad", "0.8526", "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
-    exact_motion = ExactMotion(Foucault)
+    exact_motion = bind(Foucault)
     quantity_names = ("precession_rate", "swing_period", "closest")
     turning = Turning((("x", "y"), ("vx", "vy")))
     default_span = 3600
@@ -167,7 +167,7 @@ class FoucaultPrecession(FoucaultLinear):
     name = "foucault_precession"
     title = "Foucault pendulum, precession only"
     conventions = "As foucault_pendulum_linear, with a term Om^2 sin^2(lat) r: the swing is as on an Earth at rest."
-    exact_motion = ExactMotion(lambda c: Foucault(*c.parameter_values(), *c.initial_state, larmor=True))
+    exact_motion = bind(lambda c: Foucault(*c.parameter_values(), *c.initial_state, larmor=True))
     variants = ()
     invariants = conserved(energy=precession_energy, angular_momentum=foucault_momentum)
     forms = (SemiLinear(precession_equations, linear=precession_matrix, rest=no_load),)

@@ -91,7 +91,7 @@ class HolonomicConstraintDae(Case):
         Rule("the rod's length is not zero (x, y not both 0)", lambda numbers: numbers["x"] != 0 or numbers["y"] != 0),
         Rule("the velocity is along the circle (x vx + y vy = 0)", _consistent),
     )
-    exact_motion = ExactMotion(CartesianPendulum)
+    exact_motion = bind(CartesianPendulum)
     default_span = Span(
         10.37, lambda motion: None if motion.on_separatrix or motion.rests else motion.period(), otherwise=9
     )

@@ -63,7 +63,7 @@ class MomentOfMomentumPendulum(EquivalentPendulumCase):
             lambda n: n["g"] + n["ay"] != 0 or n["ax"] != 0,
         ),
     )
-    exact_motion = ExactMotion(CarriedPendulum, length="L")
+    exact_motion = bind(CarriedPendulum, length="L")
     variants = (
         Variant("braked", "released at rest along the true vertical", initial_state=(0, 0)),
         Variant(

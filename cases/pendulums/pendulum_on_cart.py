@@ -59,7 +59,7 @@ class PendulumOnCart(WellCase):
     M = Parameter("kg", 2, "mass of the cart", positive(2, 5))
     L = Parameter("m", 1, "length of the rod", positive(0.5, 2))
     rules = (Rule("the energy is below that at the top (the pendulum swings)", _swings),)
-    exact_motion = ExactMotion(_motion)
+    exact_motion = bind(_motion)
     variants = (
         Variant(
             "light_cart",

@@ -102,7 +102,7 @@ class PendulumQuadraticDamping(Case):
         Rule("w2 theta^2 + v^2 >= 1e-30 w2 (the pendulum swings by 1e-15 rad or more)", _moves),
         Rule("v = 0 or v^2 >= 1e-100 w2 (it starts at rest, or at 1e-50 of its natural rate or more)", _not_too_slow),
     )
-    exact_motion = ExactMotion(DampedPendulum)
+    exact_motion = bind(DampedPendulum)
     default_span = Span(10, "rest")
     variants = (
         Variant("turns", "turns over the top 5 times before it swings", {"c": "0.05"}, (0, 20)),

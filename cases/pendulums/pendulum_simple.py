@@ -41,7 +41,7 @@ class PendulumSimple(Case):
     omega = Coordinate("rad/s", 0, typical(-8, 8))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     L = Parameter("m", 1, "length of the rod", positive())
-    exact_motion = ExactMotion(Pendulum, length="L")
+    exact_motion = bind(Pendulum, length="L")
     default_span = Span(10.37, lambda motion: motion.period(20), otherwise=9)
     variants = (
         Variant("rotation", "turns over the top: theta grows without bound", initial_state=("0.5", 7)),

@@ -69,7 +69,7 @@ class SphericalPendulumCase(Case):
     L = Parameter("m", 1, "length of the rod", positive())
     h = Parameter("1/s", "0.5", "sin^2(theta) phi', momentum about the vertical over m L^2", typical(-5, 5))
     rules = (Rule("h is not 0 (a plane swing is the case pendulum_simple)", lambda n: n["h"] != 0),)
-    exact_motion = ExactMotion(SphericalPendulum)
+    exact_motion = bind(SphericalPendulum)
     default_span = Span(10.37, lambda motion: motion.nutation_period(20) or 1)
     quantity_names = ("polar_period=nutation_period", "azimuth_advance=precession_per_nutation")
     """`azimuth_advance`: the growth of phi in a polar period (rad); pi in the limit of a thin ellipse."""

@@ -95,7 +95,7 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
     I2 = Parameter("kg m^2", 3, "principal moment of inertia", positive(0.8, 1.5))
     I3 = Parameter("kg m^2", 4, "principal moment of inertia", positive(0.8, 1.5))
     rules = (TRIANGLE,)
-    exact_motion = ExactMotion(
+    exact_motion = bind(
         lambda c: FreeBody(
             c.g, (c.x, c.y, c.z), (c.vx, c.vy, c.vz), EulerTop((c.I1, c.I2, c.I3), (c.w1, c.w2, c.w3), c.attitude)
         )

@@ -45,7 +45,7 @@ def governor_momentum(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def _swings(n: Mapping[str, Fraction]) -> bool:
-    return EngineeringDesignAnalysis.exact_motion.of(n).swings
+    return bool(EngineeringDesignAnalysis.motion_of(n).swings)
 
 
 class EngineeringDesignAnalysis(FreeAzimuthCase):
@@ -69,7 +69,7 @@ class EngineeringDesignAnalysis(FreeAzimuthCase):
     L = Parameter("m", "0.25", "length of an arm", positive(0.25, 0.3))
     I = Parameter("kg m^2", "0.05", "moment of inertia of spindle and rotor", positive(0.05, 0.1))
     rules = (Rule("the energy is below that with the arms straight up (the arms swing)", _swings),)
-    exact_motion = ExactMotion(Governor, sleeve="M", length="L", inertia="I")
+    exact_motion = bind(Governor, sleeve="M", length="L", inertia="I")
     variants = (
         Variant("watt", "no sleeve: Watt's governor", {"M": 0}, ("0.9", 0, 0, 9)),
         Variant(

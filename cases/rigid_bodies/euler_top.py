@@ -83,7 +83,7 @@ class EulerTopCase(Case):
     I2 = Parameter("kg m^2", 3, "principal moment of inertia", positive(0.8, 1.5))
     I3 = Parameter("kg m^2", 4, "principal moment of inertia", positive(0.8, 1.5))
     rules = (TRIANGLE,)
-    exact_motion = ExactMotion(EulerTop, moments="I1 I2 I3", rates="w1 w2 w3")
+    exact_motion = bind(EulerTop, moments="I1 I2 I3", rates="w1 w2 w3")
     default_span = Span(10.37, "period in the body")
     turning = Turning(tuple((f"R1{j}", f"R2{j}", f"R3{j}") for j in (1, 2, 3)))
     variants = (

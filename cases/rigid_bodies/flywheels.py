@@ -117,7 +117,7 @@ class BeltDrivenMachine(Case):
             lambda n: abs(n["M"]) * n["r1"] / n["I1"] < n["F"] * (n["r1"] ** 2 / n["I1"] + n["r2"] ** 2 / n["I2"]),
         ),
     )
-    exact_motion = ExactMotion(BeltDrive)
+    exact_motion = bind(BeltDrive)
     default_span = Span(2.3, "time scale")
     variants = (
         Variant("behind", "the machine accelerates the motor", initial_state=(0, 50)),
@@ -177,7 +177,7 @@ class FlywheelCase(Case):
     M = Parameter("N m", 20, "mean torque", typical(-10, 10))
     p = Parameter("1", 1, "cyclic share of the torque", typical(-2, 2))
     W = Parameter("rad/s", 6, "rate of the cycle", typical(-8, 8))
-    exact_motion = ExactMotion(Flywheel, inertia="I")
+    exact_motion = bind(Flywheel, inertia="I")
     variants = (
         Variant("start_up", "from rest to the steady state, (M/c) (1 - e^(-c t/I))", {"p": 0}, (0, 0), 100),
         Variant(
@@ -220,7 +220,7 @@ class FlywheelCoastDown(Case):
     I = Parameter("kg m^2", 10, "moment of inertia", positive())
     c = Parameter("N m s", "0.05", "viscous drag", nonnegative(0, 2))
     M = Parameter("N m", 2, "constant friction torque", positive())
-    exact_motion = ExactMotion(CoastDown, inertia="I")
+    exact_motion = bind(CoastDown, inertia="I")
     quantity_names = ("stop_time", "stop_angle")
     variants = (
         Variant("dry", "no drag: the stop is at a rational time", {"c": 0}),

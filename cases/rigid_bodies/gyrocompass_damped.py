@@ -47,7 +47,7 @@ class GyrocompassDamped(Case):
     Om = Parameter("rad/s", "7.292115e-5", "rate of the Earth", positive(0.1, 5))
     coslat = Parameter("1", "0.7", "cosine of the latitude", Range(0.0, 1.0, low_open=True, typical=(0.1, 1.0)))
     c = Parameter("N m s", "0.004", "damping constant", nonnegative(0, 2))
-    exact_motion = ExactMotion(lambda c: DampedMotion(c.A, c.c, c._stiffness, *c.initial_state))
+    exact_motion = bind(lambda c: DampedMotion(c.A, c.c, c._stiffness, *c.initial_state))
     variants = (
         Variant(
             "critical",

@@ -94,7 +94,7 @@ class _Angles(Case):
 
     default_span = Span(10.37, lambda motion: motion.nutation_period(20))
 
-    exact_motion = ExactMotion(lambda c: LagrangeTop(c.I1, c.I3, c.W, c.a, c.numbers.get("b", c.a), *c.initial_state))
+    exact_motion = bind(lambda c: LagrangeTop(c.I1, c.I3, c.W, c.a, c.numbers.get("b", c.a), *c.initial_state))
     quantity_names = ("energy", "nutation_period", "precession_per_nutation", "lowest_cosine highest_cosine=heights")
 
     @property
@@ -295,7 +295,7 @@ class LagrangeTopAttitude(Case):
     I1 = Parameter("kg m^2", "0.02", "transverse moment about the point", positive(0.5, 2))
     I3 = Parameter("kg m^2", "0.01", "axial moment", positive(0.5, 1))
     W = Parameter("N m", "0.5", "weight times distance of the centre of mass from the point", positive(0.2, 4))
-    exact_motion = ExactMotion(TopAttitude, rates="w1 w2 w3")
+    exact_motion = bind(TopAttitude, rates="w1 w2 w3")
     default_span = Span(10.37, lambda motion: motion.nutation_period(20), otherwise=20)
     quantity_names = ("nutation_period", "precession_per_nutation")
     variants = (

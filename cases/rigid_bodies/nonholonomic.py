@@ -113,7 +113,7 @@ class ChaplyginSleighCase(Case):
     m = Parameter("kg", 2, "mass", positive())
     I = Parameter("kg m^2", "0.5", "moment of inertia about the centre of mass", positive())
     a = Parameter("m", "0.3", "from the edge to the centre of mass", positive())
-    exact_motion = ExactMotion(ChaplyginSleigh, inertia="I")
+    exact_motion = bind(ChaplyginSleigh, inertia="I")
     quantity_names = ("final_speed=speed", "whole_turn")
     variants = (
         Variant(
@@ -164,7 +164,7 @@ class KnifeEdgeIncline(Case):
     v = Coordinate("m/s", 0, typical(-5, 5))
     w = Parameter("rad/s", "0.7", "rate of turn", typical(-5, 5))
     gs = Parameter("m/s^2", "1.7", "g sin(alpha)", nonnegative(0, 9))
-    exact_motion = ExactMotion(KnifeEdge)
+    exact_motion = bind(KnifeEdge)
     quantity_names = ("drift",)
     """The mean velocity across the slope, if started at rest (m/s)."""
     variants = (

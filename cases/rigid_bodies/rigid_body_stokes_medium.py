@@ -86,7 +86,7 @@ class RigidBodyStokesMedium(Case):
         TRIANGLE,
         ROTATES,
     )
-    exact_motion = ExactMotion(StokesBody, moments="I1 I2 I3", rates="w1 w2 w3")
+    exact_motion = bind(StokesBody, moments="I1 I2 I3", rates="w1 w2 w3")
     quantity_names = ("free_time_limit=final_turn",)
     """`free_time_limit`: the body never turns further than the torque-free one in this time (s)."""
     variants = (

@@ -123,7 +123,7 @@ class RigidBodyStokesMediumFalling(Case):
     I3 = Parameter("kg m^2", 4, "principal moment of inertia", positive(0.8, 1.5))
     nu = Parameter("1/s", "0.4", "drag over mass and speed", nonnegative(0, 1))
     rules = (TRIANGLE, ROTATES)
-    exact_motion = ExactMotion(
+    exact_motion = bind(
         lambda c: FallingStokesBody(
             StokesDrag(c.nu, (0 * c.g, 0 * c.g, -c.g), (c.x, c.y, c.z), (c.vx, c.vy, c.vz)),
             StokesBody(c.nu, (c.I1, c.I2, c.I3), (c.w1, c.w2, c.w3), c.attitude),

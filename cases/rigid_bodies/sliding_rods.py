@@ -138,7 +138,7 @@ class SlidingLadderCase(Case):
             lambda n: 2 * n["L"] * n["omega"] ** 2 < 3 * n["g"] * Fraction(math.cos(n["theta"])),
         ),
     )
-    exact_motion = ExactMotion(SlidingLadder)
+    exact_motion = bind(SlidingLadder)
     variants = (
         Variant("upright", "released 1e-9 rad from the vertical: a long exponential phase", initial_state=("1e-9", 0)),
         Variant("never", "released exactly upright: must not move", initial_state=(0, 0), span=10),
@@ -196,7 +196,7 @@ class RigidLinkPlaneMotion(Case):
     omega = Coordinate("rad/s", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     L = Parameter("m", 2, "length of the rod", positive())
-    exact_motion = ExactMotion(lambda c: FallingRod(c.g, c.L, c.initial_state[0]))
+    exact_motion = bind(lambda c: FallingRod(c.g, c.L, c.initial_state[0]))
     variants = (
         Variant("upright", "released 1e-9 rad from the vertical: a long exponential phase", initial_state=("1e-9", 0)),
         Variant("never", "released exactly upright: must not move", initial_state=(0, 0), span=10),

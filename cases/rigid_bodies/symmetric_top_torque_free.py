@@ -64,7 +64,7 @@ class SymmetricTopTorqueFree(Case):
     A = Parameter("kg m^2", 2, "transverse moment of inertia", positive(0.8, 1.5))
     C = Parameter("kg m^2", 3, "axial moment of inertia", positive(0.5, 1.6))
     rules = (Rule("the triangle inequality C <= 2 A", lambda n: n["C"] <= 2 * n["A"]),)
-    exact_motion = ExactMotion(EulerTop, moments="A A C", rates="w1 w2 w3")
+    exact_motion = bind(EulerTop, moments="A A C", rates="w1 w2 w3")
     quantity_names = ("precession_rate=precession", "body_period")
     variants = (
         Variant("prolate", "a rod-like body: it precesses in the same sense as it spins", {"A": 3, "C": "0.3"}),

@@ -49,7 +49,7 @@ class LagrangeTopFast(Case):
     W = Parameter("N m", "0.5", "weight times distance of the centre of mass from the point", positive(0.2, 4))
     a = Parameter("kg m^2/s", "0.6", "p_psi, momentum of the spin, I3 w3", typical(0.5, 4))
     rules = (Rule("the top spins (a is not 0)", lambda n: n["a"] != 0),)
-    exact_motion = ExactMotion(FastTop, start="theta omega_theta phi psi")
+    exact_motion = bind(FastTop, start="theta omega_theta phi psi")
     default_span = Span(65.3, "time scale")
     forms = (FirstOrder(fast_top),)
 
@@ -81,7 +81,7 @@ class LagrangeTopSmallNutation(Case):
         "the angle about which the equations are linear",
         Range(0.0, math.pi, low_open=True, typical=(0.5, 2.0)),
     )
-    exact_motion = ExactMotion(SmallNutation, start="theta omega_theta phi psi")
+    exact_motion = bind(SmallNutation, start="theta omega_theta phi psi")
     default_span = Span(10.37, "nutation")
     quantity_names = ("nutation_rate",)
     variants = (

@@ -67,7 +67,7 @@ class TorqueImpulseOnArm(Case):
     l = Parameter("m", 1, "length of the arm", positive(0.5, 3))
     H = Parameter("N m s", 3, "torque impulse", typical(-5, 5))
     t1 = Parameter("s", "1.3", "time of the impulse", positive(0.1, 2))
-    exact_motion = ExactMotion(
+    exact_motion = bind(
         lambda c: KickedPendulum(Pendulum(c.g, c.l * 2 / 3, *c.initial_state), c.t1, 3 * c.H / (c.m * c.l**2))
     )
     variants = (

@@ -123,9 +123,7 @@ class FreeFallRotatingEarth(Case):
     g = Parameter("m/s^2", "9.81", "apparent gravity", nonnegative(0.1, 10))
     Om = Parameter("rad/s", EARTH, "rate of rotation of the Earth", typical(-3, 3))
     lat = Parameter("rad", LATITUDE, "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
-    exact_motion = ExactMotion(
-        lambda c: RotatingFall((c.x, c.y, c.z), (c.vx, c.vy, c.vz), c.g, c.Om, c.lat, c._centrifugal)
-    )
+    exact_motion = bind(lambda c: RotatingFall((c.x, c.y, c.z), (c.vx, c.vy, c.vz), c.g, c.Om, c.lat, c._centrifugal))
     variants: ClassVar[tuple[Variant, ...]] = (
         Variant(
             "day", "thrown upward for 24 h: the velocity turns twice in the frame", {}, (0, 0, 0, 100, 200, 300), 86400
@@ -242,7 +240,7 @@ class FreeFallFirstOrder(Case):
     ux = Parameter("m/s", 0, "unperturbed starting velocity along x")
     uy = Parameter("m/s", 0, "unperturbed starting velocity along y")
     uz = Parameter("m/s", 0, "unperturbed starting velocity along z")
-    exact_motion = ExactMotion(FirstOrderFall, thrown="ux uy uz", position="x y z", velocity="vx vy vz")
+    exact_motion = bind(FirstOrderFall, thrown="ux uy uz", position="x y z", velocity="vx vy vz")
     default_span = Span(1, "time scale")
     autonomous = False
     forms = (SecondOrder(first_order_fall),)
@@ -298,7 +296,7 @@ class InertialStraightLine(Case):
     vx = Coordinate("m/s", "0.5")
     vy = Coordinate("m/s", 0)
     Om = Parameter("rad/s", 2, "rate of rotation of the frame", typical(-5, 5))
-    exact_motion = ExactMotion(StraightLine)
+    exact_motion = bind(StraightLine)
     default_span = Span(10.37, "turn")
     quantity_names = ("closest_distance",)
     variants = (

@@ -104,7 +104,7 @@ class PlanetTunnelCase(Case):
             lambda n: abs(n["x"]) != n["R"] or n["v"] == 0,
         ),
     )
-    exact_motion = ExactMotion(PlanetTunnel)
+    exact_motion = bind(PlanetTunnel)
     variants = (
         Variant("inside", "released at the surface: harmonic, no event", initial_state=(6_371_000, 0)),
         Variant("high", "released at ten radii: short passages between long falls", initial_state=(63_710_000, 0)),

@@ -66,7 +66,7 @@ class PlanetTunnelRotating(Case):
     R = Parameter("m", 6_371_000, "radius of the planet", positive(4, 8))
     Om = Parameter("rad/s", "7.292115e-5", "rate of the planet", typical(-0.3, 0.3))
     rules = (Rule("the body stays inside the planet", _inside),)
-    exact_motion = ExactMotion(TurningPlanet)
+    exact_motion = bind(TurningPlanet)
     default_span = Span(10.37, lambda motion: motion.period())
     quantity_names = ("period", "farthest closest=half_axes")
     """`closest`: the least distance from the centre (m)."""

@@ -70,7 +70,7 @@ def orbit_axial_momentum(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def _bound(n: Mapping[str, Fraction]) -> bool:
-    return n["z"] > -n["R"] and TowerFall.exact_motion.of(n).bound
+    return bool(n["z"] > -n["R"] and TowerFall.motion_of(n).bound)
 
 
 SCENE = free_point(tower_equations, SPACE)
@@ -95,7 +95,7 @@ class TowerFall(Case):
     Om = Parameter("rad/s", EARTH, "rate of rotation of the planet", typical(0.01, 0.2))
     lat = Parameter("rad", LATITUDE, "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
     rules = (Rule("the start is above the centre, its speed below the escape speed", _bound),)
-    exact_motion = ExactMotion(TowerDrop, position="x y z", velocity="vx vy vz")
+    exact_motion = bind(TowerDrop, position="x y z", velocity="vx vy vz")
     default_span = Span(1, "time scale")
     variants = (
         Variant(

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from gnomon.cases.core.case import Case, Span
 from gnomon.cases.core.declared import Attitude, Coordinate, Parameter, Variant
-from gnomon.cases.core.exact_motion import ExactMotion
+from gnomon.cases.core.exact_motion import bind
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
 from gnomon.cases.core.numbers import Rule, positive, typical
 from gnomon.reference.numerics.motion import Motion
@@ -56,8 +56,8 @@ class SpringCase(Case):
     v = Coordinate("m/s", 0)
     m = Parameter("kg", 2, "mass", positive())
     k = Parameter("N/m", "0.1", "stiffness", positive())
-    rules = (Rule("the spring is soft", lambda n: SpringCase.exact_motion.of(n).stiffness < 1),)
-    exact_motion = ExactMotion(Spring, mass="m", ends="x v")
+    rules = (Rule("the spring is soft", lambda n: SpringCase.motion_of(n).stiffness < 1),)
+    exact_motion = bind(Spring, mass="m", ends="x v")
     default_span = Span(10, "turn")
     quantity_names = ("period", "spring=stiffness", "collision", "least largest=edges")
     variants = (Variant("long", "many periods", periods=1000.5),)
