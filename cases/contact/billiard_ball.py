@@ -125,6 +125,7 @@ class BilliardBallCase(Case):
         ),
     )
     invariants = decaying(energy=ball_energy)
+    forms = (until_it_rolls(ball_sliding, ball_rolling, start_rolling),)
     scene = SCENE
 
     @property
@@ -141,10 +142,6 @@ class BilliardBallCase(Case):
     def natural_span(self) -> Number:
         """2.3 times the duration of sliding; 20 time scales without sliding."""
         return (2.3 if self._ends else 20) * self.time_scale
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (until_it_rolls(ball_sliding, ball_rolling, start_rolling),)
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -119,6 +119,7 @@ class BilliardBallAttitude(Case):
         ),
     )
     invariants = decaying(energy=turning_energy)
+    forms = (until_it_rolls(sliding_and_turning, rolling_and_turning, start_rolling),)
     scene = ATTITUDE_SCENE
 
     @cached_property
@@ -146,10 +147,6 @@ class BilliardBallAttitude(Case):
                 "span, or other numbers"
             )
         return span
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (until_it_rolls(sliding_and_turning, rolling_and_turning, start_rolling),)
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         motion = self._plain.exact_motion
