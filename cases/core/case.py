@@ -41,11 +41,23 @@ UNITS = {"time scale": 1.0, "turn": tau}
 
 @dataclass(frozen=True)
 class Span:
-    """A span that follows from the numbers of a case: `Span(10.37, "turn")`.
+    """A span that follows from the numbers of a case.
 
-    `unit` is "time scale", "turn" (2 pi time scales), or a function of the exact motion that gives a time (s), as
-    `lambda motion: motion.period(20)`. Where that is None or infinite, the span is `otherwise` time scales. A case whose
-    span depends on its numbers in another way has its own `natural_span`, which may read `periods`.
+    A case whose span depends on its numbers in another way has its own `natural_span`, which may read `periods`.
+
+    Parameters
+    ----------
+    periods : float
+        Number of units.
+    unit : str or Callable
+        "time scale", "turn" (2 pi time scales), or a function of the exact motion that returns a time (s).
+    otherwise : float
+        Number of time scales in the span where that time is None or infinite.
+
+    Examples
+    --------
+    >>> turns = Span(10.37, "turn")
+    >>> swings = Span(10.37, lambda motion: motion.period(20), otherwise=9)
     """
 
     periods: float
@@ -75,12 +87,23 @@ class Invariant:
 
 
 def conserved(**functions: Callable[[Any, tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]) -> dict[str, Invariant]:
-    """Invariants that are constant, by name: `invariants = conserved(energy=energy) | decaying(heat=heat)`."""
+    """Invariants that are constant on the motion.
+
+    Parameters
+    ----------
+    **functions : Callable
+        (t, state, parameters) -> (value,), by the name of the invariant.
+
+    Returns
+    -------
+    dict[str, Invariant]
+        For `Case.invariants`; a case with both kinds states `conserved(...) | decaying(...)`.
+    """
     return {name: Invariant(function) for name, function in functions.items()}
 
 
 def decaying(**functions: Callable[[Any, tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]) -> dict[str, Invariant]:
-    """Invariants that never grow, by name."""
+    """Quantities that never grow on the motion, such as an energy with friction; see `conserved`."""
     return {name: Invariant(function, "decays") for name, function in functions.items()}
 
 
@@ -88,8 +111,14 @@ def decaying(**functions: Callable[[Any, tuple[Any, ...], tuple[Any, ...]], tupl
 class Level:
     """One level of a model hierarchy, which begins with the crudest model.
 
-    `case` is the model; `project(states)` maps its states (n, dim) to states of the case that has the hierarchy; `effect`
-    says what this level adds to the level before.
+    Parameters
+    ----------
+    case : Case
+        The model.
+    project : Callable
+        Maps states of the model, shape (n, dim), to states of the case that has the hierarchy.
+    effect : str
+        The effect that this level adds to the level before.
     """
 
     case: Case

@@ -25,11 +25,34 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One component of a state, declared as a class attribute: `theta = Coordinate("rad", 2, typical(-7, 7))`.
+    """One component of a state, declared as a class attribute.
 
-    `start` is its default initial value, `allowed` the range of initial values. Coordinates of one `group` share a norm
-    and a scale; the group is the kind (length, velocity, ...) by default. An instance has the exact initial value under
-    the attribute's name.
+    An instance of the case has the exact initial value, a Fraction, under the attribute's name.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit, such as "rad/s".
+    start : Number
+        Default initial value.
+    allowed : Range, optional
+        Range of initial values; any number without it.
+    group : str
+        Coordinates of one group share a norm and a scale; by default the kind.
+    kind : str
+        length, velocity, angle, angular velocity, rate, dimensionless or attitude; it follows from a unit in `KINDS`.
+    name : str
+        The attribute's name, which the class gives it.
+
+    Raises
+    ------
+    ValueError
+        If the kind is not given and does not follow from the unit.
+
+    Examples
+    --------
+    >>> Coordinate("rad", 2, typical(-7, 7)).kind
+    'angle'
     """
 
     unit: str
@@ -58,9 +81,26 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter, declared as a class attribute: `g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())`.
+    """One parameter, declared as a class attribute.
 
-    An instance has the exact value under the attribute's name.
+    An instance of the case has the exact value, a Fraction, under the attribute's name.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit.
+    default : Number
+        Default value; text and integers are exact, as "9.81".
+    meaning : str
+        A few words for tables.
+    allowed : Range, optional
+        Range of values; any number without it.
+    name : str
+        The attribute's name, which the class gives it.
+
+    Examples
+    --------
+    >>> g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     """
 
     unit: str
@@ -84,12 +124,20 @@ class Parameter:
 class Attitude:
     """The nine coordinates R11, R12 ... R33 of a rotation matrix, row by row, body -> space: `attitude = Attitude()`.
 
-    An instance has the nine initial values as a tuple. `axis` is the group of the third column, if it has its own.
+    An instance of the case has the nine initial values as a tuple.
+
+    Parameters
+    ----------
+    start : Sequence[Number]
+        Default initial values; by default the axes of the body along the axes of space.
+    fixed : bool
+        Whether tests and searches draw the default attitude alone.
+    axis : str
+        Group of the third column, if it has its own.
     """
 
     start: Sequence[Number] = (1, 0, 0, 0, 1, 0, 0, 0, 1)
     fixed: bool = False
-    """Whether tests and searches draw no other attitude than the default."""
     axis: str = ""
 
     def coordinates(self) -> Iterator[Coordinate]:
@@ -111,8 +159,26 @@ class Attitude:
 class Variant:
     """A case or a check with other numbers, chosen because they are hard. Only the numbers that differ are given.
 
-    `stresses` is one line of text for the page; it says which difficulty the variant has. The span is given in seconds,
-    or as the number of `periods`, which replaces the number of the case's `Span`.
+    Parameters
+    ----------
+    name : str
+        Name of the variant, as in "pendulum_simple/separatrix".
+    stresses : str
+        One line for the page: the difficulty of the variant.
+    parameters : Mapping[str, Number]
+        Parameters that differ from the default, by name.
+    initial_state : Sequence[Number], optional
+        Initial state, one number for each coordinate.
+    span : Number, optional
+        Span (s).
+    periods : float, optional
+        Number of units in the case's `Span`, in place of the case's own.
+    scored : tuple[str, ...]
+        Groups of the state that count in the distance; all groups if it is empty.
+
+    Examples
+    --------
+    >>> long = Variant("long_1e4", "10,000 periods: phase error", periods=10000.37)
     """
 
     name: str
@@ -122,7 +188,6 @@ class Variant:
     span: Number | None = None
     periods: float | None = None
     scored: tuple[str, ...] = ()
-    """The groups of the state that count in the distance; all groups if it is empty."""
 
 
 class Declared:

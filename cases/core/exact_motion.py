@@ -17,10 +17,19 @@ ATTITUDE = " ".join(f"R{row}{column}" for row in "123" for column in "123")
 def bind(motion: Callable[..., M], **names: str) -> M:
     """The exact motion of a case, declared as a class attribute: `exact_motion = bind(Pendulum, length="L")`.
 
-    Each field of the dataclass takes the parameter or the initial value of its name; a 0 at the end of the name of a field
-    is left out (theta0: theta), and `attitude` are the nine numbers of a rotation matrix. Keywords give the names for
-    fields with other names, several ("x y z") for a field that is a tuple. Where that does not suffice, the argument is a
-    function of the case. An instance of the case has the motion, which is made once.
+    Parameters
+    ----------
+    motion : type or Callable
+        A dataclass whose fields take the parameters and initial values of their names: a 0 at the end of the name of a
+        field is left out (theta0: theta), and `attitude` are the nine numbers of a rotation matrix. Where names do not
+        suffice, a function of the case that returns the motion.
+    **names : str
+        For a field with another name, the name of its number; for a field that is a tuple, several names: "x y z".
+
+    Returns
+    -------
+    Motion
+        An instance of the case reads its own motion from the attribute, which is made once.
     """
     return cast(M, Bound(motion, names))
 

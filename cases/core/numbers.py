@@ -24,7 +24,22 @@ TINY = Fraction(1, 10**3)
 
 @dataclass(frozen=True)
 class Range:
-    """The allowed interval of one number, and the `typical` one from which tests and searches draw at random."""
+    """The allowed interval of one number, and the typical one.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends of the allowed interval; infinite by default.
+    low_open, high_open : bool
+        Whether an end does not belong to it.
+    typical : tuple[float, float]
+        The interval from which tests and searches draw at random.
+
+    Examples
+    --------
+    >>> print(Range(0.0, 1.0, high_open=True))
+    [0, 1)
+    """
 
     low: float = -math.inf
     high: float = math.inf
@@ -46,17 +61,35 @@ class Range:
 
 
 def typical(low: float, high: float) -> Range:
-    """Any number, drawn from [low, high]."""
+    """Any number; tests and searches draw from [low, high].
+
+    Examples
+    --------
+    >>> typical(-7, 7).admits(Fraction(100))
+    True
+    """
     return Range(typical=(float(low), float(high)))
 
 
 def positive(low: float = 0.1, high: float = 10.0) -> Range:
-    """A number above zero, drawn from [low, high]."""
+    """A number above zero; tests and searches draw from [low, high].
+
+    Examples
+    --------
+    >>> print(positive())
+    (0, inf)
+    """
     return Range(low=0.0, low_open=True, typical=(float(low), float(high)))
 
 
 def nonnegative(low: float = 0.0, high: float = 10.0) -> Range:
-    """Zero or a number above it, drawn from [low, high]."""
+    """Zero or a number above it; tests and searches draw from [low, high].
+
+    Examples
+    --------
+    >>> print(nonnegative())
+    [0, inf)
+    """
     return Range(low=0.0, typical=(float(low), float(high)))
 
 
@@ -69,7 +102,19 @@ class OutOfReachError(ValueError, ArithmeticError):
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule that joins several numbers: `holds(numbers)` takes parameters and initial state by name."""
+    """A rule that joins several numbers.
+
+    Parameters
+    ----------
+    statement : str
+        The rule in words, which the error names where it does not hold.
+    holds : Callable
+        Takes parameters and initial values as Fractions by name; returns whether they keep the rule.
+
+    Examples
+    --------
+    >>> above = Rule("the start is above the ground, y > 0", lambda n: n["y"] > 0)
+    """
 
     statement: str
     holds: Callable[[Mapping[str, Fraction]], bool]

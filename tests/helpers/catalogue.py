@@ -14,9 +14,9 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "cases.md"
 HEAD = """# Cases and checks
 
-Each case with its file, the file of its exact motion, and a chart of the published report where there is one. `gnomon show
-NAME` prints equations, numbers, quantities and variants of a case. Sections: Beatty, *Dynamics*. `make catalogue` writes
-this page.
+Each case with its file, the file of its exact motion, and a chart of the published report where there is one.
+`gnomon show NAME` prints equations, numbers, quantities and variants of a case. Sections: Beatty, *Dynamics*.
+`make catalogue` writes this page.
 """
 
 
