@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm
-from gnomon.cases.rigid_bodies.euler_top_scene import matrix, quaternion
+from gnomon.cases.scenes.attitude import matrix, quaternion
 
 
 def billiard_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:

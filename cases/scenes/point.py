@@ -23,7 +23,7 @@ def free_point(
     """A free point of mass 1 with state (position..., velocity...); the force is the velocity's derivative in `equations`.
 
     `axes` are the engine's axes of the state's coordinates; `token` says on what the force depends; `more` are further
-    tokens that the engine must support. `fields` are those of a charge in space, as in `forms.Charged`.
+    tokens that the engine must support. `fields`: the fields of a charge in space, as in `forms.Charged`.
     """
     half = len(axes)
 

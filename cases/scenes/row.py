@@ -13,7 +13,7 @@ ORIGIN: Vector = (0.0, 0.0, 0.0)
 def masses_in_a_row(count: int, numbers: Callable[[Values], Values], damped: bool = False) -> SceneForm:
     """State (displacement of each..., velocity of each...); in equilibrium neighbours are 1 m apart.
 
-    `numbers(parameters)`: the masses, the stiffnesses of the springs to the ground, of those between neighbours; if
+    `numbers(parameters)`: the masses, the stiffnesses of the springs to the ground and of the springs between neighbours; if
     `damped`, then the constants of the dampers to the ground and between neighbours.
     """
     token = "velocity_force" if damped else "position_force"

@@ -10,7 +10,7 @@ from math import acos, atan2, copysign, cos, hypot, sin, sqrt
 
 from gnomon.cases.core.forms import Values
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm, Vector
-from gnomon.cases.rigid_bodies.euler_top_scene import Matrix, in_body, matrix, quaternion
+from gnomon.cases.scenes.attitude import Matrix, in_body, matrix, quaternion
 
 TOKENS = frozenset({"ball_joint", "gyroscopic"})
 SHARE = 64

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import atan2, cos, hypot, sin
 
 from gnomon.cases.core.scene import Body, Contact, Readings, Rope, Scene, SceneForm
-from gnomon.cases.core.two_masses_scene import NO_INERTIA, from_polar, to_polar
+from gnomon.cases.scenes.two_masses import NO_INERTIA, from_polar, to_polar
 
 Values = tuple[float, ...]
 LENGTH = 100.0

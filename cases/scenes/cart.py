@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, sin
 
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider
-from gnomon.cases.core.two_masses_scene import NO_INERTIA
+from gnomon.cases.scenes.two_masses import NO_INERTIA
 
 Values = tuple[float, ...]
 ORIGIN = (0.0, 0.0, 0.0)

@@ -6,7 +6,8 @@ from fractions import Fraction
 
 import mpmath
 import pytest
-from gnomon.reference.flight.uniform_acceleration import Atwood, Wedge
+from gnomon.reference.guided.atwood_pulley_systems import Atwood
+from gnomon.reference.guided.wedge_block_energy_momentum import Wedge
 from gnomon.reference.numerics.precision import exact
 
 
