@@ -58,9 +58,6 @@ def pin_mode(t: Any, state: Values, parameters: Values) -> str:
     return "moving" if v > 0 or k * (d0 - x) > mu * m * a else "stopped"
 
 
-Values = tuple[float, ...]
-
-
 def pin_scene(state: Values, parameters: Values) -> Scene:
     """A flat box on the wall of its guide, in the frame of the torpedo.
 

@@ -414,8 +414,9 @@ class Case(Declared):
         return forms if implied is None else (*forms, implied)
 
     def _settled(self, form: Form) -> Form:
-        stated = not isinstance(form, Hybrid) or not isnan(form.settle)
-        return form if stated else replace(form, settle=1e-9 * self.time_scale)
+        if isinstance(form, Hybrid) and isnan(form.settle):
+            return replace(form, settle=1e-9 * self.time_scale)
+        return form
 
     def parameter_values(self) -> tuple[Fraction, ...]:
         """The values of the parameters as the tuple that equations take."""
@@ -464,8 +465,7 @@ class Case(Declared):
 
     @property
     def hybrid(self) -> Hybrid | None:
-        form = next((form for form in self.forms if isinstance(form, Hybrid)), None)
-        return None if form is None else self._settled(form)
+        return next((form for form in map(self._settled, self.forms) if isinstance(form, Hybrid)), None)
 
     @property
     def second_order(self) -> SecondOrder | None:

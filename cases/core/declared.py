@@ -143,7 +143,7 @@ class Attitude:
     def coordinates(self) -> Iterator[Coordinate]:
         for n, value in enumerate(self.start):
             row, column = divmod(n, 3)
-            allowed = typical(value, value) if self.fixed else typical(-1, 1)
+            allowed = typical(float(value), float(value)) if self.fixed else typical(-1, 1)
             group = self.axis if column == 2 else ""
             yield Coordinate("1", value, allowed, group, "attitude", f"R{row + 1}{column + 1}")
 

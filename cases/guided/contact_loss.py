@@ -96,7 +96,6 @@ def _leaves_the_top(n: Mapping[str, Fraction]) -> bool:
     return away == 0 or away >= Fraction(1, 10**120)
 
 
-Values = tuple[float, ...]
 NEEDS = frozenset({"curved_guide", "loss_of_contact"})
 
 

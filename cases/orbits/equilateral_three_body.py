@@ -12,7 +12,7 @@ from gnomon.cases.core.forms import NBody
 from gnomon.cases.core.integrated import IntegratedCase, integrate
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.two_masses import attracting
-from gnomon.reference.numerics.precision import Number
+from gnomon.reference.numerics.precision import Number, quantity
 from gnomon.reference.orbits.equilateral_three_body import Homographic, keeps_its_shape
 
 

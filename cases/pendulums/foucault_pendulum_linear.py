@@ -167,7 +167,7 @@ class FoucaultPrecession(FoucaultLinear):
     name = "foucault_precession"
     title = "Foucault pendulum, precession only"
     conventions = "As foucault_pendulum_linear, with a term Om^2 sin^2(lat) r: the swing is as on an Earth at rest."
-    exact_motion = bind(lambda c: Foucault(*c.parameter_values(), *c.initial_state, larmor=True))
+    exact_motion = bind(lambda c: Foucault(**c.numbers, larmor=True))
     variants = ()
     invariants = conserved(energy=precession_energy, angular_momentum=foucault_momentum)
     forms = (SemiLinear(precession_equations, linear=precession_matrix, rest=no_load),)

@@ -71,8 +71,8 @@ def publish(results: Path, local: Path, to: Path, wanted: Subjects | None = None
         if verified[key]:
             raise ValueError(f"{made['verification.json']}: {key}: {len(verified[key])}; `make verification` resumes")
     to.mkdir(parents=True, exist_ok=True)
-    for name, path in made.items():
-        diskcache.replace(to / name, path.read_bytes())
+    for name, file in made.items():
+        diskcache.replace(to / name, file.read_bytes())
     return report.write_report(database, to, beside=(to,), figures=True)
 
 

@@ -18,7 +18,7 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
-from gnomon.harness.contract.integrator import Integrator, Refused, Solver
+from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
@@ -182,7 +182,7 @@ class _Series:
         self.trials = Trials.of(integrator, CaseSpec.of(case), DEPTHS[depth])
         near = islice(perturbed_states(case, None, self.trials.reference.sizes), 64)
         self.starts = cycle([self.trials.start, *near])
-        self.solvers: dict[float, tuple[Solver, float]] = {}
+        self.solvers: dict[float, tuple[Prepared, float]] = {}
 
     def timed(self, setting: float | None) -> dict[str, Any]:
         """The least seconds of a call at a setting, its null call and error; for None, the setting to compare at."""

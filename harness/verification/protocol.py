@@ -74,8 +74,8 @@ def description(line: str) -> Description:
     sweep = found["sweep"]
     kind = SWEEPS[sweep["kind"]]
     known = {name: sweep[name] for name in kind.__dataclass_fields__ if name in sweep and name != "kind"}
-    declared = {field.name: found[field.name] for field in fields(Description) if found.get(field.name)}
-    texts = {name: tuple(found[name]) for name in ("forms", "conserves") if name in declared}
+    declared: dict[str, Any] = {field.name: found[field.name] for field in fields(Description) if found.get(field.name)}
+    texts: dict[str, Any] = {name: tuple(found[name]) for name in ("forms", "conserves") if name in declared}
     return Description(**declared | texts | {"sweep": kind(**known)})
 
 
