@@ -87,6 +87,8 @@ def test_the_numbers_of_the_readme_are_those_of_the_report(page: dict[str, Any])
     summary = (REPORTS / "summary.md").read_text()
     assert f"{count} integrators from" in summary
     assert f"suite `{suite}`" in summary
+    (lost,) = _said(r"the trials of (\d+) cases are outstanding")
+    assert f"of {lost} cases some have" in (REPORTS / "index.html").read_text()
 
 
 def test_the_numbers_of_the_readme_are_those_of_the_code() -> None:

@@ -39,9 +39,7 @@ def profile_charts(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, alt.
 def _charts(equal: pd.DataFrame, reduced: pd.DataFrame, best: bool = True) -> dict[str, alt.LayerChart]:
     """The charts of these rows; `best`: with the best of all third parties."""
     names = reduced.drop_duplicates("integrator_id").set_index("integrator_id")["library"]
-    charts: dict[str, alt.LayerChart] = {}
-    if reduced.empty:
-        return charts
+    charts = {}
     for word, target in TARGETS.items():
         relative = profiles.ratios(profiles.by_library(profiles.times(equal, target), names.__getitem__))
         if len(relative) >= FEWEST:

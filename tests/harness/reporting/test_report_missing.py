@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 import synthetic
-from gnomon.harness.reporting.report_charts import complete
+from gnomon.harness.reporting import figures_profiles
+from gnomon.harness.reporting.report_charts import complete, run_charts, specifications
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import schema
@@ -51,13 +52,25 @@ def test_cases_and_libraries_are_named(results: Path) -> None:
         assert found["planned"] == db.execute("SELECT count(*) FROM planned").fetchone()[0]
 
 
-def test_an_outstanding_trial_is_no_failure_in_a_profile(results: Path) -> None:
+def test_an_outstanding_trial_is_no_failure_in_a_profile(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Profiles count what has no time as a failure, so cases with outstanding trials of any library are left out of them."""
+    monkeypatch.setattr(figures_profiles, "FEWEST", 1)  # the invented run has few cases
     whole = Run.read(results)
     assert len(complete(whole, whole.reduced)) == len(whole.reduced)
     _without(results, "\"case\" = 'kepler_orbit' AND library = 'scipy'")
     run = Run.read(results)
     assert set(complete(run, run.reduced)["case"]) == set(whole.reduced["case"]) - {"kepler_orbit"}
+    others = figures_profiles.profile_charts(
+        *(rows[rows["case"] != "kepler_orbit"] for rows in (run.equal, run.reduced))
+    )
+    charts = run_charts(run)
+    assert others
+    assert {name: charts[name] for name in others} == specifications(others)
+
+
+def test_a_run_without_a_complete_case_has_no_profile(results: Path) -> None:
+    _without(results, "library = 'scipy'")
+    assert not any(name.startswith("profile") for name in run_charts(Run.read(results)))
 
 
 def test_a_run_that_did_not_end_lacks_later_launches(results: Path) -> None:
