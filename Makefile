@@ -12,7 +12,7 @@ EXTRAS ?= dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates solutions publish test test-all mutants stability verification lint types unit bench docs clean
+.PHONY: report certificates solutions libraries publish test test-all mutants stability verification lint types unit bench catalogue docs clean
 
 # A first page within a minute of the installation, from the suite `quick`; the whole run then continues in the same file,
 # and writes its page again every two minutes, at its end and after Ctrl-C.
@@ -28,6 +28,10 @@ certificates: $(INSTALLED)
 # The exact states that come with gnomon, after a change of cases/ or reference/: some minutes. Commit them once a release.
 solutions: $(INSTALLED)
 	$(BIN)/python -m gnomon.harness.stability.kept_solutions harness/scoring/reference_solutions.zip
+
+# The copies of harness/adapters/libraries.toml, after a change of it: docs/libraries.md, and lines of pyproject.toml.
+libraries: $(INSTALLED)
+	$(BIN)/python -m gnomon.harness.adapters.library_copies
 
 # Measures nothing; refuses with one line if something is missing or was made with other sources than these.
 publish: $(INSTALLED)
@@ -73,6 +77,10 @@ bench: $(INSTALLED)
 	$(BIN)/python -m gnomon.harness.studies.growth --to $(LOCAL)/growth.json
 	$(BIN)/pytest tests/benchmarks --ignore=tests/benchmarks/test_pairs.py -m "not slow" --benchmark-only \
 	  --benchmark-max-time=0.25 --benchmark-min-rounds=3 --benchmark-json=runs/timings.json
+
+# docs/cases.md: all cases and checks with their files.
+catalogue: $(INSTALLED)
+	$(BIN)/python tests/helpers/catalogue.py
 
 # The documentation site, without a network: site/index.html.
 docs:

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gnomon.harness.ensembles.parquet import load_ensemble
     from gnomon.harness.results.store import load
-    from gnomon.harness.running.run import compare
+    from gnomon.harness.running.planned_run import compare
     from gnomon.harness.running.solve import solve
 
 __all__ = ["compare", "load", "load_ensemble", "solve"]
 _MODULES = {
-    "compare": "running.run",
+    "compare": "running.planned_run",
     "load": "results.store",
     "load_ensemble": "ensembles.parquet",
     "solve": "running.solve",

@@ -1,7 +1,5 @@
 """Settings shared by all tests; makes modules of `helpers/` and `detection/` importable by tests and their processes."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

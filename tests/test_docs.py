@@ -108,8 +108,8 @@ def test_the_paths_of_a_document_exist(document: Path) -> None:
 
 
 def test_the_folders_of_contributing_are_those_of_the_project() -> None:
-    """Every folder of `harness`, `cases` and `reference` is named in "Where what is"."""
-    (text,) = re.findall(r"## Where what is\n(.*?)\n## ", (ROOT / "CONTRIBUTING.md").read_text(), re.S)
+    """Every folder of `harness`, `cases` and `reference` is named in the section "Folders"."""
+    (text,) = re.findall(r"## Folders\n(.*?)\n## ", (ROOT / "CONTRIBUTING.md").read_text(), re.S)
     named = set(re.findall(r"(\w+)/", text))
     folders = {file.parent.name for top in ("harness", "cases", "reference") for file in (ROOT / top).glob("*/*.py")}
     assert folders <= named

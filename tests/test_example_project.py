@@ -1,7 +1,5 @@
 """The example project passes the steps of its own workflows beside a built wheel, and a planted fault fails by its claim."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

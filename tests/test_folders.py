@@ -1,7 +1,5 @@
 """A folder holds so few files that its list can be read whole."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Compiled functions pass numbers and arrays one by one, and each call that is not inlined costs time.
 """
 
-from __future__ import annotations
-
 import ast
 import json
 import os
@@ -75,6 +73,12 @@ def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     )
 
 
+def contracts_alone(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    """Whether a compiled function may contract a product and a sum into one rounding, and do nothing else with roundings."""
+    options = [option for one in function.decorator_list for option in getattr(one, "keywords", ())]
+    return all(ast.unparse(option.value) == "{'contract'}" for option in options if option.arg == "fastmath")
+
+
 def stands_for_another(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     """Whether it only states the parameters of the functions that take its place when they are compiled."""
     return ast.unparse(function.body[-1]) == "raise NotImplementedError"
@@ -85,11 +89,14 @@ def test_functions_are_short_and_take_few_parameters_unless_they_are_compiled(tm
     cold = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}  # what was compiled before is not passed again
     command = [sys.executable, "-c", PREPARE_ALL]
     listed = subprocess.run(command, env=cold, stdout=subprocess.PIPE, text=True, check=True).stdout
-    compiled = {key(function) for text in json.loads(listed) for function in functions(text)}
+    generated = [function for text in json.loads(listed) for function in functions(text)]
+    assert all(map(contracts_alone, generated))
+    compiled = {key(function) for function in generated}
     found = []
     for path in sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")):
         for function in functions(path.read_text(encoding="utf-8")):
             assert function.end_lineno is not None
+            assert contracts_alone(function), f"{path}: {function.name}"
             lines = function.end_lineno - function.lineno + 1
             if lines <= MOST_LINES and parameters(function) <= MOST_PARAMETERS:
                 continue

@@ -1,7 +1,5 @@
 """Imports run down, in no circle, and stand at the head of a module unless a comment says why not."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import re

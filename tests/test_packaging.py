@@ -1,7 +1,5 @@
 """The wheel has the tracked files: this finds an old build folder or a forgotten subpackage."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

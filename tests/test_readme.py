@@ -1,7 +1,5 @@
 """The README's integrator runs unchanged, by path and by entry point; its commands and files exist."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex
@@ -40,18 +38,9 @@ def run(project: Path, named: str, limit: str) -> pd.DataFrame:
     results = project / "mine.sqlite"
     command = [str(Path(sys.executable).parent / "gnomon")]
     command += [
-        "run",
-        "--suite",
-        "quick",
-        "--limit",
-        limit,
-        "--case",
-        "pendulum_simple",
-        "--integrator",
-        named,
-        "--out",
+        "run", "--suite", "quick", "--limit", limit, "--case", "pendulum_simple", "--integrator", named, "--out",
         str(results),
-    ]
+    ]  # fmt: skip
     done = subprocess.run(command, cwd=project, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     table = load(results)

@@ -1,14 +1,11 @@
 """Rides of an amusement park: the forces that keep a rider on a circle."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, CheckVariant, Numbers
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.check import Numbers
+from gnomon.cases.declare import *
 
 
 def _swung_out(n: Numbers) -> bool:
@@ -36,41 +33,30 @@ class AmusementRides(Check):
         "to sqrt(g R tan(beta + phi)), tan(phi) = mu. A loop of radius R: contact lasts from the speed sqrt(5 g R) at the "
         "bottom on; the normal force there is then 6 m g."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("L", "m", 6, "length of the chains"),
-        Parameter("w", "rad/s", "1.6", "rate of the shaft"),
-        Parameter("R", "m", 20, "radius of rotor, curve and loop"),
-        Parameter("w_r", "rad/s", "1.2", "rate of the rotor"),
-        Parameter("beta", "rad", "0.5", "bank angle of the curve"),
-        Parameter("mu", "1", "0.3", "coefficient of friction on the curve"),
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 10))
+    L = Parameter("m", 6, "length of the chains", positive(2, 8))
+    w = Parameter("rad/s", "1.6", "rate of the shaft", positive(2.5, 4))
+    R = Parameter("m", 20, "radius of rotor, curve and loop", positive(2, 50))
+    w_r = Parameter("rad/s", "1.2", "rate of the rotor", positive(0.5, 3))
+    beta = Parameter(
+        "rad", "0.5", "bank angle of the curve", Range(low=0.0, high=1.5, low_open=True, typical=(0.4, 0.8))
     )
-    domain = Domain(
-        {
-            "g": positive(5.0, 10.0),
-            "L": positive(2.0, 8.0),
-            "w": positive(2.5, 4.0),
-            "R": positive(2.0, 50.0),
-            "w_r": positive(0.5, 3.0),
-            "beta": Range(low=0.0, high=1.5, low_open=True, typical=(0.4, 0.8)),
-            "mu": Range(low=0.0, typical=(0.0, 0.35)),
-        },
-        (
-            Rule("the chairs swing out: w^2 > g/L", _swung_out),
-            Rule(
-                "tan(beta) > mu and mu tan(beta) < 1 (there is a lowest and a highest speed)",
-                _holds_on_the_bank,
-            ),
+    mu = Parameter("1", "0.3", "coefficient of friction on the curve", nonnegative(0, 0.35))
+    rules = (
+        Rule("the chairs swing out: w^2 > g/L", _swung_out),
+        Rule(
+            "tan(beta) > mu and mu tan(beta) < 1 (there is a lowest and a highest speed)",
+            _holds_on_the_bank,
         ),
     )
     variants = (
-        CheckVariant(
+        Variant(
             "bifurcation",
             "w^2 = (1 + 1e-12) g/L: the angle is sqrt(2e-12), its cosine is close to 1",
             {"g": 10, "L": "2.5", "w": Fraction(2) * (1 + Fraction(1, 2 * 10**12))},
         ),
-        CheckVariant("smooth_bank", "no friction: both limits are the same speed", {"mu": 0}),
-        CheckVariant("no_limit", "1e-9 below the bank angle without a highest speed", {"beta": 1, "mu": "0.642092615"}),
+        Variant("smooth_bank", "no friction: both limits are the same speed", {"mu": 0}),
+        Variant("no_limit", "1e-9 below the bank angle without a highest speed", {"beta": 1, "mu": "0.642092615"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:

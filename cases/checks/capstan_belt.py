@@ -1,12 +1,8 @@
 """The friction of a belt around a pulley (Beatty, Dynamics, 10.12.1)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import Any
 
-from gnomon.cases.core.check import Check, CheckVariant
-from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
+from gnomon.cases.declare import *
 
 
 class CapstanBelt(Check):
@@ -18,23 +14,13 @@ class CapstanBelt(Check):
         "tension grows from `slack` to slack e^(mu beta). torque: that of the belt on the pulley of radius r; pressing: "
         "the sum of the magnitudes of all normal forces."
     )
-    parameter_list = (
-        Parameter("slack", "N", 20, "tension of the slack side"),
-        Parameter("mu", "1", "0.3", "coefficient of friction"),
-        Parameter("beta", "rad", "3.5", "angle over which the belt touches the pulley"),
-        Parameter("r", "m", "0.1", "radius of the pulley"),
-    )
-    domain = Domain(
-        {
-            "slack": positive(),
-            "mu": positive(0.05, 1.0),
-            "beta": Range(low=0.0, low_open=True, typical=(0.1, 10.0)),
-            "r": positive(0.05, 1.0),
-        }
-    )
+    slack = Parameter("N", 20, "tension of the slack side", positive())
+    mu = Parameter("1", "0.3", "coefficient of friction", positive(0.05, 1))
+    beta = Parameter("rad", "3.5", "angle over which the belt touches the pulley", positive())
+    r = Parameter("m", "0.1", "radius of the pulley", positive(0.05, 1))
     variants = (
-        CheckVariant("slippery", "mu = 1e-12: the difference of the tensions cancels", {"mu": "1e-12"}),
-        CheckVariant("bollard", "ten turns of a rope: a ratio of 1.5e8", {"beta": "62.831853"}),
+        Variant("slippery", "mu = 1e-12: the difference of the tensions cancels", {"mu": "1e-12"}),
+        Variant("bollard", "ten turns of a rope: a ratio of 1.5e8", {"beta": "62.831853"}),
     )
     guard = 40
 

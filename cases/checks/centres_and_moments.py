@@ -3,14 +3,10 @@
 Checks: com_rigid_body, moment_equipollent.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, CheckVariant
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.quadrature import integral
 from gnomon.reference.numerics.vectors import add, components, cross, dot, named, scale, subtract
@@ -26,40 +22,33 @@ class ComRigidBody(Check):
         "masses at x = x1, x2, x3; a negative mass is a cavity."
     )
     guard = 60
-    parameter_list = (
-        Parameter("r", "m", "0.6", "radius"),
-        Parameter("h", "m", "0.9", "height of the cone"),
-        Parameter("s", "m", "0.25", "radius of the hole"),
-        Parameter("d", "m", "0.3", "centre of the hole"),
-        Parameter("m1", "kg", 2),
-        Parameter("m2", "kg", "-0.7"),
-        Parameter("m3", "kg", "1.1"),
-        Parameter("x1", "m", "0.2"),
-        Parameter("x2", "m", "-1.3"),
-        Parameter("x3", "m", "2.5"),
-    )
-    domain = Domain(
-        {"r": positive(1.0, 10.0), "h": positive(), "s": positive(0.01, 0.4)} | {"d": Range(typical=(-0.5, 0.5))},
-        (
-            Rule(
-                "|d| + s <= r and s < r (the hole lies in the plate)", lambda p: abs(p["d"]) + p["s"] <= p["r"] > p["s"]
-            ),
-            Rule("m1 + m2 + m3 is not zero", lambda p: p["m1"] + p["m2"] + p["m3"] != 0),
-        ),
+    r = Parameter("m", "0.6", "radius", positive(1, 10))
+    h = Parameter("m", "0.9", "height of the cone", positive())
+    s = Parameter("m", "0.25", "radius of the hole", positive(0.01, 0.4))
+    d = Parameter("m", "0.3", "centre of the hole", typical(-0.5, 0.5))
+    m1 = Parameter("kg", 2)
+    m2 = Parameter("kg", "-0.7")
+    m3 = Parameter("kg", "1.1")
+    x1 = Parameter("m", "0.2")
+    x2 = Parameter("m", "-1.3")
+    x3 = Parameter("m", "2.5")
+    rules = (
+        Rule("|d| + s <= r and s < r (the hole lies in the plate)", lambda p: abs(p["d"]) + p["s"] <= p["r"] > p["s"]),
+        Rule("m1 + m2 + m3 is not zero", lambda p: p["m1"] + p["m2"] + p["m3"] != 0),
     )
     variants = (
-        CheckVariant(
+        Variant(
             "ring_left",
             "the hole leaves 1e-12 of the plate, its centre is 1e-13 from the plate's",
             {"r": 1, "s": "0.999999999999", "d": "1e-13"},
         ),
-        CheckVariant(
+        Variant(
             "cancelling_masses",
             "masses whose sum is 1e-15 of each: the centre is 1e15 m away",
             {"m1": 1, "m2": "-1.000000000000001", "m3": "2e-15", "x1": 1, "x2": 2, "x3": 3},
         ),
-        CheckVariant("pin_hole", "a hole of 1e-8 radii", {"s": "6e-9"}),
-        CheckVariant("flat_cone", "a cone with a height of 1e-8 radii", {"h": "6e-9"}),
+        Variant("pin_hole", "a hole of 1e-8 radii", {"s": "6e-9"}),
+        Variant("flat_cone", "a cone with a height of 1e-8 radii", {"h": "6e-9"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -111,21 +100,25 @@ class MomentEquipollent(Check):
         "centre of mass at Q, and moment of momentum M about that."
     )
     guard = 80
-    parameter_list = (
-        *(Parameter(f"F{k}", "N", v, "force, and momentum in kg m/s") for k, v in zip("xyz", (3, -2, 5), strict=True)),
-        *(Parameter(f"M{k}", "N m", v, "couple") for k, v in zip("xyz", ("0.7", 4, "-1.5"), strict=True)),
-        *(Parameter(f"Q{k}", "m", v, "point") for k, v in zip("xyz", (1, "-0.4", "2.2"), strict=True)),
-    )
-    domain = Domain({}, (Rule("F is not zero (a couple has no axis)", lambda p: any(p["F" + k] for k in "xyz")),))
+    Fx = Parameter("N", 3, "force, and momentum in kg m/s")
+    Fy = Parameter("N", -2, "force, and momentum in kg m/s")
+    Fz = Parameter("N", 5, "force, and momentum in kg m/s")
+    Mx = Parameter("N m", "0.7", "couple")
+    My = Parameter("N m", 4, "couple")
+    Mz = Parameter("N m", "-1.5", "couple")
+    Qx = Parameter("m", 1, "point")
+    Qy = Parameter("m", "-0.4", "point")
+    Qz = Parameter("m", "2.2", "point")
+    rules = (Rule("F is not zero (a couple has no axis)", lambda p: any(p["F" + k] for k in "xyz")),)
     variants = (
-        CheckVariant(
+        Variant(
             "faint_force",
             "|F| = 1e-20 of |M|: pitch and distance of the axis are 1e20",
             {"Fx": "3e-20", "Fy": "-2e-20", "Fz": "5e-20"},
         ),
-        CheckVariant("lever_1e8", "a lever arm of 1e8", {"Qx": "123456789.125", "Qy": "-98765432.5", "Qz": "1e8"}),
-        CheckVariant("pure_force", "M perpendicular to F: pitch zero", {"Mx": 2, "My": 3, "Mz": 0}),
-        CheckVariant("pure_wrench", "M along F: the axis goes through O", {"Mx": "0.3", "My": "-0.2", "Mz": "0.5"}),
+        Variant("lever_1e8", "a lever arm of 1e8", {"Qx": "123456789.125", "Qy": "-98765432.5", "Qz": "1e8"}),
+        Variant("pure_force", "M perpendicular to F: pitch zero", {"Mx": 2, "My": 3, "Mz": 0}),
+        Variant("pure_wrench", "M along F: the axis goes through O", {"Mx": "0.3", "My": "-0.2", "Mz": "0.5"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:

@@ -1,12 +1,8 @@
 """Aiming at a target that falls (Beatty, Dynamics, 6.4.2)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import Any
 
-from gnomon.cases.core.check import Check, CheckVariant
-from gnomon.cases.core.numbers import Domain, Parameter, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.balls import ball
 
 
@@ -22,21 +18,16 @@ class FallingTarget(Check):
         "of shot and target at that time, which is zero. slowest: the speed with which the hit is at the height of the "
         "muzzle. envelope: the greatest height that a shot of this speed reaches at X."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("v", "m/s", 40, "speed of the shot"),
-        Parameter("X", "m", 30, "distance of the target"),
-        Parameter("Y", "m", 20, "height of the target"),
-    )
-    domain = Domain(
-        {name: positive() for name in ("g", "v", "Y")},
-        (Rule("X is not zero (the shot is not straight up)", lambda p: p["X"] != 0),),
-    )
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    v = Parameter("m/s", 40, "speed of the shot", positive())
+    X = Parameter("m", 30, "distance of the target")
+    Y = Parameter("m", 20, "height of the target", positive())
+    rules = (Rule("X is not zero (the shot is not straight up)", lambda p: p["X"] != 0),)
     variants = (
-        CheckVariant("fast", "v = 1e9 m/s: the target has fallen by 6e-15 m", {"v": 10**9}),
-        CheckVariant("slow", "v = 1e-3 m/s: the hit is far below the ground", {"v": "1e-3"}),
-        CheckVariant("far", "the target 1e8 m away and 1 m up", {"X": 10**8, "Y": 1}),
-        CheckVariant(
+        Variant("fast", "v = 1e9 m/s: the target has fallen by 6e-15 m", {"v": 10**9}),
+        Variant("slow", "v = 1e-3 m/s: the hit is far below the ground", {"v": "1e-3"}),
+        Variant("far", "the target 1e8 m away and 1 m up", {"X": 10**8, "Y": 1}),
+        Variant(
             "just_slowest", "hits 3e-13 m above the muzzle's height", {"g": 2, "v": "2.5000000000001", "X": 3, "Y": 4}
         ),
     )

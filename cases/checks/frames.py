@@ -3,14 +3,10 @@
 Checks: apparent_gravity_earth, frame_transformation, material_frame_indifference.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, CheckVariant
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.vectors import (
     add,
     apply,
@@ -43,26 +39,18 @@ class ApparentGravityEarth(Check):
         "A spherical planet; south: horizontal southward component of apparent gravity; down: component towards the centre; "
         "deviation: angle of the plumb line from the line to the centre, positive towards the south."
     )
-    parameter_list = (
-        Parameter("G", "m/s^2", "9.825", "gravitation"),
-        Parameter("R", "m", "6.371e6", "radius"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of rotation"),
-        Parameter("lat", "rad", "0.785", "latitude"),
-    )
-    domain = Domain(
-        {
-            "G": positive(),
-            "R": positive(),
-            "Om": Range(typical=(-2.0, 2.0)),
-            "lat": Range(-1.5708, 1.5708, typical=(-1.5, 1.5)),
-        },
-        (Rule("G > Om^2 R (apparent gravity points down at the equator)", lambda p: p["G"] > p["Om"] ** 2 * p["R"]),),
+    G = Parameter("m/s^2", "9.825", "gravitation", positive())
+    R = Parameter("m", "6.371e6", "radius", positive())
+    Om = Parameter("rad/s", "7.292115e-5", "rate of rotation", typical(-2, 2))
+    lat = Parameter("rad", "0.785", "latitude", Range(-1.5708, 1.5708, typical=(-1.5, 1.5)))
+    rules = (
+        Rule("G > Om^2 R (apparent gravity points down at the equator)", lambda p: p["G"] > p["Om"] ** 2 * p["R"]),
     )
     variants = (
-        CheckVariant("equator", "no deviation, least weight", {"lat": 0}),
-        CheckVariant("south", "the deviation changes its sign", {"lat": "-0.785"}),
-        CheckVariant("slow", "a deviation of 1e-20", {"Om": "1e-13"}),
-        CheckVariant(
+        Variant("equator", "no deviation, least weight", {"lat": 0}),
+        Variant("south", "the deviation changes its sign", {"lat": "-0.785"}),
+        Variant("slow", "a deviation of 1e-20", {"Om": "1e-13"}),
+        Variant(
             "almost_flying_off",
             "Om^2 R = (1 - 1e-12) G at the equator",
             {"G": 1, "R": "0.999999999999", "Om": 1, "lat": "1e-9"},
@@ -107,23 +95,28 @@ class FrameTransformation(Check):
         "moves in it as r = r0 + v t + c t^2/2. At t: its acceleration in space, in components of the frame, is "
         "r'' + 2 w x r' + w x (w x r) + w' x r; each part is given by its name."
     )
-    parameter_list = (
-        *(Parameter(name, unit, v) for name, unit, v in (
-            ("a1", "rad/s", "0.8"), ("a2", "rad/s^2", "-0.3"), ("b1", "rad/s", "1.4"), ("b2", "rad/s^2", "0.5"))),
-        *(Parameter(f"r{k}", "m", v, "place at t = 0") for k, v in zip("xyz", (1, "-0.5", 2), strict=True)),
-        *(Parameter(f"v{k}", "m/s", v, "velocity at t = 0") for k, v in zip("xyz", ("0.3", 1, "-0.7"), strict=True)),
-        *(Parameter(f"c{k}", "m/s^2", v, "acceleration") for k, v in zip("xyz", ("-0.2", "0.4", "0.9"), strict=True)),
-        Parameter("t", "s", "0.7"),
-    )  # fmt: skip
-    domain = Domain({})
+    a1 = Parameter("rad/s", "0.8")
+    a2 = Parameter("rad/s^2", "-0.3")
+    b1 = Parameter("rad/s", "1.4")
+    b2 = Parameter("rad/s^2", "0.5")
+    rx = Parameter("m", 1, "place at t = 0")
+    ry = Parameter("m", "-0.5", "place at t = 0")
+    rz = Parameter("m", 2, "place at t = 0")
+    vx = Parameter("m/s", "0.3", "velocity at t = 0")
+    vy = Parameter("m/s", 1, "velocity at t = 0")
+    vz = Parameter("m/s", "-0.7", "velocity at t = 0")
+    cx = Parameter("m/s^2", "-0.2", "acceleration")
+    cy = Parameter("m/s^2", "0.4", "acceleration")
+    cz = Parameter("m/s^2", "0.9", "acceleration")
+    t = Parameter("s", "0.7")
     variants = (
-        CheckVariant(
+        Variant(
             "fast",
             "a rate of 1e6 rad/s: the relative acceleration is far below the centripetal one",
             {"a1": 10**6, "b1": 3},
         ),
-        CheckVariant("slow", "a rate of 1e-12", {"a1": "1e-12", "a2": 0, "b1": 0, "b2": 0}),
-        CheckVariant("late", "after 1e10 turns", {"t": 700000}),
+        Variant("slow", "a rate of 1e-12", {"a1": "1e-12", "a2": 0, "b1": 0, "b2": 0}),
+        Variant("late", "after 1e10 turns", {"t": 700000}),
     )
     guard = 60
 
@@ -146,7 +139,7 @@ class FrameTransformation(Check):
         }
 
     def otherwise(self, mp: Any, p: Any) -> Mapping[str, Any]:
-        """Second differences of R(t) r(t), and of the same with parts of the motion held constant."""
+        """Second differences of R(t) r(t), with the whole motion and with parts of it held constant."""
         r0, v0, c = (mp.matrix(components(p, name)) for name in "rvc")
 
         def turn(t: Any) -> Any:
@@ -196,30 +189,31 @@ class MaterialFrameIndifference(Check):
         "F12 = -(mu/r^n) e_r on particle 2, r from 1 to 2. The frame is changed to Q r + s, Q = Rz(alpha) Rx(beta): the "
         "force changes to Q F; the distance and the force along the line are invariant."
     )
-    parameter_list = (
-        Parameter("mu", "N m^n", 3, "strength, positive for attraction"),
-        Parameter("n", "", 2, "exponent, a whole number"),
-        *(Parameter(f"p{k}", "m", v, "particle 1") for k, v in zip("xyz", ("0.5", -1, "0.3"), strict=True)),
-        *(Parameter(f"q{k}", "m", v, "particle 2") for k, v in zip("xyz", (2, "0.7", "-0.9"), strict=True)),
-        Parameter("alpha", "rad", "0.9"),
-        Parameter("beta", "rad", "-0.4"),
-        *(Parameter(f"s{k}", "m", v, "shift of the origin") for k, v in zip("xyz", (7, -3, 11), strict=True)),
-    )
-    domain = Domain(
-        {"n": Range(-10, 10, typical=(2.0, 2.0))},
-        (
-            Rule("n is a whole number other than 1", lambda p: p["n"].denominator == 1 and p["n"] != 1),
-            Rule("the particles are apart", lambda p: any(p["p" + k] != p["q" + k] for k in "xyz")),
-        ),
+    mu = Parameter("N m^n", 3, "strength, positive for attraction")
+    n = Parameter("", 2, "exponent, a whole number", Range(-10, 10, typical=(2.0, 2.0)))
+    px = Parameter("m", "0.5", "particle 1")
+    py = Parameter("m", -1, "particle 1")
+    pz = Parameter("m", "0.3", "particle 1")
+    qx = Parameter("m", 2, "particle 2")
+    qy = Parameter("m", "0.7", "particle 2")
+    qz = Parameter("m", "-0.9", "particle 2")
+    alpha = Parameter("rad", "0.9")
+    beta = Parameter("rad", "-0.4")
+    sx = Parameter("m", 7, "shift of the origin")
+    sy = Parameter("m", -3, "shift of the origin")
+    sz = Parameter("m", 11, "shift of the origin")
+    rules = (
+        Rule("n is a whole number other than 1", lambda p: p["n"].denominator == 1 and p["n"] != 1),
+        Rule("the particles are apart", lambda p: any(p["p" + k] != p["q" + k] for k in "xyz")),
     )
     variants = (
-        CheckVariant(
+        Variant(
             "close",
             "particles 1e-10 m apart, 1e8 m from the origin",
             {"qx": "0.5000000001", "qy": -1, "qz": "0.3", "sx": 10**8, "sy": -(10**8)},
         ),
-        CheckVariant("spring", "a linear spring", {"n": -1}),
-        CheckVariant("fifth_power", "the force whose orbits include circles through the centre", {"n": 5}),
+        Variant("spring", "a linear spring", {"n": -1}),
+        Variant("fifth_power", "the force whose orbits include circles through the centre", {"n": 5}),
     )
     guard = 80
 

@@ -3,14 +3,10 @@
 Checks: gravity_field_particle_body, weight_local_gravity.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
 
-from gnomon.cases.core.check import Check, CheckVariant
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.quadrature import integral, integral_near, unit_steps
 from gnomon.reference.numerics.vectors import named
 from gnomon.reference.orbits import fields
@@ -27,45 +23,40 @@ class GravityFieldParticleBody(Check):
         "attractions are positive."
     )
     guard = 60
-    parameter_list = (
-        Parameter("mu", "m^3/s^2", "3.986e14", "G M"),
-        Parameter("a", "m", "6.4e6", "radius of ring, disc, shell and sphere"),
-        Parameter("L", "m", "5e6", "length of the rod"),
-        Parameter("rho", "m", "5e6", "distance of the field point from the ring's axis"),
-        Parameter("z", "m", "3e6", "height of the field point above ring and disc"),
-        Parameter("r", "m", "8e6", "distance from rod, shell and sphere"),
-    )
-    domain = Domain(
-        {name: positive() for name in ("mu", "a", "L", "z", "r")} | {"rho": Range(low=0.0, typical=(0.0, 10.0))},
-        (Rule("r is not a (the shell's field jumps there)", lambda p: p["r"] != p["a"]),),
-    )
+    mu = Parameter("m^3/s^2", "3.986e14", "G M", positive())
+    a = Parameter("m", "6.4e6", "radius of ring, disc, shell and sphere", positive())
+    L = Parameter("m", "5e6", "length of the rod", positive())
+    rho = Parameter("m", "5e6", "distance of the field point from the ring's axis", nonnegative())
+    z = Parameter("m", "3e6", "height of the field point above ring and disc", positive())
+    r = Parameter("m", "8e6", "distance from rod, shell and sphere", positive())
+    rules = (Rule("r is not a (the shell's field jumps there)", lambda p: p["r"] != p["a"]),)
     variants = (
-        CheckVariant(
+        Variant(
             "at_ring",
             "1e-10 of a radius from the ring: 1 - m = 2.5e-21",
             {"mu": 1, "a": 1, "rho": 1, "z": "1e-10", "r": "1.5", "L": 1},
         ),
-        CheckVariant(
+        Variant(
             "inside_ring",
             "1e-10 above the ring's plane, 1e-10 from the ring",
             {"mu": 1, "a": 1, "rho": "0.9999999999", "z": "1e-10", "r": "0.5", "L": 1},
         ),
-        CheckVariant(
+        Variant(
             "above_shell",
             "1e-10 outside the shell",
             {"mu": 1, "a": 1, "rho": "0.5", "z": 1, "r": "1.0000000001", "L": "1e-8"},
         ),
-        CheckVariant(
+        Variant(
             "below_shell",
             "1e-10 inside the shell: the field is zero, outside it is not",
             {"mu": 1, "a": 1, "rho": "0.5", "z": 1, "r": "0.9999999999", "L": "1e8"},
         ),
-        CheckVariant(
+        Variant(
             "far",
             "1e8 radii away: ring and disc differ from a particle by 1e-16",
             {"mu": 1, "a": 1, "rho": 6 * 10**7, "z": 8 * 10**7, "r": 10**8, "L": 1},
         ),
-        CheckVariant("on_axis", "m = 0", {"mu": 1, "a": 1, "rho": 0, "z": "0.3", "r": "0.2", "L": 1}),
+        Variant("on_axis", "m = 0", {"mu": 1, "a": 1, "rho": 0, "z": "0.3", "r": "0.2", "L": 1}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -90,7 +81,7 @@ class GravityFieldParticleBody(Check):
         return self.parameters["mu"] / self.parameters["a"] ** 2
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The field inside the shell is zero: its size is that of the field just outside."""
+        """The field inside the shell is zero: its size is the field just outside."""
         found = super().sizes(values)
         return found | {"shell": found["shell"] if values["shell"] else float(self._shell_scale)}
 
@@ -175,20 +166,15 @@ class WeightLocalGravity(Check):
         "its weight per mass, and the distance of its centre of gravity below its centre of mass."
     )
     guard = 60
-    parameter_list = (
-        Parameter("g0", "m/s^2", "9.81", "acceleration of gravity at the ground"),
-        Parameter("R", "m", "6.371e6", "radius of the planet"),
-        Parameter("h", "m", "4e5", "height"),
-        Parameter("L", "m", "1e3", "length of the rod"),
-    )
-    domain = Domain(
-        {"g0": positive(), "R": positive(1.0, 10.0), "h": Range(low=0.0, typical=(0.0, 10.0)), "L": positive()}
-    )
+    g0 = Parameter("m/s^2", "9.81", "acceleration of gravity at the ground", positive())
+    R = Parameter("m", "6.371e6", "radius of the planet", positive(1, 10))
+    h = Parameter("m", "4e5", "height", nonnegative())
+    L = Parameter("m", "1e3", "length of the rod", positive())
     variants = (
-        CheckVariant("short_rod", "L = 1e-12 R: the two centres are 1e-25 R apart", {"R": 10**7, "L": "1e-5", "h": 0}),
-        CheckVariant("low", "h = 1e-12 R: the error of the first order is 3e-24", {"R": 10**7, "h": "1e-5"}),
-        CheckVariant("high", "1e8 radii away", {"h": "6.371e14"}),
-        CheckVariant("space_elevator", "a rod with a length of five radii", {"L": "3.2e7", "h": 0}),
+        Variant("short_rod", "L = 1e-12 R: the two centres are 1e-25 R apart", {"R": 10**7, "L": "1e-5", "h": 0}),
+        Variant("low", "h = 1e-12 R: the error of the first order is 3e-24", {"R": 10**7, "h": "1e-5"}),
+        Variant("high", "1e8 radii away", {"h": "6.371e14"}),
+        Variant("space_elevator", "a rod with a length of five radii", {"L": "3.2e7", "h": 0}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:

@@ -1,14 +1,10 @@
 """Hamilton's principle: the action of actual and varied paths (Beatty, Dynamics, 11.11)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import Any
 
-from gnomon.cases.core.check import Check, CheckVariant
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.quadrature import integral, unit_steps
 from gnomon.reference.oscillators import action
 
@@ -21,31 +17,25 @@ class HamiltonAction(Check):
         "From `begin` to `end` in the time T; the varied path has eps sin(mode pi t/T) added; *_variation: the change of "
         "the action, of second order in eps. Beyond the conjugate point w T = pi the action is not a minimum."
     )
-    parameter_list = (
-        Parameter("m", "kg", "1.5", "mass"),
-        Parameter("w", "rad/s", 2, "rate of the oscillator"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("T", "s", "1.2", "time"),
-        Parameter("begin", "m", "0.7", "position at t = 0"),
-        Parameter("end", "m", "-0.4", "position at t = T"),
-        Parameter("eps", "m", "1e-3", "size of the variation"),
-        Parameter("mode", "", 1, "half waves of the variation"),
-    )
-    domain = Domain(
-        {"m": positive(), "w": positive(), "T": positive(0.1, 4.0), "mode": Range(1, 1000, typical=(1.0, 1.0))}
-        | {"eps": positive(1e-6, 1.0)},
-        (Rule("mode is a whole number", lambda p: p["mode"].denominator == 1),),
-    )
+    m = Parameter("kg", "1.5", "mass", positive())
+    w = Parameter("rad/s", 2, "rate of the oscillator", positive())
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity")
+    T = Parameter("s", "1.2", "time", positive(0.1, 4))
+    begin = Parameter("m", "0.7", "position at t = 0")
+    end = Parameter("m", "-0.4", "position at t = T")
+    eps = Parameter("m", "1e-3", "size of the variation", positive(1e-06, 1))
+    mode = Parameter("", 1, "half waves of the variation", Range(1, 1000, typical=(1.0, 1.0)))
+    rules = (Rule("mode is a whole number", lambda p: p["mode"].denominator == 1),)
     variants = (
-        CheckVariant(
+        Variant(
             "conjugate_point",
             "T is the double nearest to pi/w: the path goes 1e16 m away, the variation nearly vanishes",
             {"w": 1, "T": Fraction(math.pi)},
         ),
-        CheckVariant("beyond_conjugate", "w T = 4: a variation lowers the action", {"w": 1, "T": 4}),
-        CheckVariant("small_variation", "eps = 1e-12: the change is 1e-24 of the action", {"eps": "1e-12"}),
-        CheckVariant("short", "w T = 1e-8: the free particle", {"T": "5e-9", "eps": "1e-9"}),
-        CheckVariant("rippled", "a variation of 40 half waves", {"mode": 40}),
+        Variant("beyond_conjugate", "w T = 4: a variation lowers the action", {"w": 1, "T": 4}),
+        Variant("small_variation", "eps = 1e-12: the change is 1e-24 of the action", {"eps": "1e-12"}),
+        Variant("short", "w T = 1e-8: the free particle", {"T": "5e-9", "eps": "1e-9"}),
+        Variant("rippled", "a variation of 40 half waves", {"mode": 40}),
     )
     guard = 100
 

@@ -3,16 +3,13 @@
 Checks: inertia_tensor_special_bodies, inertia_composite_parallel_axis, inertia_transformation_principal.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, CheckVariant, Numbers
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.check import Numbers
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.numerics.vectors import (
@@ -39,30 +36,24 @@ class InertiaTensorSpecialBodies(Check):
         "of revolution. a, b, c: edges of the box, semi-axes of the ellipsoid; a, b: edges of the lamina. r: radius, for "
         "the torus that of its tube; inner: inner radius of the tube; h: height; R: radius of the torus' middle circle."
     )
-    parameter_list = (
-        Parameter("m", "kg", "2.5", "mass"),
-        Parameter("a", "m", "0.3", "edge or semi-axis along x"),
-        Parameter("b", "m", "0.5", "edge or semi-axis along y"),
-        Parameter("c", "m", "0.7", "edge or semi-axis along z"),
-        Parameter("r", "m", "0.4", "radius"),
-        Parameter("inner", "m", "0.25", "inner radius of the tube"),
-        Parameter("h", "m", "1.1", "height"),
-        Parameter("R", "m", "0.9", "radius of the torus' middle circle"),
-    )
-    domain = Domain(
-        {name: positive() for name in ("m", "a", "b", "c", "r", "h", "R")}
-        | {"inner": Range(low=0.0, typical=(0.0, 5.0))},
-        (
-            Rule("inner < r", lambda p: p["inner"] < p["r"]),
-            Rule("r <= R (the torus does not intersect itself)", lambda p: p["r"] <= p["R"]),
-        ),
+    m = Parameter("kg", "2.5", "mass", positive())
+    a = Parameter("m", "0.3", "edge or semi-axis along x", positive())
+    b = Parameter("m", "0.5", "edge or semi-axis along y", positive())
+    c = Parameter("m", "0.7", "edge or semi-axis along z", positive())
+    r = Parameter("m", "0.4", "radius", positive())
+    inner = Parameter("m", "0.25", "inner radius of the tube", nonnegative(0, 5))
+    h = Parameter("m", "1.1", "height", positive())
+    R = Parameter("m", "0.9", "radius of the torus' middle circle", positive())
+    rules = (
+        Rule("inner < r", lambda p: p["inner"] < p["r"]),
+        Rule("r <= R (the torus does not intersect itself)", lambda p: p["r"] <= p["R"]),
     )
     variants = (
-        CheckVariant("thin_disc", "h = 1e-8 r: cylinder, cone and box become laminae", {"h": "4e-9", "c": "4e-9"}),
-        CheckVariant("thin_rod", "r = 1e-8 h: cylinder and cone become rods", {"r": "1e-8", "inner": 0, "h": 1}),
-        CheckVariant("thin_wall", "a tube with a wall of 1e-12 radii", {"inner": "0.3999999999996"}),
-        CheckVariant("aspect_1e8", "edges 1e-8, 1 and 1e8", {"a": "1e-8", "b": 1, "c": "1e8"}),
-        CheckVariant("horn_torus", "r = R: a torus without a hole", {"R": "0.4"}),
+        Variant("thin_disc", "h = 1e-8 r: cylinder, cone and box become laminae", {"h": "4e-9", "c": "4e-9"}),
+        Variant("thin_rod", "r = 1e-8 h: cylinder and cone become rods", {"r": "1e-8", "inner": 0, "h": 1}),
+        Variant("thin_wall", "a tube with a wall of 1e-12 radii", {"inner": "0.3999999999996"}),
+        Variant("aspect_1e8", "edges 1e-8, 1 and 1e8", {"a": "1e-8", "b": 1, "c": "1e8"}),
+        Variant("horn_torus", "r = R: a torus without a hole", {"R": "0.4"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -103,35 +94,29 @@ class InertiaCompositeParallelAxis(Check):
         "is at (p, q) from the box's centre. Tensors about the centre of mass and about the origin."
     )
     guard = 60
-    parameter_list = (
-        Parameter("rho", "kg/m^3", 2700, "density"),
-        Parameter("a", "m", "0.4", "edge along x"),
-        Parameter("b", "m", "0.3", "edge along y"),
-        Parameter("c", "m", "0.1", "edge along z"),
-        Parameter("r", "m", "0.05", "radius of the hole; 0 for none"),
-        Parameter("p", "m", "0.08", "x of the hole from the box's centre"),
-        Parameter("q", "m", "-0.06", "y of the hole from the box's centre"),
-        Parameter("X", "m", "1.5", "x of the box's centre"),
-        Parameter("Y", "m", "-0.7", "y of the box's centre"),
-        Parameter("Z", "m", "0.9", "z of the box's centre"),
-    )
-    domain = Domain(
-        {name: positive(1.0, 10.0) for name in ("rho", "a", "b", "c")}
-        | {"r": Range(low=0.0, typical=(0.0, 0.4)), "p": Range(typical=(-0.1, 0.1)), "q": Range(typical=(-0.1, 0.1))},
-        (
-            Rule("|p| + r <= a/2 (the hole lies in the box)", lambda p: abs(p["p"]) + p["r"] <= p["a"] / 2),
-            Rule("|q| + r <= b/2 (the hole lies in the box)", lambda p: abs(p["q"]) + p["r"] <= p["b"] / 2),
-        ),
+    rho = Parameter("kg/m^3", 2700, "density", positive(1, 10))
+    a = Parameter("m", "0.4", "edge along x", positive(1, 10))
+    b = Parameter("m", "0.3", "edge along y", positive(1, 10))
+    c = Parameter("m", "0.1", "edge along z", positive(1, 10))
+    r = Parameter("m", "0.05", "radius of the hole; 0 for none", nonnegative(0, 0.4))
+    p = Parameter("m", "0.08", "x of the hole from the box's centre", typical(-0.1, 0.1))
+    q = Parameter("m", "-0.06", "y of the hole from the box's centre", typical(-0.1, 0.1))
+    X = Parameter("m", "1.5", "x of the box's centre")
+    Y = Parameter("m", "-0.7", "y of the box's centre")
+    Z = Parameter("m", "0.9", "z of the box's centre")
+    rules = (
+        Rule("|p| + r <= a/2 (the hole lies in the box)", lambda p: abs(p["p"]) + p["r"] <= p["a"] / 2),
+        Rule("|q| + r <= b/2 (the hole lies in the box)", lambda p: abs(p["q"]) + p["r"] <= p["b"] / 2),
     )
     variants = (
-        CheckVariant(
+        Variant(
             "far_1e8",
             "the origin is 1e8 edge lengths away: a transfer back cancels 16 digits",
             {"X": 3 * 10**7, "Y": 10**7},
         ),
-        CheckVariant("no_hole", "a box without a hole: products of inertia from the transfer alone", {"r": 0}),
-        CheckVariant("largest_hole", "the hole touches two faces", {"r": "0.15", "p": 0, "q": 0}),
-        CheckVariant("pin_hole", "a hole of 1e-8 edge lengths", {"r": "3e-9"}),
+        Variant("no_hole", "a box without a hole: products of inertia from the transfer alone", {"r": 0}),
+        Variant("largest_hole", "the hole touches two faces", {"r": "0.15", "p": 0, "q": 0}),
+        Variant("pin_hole", "a hole of 1e-8 edge lengths", {"r": "3e-9"}),
     )
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
@@ -198,51 +183,44 @@ class InertiaTransformationPrincipal(Check):
         "equal principal moments; invariant: trace, sum of principal minors, determinant; ellipsoid_radius: that of "
         "Cauchy's ellipsoid x.I x = 1 along n."
     )
-    parameter_list = (
-        Parameter("Ixx", "kg m^2", 3),
-        Parameter("Iyy", "kg m^2", 4),
-        Parameter("Izz", "kg m^2", 5),
-        Parameter("Ixy", "kg m^2", "-0.4"),
-        Parameter("Ixz", "kg m^2", "0.3"),
-        Parameter("Iyz", "kg m^2", "-0.7"),
-        Parameter("m", "kg", 2, "mass"),
-        Parameter("alpha", "rad", "0.6", "first rotation, about z"),
-        Parameter("beta", "rad", "-1.1", "second rotation, about x"),
-        Parameter("nx", "", 1),
-        Parameter("ny", "", -2),
-        Parameter("nz", "", "0.5"),
-    )
-    domain = Domain(
-        {name: positive(3.0, 5.0) for name in ("Ixx", "Iyy", "Izz")}
-        | {name: Range(typical=(-0.5, 0.5)) for name in ("Ixy", "Ixz", "Iyz")}
-        | {"m": positive(), "alpha": Range(typical=(-3.0, 3.0)), "beta": Range(typical=(-3.0, 3.0))},
-        (
-            Rule("the triangle inequality I1 + I2 >= I3 of the principal moments", _triangle),
-            Rule("(nx, ny, nz) is not zero", lambda p: any(p[n] for n in ("nx", "ny", "nz"))),
-        ),
+    Ixx = Parameter("kg m^2", 3, "", positive(3, 5))
+    Iyy = Parameter("kg m^2", 4, "", positive(3, 5))
+    Izz = Parameter("kg m^2", 5, "", positive(3, 5))
+    Ixy = Parameter("kg m^2", "-0.4", "", typical(-0.5, 0.5))
+    Ixz = Parameter("kg m^2", "0.3", "", typical(-0.5, 0.5))
+    Iyz = Parameter("kg m^2", "-0.7", "", typical(-0.5, 0.5))
+    m = Parameter("kg", 2, "mass", positive())
+    alpha = Parameter("rad", "0.6", "first rotation, about z", typical(-3, 3))
+    beta = Parameter("rad", "-1.1", "second rotation, about x", typical(-3, 3))
+    nx = Parameter("", 1)
+    ny = Parameter("", -2)
+    nz = Parameter("", "0.5")
+    rules = (
+        Rule("the triangle inequality I1 + I2 >= I3 of the principal moments", _triangle),
+        Rule("(nx, ny, nz) is not zero", lambda p: any(p[n] for n in ("nx", "ny", "nz"))),
     )
     variants = (
-        CheckVariant(
+        Variant(
             "near_double",
             "two moments differ by 1.8e-15 of them: acos loses half the digits",
             _turned(1, 1 + Fraction(1, 2**49), Fraction(3, 2)),
         ),
-        CheckVariant(
+        Variant(
             "near_double_1e_15",
             "two moments differ by 1e-15 of them, exact numbers",
             _turned(1, 1 + Fraction(1, 10**15), Fraction(3, 2)),
         ),
-        CheckVariant(
+        Variant(
             "near_triple",
             "all three moments differ by less than 4e-15 of them",
             _turned(1, 1 + Fraction(1, 2**49), 1 + Fraction(2, 2**49)),
         ),
-        CheckVariant("exact_double", "two equal moments, the smaller ones, rotated axes", _turned(2, 2, 3)),
-        CheckVariant("exact_double_least", "two equal moments, the larger ones, rotated axes", _turned(2, 3, 3)),
-        CheckVariant("exact_triple", "three equal moments: every axis is principal", _turned(2, 2, 2)),
-        CheckVariant("flat", "I3 = I1 + I2 exactly: a lamina", _turned(1, 2, 3)),
-        CheckVariant("rod", "one moment exactly zero", _turned(0, 2, 2)),
-        CheckVariant("aspect_1e8", "a thin rod: one moment is 9e-16 of the others", _turned(Fraction(1, 2**50), 1, 1)),
+        Variant("exact_double", "two equal moments, the smaller ones, rotated axes", _turned(2, 2, 3)),
+        Variant("exact_double_least", "two equal moments, the larger ones, rotated axes", _turned(2, 3, 3)),
+        Variant("exact_triple", "three equal moments: every axis is principal", _turned(2, 2, 2)),
+        Variant("flat", "I3 = I1 + I2 exactly: a lamina", _turned(1, 2, 3)),
+        Variant("rod", "one moment exactly zero", _turned(0, 2, 2)),
+        Variant("aspect_1e8", "a thin rod: one moment is 9e-16 of the others", _turned(Fraction(1, 2**50), 1, 1)),
     )
 
     @property

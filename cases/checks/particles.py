@@ -3,16 +3,12 @@
 Checks: rod_tension_circular, moment_momentum_moving_point, internal_potential_energy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
 from itertools import combinations
-from typing import Any
 
 import flint
-from gnomon.cases.core.check import Check, CheckVariant
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.quadrature import integral, unit_steps
@@ -28,34 +24,24 @@ class RodTensionCircular(Check):
         "extreme.bottom and extreme.top: at the lowest and the highest point of the circle, from the energy (at the top also "
         "if the pendulum does not reach it; the squared speed is then negative)."
     )
-    parameter_list = (
-        Parameter("m", "kg", 2, "mass"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("L", "m", "1.5", "length"),
-        Parameter("theta", "rad", "0.9", "angle at the start"),
-        Parameter("omega", "rad/s", "2.4", "rate at the start"),
-        Parameter("t", "s", "1.3", "time"),
-    )
-    domain = Domain(
-        {name: positive(1.0, 10.0) for name in ("m", "g", "L")}
-        | {
-            "theta": Range(typical=(-3.0, 3.0)),
-            "omega": Range(typical=(-5.0, 5.0)),
-            "t": Range(low=0.0, typical=(0.0, 5.0)),
-        }
-    )
+    m = Parameter("kg", 2, "mass", positive(1, 10))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    L = Parameter("m", "1.5", "length", positive(1, 10))
+    theta = Parameter("rad", "0.9", "angle at the start", typical(-3, 3))
+    omega = Parameter("rad/s", "2.4", "rate at the start", typical(-5, 5))
+    t = Parameter("s", "1.3", "time", nonnegative(0, 5))
     variants = (
-        CheckVariant(
+        Variant(
             "loop",
             "v0^2 = 5 g L: the tension at the top is exactly zero",
             {"g": 5, "L": 1, "theta": 0, "omega": 5, "t": "0.9"},
         ),
-        CheckVariant(
+        Variant(
             "separatrix",
             "slowly close to the top: the rod carries the weight",
             {"g": 1, "L": 1, "theta": 0, "omega": 2, "t": 20},
         ),
-        CheckVariant("whirl", "1e6 rad/s: the weight is 1e-12 of the tension", {"omega": 10**6, "t": "0.001"}),
+        Variant("whirl", "1e6 rad/s: the weight is 1e-12 of the tension", {"omega": 10**6, "t": "0.001"}),
     )
     guard = 40
 
@@ -107,28 +93,37 @@ class MomentMomentumMovingPoint(Check):
         "rate: that of H_Q = sum (r - Q) x m v, equal to M_Q - v_Q x p; relative_rate: that of sum (r - Q) x m (v - v_Q), "
         "equal to M_Q - (r_C - Q) x m a_Q. moment: M_Q of the weights."
     )
-    parameter_list = (
-        Parameter("m1", "kg", 2, "mass of particle 1"),
-        Parameter("m2", "kg", "0.5", "mass of particle 2"),
-        Parameter("k", "N/m", 30, "stiffness"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity, along -z"),
-        *(Parameter(f"a{k}", "m", v, "particle 1 at the start") for k, v in zip("xyz", ("0.3", -1, 2), strict=True)),
-        *(Parameter(f"b{k}", "m", v, "particle 2 at the start") for k, v in zip("xyz", ("1.1", "0.4", 1), strict=True)),
-        *(Parameter(f"v{k}", "m/s", v, "velocity of particle 1") for k, v in zip("xyz", (2, "0.5", 3), strict=True)),
-        *(Parameter(f"w{k}", "m/s", v, "velocity of particle 2") for k, v in zip("xyz", (-1, 4, "0.2"), strict=True)),
-        *(Parameter(f"q{k}", "m", v, "Q at the start") for k, v in zip("xyz", ("0.6", "-0.2", 1), strict=True)),
-        *(Parameter(f"u{k}", "m/s", v, "velocity of Q") for k, v in zip("xyz", ("0.9", -2, "1.4"), strict=True)),
-        *(Parameter(f"c{k}", "m/s^2", v, "acceleration of Q") for k, v in zip("xyz", (3, "-0.7", 5), strict=True)),
-        Parameter("t", "s", "0.8", "time"),
-    )
-    domain = Domain({name: positive() for name in ("m1", "m2", "k", "g")} | {"t": Range(low=0.0, typical=(0.0, 3.0))})
+    m1 = Parameter("kg", 2, "mass of particle 1", positive())
+    m2 = Parameter("kg", "0.5", "mass of particle 2", positive())
+    k = Parameter("N/m", 30, "stiffness", positive())
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity, along -z", positive())
+    ax = Parameter("m", "0.3", "particle 1 at the start")
+    ay = Parameter("m", -1, "particle 1 at the start")
+    az = Parameter("m", 2, "particle 1 at the start")
+    bx = Parameter("m", "1.1", "particle 2 at the start")
+    by = Parameter("m", "0.4", "particle 2 at the start")
+    bz = Parameter("m", 1, "particle 2 at the start")
+    vx = Parameter("m/s", 2, "velocity of particle 1")
+    vy = Parameter("m/s", "0.5", "velocity of particle 1")
+    vz = Parameter("m/s", 3, "velocity of particle 1")
+    wx = Parameter("m/s", -1, "velocity of particle 2")
+    wy = Parameter("m/s", 4, "velocity of particle 2")
+    wz = Parameter("m/s", "0.2", "velocity of particle 2")
+    qx = Parameter("m", "0.6", "Q at the start")
+    qy = Parameter("m", "-0.2", "Q at the start")
+    qz = Parameter("m", 1, "Q at the start")
+    ux = Parameter("m/s", "0.9", "velocity of Q")
+    uy = Parameter("m/s", -2, "velocity of Q")
+    uz = Parameter("m/s", "1.4", "velocity of Q")
+    cx = Parameter("m/s^2", 3, "acceleration of Q")
+    cy = Parameter("m/s^2", "-0.7", "acceleration of Q")
+    cz = Parameter("m/s^2", 5, "acceleration of Q")
+    t = Parameter("s", "0.8", "time", nonnegative(0, 3))
     variants = (
-        CheckVariant("light_partner", "m2 = 1e-9 m1", {"m2": "2e-9"}),
-        CheckVariant(
-            "stiff", "k = 1e10 N/m: the internal forces are far larger than the weights and cancel", {"k": 10**10}
-        ),
-        CheckVariant("far_point", "Q is 1e8 away", {"qx": 10**8, "qy": -(10**8)}),
-        CheckVariant("fixed_point", "Q at rest: both definitions agree", {f"{s}{k}": 0 for s in "uc" for k in "xyz"}),
+        Variant("light_partner", "m2 = 1e-9 m1", {"m2": "2e-9"}),
+        Variant("stiff", "k = 1e10 N/m: the internal forces are far larger than the weights and cancel", {"k": 10**10}),
+        Variant("far_point", "Q is 1e8 away", {"qx": 10**8, "qy": -(10**8)}),
+        Variant("fixed_point", "Q at rest: both definitions agree", {f"{s}{k}": 0 for s in "uc" for k in "xyz"}),
     )
     guard = 60
 
@@ -196,33 +191,35 @@ class InternalPotentialEnergy(Check):
         "Each pair has gravitation, potential -G m_i m_j/r, and a spring of stiffness k and natural length l. energy: the "
         "sum of potentials; force1, force2, force3: minus its gradient; their sum and their moment vanish."
     )
-    parameter_list = (
-        Parameter("G", "m^3/(kg s^2)", 1, "constant of gravitation"),
-        Parameter("k", "N/m", "0.3", "stiffness"),
-        Parameter("l", "m", "0.8", "natural length"),
-        *(Parameter(f"m{k}", "kg", v) for k, v in zip("123", (3, 2, "1.5"), strict=True)),
-        *(Parameter(f"a{k}", "m", v, "particle 1") for k, v in zip("xyz", ("0.3", -1, 2), strict=True)),
-        *(Parameter(f"b{k}", "m", v, "particle 2") for k, v in zip("xyz", ("1.1", "0.4", 1), strict=True)),
-        *(Parameter(f"c{k}", "m", v, "particle 3") for k, v in zip("xyz", ("-0.6", "0.9", "0.2"), strict=True)),
-    )
-    domain = Domain(
-        {name: positive() for name in ("m1", "m2", "m3")}
-        | {name: Range(low=0.0, typical=(0.0, 2.0)) for name in ("G", "k", "l")},
-        (
-            Rule(
-                "no two particles are at the same position",
-                lambda p: all(any(p[i + k] != p[j + k] for k in "xyz") for i, j in combinations("abc", 2)),
-            ),
+    G = Parameter("m^3/(kg s^2)", 1, "constant of gravitation", nonnegative(0, 2))
+    k = Parameter("N/m", "0.3", "stiffness", nonnegative(0, 2))
+    l = Parameter("m", "0.8", "natural length", nonnegative(0, 2))
+    m1 = Parameter("kg", 3, "", positive())
+    m2 = Parameter("kg", 2, "", positive())
+    m3 = Parameter("kg", "1.5", "", positive())
+    ax = Parameter("m", "0.3", "particle 1")
+    ay = Parameter("m", -1, "particle 1")
+    az = Parameter("m", 2, "particle 1")
+    bx = Parameter("m", "1.1", "particle 2")
+    by = Parameter("m", "0.4", "particle 2")
+    bz = Parameter("m", 1, "particle 2")
+    cx = Parameter("m", "-0.6", "particle 3")
+    cy = Parameter("m", "0.9", "particle 3")
+    cz = Parameter("m", "0.2", "particle 3")
+    rules = (
+        Rule(
+            "no two particles are at the same position",
+            lambda p: all(any(p[i + k] != p[j + k] for k in "xyz") for i, j in combinations("abc", 2)),
         ),
     )
     variants = (
-        CheckVariant("close_pair", "two particles 1e-10 m apart: their forces are far larger than the third's", {"bx": "0.3000000001", "by": -1, "bz": 2}),
-        CheckVariant(
+        Variant("close_pair", "two particles 1e-10 m apart: their forces are far larger than the third's", {"bx": "0.3000000001", "by": -1, "bz": 2}),
+        Variant(
             "equilateral", "Lagrange's triangle: every force points to the centre of mass",
             {"k": 0, "ax": 1, "ay": 0, "az": 0, "bx": 0, "by": 1, "bz": 0, "cx": 0, "cy": 0, "cz": 1},
         ),
-        CheckVariant("far", "one particle 1e8 m away", {"k": 0, "cx": 10**8}),
-        CheckVariant("light", "a mass of 1e-12 kg", {"m3": "1e-12", "k": 0}),
+        Variant("far", "one particle 1e8 m away", {"k": 0, "cx": 10**8}),
+        Variant("light", "a mass of 1e-12 kg", {"m3": "1e-12", "k": 0}),
     )  # fmt: skip
     guard = 60
 

@@ -3,14 +3,11 @@
 Checks: projectile_coriolis_first_order, falkland_gunnery, stability_pendulum_linearisation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from gnomon.cases.core.check import Check, CheckVariant
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.taylor import integrate
@@ -27,28 +24,20 @@ class ProjectileCoriolisFirstOrder(Check):
         "coriolis: its part due to the Coriolis acceleration; beyond: the error of the first order, of order (Om t)^2. "
         "lateral: the deflection to the right of the throw, seen from above; lateral_mirrored: that at latitude -lat."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of the Earth"),
-        Parameter("lat", "rad", "0.89", "latitude"),
-        *(Parameter(f"v{k}", "m/s", v, "velocity at the start") for k, v in zip("xyz", (300, 200, 250), strict=True)),
-        Parameter("t", "s", 45, "time of flight"),
-    )
-    domain = Domain(
-        {
-            "g": positive(),
-            "Om": positive(1e-3, 1.0),
-            "lat": Range(-1.5708, 1.5708, typical=(-1.5, 1.5)),
-            "t": positive(),
-        },
-        (Rule("the throw has a horizontal velocity", lambda p: bool(p["vx"] or p["vy"])),),
-    )
-    variants: ClassVar[tuple[CheckVariant, ...]] = (
-        CheckVariant("equator", "no lateral deflection from horizontal velocity: only east and up", {"lat": 0}),
-        CheckVariant("drop", "nearly at rest at 158.5 m: 27 mm east", {"vx": 0, "vy": "1e-6", "vz": 0, "t": "5.6846"}),
-        CheckVariant("slow", "Om t = 1e-12: the error of the first order is 1e-24", {"Om": "1e-13", "t": 10}),
-        CheckVariant("turntable", "Om t = 3: the first order is no approximation", {"Om": "0.3", "t": 10}),
-        CheckVariant("a_day", "24 h", {"t": 86400}),
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    Om = Parameter("rad/s", "7.292115e-5", "rate of the Earth", positive(0.001, 1))
+    lat = Parameter("rad", "0.89", "latitude", Range(-1.5708, 1.5708, typical=(-1.5, 1.5)))
+    vx = Parameter("m/s", 300, "velocity at the start")
+    vy = Parameter("m/s", 200, "velocity at the start")
+    vz = Parameter("m/s", 250, "velocity at the start")
+    t = Parameter("s", 45, "time of flight", positive())
+    rules = (Rule("the throw has a horizontal velocity", lambda p: bool(p["vx"] or p["vy"])),)
+    variants: ClassVar[tuple[Variant, ...]] = (
+        Variant("equator", "no lateral deflection from horizontal velocity: only east and up", {"lat": 0}),
+        Variant("drop", "nearly at rest at 158.5 m: 27 mm east", {"vx": 0, "vy": "1e-6", "vz": 0, "t": "5.6846"}),
+        Variant("slow", "Om t = 1e-12: the error of the first order is 1e-24", {"Om": "1e-13", "t": 10}),
+        Variant("turntable", "Om t = 3: the first order is no approximation", {"Om": "0.3", "t": 10}),
+        Variant("a_day", "24 h", {"t": 86400}),
     )
     guard = 70
 
@@ -72,7 +61,7 @@ class ProjectileCoriolisFirstOrder(Check):
         }
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The size of a lateral deflection is that of the whole deflection."""
+        """A lateral deflection has the size of the whole deflection."""
         found = super().sizes(values)
         return found | dict.fromkeys(("lateral", "lateral_mirrored"), found["coriolis.x"])
 
@@ -115,16 +104,19 @@ class FalklandGunnery(ProjectileCoriolisFirstOrder):
     name = "falkland_gunnery"
     title = "Naval gunnery in the southern hemisphere"
     section = "6.18.2"
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of the Earth"),
-        Parameter("lat", "rad", "-0.9023352232810683", "latitude: 51.7 degrees south"),
-        *(Parameter(f"v{k}", "m/s", v, "muzzle velocity") for k, v in zip("xyz", (0, "-600", "300"), strict=True)),
-        Parameter("t", "s", 60, "time of flight"),
+    lat = Parameter(
+        "rad",
+        "-0.9023352232810683",
+        "latitude: 51.7 degrees south",
+        Range(-1.5708, 1.5708, typical=(-1.5, 1.5)),
     )
+    vx = Parameter("m/s", 0, "muzzle velocity")
+    vy = Parameter("m/s", "-600", "muzzle velocity")
+    vz = Parameter("m/s", "300", "muzzle velocity")
+    t = Parameter("s", 60, "time of flight", positive())
     variants = (
-        CheckVariant("west", "fired west", {"vx": -600, "vy": 0}),
-        CheckVariant("equator", "at the equator, due south: only the vertical velocity deflects", {"lat": 0}),
+        Variant("west", "fired west", {"vx": -600, "vy": 0}),
+        Variant("equator", "at the equator, due south: only the vertical velocity deflects", {"lat": 0}),
     )
 
 
@@ -136,30 +128,18 @@ class StabilityPendulumLinearisation(Check):
         "rate_down: the eigenvalues at the bottom are +-i times this; rate_up: those at the top are plus and minus this. "
         "Released at rest at the angle delta from upright: angle from upright and speed at time t, exact and linearised."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("L", "m", "9.81", "length"),
-        Parameter("delta", "rad", "1e-3", "initial angle from upright"),
-        Parameter("t", "s", 5, "time"),
-    )
-    domain = Domain(
-        {
-            "g": positive(1.0, 10.0),
-            "L": positive(1.0, 10.0),
-            "delta": Range(-3.14, 3.14, typical=(0.001, 3.0)),
-            "t": Range(low=0.0, typical=(0.0, 5.0)),
-        }
-    )
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    L = Parameter("m", "9.81", "length", positive(1, 10))
+    delta = Parameter("rad", "1e-3", "initial angle from upright", Range(-3.14, 3.14, typical=(0.001, 3.0)))
+    t = Parameter("s", 5, "time", nonnegative(0, 5))
     variants = (
-        CheckVariant(
-            "upright_1e_12", "1e-12 rad from upright: 28 e-foldings until it falls", {"delta": "1e-12", "t": 27}
-        ),
-        CheckVariant(
+        Variant("upright_1e_12", "1e-12 rad from upright: 28 e-foldings until it falls", {"delta": "1e-12", "t": 27}),
+        Variant(
             "still_linear",
             "1e-12 rad from upright, after one e-folding: the linear solution is accurate to 24 digits",
             {"delta": "1e-12", "t": 1},
         ),
-        CheckVariant("past_the_bottom", "0.1 rad from upright: past the bottom and back", {"delta": "0.1", "t": 14}),
+        Variant("past_the_bottom", "0.1 rad from upright: past the bottom and back", {"delta": "0.1", "t": 14}),
     )
     guard = 50
 

@@ -3,14 +3,11 @@
 Checks: rotor_dynamic_balance, generalized_impulse.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from gnomon.cases.checks.frames import second_derivative
-from gnomon.cases.core.check import Check, CheckVariant
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.vectors import named
 from gnomon.reference.rigid_bodies import bodies
 from gnomon.reference.rigid_bodies.struck_rods import rates
@@ -26,28 +23,22 @@ class RotorDynamicBalance(Check):
         "about y and the forces along x on the rotor, and the mass times radius along x in the planes of the bearings that "
         "balances it."
     )
-    parameter_list = (
-        Parameter("m", "kg", 12, "mass"),
-        Parameter("r", "m", "0.25", "radius"),
-        Parameter("h", "m", "0.04", "thickness"),
-        Parameter("beta", "rad", "0.01", "tilt"),
-        Parameter("e", "m", "2e-4", "eccentricity"),
-        Parameter("d", "m", "0.3", "distance of the bearings from the centre"),
-        Parameter("w", "rad/s", "157.1", "rate"),
-    )
-    domain = Domain(
-        {name: positive() for name in ("m", "r", "h", "d")}
-        | {"beta": Range(-1.5, 1.5, typical=(-1.5, 1.5)), "e": Range(typical=(-1.0, 1.0))}
-    )
+    m = Parameter("kg", 12, "mass", positive())
+    r = Parameter("m", "0.25", "radius", positive())
+    h = Parameter("m", "0.04", "thickness", positive())
+    beta = Parameter("rad", "0.01", "tilt", Range(-1.5, 1.5, typical=(-1.5, 1.5)))
+    e = Parameter("m", "2e-4", "eccentricity", typical(-1, 1))
+    d = Parameter("m", "0.3", "distance of the bearings from the centre", positive())
+    w = Parameter("rad/s", "157.1", "rate")
     variants = (
-        CheckVariant("statically_balanced", "e = 0: a pure couple", {"e": 0}),
-        CheckVariant("slight_tilt", "a tilt of 1e-10", {"beta": "1e-10"}),
-        CheckVariant(
+        Variant("statically_balanced", "e = 0: a pure couple", {"e": 0}),
+        Variant("slight_tilt", "a tilt of 1e-10", {"beta": "1e-10"}),
+        Variant(
             "nearly_isotropic",
             "h = sqrt(3) r up to 1e-15: I3 - I1 nearly vanishes",
             {"r": 1, "h": "1.732050807568877"},
         ),
-        CheckVariant(
+        Variant(
             "one_bearing_free", "the couple relieves bearing A except for 1e-6", {"e": "5.163534e-4", "beta": "0.01"}
         ),
     )
@@ -97,7 +88,7 @@ class RotorDynamicBalance(Check):
 
     @staticmethod
     def _at_rest(mp: Any, p: Any, product: Any) -> tuple[Any, Any]:
-        """The correction of a rotor at rest, which is the same."""
+        """The correction of a rotor at rest, which is equal."""
         return tuple(mp.lu_solve(mp.matrix([[1, 1], [p.d, -p.d]]), mp.matrix([-p.m * p.e, product])))
 
 
@@ -109,31 +100,21 @@ class GeneralizedImpulse(Check):
         "Two uniform rods in a chain, at rest at angles th1, th2 from the downward vertical, the first on a fixed pivot, are "
         "struck by a horizontal impulse P at distance d from the joint along the second. rate: th1', th2' after the blow."
     )
-    parameter_list = (
-        Parameter("m1", "kg", 2, "mass of the first rod"),
-        Parameter("m2", "kg", 3, "mass of the second rod"),
-        Parameter("L1", "m", "0.8", "length of the first rod"),
-        Parameter("L2", "m", "1.2", "length of the second rod"),
-        Parameter("th1", "rad", "0.3", "angle of the first rod"),
-        Parameter("th2", "rad", "-0.5", "angle of the second rod"),
-        Parameter("P", "N s", 5, "impulse"),
-        Parameter("d", "m", "0.9", "distance of the impulse from the joint"),
-    )
-    domain = Domain(
-        {name: positive() for name in ("m1", "m2", "L1", "L2")}
-        | {
-            "th1": Range(typical=(-3.0, 3.0)),
-            "th2": Range(typical=(-3.0, 3.0)),
-            "d": Range(low=0.0, typical=(0.0, 10.0)),
-        },
-        (Rule("d <= L2 (the impulse strikes the rod)", lambda p: p["d"] <= p["L2"]),),
-    )
+    m1 = Parameter("kg", 2, "mass of the first rod", positive())
+    m2 = Parameter("kg", 3, "mass of the second rod", positive())
+    L1 = Parameter("m", "0.8", "length of the first rod", positive())
+    L2 = Parameter("m", "1.2", "length of the second rod", positive())
+    th1 = Parameter("rad", "0.3", "angle of the first rod", typical(-3, 3))
+    th2 = Parameter("rad", "-0.5", "angle of the second rod", typical(-3, 3))
+    P = Parameter("N s", 5, "impulse")
+    d = Parameter("m", "0.9", "distance of the impulse from the joint", nonnegative())
+    rules = (Rule("d <= L2 (the impulse strikes the rod)", lambda p: p["d"] <= p["L2"]),)
     variants = (
-        CheckVariant("hanging", "both straight down", {"th1": 0, "th2": 0}),
-        CheckVariant("percussion", "straight down, struck at 2/3 of the second rod: the first rod does not move", {"th1": 0, "th2": 0, "L2": "1.2", "d": "0.8"}),
-        CheckVariant("heavy_above", "m1 = 1e8 m2", {"m1": 10**8, "m2": 1}),
-        CheckVariant("heavy_below", "m2 = 1e8 m1, rods in line: M is nearly singular", {"m1": 1, "m2": 10**8, "th1": "0.4", "th2": "0.4"}),
-        CheckVariant("short_second", "L2 = 1e-8 L1", {"L1": 1, "L2": "1e-8", "d": "5e-9"}),
+        Variant("hanging", "both straight down", {"th1": 0, "th2": 0}),
+        Variant("percussion", "straight down, struck at 2/3 of the second rod: the first rod does not move", {"th1": 0, "th2": 0, "L2": "1.2", "d": "0.8"}),
+        Variant("heavy_above", "m1 = 1e8 m2", {"m1": 10**8, "m2": 1}),
+        Variant("heavy_below", "m2 = 1e8 m1, rods in line: M is nearly singular", {"m1": 1, "m2": 10**8, "th1": "0.4", "th2": "0.4"}),
+        Variant("short_second", "L2 = 1e-8 L1", {"L1": 1, "L2": "1e-8", "d": "5e-9"}),
     )  # fmt: skip
     guard = 60
 
@@ -143,7 +124,7 @@ class GeneralizedImpulse(Check):
         return {"first_rate": found[0], "second_rate": found[1], "energy": struck / 2}
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The first rate can vanish: its size is then that of the joint's speed due to the second rod."""
+        """The first rate can vanish: its size is then the joint's speed due to the second rod."""
         found = super().sizes(values)
         ratio = float(self.parameters["L2"] / self.parameters["L1"])
         return found | {"first_rate": found["first_rate"] + 1e-3 * ratio * found["second_rate"]}

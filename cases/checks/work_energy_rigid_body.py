@@ -1,14 +1,11 @@
 """Work, kinetic energy and power of rigid bodies: a free body, a heavy top, a sliding ball (Beatty 10.16-10.21)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from gnomon.cases.core.check import Check, CheckVariant
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.quadrature import integral
 from gnomon.reference.numerics.vectors import multiply, turn_x, turn_z
@@ -27,56 +24,57 @@ class WorkEnergyRigidBody(Check):
         "upward vertical), whose weight has the power M.w. ball_loss: energy that friction takes from a billiard ball "
         "(mass m, mu) whose contact point slides at (s0x, s0y) at first, until it rolls."
     )
-    parameter_list = (
-        *(Parameter(f"I{k}", "kg m^2", v, "principal moment") for k, v in zip("123", (1, 2, "2.5"), strict=True)),
-        *(
-            Parameter(f"w{k}", "rad/s", v, "rate at the start")
-            for k, v in zip("123", ("0.4", "1.3", "-0.7"), strict=True)
-        ),
-        *(Parameter(f"v{k}", "m/s", v, "velocity of the centre") for k, v in zip("xyz", (3, "-1.5", 7), strict=True)),
-        Parameter("m", "kg", 4, "mass"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("t", "s", "1.7", "time"),
-        Parameter("A", "kg m^2", "0.8", "transverse moment of the top about its fixed point"),
-        Parameter("C", "kg m^2", "0.3", "moment of the top about its axis"),
-        Parameter("W", "N m", 3, "weight of the top times the distance of its centre from the fixed point"),
-        Parameter("theta", "rad", "0.6", "tilt of the top at the start"),
-        Parameter("rate", "rad/s", "0.5", "theta' at the start"),
-        Parameter("p_psi", "kg m^2/s", "4.5", "momentum of the spin"),
-        Parameter("p_phi", "kg m^2/s", 4, "momentum about the vertical"),
-        Parameter("mu", "", "0.2", "coefficient of friction"),
-        Parameter("s0x", "m/s", "1.2", "sliding speed"),
-        Parameter("s0y", "m/s", "-0.5", "sliding speed"),
+    I1 = Parameter("kg m^2", 1, "principal moment", positive(3, 5))
+    I2 = Parameter("kg m^2", 2, "principal moment", positive(3, 5))
+    I3 = Parameter("kg m^2", "2.5", "principal moment", positive(3, 5))
+    w1 = Parameter("rad/s", "0.4", "rate at the start", typical(-2, 2))
+    w2 = Parameter("rad/s", "1.3", "rate at the start", typical(-2, 2))
+    w3 = Parameter("rad/s", "-0.7", "rate at the start", typical(-2, 2))
+    vx = Parameter("m/s", 3, "velocity of the centre")
+    vy = Parameter("m/s", "-1.5", "velocity of the centre")
+    vz = Parameter("m/s", 7, "velocity of the centre")
+    m = Parameter("kg", 4, "mass", positive())
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    t = Parameter("s", "1.7", "time", nonnegative(0, 3))
+    A = Parameter("kg m^2", "0.8", "transverse moment of the top about its fixed point", positive(2, 5))
+    C = Parameter("kg m^2", "0.3", "moment of the top about its axis", positive(0.5, 3))
+    W = Parameter("N m", 3, "weight of the top times the distance of its centre from the fixed point", positive(1, 20))
+    theta = Parameter(
+        "rad", "0.6", "tilt of the top at the start", Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0))
     )
-    domain = Domain(
-        {"I1": positive(3.0, 5.0), "I2": positive(3.0, 5.0), "I3": positive(3.0, 5.0), "m": positive(), "g": positive(), "mu": positive()}
-        | {f"w{k}": Range(typical=(-2.0, 2.0)) for k in "123"}
-        | {"A": positive(2.0, 5.0), "C": positive(0.5, 3.0), "W": positive(1.0, 20.0)}
-        | {"theta": Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0)), "rate": Range(typical=(-2.0, 2.0))}
-        | {name: Range(typical=(-5.0, 5.0)) for name in ("p_psi", "p_phi")}
-        | {"t": Range(low=0.0, typical=(0.0, 3.0)), "s0x": Range(typical=(-3.0, 3.0)), "s0y": Range(typical=(0.1, 3.0))},
-        (
-            Rule("the triangle inequality of I1, I2, I3", lambda p: 2 * max(p[i] for i in ("I1", "I2", "I3")) <= p["I1"] + p["I2"] + p["I3"]),
-            Rule("C <= 2 A (the triangle inequality of the top)", lambda p: p["C"] <= 2 * p["A"]),
-            Rule("p_phi differs from p_psi and -p_psi (the top passes neither pole)", lambda p: abs(p["p_phi"]) != abs(p["p_psi"])),
-            Rule("(s0x, s0y) is not zero (the ball slides)", lambda p: bool(p["s0x"] or p["s0y"])),
+    rate = Parameter("rad/s", "0.5", "theta' at the start", typical(-2, 2))
+    p_psi = Parameter("kg m^2/s", "4.5", "momentum of the spin", typical(-5, 5))
+    p_phi = Parameter("kg m^2/s", 4, "momentum about the vertical", typical(-5, 5))
+    mu = Parameter("", "0.2", "coefficient of friction", positive())
+    s0x = Parameter("m/s", "1.2", "sliding speed", typical(-3, 3))
+    s0y = Parameter("m/s", "-0.5", "sliding speed", typical(0.1, 3))
+    rules = (
+        Rule(
+            "the triangle inequality of I1, I2, I3",
+            lambda p: 2 * max(p[i] for i in ("I1", "I2", "I3")) <= p["I1"] + p["I2"] + p["I3"],
         ),
-    )  # fmt: skip
+        Rule("C <= 2 A (the triangle inequality of the top)", lambda p: p["C"] <= 2 * p["A"]),
+        Rule(
+            "p_phi differs from p_psi and -p_psi (the top passes neither pole)",
+            lambda p: abs(p["p_phi"]) != abs(p["p_psi"]),
+        ),
+        Rule("(s0x, s0y) is not zero (the ball slides)", lambda p: bool(p["s0x"] or p["s0y"])),
+    )
     variants = (
-        CheckVariant(
+        Variant(
             "middle_axis", "rotation about the middle axis, 1e-6 from it", {"w1": "1e-6", "w2": 3, "w3": 0, "t": 6}
         ),
-        CheckVariant("flat_body", "I3 = I1 + I2: all mass in a plane", {"I1": 1, "I2": 2, "I3": 3}),
-        CheckVariant(
+        Variant("flat_body", "I3 = I1 + I2: all mass in a plane", {"I1": 1, "I2": 2, "I3": 3}),
+        Variant(
             "slow_turn", "rotation has 2e-22 of the energy", {"w1": "1e-10", "w2": "2e-10", "w3": "-1e-10", "t": 2}
         ),
-        CheckVariant("apex", "at t the body is at its apex: the power vanishes", {"g": 10, "vz": 20, "t": 2}),
-        CheckVariant(
+        Variant("apex", "at t the body is at its apex: the power vanishes", {"g": 10, "vz": 20, "t": 2}),
+        Variant(
             "fast_top",
             "the work of the weight is 4e-12 of the top's energy",
             {"p_psi": 10**4, "p_phi": 9000, "t": "0.002"},
         ),
-        CheckVariant(
+        Variant(
             "top_without_spin",
             "a spherical pendulum: the work of the weight is most of its energy",
             {"p_psi": 0, "p_phi": "0.01"},

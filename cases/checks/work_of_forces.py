@@ -3,15 +3,13 @@
 Checks: work_constant_linear_coulomb, conservative_force_test.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import flint
-from gnomon.cases.core.check import Check, CheckVariant, Numbers
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.check import Numbers
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.quadrature import integral, integral_near, unit_steps
 from gnomon.reference.numerics.vectors import components, dot, square
 
@@ -25,34 +23,28 @@ class WorkConstantLinearCoulomb(Check):
         "natural length l is fixed at the origin. friction_*: a weight m g on a rough table, around a circle of radius R "
         "(`turns` times), along y = c x^2 from x = 0 to X, once around an ellipse with semi-axes a and b."
     )
-    parameter_list = (
-        *(Parameter(f"F{k}", "N", v, "constant force") for k, v in zip("xyz", (2, -1, "3.5"), strict=True)),
-        Parameter("k", "N/m", 40, "stiffness"),
-        Parameter("l", "m", "0.3", "natural length"),
-        Parameter("R", "m", "0.8", "radius of helix and circle"),
-        Parameter("p", "m", "0.5", "pitch of the helix"),
-        Parameter("phi", "rad", 5, "angle along the helix"),
-        Parameter("mu", "", "0.3", "coefficient of friction"),
-        Parameter("m", "kg", 2, "mass"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("turns", "", "2.5", "turns around the circle"),
-        Parameter("c", "1/m", "0.7", "coefficient of the parabola"),
-        Parameter("X", "m", "1.9", "end of the parabola"),
-        Parameter("a", "m", "1.5", "larger semi-axis"),
-        Parameter("b", "m", "0.4", "smaller semi-axis"),
-    )
-    domain = Domain(
-        {name: positive() for name in ("k", "R", "m", "g", "c", "X", "a", "b")}
-        | {name: Range(low=0.0, typical=(0.0, 10.0)) for name in ("l", "mu", "turns", "phi")},
-        (Rule("b <= a", lambda p: p["b"] <= p["a"]),),
-    )
+    Fx = Parameter("N", 2, "constant force")
+    Fy = Parameter("N", -1, "constant force")
+    Fz = Parameter("N", "3.5", "constant force")
+    k = Parameter("N/m", 40, "stiffness", positive())
+    l = Parameter("m", "0.3", "natural length", nonnegative())
+    R = Parameter("m", "0.8", "radius of helix and circle", positive())
+    p = Parameter("m", "0.5", "pitch of the helix")
+    phi = Parameter("rad", 5, "angle along the helix", nonnegative())
+    mu = Parameter("", "0.3", "coefficient of friction", nonnegative())
+    m = Parameter("kg", 2, "mass", positive())
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    turns = Parameter("", "2.5", "turns around the circle", nonnegative())
+    c = Parameter("1/m", "0.7", "coefficient of the parabola", positive())
+    X = Parameter("m", "1.9", "end of the parabola", positive())
+    a = Parameter("m", "1.5", "larger semi-axis", positive())
+    b = Parameter("m", "0.4", "smaller semi-axis", positive())
+    rules = (Rule("b <= a", lambda p: p["b"] <= p["a"]),)
     variants = (
-        CheckVariant(
-            "flat_ellipse", "b = 1e-8 a: the path is curved only in 1e-8 of its length", {"a": 1, "b": "1e-8"}
-        ),
-        CheckVariant("straight_parabola", "c X = 1e-10: x/2 + asinh/(4c) cancels", {"c": "1e-10", "X": 1}),
-        CheckVariant("long_helix", "1e4 rad: the work depends only on the end points", {"phi": 10000}),
-        CheckVariant(
+        Variant("flat_ellipse", "b = 1e-8 a: the path is curved only in 1e-8 of its length", {"a": 1, "b": "1e-8"}),
+        Variant("straight_parabola", "c X = 1e-10: x/2 + asinh/(4c) cancels", {"c": "1e-10", "X": 1}),
+        Variant("long_helix", "1e4 rad: the work depends only on the end points", {"phi": 10000}),
+        Variant(
             "closed",
             "nearly a whole turn without pitch: the spring's work nearly vanishes",
             {"p": 0, "phi": Fraction(6283185307179586, 10**15)},
@@ -78,7 +70,7 @@ class WorkConstantLinearCoulomb(Check):
         }
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The size of work that vanishes is that of the spring's energy or of force times radius."""
+        """Work that vanishes has the size of the spring's energy or of force times radius."""
         found = super().sizes(values)
         n = {name: float(value) for name, value in self.parameters.items()}
         force = sum(abs(n[f"F{axis}"]) for axis in "xyz")
@@ -140,34 +132,29 @@ class ConservativeForceTest(Check):
         "line: work along the straight line from A to B. potential: work of (2xy + z^3, x^2, 3xz^2), which has the potential "
         "-(x^2 y + x z^3), on a helix of radius R and unit pitch about z from angle 0 to phi; shear: circulation of (-y, 0)."
     )
-    parameter_list = (
-        Parameter("X", "m", "0.4", "centre of the circle"),
-        Parameter("Y", "m", "-0.3"),
-        Parameter("R", "m", "1.1", "radius of circle and helix"),
-        Parameter("Ax", "m", 2, "start of the line"),
-        Parameter("Ay", "m", "0.5"),
-        Parameter("Bx", "m", "-1.3", "end of the line"),
-        Parameter("By", "m", "0.9"),
-        Parameter("phi", "rad", "4.5", "angle along the helix"),
-    )
-    domain = Domain(
-        {"R": positive(), "phi": Range(low=0.0, typical=(0.0, 10.0))},
-        (
-            Rule("the circle does not pass through the origin", lambda p: p["X"] ** 2 + p["Y"] ** 2 != p["R"] ** 2),
-            Rule("the line does not pass through the origin", _off_segment),
-        ),
+    X = Parameter("m", "0.4", "centre of the circle")
+    Y = Parameter("m", "-0.3")
+    R = Parameter("m", "1.1", "radius of circle and helix", positive())
+    Ax = Parameter("m", 2, "start of the line")
+    Ay = Parameter("m", "0.5")
+    Bx = Parameter("m", "-1.3", "end of the line")
+    By = Parameter("m", "0.9")
+    phi = Parameter("rad", "4.5", "angle along the helix", nonnegative())
+    rules = (
+        Rule("the circle does not pass through the origin", lambda p: p["X"] ** 2 + p["Y"] ** 2 != p["R"] ** 2),
+        Rule("the line does not pass through the origin", _off_segment),
     )
     variants = (
-        CheckVariant(
+        Variant(
             "needle_inside", "the origin 1e-10 m inside the circle, the line 1e-10 m from it",
             {"X": 1, "Y": 0, "R": "1.0000000001", "Ax": 1, "Ay": "1e-10", "Bx": -1, "By": "1e-10"},
         ),
-        CheckVariant(
+        Variant(
             "needle_outside", "the origin 1e-10 m outside the circle, the line 1e-10 m from it on the other side",
             {"X": 1, "Y": 0, "R": "0.9999999999", "Ax": 1, "Ay": "-1e-10", "Bx": -1, "By": "-1e-10"},
         ),
-        CheckVariant("far_outside", "no turn about the origin: no work", {"X": 50}),
-        CheckVariant("long_helix", "1000 rad", {"phi": 1000}),
+        Variant("far_outside", "no turn about the origin: no work", {"X": 50}),
+        Variant("long_helix", "1000 rad", {"phi": 1000}),
     )  # fmt: skip
     natural_sizes: ClassVar[Mapping[str, float]] = {"circle": 2 * 3.141592653589793}
     guard = 40
@@ -186,7 +173,7 @@ class ConservativeForceTest(Check):
         }
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The size of the work on the helix is that of its potential."""
+        """The work on the helix has the size of its potential."""
         found = super().sizes(values)
         R, height = float(self.parameters["R"]), float(self.parameters["phi"]) / 6.283185307179586
         return found | {"potential": R**3 + R * height**3}

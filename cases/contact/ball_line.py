@@ -3,22 +3,15 @@
 Cases: three_ball_chain, newtons_cradle.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition, Values
-from gnomon.cases.core.impact_scene import ball_line
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.forms import Equations
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.impact import ball_line
 from gnomon.reference.contact.impacts import BallLine
-from gnomon.reference.numerics.precision import Number, publish, quantity, working
-from mpmath import mpf
+from gnomon.reference.numerics.precision import Number, publish, working
 
 
 def three_uniform(t: Any, state: Values, parameters: Values) -> Values:
@@ -157,47 +150,25 @@ def balls_mode(t: Any, state: Values, parameters: Values) -> str:
     return "free"
 
 
+def impacts_of(free: Equations, *pairs: tuple[Equations, Equations, Equations]) -> Hybrid:
+    """Uniform motion between impacts. `pairs`: guard, reset and nearest state on the guard of each pair of neighbours."""
+    return Hybrid(
+        modes=(Mode("free", free),),
+        start=balls_mode,
+        transitions=tuple(
+            Transition(f"impact_{i}{i + 1}", "free", guard, -1, reset, "free", onto)
+            for i, (guard, reset, onto) in enumerate(pairs, start=1)
+        ),
+    )
+
+
 class _BallLineCase(Case):
-    _FREE: Equations
-    _SCENE: ClassVar[SceneForm]
-    _PAIRS: ClassVar[tuple[tuple[Equations, Equations, Equations], ...]]
-    """Guard, reset and nearest state on the guard of each pair of neighbours."""
+    exact_motion: BallLine
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         with self._within_reach():
-            _ = self._exact.legs  # raises if three balls meet at the same time
-
-    @property
-    def _masses(self) -> tuple[Fraction, ...]:
-        raise NotImplementedError
-
-    @cached_property
-    def _exact(self) -> BallLine:
-        count = len(self.state) // 2
-        start = self.initial_state
-        return BallLine(self._masses, self.parameters["e"], start[:count], start[count:])
-
-    def motion(self) -> BallLine:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("free", self._FREE),),
-                start=balls_mode,
-                transitions=tuple(
-                    Transition(f"impact_{i}{i + 1}", "free", guard, -1, reset, "free", onto)
-                    for i, (guard, reset, onto) in enumerate(self._PAIRS, start=1)
-                ),
-                settle=1e-9 * self.time_scale,
-            ),
-        )
-
-    @property
-    def scene(self) -> SceneForm:
-        return self._SCENE
+            _ = self.exact_motion.legs  # raises if three balls meet at the same time
 
     @property
     def time_scale(self) -> float:
@@ -209,16 +180,11 @@ class _BallLineCase(Case):
 
     def natural_span(self) -> Number:
         """A third longer than the time until the last impact."""
-        return float(BallLine(*self._numbers).legs[-1].time) * 4 / 3 or self.time_scale
+        return float(self.exact_motion.legs[-1].time) * 4 / 3 or self.time_scale
 
-    @property
-    def _numbers(self) -> tuple[Any, ...]:
-        count = len(self.state) // 2
-        return self._masses, self.parameters["e"], self.initial_state[:count], self.initial_state[count:]
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """One for each impact, named by the balls."""
-        found, legs = [], self._exact.legs
+        found, legs = [], self.exact_motion.legs
 
         def published(values: tuple[Fraction, ...]) -> tuple[Any, ...]:
             with working(digits + 5) as mp:
@@ -237,21 +203,10 @@ class _BallLineCase(Case):
     def same_course(self, other: Case) -> bool:
         return [event.name for event in other.events()] == [event.name for event in self.events()]
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        lost = sum((motion.energy_lost(n) for n in range(1, len(motion.legs))), Fraction(0))
-        return {
-            "impacts": mpf(len(motion.legs) - 1),
-            "energy_lost": motion._quantity(digits, lambda mp: mp.mpf(lost)),
-            "last_speed": motion._quantity(digits, lambda mp: mp.mpf(motion.legs[-1].velocities[-1])),
-        }
-
-
-def _line(count: int) -> tuple[Coordinate, ...]:
-    return (
-        *(Coordinate(f"x{n}", "m", "length") for n in range(1, count + 1)),
-        *(Coordinate(f"v{n}", "m/s", "velocity") for n in range(1, count + 1)),
-    )
+    def derived(self, digits: int) -> dict[str, Any]:
+        motion, legs = self.exact_motion, self.exact_motion.legs
+        lost = sum((motion.energy_lost(n) for n in range(1, len(legs))), Fraction(0))
+        return {"impacts": len(legs) - 1, "energy_lost": lost, "last_speed": legs[-1].velocities[-1]}
 
 
 def _ordered(count: int) -> Rule:
@@ -278,27 +233,24 @@ class ThreeBallChain(_BallLineCase):
         "Coordinates are shifted so that touching neighbours have equal ones. The third ball leaves fastest if "
         "m2 = sqrt(m1 m3); each impact loses (1 - e^2)/2 of the reduced mass times the squared speed of approach."
     )
-    state = _line(3)
-    parameter_list = (
-        Parameter("m1", "kg", 4, "mass of the striking ball"),
-        Parameter("m2", "kg", 2, "mass of the middle ball"),
-        Parameter("m3", "kg", 1, "mass of the last ball"),
-        Parameter("e", "1", "0.8", "coefficient of restitution"),
-    )
-    default_state = (0, 1, 2, 1, 0, 0)
-    domain = Domain(
-        {name: positive(0.5, 4.0) for name in ("m1", "m2", "m3")}
-        | {"e": Range(low=0.2, high=1.0, typical=(0.5, 1.0))}
-        | {"x1": Range(typical=(-0.5, 0.2)), "x2": Range(typical=(0.5, 1.0)), "x3": Range(typical=(1.5, 2.0))}
-        | {"v1": Range(typical=(0.5, 2.0)), "v2": Range(typical=(-0.3, 0.3)), "v3": Range(typical=(-0.3, 0.3))},
-        (
-            _ordered(3),
-            Rule(
-                "(1 + e)^2 m1 m3 <= 3.996 e (m1 + m2)(m2 + m3) (at most 100 impacts; from 4 e on infinitely many)",
-                _at_most_100_impacts,
-            ),
+    x1 = Coordinate("m", 0, typical(-0.5, 0.2))
+    x2 = Coordinate("m", 1, typical(0.5, 1))
+    x3 = Coordinate("m", 2, typical(1.5, 2))
+    v1 = Coordinate("m/s", 1, typical(0.5, 2))
+    v2 = Coordinate("m/s", 0, typical(-0.3, 0.3))
+    v3 = Coordinate("m/s", 0, typical(-0.3, 0.3))
+    m1 = Parameter("kg", 4, "mass of the striking ball", positive(0.5, 4))
+    m2 = Parameter("kg", 2, "mass of the middle ball", positive(0.5, 4))
+    m3 = Parameter("kg", 1, "mass of the last ball", positive(0.5, 4))
+    e = Parameter("1", "0.8", "coefficient of restitution", Range(low=0.2, high=1.0, typical=(0.5, 1.0)))
+    rules = (
+        _ordered(3),
+        Rule(
+            "(1 + e)^2 m1 m3 <= 3.996 e (m1 + m2)(m2 + m3) (at most 100 impacts; from 4 e on infinitely many)",
+            _at_most_100_impacts,
         ),
     )
+    exact_motion = bind(BallLine, masses="m1 m2 m3", places="x1 x2 x3", velocities="v1 v2 v3")
     variants = (
         Variant("elastic", "e = 1: energy is constant through both impacts", {"e": 1}),
         Variant(
@@ -309,20 +261,13 @@ class ThreeBallChain(_BallLineCase):
         Variant("close", "1e-9 m between the last two: impacts 1e-9 s apart", {}, (0, 1, 1.000000001, 1, 0, 0)),
         Variant("light_last", "m3 = 1e-9 kg: leaves at nearly (1 + e)^2 m1/(m1 + m2) v1", {"m3": "1e-9"}),
     )
-    invariants: ClassVar = {"energy": Invariant(chain_kinetic, "decays"), "momentum": Invariant(chain_momentum)}
-    _FREE = staticmethod(three_uniform)
-    _SCENE = ball_line(lambda parameters: parameters[:3], lambda parameters: parameters[3])
-    _PAIRS = ((gap_12, impact_12, touching_12), (gap_23, impact_23, touching_23))
+    invariants = decaying(energy=chain_kinetic) | conserved(momentum=chain_momentum)
+    scene = ball_line(lambda parameters: parameters[:3], lambda parameters: parameters[3])
+    forms = (impacts_of(three_uniform, (gap_12, impact_12, touching_12), (gap_23, impact_23, touching_23)),)
 
-    @property
-    def _masses(self) -> tuple[Fraction, ...]:
-        return self.parameter_values()[:3]
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`best_m2`: the middle mass with which the last ball is fastest, for one impact of each pair (kg)."""
-        product = self.parameters["m1"] * self.parameters["m3"]
-        best = quantity(digits, lambda mp: mp.sqrt(mp.mpf(product)))
-        return super().quantities(digits) | {"best_m2": best}
+        return super().derived(digits) | {"best_m2": lambda mp: mp.sqrt(mp.mpf(self.m1 * self.m3))}
 
 
 class NewtonsCradle(_BallLineCase):
@@ -333,16 +278,19 @@ class NewtonsCradle(_BallLineCase):
         "One stroke of the cradle, along the line at the lowest point: five equal balls, a little apart. Coordinates are "
         "shifted so that touching neighbours have equal ones. If e = 1, as many balls leave as arrive."
     )
-    state = _line(5)
-    parameter_list = (Parameter("e", "1", 1, "coefficient of restitution"),)
-    default_state = (0, "0.5", "0.75", 1, "1.125", 1, 0, 0, 0, 0)
-    domain = Domain(
-        {"e": Range(low=0.2, high=1.0, typical=(0.8, 1.0))}
-        | {f"x{n}": Range(typical=(n - 0.3, n + 0.3)) for n in range(1, 6)}
-        | {f"v{n}": Range(typical=(-0.2, 0.2)) for n in range(2, 6)}
-        | {"v1": Range(typical=(0.5, 2.0))},
-        (_ordered(5),),
-    )
+    x1 = Coordinate("m", 0, typical(0.7, 1.3))
+    x2 = Coordinate("m", "0.5", typical(1.7, 2.3))
+    x3 = Coordinate("m", "0.75", typical(2.7, 3.3))
+    x4 = Coordinate("m", 1, typical(3.7, 4.3))
+    x5 = Coordinate("m", "1.125", typical(4.7, 5.3))
+    v1 = Coordinate("m/s", 1, typical(0.5, 2))
+    v2 = Coordinate("m/s", 0, typical(-0.2, 0.2))
+    v3 = Coordinate("m/s", 0, typical(-0.2, 0.2))
+    v4 = Coordinate("m/s", 0, typical(-0.2, 0.2))
+    v5 = Coordinate("m/s", 0, typical(-0.2, 0.2))
+    e = Parameter("1", 1, "coefficient of restitution", Range(low=0.2, high=1.0, typical=(0.8, 1.0)))
+    rules = (_ordered(5),)
+    exact_motion = bind(lambda c: BallLine((Fraction(1),) * 5, c.e, c.initial_state[:5], c.initial_state[5:]))
     variants = (
         Variant("two_balls", "two arrive, two leave: 6 impacts", {}, (0, "0.25", 1, "1.5", 2, 1, 1, 0, 0, 0)),
         Variant(
@@ -354,13 +302,14 @@ class NewtonsCradle(_BallLineCase):
         Variant("lossy", "e = 0.75: many impacts, in the end all balls move", {"e": "0.75"}),
         Variant("both_sides", "one from each end: they meet in the middle", {}, (0, 1, 2, 3, "3.75", 1, 0, 0, 0, -1)),
     )
-    invariants: ClassVar = {"energy": Invariant(cradle_kinetic, "decays"), "momentum": Invariant(cradle_momentum)}
-    _masses = (Fraction(1),) * 5
-    _FREE = staticmethod(five_uniform)
-    _SCENE = ball_line(lambda parameters: (1.0,) * 5, lambda parameters: parameters[0])
-    _PAIRS = (
-        (cradle_gap_1, cradle_hit_1, cradle_touch_1),
-        (cradle_gap_2, cradle_hit_2, cradle_touch_2),
-        (cradle_gap_3, cradle_hit_3, cradle_touch_3),
-        (cradle_gap_4, cradle_hit_4, cradle_touch_4),
+    invariants = decaying(energy=cradle_kinetic) | conserved(momentum=cradle_momentum)
+    scene = ball_line(lambda parameters: (1.0,) * 5, lambda parameters: parameters[0])
+    forms = (
+        impacts_of(
+            five_uniform,
+            (cradle_gap_1, cradle_hit_1, cradle_touch_1),
+            (cradle_gap_2, cradle_hit_2, cradle_touch_2),
+            (cradle_gap_3, cradle_hit_3, cradle_touch_3),
+            (cradle_gap_4, cradle_hit_4, cradle_touch_4),
+        ),
     )

@@ -1,17 +1,12 @@
 """A ballistic pendulum: the bullet's speed follows from the height of the swing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
-from functools import cached_property
 from math import sin, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.pendulums.blow_scene import BALLISTIC
+from gnomon.cases.core.scene import Body, Contact, Hinge, Readings, Scene, SceneForm, Slider
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.two_masses import NO_INERTIA
 from gnomon.reference.contact.ballistic_pendulum import BallisticPendulum
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
@@ -56,6 +51,34 @@ def _number(value: Fraction) -> Callable[[Any], Any]:
     return lambda mp: mp.mpf(value)
 
 
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+ACROSS = (0.0, -1.0, 0.0)
+"""The hinge axis about which a positive angle turns a hanging body towards +x."""
+
+
+def ballistic_scene(state: Values, parameters: Values) -> Scene:
+    """The bullet moves on a rail without weight until it sticks to the block (token `adhesion`)."""
+    x, theta, u, omega = state
+    g, length, m, M = parameters
+    bodies = (Body("bullet", m, NO_INERTIA), Body("block", M, NO_INERTIA))
+    pivot = Hinge("pivot", "block", ORIGIN, ACROSS, (0.0, 0.0, -length), theta, omega)
+    barrel = Slider("barrel", "bullet", (0.0, 0.0, -length), (1.0, 0.0, 0.0), x, u)
+    contact = Contact("bullet", (1.0, 0.0, 0.0), partner="block")
+    return Scene((0.0, 0.0, -g), bodies, hinges=(pivot,), sliders=(barrel,), contacts=(contact,))
+
+
+def ballistic_reading(readings: Readings, parameters: Values) -> Values:
+    (x, u), (theta, omega) = readings.joints["barrel"], readings.joints["pivot"]
+    return x, theta, u, omega
+
+
+BALLISTIC = SceneForm(
+    ballistic_scene, ballistic_reading, frozenset({"hinge", "slider", "body_contact", "adhesion"}), conservative=False
+)
+
+
 class BallisticPendulumCase(Case):
     name = "ballistic_pendulum"
     title = "Ballistic pendulum: an impulsive impact, then the exact swing"
@@ -64,31 +87,17 @@ class BallisticPendulumCase(Case):
         "-x is the bullet's distance from the block, which hangs at rest; x is 0 after the impact; theta from the downward "
         "vertical. The block is a point on a massless rod of length L; the bullet's weight counts after the impact."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("u", "m/s", "velocity"),
-        Coordinate("omega", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("L", "m", 2, "length of the rod"),
-        Parameter("m", "kg", "0.01", "mass of the bullet"),
-        Parameter("M", "kg", "1.99", "mass of the block"),
-    )
-    default_state = (-10, 0, 400, 0)
-    domain = Domain(
-        {
-            "g": positive(1.0, 10.0),
-            "L": positive(0.5, 3.0),
-            "m": positive(0.01, 0.1),
-            "M": positive(0.5, 3.0),
-            "x": Range(high=0.0, high_open=True, typical=(-20.0, -1.0)),
-            "theta": Range(low=0.0, high=0.0, typical=(0.0, 0.0)),
-            "u": positive(50.0, 300.0),
-            "omega": Range(low=0.0, high=0.0, typical=(0.0, 0.0)),
-        }
-    )
+    x = Coordinate("m", -10, Range(high=0.0, high_open=True, typical=(-20.0, -1.0)))
+    theta = Coordinate("rad", 0, Range(low=0.0, high=0.0, typical=(0.0, 0.0)))
+    u = Coordinate("m/s", 400, positive(50, 300))
+    omega = Coordinate("rad/s", 0, Range(low=0.0, high=0.0, typical=(0.0, 0.0)))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    L = Parameter("m", 2, "length of the rod", positive(0.5, 3))
+    m = Parameter("kg", "0.01", "mass of the bullet", positive(0.01, 0.1))
+    M = Parameter("kg", "1.99", "mass of the block", positive(0.5, 3))
+    exact_motion = bind(BallisticPendulum, length="L")
+    quantity_names = ("rate", "rise", "energy_lost", "swing_angle=swing.amplitude")
+    """`rise`: the height that the block reaches (m); the bullet's speed is (m + M)/m sqrt(2 g rise)."""
     variants = (
         Variant(
             "slow", "a slow bullet as heavy as the block: half of the energy remains", {"m": 1, "M": 1}, (-3, 0, 4, 0)
@@ -102,57 +111,35 @@ class BallisticPendulumCase(Case):
         ),
         Variant("light_bullet", "m/M = 1e-9 at 1e6 m/s: swings by 0.2 mrad", {"m": "2e-9"}, (-(10**5), 0, 10**6, 0)),
     )
-    invariants: ClassVar = {"energy": Invariant(bullet_energy, "decays")}
+    invariants = decaying(energy=bullet_energy)
     scene = BALLISTIC
-
-    @cached_property
-    def _exact(self) -> BallisticPendulum:
-        x, _, u, _ = self.initial_state
-        g, length, m, M = self.parameter_values()
-        return BallisticPendulum(g, length, m, M, x, u)
-
-    def motion(self) -> BallisticPendulum:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("flight", bullet_flies), Mode("swing", bullet_flies)),
-                start=bullet_mode,
-                transitions=(Transition("impact", "flight", bullet_distance, 1, bullet_sticks, "swing", at_the_block),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"swing"}),
-            ),
-        )
+    forms = (
+        Hybrid(
+            modes=(Mode("flight", bullet_flies), Mode("swing", bullet_flies)),
+            start=bullet_mode,
+            transitions=(Transition("impact", "flight", bullet_distance, 1, bullet_sticks, "swing", at_the_block),),
+            terminal=frozenset({"swing"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """sqrt(L/g), the time of the flight, or of a radian of the swing, whichever is shortest."""
-        length, g = float(self.parameters["L"]), float(self.parameters["g"])
-        return min(sqrt(length / g), float(self._exact.impact_time), 1 / float(self._exact.rate))
+        length, g = float(self.L), float(self.g)
+        return min(sqrt(length / g), float(self.exact_motion.impact_time), 1 / float(self.exact_motion.rate))
 
     def natural_span(self) -> Number:
-        """2.37 periods after the impact; 4 sqrt(L/g) if there is no period."""
-        swing = self._exact.swing
-        small = sqrt(float(self.parameters["L"] / self.parameters["g"]))
+        """2.37 periods after the impact; 4 sqrt(L/g) without a period."""
+        swing = self.exact_motion.swing
+        small = sqrt(float(self.L / self.g))
         after = 4 * small if swing.regime == Pendulum.SEPARATRIX else 2.37 * float(swing.period())
-        return float(self._exact.impact_time) + after
+        return float(self.exact_motion.impact_time) + after
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion = self._exact
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion = self.exact_motion
         if motion.impact_time > self.span:
             return ()
         with working(digits + 5) as mp:
             time, u, omega = publish(map(mp.mpf, (motion.impact_time, motion.u, motion.rate)), digits)
         zero = mpf(0)
         return (Event(time, "impact", (zero, zero, u, zero), (zero, zero, zero, omega)),)
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`rise`: the height that the block reaches (m); the bullet's speed is (m + M)/m sqrt(2 g rise)."""
-        motion = self._exact
-        g, length, _, _ = self.parameter_values()
-        rise = min((motion.rate * length) ** 2 / (2 * g), 2 * length)
-        exact = {"rate": motion.rate, "rise": rise, "energy_lost": motion.energy_lost}
-        found = {name: motion._quantity(digits, _number(value)) for name, value in exact.items()}
-        return found | {"swing_angle": motion.swing.amplitude(digits)}

@@ -1,19 +1,14 @@
 """The billiard ball: oblique sliding with spin, then rolling."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Mapping
-from functools import cached_property
 from math import sqrt
-from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.contact.billiard_ball_scene import SCENE
-from gnomon.cases.core.case import Case, Event, Floats, Invariant, Level, Variant
-from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.case import Floats
+from gnomon.cases.core.forms import Equations
+from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
+from gnomon.cases.scenes.billiard_ball import SCENE
 from gnomon.reference.contact.billiard_ball import BilliardBall
 from gnomon.reference.numerics.precision import Number
 
@@ -69,7 +64,7 @@ def slip_mode(t: Any, state: Values, parameters: Values) -> str:
     return "slide_north" if sy > 0 else "slide_south"
 
 
-def until_it_rolls(sliding: Equations, rolling: Equations, start: Equations, settle: float) -> Hybrid:
+def until_it_rolls(sliding: Equations, rolling: Equations, start: Equations) -> Hybrid:
     """Sliding in four modes, by the axis nearest to the slip, then rolling."""
     axes = {"east": (1.0, 0.0), "west": (-1.0, 0.0), "north": (0.0, 1.0), "south": (0.0, -1.0)}
     guards = {"east": (slip_east, -1), "west": (slip_east, 1), "north": (slip_north, -1), "south": (slip_north, 1)}
@@ -80,7 +75,6 @@ def until_it_rolls(sliding: Equations, rolling: Equations, start: Equations, set
             Transition(f"rolls_{way}", f"slide_{way}", guard, direction, start, "roll")
             for way, (guard, direction) in guards.items()
         ),
-        settle=settle,
         terminal=frozenset({"roll"}),
     )
 
@@ -99,28 +93,17 @@ class BilliardBallCase(Case):
     conventions = (
         "z up; a solid sphere, I = (2/5) m R^2; w in space; no friction against the spin wz, no rolling friction."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-        *(Coordinate(f"w{axis}", "rad/s", "angular velocity") for axis in "xyz"),
-    )
-    parameter_list = (
-        Parameter("R", "m", "0.03", "radius"),
-        Parameter("mu", "1", "0.2", "coefficient of friction"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-    )
-    default_state = (0, 0, 2, "0.5", 20, -30, 10)
-    domain = Domain(
-        {
-            "R": positive(0.02, 0.5),
-            "mu": Range(low=0.0, typical=(0.0, 1.0)),
-            "g": positive(1.0, 15.0),
-            **{name: Range(typical=(-3.0, 3.0)) for name in ("x", "y", "vx", "vy")},
-            **{name: Range(typical=(-30.0, 30.0)) for name in ("wx", "wy", "wz")},
-        }
-    )
+    x = Coordinate("m", 0, typical(-3, 3))
+    y = Coordinate("m", 0, typical(-3, 3))
+    vx = Coordinate("m/s", 2, typical(-3, 3))
+    vy = Coordinate("m/s", "0.5", typical(-3, 3))
+    wx = Coordinate("rad/s", 20, typical(-30, 30))
+    wy = Coordinate("rad/s", -30, typical(-30, 30))
+    wz = Coordinate("rad/s", 10, typical(-30, 30))
+    R = Parameter("m", "0.03", "radius", positive(0.02, 0.5))
+    mu = Parameter("1", "0.2", "coefficient of friction", nonnegative(0, 1))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 15))
+    exact_motion = bind(BilliardBall)
     variants = (
         Variant("draw", "back spin: stops, then rolls back", initial_state=(0, 0, 1, 0, 0, -150, 0)),
         Variant("masse", "side spin bends the path", initial_state=(0, 0, 1, 0, -100, 40, 50)),
@@ -141,49 +124,39 @@ class BilliardBallCase(Case):
             2,
         ),
     )
-    invariants: ClassVar[Mapping[str, Invariant]] = {"energy": Invariant(ball_energy, "decays")}
+    invariants = decaying(energy=ball_energy)
+    forms = (until_it_rolls(ball_sliding, ball_rolling, start_rolling),)
     scene = SCENE
-
-    @cached_property
-    def _exact(self) -> BilliardBall:
-        return BilliardBall(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> BilliardBall:
-        return self._exact
 
     @property
     def _ends(self) -> bool:
         """Whether the ball slides at first and rolls later."""
-        return self._exact.slides and self._exact.will_roll
+        return self.exact_motion.slides and self.exact_motion.will_roll
 
     @property
     def time_scale(self) -> float:
         """The duration of sliding, at least the time of a fall through the radius."""
-        fall = math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
-        return max(fall, float(self._exact.rolling_time())) if self._ends else fall
+        fall = math.sqrt(float(self.R / self.g))
+        return max(fall, float(self.exact_motion.rolling_time())) if self._ends else fall
 
     def natural_span(self) -> Number:
         """2.3 times the duration of sliding; 20 time scales without sliding."""
         return (2.3 if self._ends else 20) * self.time_scale
 
     @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (until_it_rolls(ball_sliding, ball_rolling, start_rolling, 1e-9 * self.time_scale),)
-
-    @property
     def hierarchy(self) -> tuple[Level, ...]:
         """Uniform deceleration against the initial slip without end: like a throw, with axes along and across the slip."""
-        sx, sy = map(float, self._exact.slip)
+        sx, sy = map(float, self.exact_motion.slip)
         size = math.hypot(sx, sy)
         if not size:
             return ()
-        along, radius = (sx / size, sy / size), float(self.parameters["R"])
+        along, radius = (sx / size, sy / size), float(self.R)
         start = np.array([float(x) for x in self.initial_state])
         turn = np.array([[-along[1], along[0]], along])
         thrown = ProjectileParabola(
             initial_state=[*(turn @ start[:2]).tolist(), *(turn @ start[2:4]).tolist()],
             span=self.span,
-            g=self.parameters["mu"] * self.parameters["g"],
+            g=self.mu * self.g,
         )
 
         def spun(states: Floats) -> Floats:
@@ -194,26 +167,19 @@ class BilliardBallCase(Case):
 
         return (Level(thrown, spun, "sliding only, in the initial direction of the slip"),)
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """The end of sliding."""
-        if not self._ends or self._exact.rolling_time(20) > self.span:
+        if not self._ends or self.exact_motion.rolling_time(20) > self.span:
             return ()
-        there = self._exact.rolling_state(digits)
+        there = self.exact_motion.rolling_state(digits)
         mode = slip_mode(0, self.initial_state, self.parameter_values())
-        return (Event(self._exact.rolling_time(digits), mode.replace("slide", "rolls"), there, there),)
+        return (Event(self.exact_motion.rolling_time(digits), mode.replace("slide", "rolls"), there, there),)
 
     def same_course(self, other: Case) -> bool:
         mine, theirs = (slip_mode(0, case.initial_state, case.parameter_values()) for case in (self, other))
         return mine == theirs
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
         """`energy_loss`: per unit mass (J/kg)."""
-        if not self._ends:
-            return {}
-        state = self._exact.rolling_state(digits)
-        return {
-            "rolling_time": self._exact.rolling_time(digits),
-            "rolling_vx": state[2],
-            "rolling_vy": state[3],
-            "energy_loss": self._exact.energy_loss(digits),
-        }
+        return ("rolling_time", "rolling_vx rolling_vy=rolling_velocity", "energy_loss") if self._ends else ()

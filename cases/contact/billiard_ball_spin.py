@@ -3,14 +3,9 @@
 Cases: billiard_ball_attitude, billiard_ball_drill.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Mapping
-from fractions import Fraction
 from functools import cached_property
 from math import sqrt
-from typing import Any, ClassVar
 
 from gnomon.cases.contact.billiard_ball import (
     BilliardBallCase,
@@ -21,11 +16,9 @@ from gnomon.cases.contact.billiard_ball import (
     start_rolling,
     until_it_rolls,
 )
-from gnomon.cases.contact.billiard_ball_scene import ATTITUDE_SCENE, DRILL_SCENE
-from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import FirstOrder, Hybrid, Values
-from gnomon.cases.core.numbers import Domain, Parameter, Rule, positive, show
-from gnomon.cases.rigid_bodies.euler_top import ORTHOGONAL, EulerTopCase
+from gnomon.cases.core.numbers import show
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.billiard_ball import ATTITUDE_SCENE, DRILL_SCENE
 from gnomon.reference.contact.billiard_ball_attitude import MOST_TURN, BilliardAttitude
 from gnomon.reference.contact.billiard_ball_drill import DrillingBall
 from gnomon.reference.numerics.precision import Number
@@ -89,24 +82,44 @@ class BilliardBallAttitude(Case):
         "As billiard_ball; w in space; R, row by row, takes body components to space, R' = hat(w) R. R(0) need not be "
         "orthogonal."
     )
-    state = (*BilliardBallCase.state, *EulerTopCase.state[3:])
-    parameter_list = BilliardBallCase.parameter_list
-    default_state = (*BilliardBallCase.default_state, *IDENTITY)
-    domain = Domain(
-        dict(BilliardBallCase.domain.ranges) | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)}
-    )
-    variants = tuple(
+    x = Coordinate("m", 0, typical(-3, 3))
+    y = Coordinate("m", 0, typical(-3, 3))
+    vx = Coordinate("m/s", 2, typical(-3, 3))
+    vy = Coordinate("m/s", "0.5", typical(-3, 3))
+    wx = Coordinate("rad/s", 20, typical(-30, 30))
+    wy = Coordinate("rad/s", -30, typical(-30, 30))
+    wz = Coordinate("rad/s", 10, typical(-30, 30))
+    attitude = Attitude()
+    R = Parameter("m", "0.03", "radius", positive(0.02, 0.5))
+    mu = Parameter("1", "0.2", "coefficient of friction", nonnegative(0, 1))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 15))
+    exact_motion = bind(lambda c: BilliardAttitude(c._plain.exact_motion, c.initial_state[7:]))
+    variants = (
         Variant(
-            variant.name,
-            f"{variant.stresses}; the axis of rotation moves",
-            variant.parameters,
-            (*(variant.initial_state or BilliardBallCase.default_state), *IDENTITY),
-            variant.span,
-        )
-        for variant in BilliardBallCase.variants
-        if variant.name in ("draw", "masse", "dead_stop", "rolls")
+            "draw",
+            "back spin: stops, then rolls back; the axis of rotation moves",
+            initial_state=(0, 0, 1, 0, 0, -150, 0, *IDENTITY),
+        ),
+        Variant(
+            "masse",
+            "side spin bends the path; the axis of rotation moves",
+            initial_state=(0, 0, 1, 0, -100, 40, 50, *IDENTITY),
+        ),
+        Variant(
+            "dead_stop",
+            "spin and speed balance: ends exactly at rest; the axis of rotation moves",
+            {"R": "0.03125"},
+            (0, 0, 1, 0, 0, -80, 0, *IDENTITY),
+        ),
+        Variant(
+            "rolls",
+            "rolls from the start; the axis of rotation moves",
+            {"R": "0.03125"},
+            (0, 0, 1, 0, 0, 32, 5, *IDENTITY),
+        ),
     )
-    invariants: ClassVar[Mapping[str, Invariant]] = {"energy": Invariant(turning_energy, "decays")}
+    invariants = decaying(energy=turning_energy)
+    forms = (until_it_rolls(sliding_and_turning, rolling_and_turning, start_rolling),)
     scene = ATTITUDE_SCENE
 
     @cached_property
@@ -114,26 +127,19 @@ class BilliardBallAttitude(Case):
         named: dict[str, Any] = dict(self.parameters)
         return BilliardBallCase(initial_state=self.initial_state[:7], span=1, **named)
 
-    @cached_property
-    def _exact(self) -> BilliardAttitude:
-        return BilliardAttitude(self._plain._exact, self.initial_state[7:])
-
-    def motion(self) -> BilliardAttitude:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
-        """That of billiard_ball, or the time of a radian of the fastest rotation if that is shorter."""
+        """The time scale of billiard_ball, or the time of a radian of the fastest rotation if that is shorter."""
         scale, rate = self._plain.time_scale, math.hypot(*map(float, self.initial_state[4:7]))
         if self._plain._ends:
-            rate = max(rate, math.hypot(*map(float, self._plain._exact.rolling_state()[4:7])))
+            rate = max(rate, math.hypot(*map(float, self._plain.exact_motion.rolling_state()[4:7])))
         return min(scale, 1 / rate) if rate else scale
 
     def natural_span(self) -> Number:
-        """That of billiard_ball. Raises ArithmeticError if the ball turns further in it than the exact motion can follow."""
+        """The span of billiard_ball. Raises ArithmeticError if the ball turns further in it than the exact motion can follow."""
         span = float(self._plain.natural_span())
         mu, g, radius = (self.parameters[name] for name in ("mu", "g", "R"))
-        slid = min(span, float(self._plain._exact.rolling_time())) if self._plain._ends else 0.0
+        slid = min(span, float(self._plain.exact_motion.rolling_time())) if self._plain._ends else 0.0
         turn = math.hypot(*map(float, self.initial_state[4:7])) * slid + 5 * float(mu * g / radius) * slid * slid
         if turn > MOST_TURN:
             raise ArithmeticError(
@@ -142,15 +148,11 @@ class BilliardBallAttitude(Case):
             )
         return span
 
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (until_it_rolls(sliding_and_turning, rolling_and_turning, start_rolling, 1e-9 * self.time_scale),)
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion = self._plain._exact
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion = self._plain.exact_motion
         if not self._plain._ends or motion.rolling_time(20) > self.span:
             return ()
-        there = self._exact.rolling_state(digits)
+        there = self.exact_motion.rolling_state(digits)
         mode = slip_mode(0, self.initial_state[:7], self.parameter_values())
         return (Event(motion.rolling_time(digits), mode.replace("slide", "rolls"), there, there),)
 
@@ -160,11 +162,6 @@ class BilliardBallAttitude(Case):
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         return self._plain.quantities(digits)
-
-
-def _motion(n: Mapping[str, Fraction]) -> DrillingBall:
-    names = ("R", "mu", "g", "rho", "x", "y", "vx", "vy", "wx", "wy", "wz")
-    return DrillingBall(*(n[name] for name in names))
 
 
 class BilliardBallDrill(Case):
@@ -177,65 +174,50 @@ class BilliardBallDrill(Case):
         "(Zhuravlev's quotients for Contensou's integrals, with one length). Slip and wz end together; the span ends "
         "before."
     )
-    state = BilliardBallCase.state
-    parameter_list = (
-        *BilliardBallCase.parameter_list,
-        Parameter("rho", "m", "0.012", "effective radius of the patch of contact, as on a soft cloth"),
+    x = Coordinate("m", 0, typical(-3, 3))
+    y = Coordinate("m", 0, typical(-3, 3))
+    vx = Coordinate("m/s", 2, typical(-3, 3))
+    vy = Coordinate("m/s", "0.5", typical(-3, 3))
+    wx = Coordinate("rad/s", 20, typical(-30, 30))
+    wy = Coordinate("rad/s", -30, typical(-30, 30))
+    wz = Coordinate("rad/s", 80, typical(-30, 30))
+    R = Parameter("m", "0.03", "radius", positive(0.02, 0.05))
+    mu = Parameter("1", "0.2", "coefficient of friction", positive(0.1, 1))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 15))
+    rho = Parameter("m", "0.012", "effective radius of the patch of contact, as on a soft cloth", positive(0.01, 0.02))
+    rules = (
+        Rule("the ball drills (wz is not 0; else see billiard_ball)", lambda n: n["wz"] != 0),
+        Rule("the ball slides at the start (the slip is not 0)", lambda n: any(BilliardBallDrill.motion_of(n).slip)),
     )
-    default_state = (0, 0, 2, "0.5", 20, -30, 80)
-    domain = Domain(
-        dict(BilliardBallCase.domain.ranges)
-        | {"R": positive(0.02, 0.05), "mu": positive(0.1, 1.0), "rho": positive(0.01, 0.02)},
-        (
-            Rule("the ball drills (wz is not 0; else see billiard_ball)", lambda n: n["wz"] != 0),
-            Rule("the ball slides at the start (the slip is not 0)", lambda n: any(_motion(n).slip)),
-        ),
-    )
+    exact_motion = bind(DrillingBall)
+    default_span = Span(0.9, lambda motion: motion.end_time())
+    quantity_names = ("end_time", "final_vx final_vy=final_velocity")
+    """`end_time`: when sliding and drilling end (s); then the ball rolls with the final velocity."""
     variants = (
         Variant("little", "rho = R/3e4: as billiard_ball except in the last 1e-4 of the slip", {"rho": "1e-6"}, span="0.4"),
         Variant("top", "spins about the vertical, hardly slides", initial_state=(0, 0, "0.01", 0, 0, 0, 150)),
         Variant("masse", "side spin bends the path longer than without drilling friction", initial_state=(0, 0, 1, 0, -100, 40, 200)),
-        Variant("to_the_end", "over 0.99 of the time until all friction ends", initial_state=(0, 0, 1, 0, 0, 0, 50)),
+        Variant("to_the_end", "over 0.99 of the time until all friction ends", initial_state=(0, 0, 1, 0, 0, 0, 50), periods=0.99),
     )  # fmt: skip
-    invariants: ClassVar[Mapping[str, Invariant]] = {
-        "energy": Invariant(ball_energy, "decays"),
-        "velocity_x": Invariant(kept_velocity_x),
-        "velocity_y": Invariant(kept_velocity_y),
-    }
+    invariants = decaying(energy=ball_energy) | conserved(velocity_x=kept_velocity_x, velocity_y=kept_velocity_y)
     forms = (FirstOrder(drilling_ball),)
     scene = DRILL_SCENE
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
-        end = float(self._exact.end_time())
+        end = float(self.exact_motion.end_time())
         if self.span >= end:
             raise ValueError(
                 f"{self.name}: span = {show(self.span)} s: the ball neither slides nor drills from t = {end:.9g} s on; "
                 "give a span below"
             )
 
-    @cached_property
-    def _exact(self) -> DrillingBall:
-        return _motion(self.numbers)
-
-    def motion(self) -> DrillingBall:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
-        """The time in which the slip would end without drilling, at least that of a fall through the radius."""
+        """The time in which the slip would end without drilling, at least the time of a fall through the radius."""
         n = self.parameters
-        slide = 2 * math.hypot(*map(float, self._exact.slip)) / (7 * float(n["mu"] * n["g"]))
+        slide = 2 * math.hypot(*map(float, self.exact_motion.slip)) / (7 * float(n["mu"] * n["g"]))
         return max(slide, math.sqrt(float(n["R"] / n["g"])))
-
-    def natural_span(self) -> Number:
-        """0.9 of the time until all friction ends."""
-        return (0.99 if self.variant == "to_the_end" else 0.9) * float(self._exact.end_time())
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`end_time`: when sliding and drilling end (s); then the ball rolls with the final velocity."""
-        vx, vy = self._exact.final_velocity(digits)
-        return {"end_time": self._exact.end_time(digits), "final_vx": vx, "final_vy": vy}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

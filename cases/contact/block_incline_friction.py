@@ -1,18 +1,13 @@
 """A block on an incline with Coulomb friction: it stops, then holds or slides back."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
-from functools import cached_property
 from math import cos, sin
-from typing import Any, ClassVar
 
-from gnomon.cases.contact.block_incline_friction_scene import scene_of
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Friction, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.forms import Friction
+from gnomon.cases.core.scene import SceneForm, Vector
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.block_incline_friction import BlockIncline, holds
 from gnomon.reference.numerics.precision import Number, exact
 from mpmath import mpf
@@ -69,6 +64,23 @@ def first_mode(t: Any, state: Values, parameters: Values) -> str:
     return "down" if v < 0 else mode_after_stop(t, state, parameters)
 
 
+def tilted_gravity(parameters: tuple[float, ...]) -> Vector:
+    """The gravity of a horizontal plane that stands for the incline; the block is a flat box on it."""
+    g, alpha, _mu_k, _mu_s = parameters
+    return -g * sin(alpha), 0.0, -g * cos(alpha)
+
+
+SCENE, TWO_COEFFICIENTS = (
+    flat_box(tilted_gravity, lambda parameters: parameters[2], *more) for more in ((), ("static_friction",))
+)
+
+
+def scene_of(parameters: tuple[Fraction, ...]) -> SceneForm:
+    """The scene needs a separate static coefficient only if that decides whether the block holds."""
+    _g, alpha, mu_k, mu_s = parameters
+    return TWO_COEFFICIENTS if holds(alpha, mu_s) and not holds(alpha, mu_k) else SCENE
+
+
 class BlockInclineFriction(Case):
     """A block thrown up an incline, braked by Coulomb friction."""
 
@@ -76,26 +88,14 @@ class BlockInclineFriction(Case):
     title = "Block thrown up an incline with Coulomb friction: stop, hold or slide back"
     section = "5.11.3, 5.11.4, 7.4.2"
     conventions = "s up the slope; at v = 0 the block sticks if tan(alpha) <= mu_s. 0 <= alpha < pi/2, mu_k <= mu_s."
-    state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("alpha", "rad", "0.4", "angle of the incline"),
-        Parameter("mu_k", "1", "0.3", "coefficient of kinetic friction"),
-        Parameter("mu_s", "1", "0.4", "coefficient of static friction"),
-    )
-    default_state = (0, 4)
-    domain = Domain(
-        {
-            "g": positive(),
-            # the double nearest to pi/2 is below pi/2
-            "alpha": Range(0.0, math.pi / 2, typical=(0.0, 1.3)),
-            "mu_k": Range(low=0.0, typical=(0.0, 1.0)),
-            "mu_s": Range(low=0.0, typical=(0.0, 1.5)),
-            "s": Range(typical=(-5.0, 5.0)),
-            "v": Range(typical=(-5.0, 5.0)),
-        },
-        (Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),),
-    )
+    s = Coordinate("m", 0, typical(-5, 5))
+    v = Coordinate("m/s", 4, typical(-5, 5))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    alpha = Parameter("rad", "0.4", "angle of the incline", Range(0.0, math.pi / 2, typical=(0.0, 1.3)))
+    mu_k = Parameter("1", "0.3", "coefficient of kinetic friction", nonnegative(0, 1))
+    mu_s = Parameter("1", "0.4", "coefficient of static friction", nonnegative(0, 1.5))
+    rules = (Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),)
+    exact_motion = bind(BlockIncline)
     variants = (
         Variant("holds", "stops and stays: after the event nothing moves", {"mu_s": "0.5"}),
         Variant(
@@ -144,53 +144,42 @@ class BlockInclineFriction(Case):
             10,
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(energy, "decays")}
-
-    @cached_property
-    def _exact(self) -> BlockIncline:
-        return BlockIncline(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> BlockIncline:
-        return self._exact
+    invariants = decaying(energy=energy)
+    forms = (
+        Friction(
+            modes=(Mode("up", sliding, (1.0,)), Mode("down", sliding, (-1.0,)), Mode("stick", sticking)),
+            start=first_mode,
+            transitions=(
+                Transition("stop_up", "up", speed, -1, standstill, mode_after_stop),
+                Transition("stop_down", "down", speed, 1, standstill, "stick"),
+            ),
+            terminal=frozenset({"stick"}),
+            sliding=sliding,
+            bounds=friction_bounds,
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """|v0|/g, the time in which gravity changes the velocity by the initial speed; from rest sqrt(1 m/g)."""
-        g, v0 = float(self.parameters["g"]), abs(float(self.initial_state[1]))
+        g, v0 = float(self.g), abs(float(self.v))
         return v0 / g or math.sqrt(1 / g)
 
     def natural_span(self) -> Number:
         """Until after the return to the start, or well after the stop, or ten time scales."""
-        motion = self._exact
+        motion = self.exact_motion
         if not motion.stops:
             return 10 * self.time_scale
         stop = float(motion.stop_time())
         return min(1.5 * float(motion.return_time()), 10 * stop) if motion.slides_back else 2.5 * stop
 
     @property
-    def forms(self) -> tuple[Friction, ...]:
-        return (
-            Friction(
-                modes=(Mode("up", sliding, (1.0,)), Mode("down", sliding, (-1.0,)), Mode("stick", sticking)),
-                start=first_mode,
-                transitions=(
-                    Transition("stop_up", "up", speed, -1, standstill, mode_after_stop),
-                    Transition("stop_down", "down", speed, 1, standstill, "stick"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"stick"}),
-                sliding=sliding,
-                bounds=friction_bounds,
-            ),
-        )
-
-    @property
     def scene(self) -> SceneForm:
         return scene_of(self.parameter_values())
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """The stop: `stop_up` or `stop_down`, by the direction of the motion that ends."""
-        motion, zero = self._exact, mpf(0)
+        motion, zero = self.exact_motion, mpf(0)
         if not motion.stops or motion.stop_time(20) > self.span:
             return ()
         there = (motion.stop_position(digits), zero)
@@ -199,7 +188,7 @@ class BlockInclineFriction(Case):
     def same_course(self, other: Case) -> bool:
         """Half an ulp can decide whether the block sticks or slides."""
         theirs = BlockIncline(*other.parameter_values(), *other.initial_state)
-        return (theirs.holds, theirs.stops) == (self._exact.holds, self._exact.stops)
+        return (theirs.holds, theirs.stops) == (self.exact_motion.holds, self.exact_motion.stops)
 
     def scales(self) -> dict[str, float]:
         """In closed form: the extremes are at the start, the stop and the end."""
@@ -212,17 +201,10 @@ class BlockInclineFriction(Case):
         lengths, speeds = (float(max(abs(state[i]) for state in states)) for i in (0, 1))
         return {"length": lengths or 1.0, "velocity": speeds or 1.0}
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
         """`friction_work`: per unit mass, until the stop (J/kg); `friction_angle`: atan(mu_s) (rad)."""
-        motion = self._exact
-        found = {"friction_angle": motion.friction_angle(digits)}
-        if motion.stops:
-            found |= {
-                "stop_time": motion.stop_time(digits),
-                "stop_distance": motion.stop_distance(digits),
-                "stop_position": motion.stop_position(digits),
-                "friction_work": motion.friction_work(digits),
-            }
-        if motion.stops and motion.v0 > 0 and motion.slides_back:
-            found |= {"return_time": motion.return_time(digits), "return_speed": motion.return_speed(digits)}
-        return found
+        motion = self.exact_motion
+        stop = ("stop_time", "stop_distance", "stop_position", "friction_work") if motion.stops else ()
+        back = ("return_time", "return_speed") if motion.stops and motion.v0 > 0 and motion.slides_back else ()
+        return ("friction_angle", *stop, *back)

@@ -1,18 +1,13 @@
 """The bouncing ball: impacts, and the Zeno limit, the finite time at which infinitely many impacts end."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
-from functools import cached_property
 from math import sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.contact.bouncing_ball_scene import SCENE
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Impact, Mode, Transition, Values
+from gnomon.cases.core.forms import Impact
 from gnomon.cases.core.interface import Between
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 from gnomon.reference.contact.bouncing_ball import BouncingBall as Motion
 from gnomon.reference.numerics.precision import Number
 from mpmath import fneg, mpf
@@ -76,6 +71,27 @@ def first_mode(t: Any, state: Values, parameters: Values) -> str:
     return "rest" if y == 0 and v == 0 else "flight"
 
 
+RADIUS = 0.1
+
+
+def bouncing_ball_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A sphere of radius 0.1 m above a plane; y is the gap between them."""
+    y, v = state
+    g, e = parameters
+    moment = 2 * RADIUS**2 / 5
+    ball = Body("ball", 1.0, (moment, moment, moment), (0.0, 0.0, RADIUS + y), velocity=(0.0, 0.0, v), radius=RADIUS)
+    return Scene((0.0, 0.0, -g), (ball,), contacts=(Contact("ball", (0.0, 0.0, 1.0), restitution=e),))
+
+
+def bouncing_ball_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, _, velocity, _ = readings.bodies["ball"]
+    return position[2] - RADIUS, velocity[2]
+
+
+SCENE = SceneForm(bouncing_ball_scene, bouncing_ball_reading, frozenset({"rigid_impact"}), conservative=False)
+"""Not conservative in the sense of SceneForm: at an impact the velocity jumps."""
+
+
 class BouncingBall(Case):
     """A ball that falls on a horizontal plane and keeps the fraction e of its speed at each impact."""
 
@@ -83,26 +99,18 @@ class BouncingBall(Case):
     title = "Bouncing ball with restitution, Zeno limit"
     section = "8.13, 7.2.1"
     conventions = "y is the height of the lowest point above the plane; from t_inf on the ball rests at (0, 0)."
-    state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("e", "1", "0.8", "coefficient of restitution"),
-    )
-    default_state = (1, 0)
-    domain = Domain(
-        {
-            "g": positive(),
-            "e": Range(0.0, 1.0, typical=(0.05, 0.95)),
-            "y": Range(low=0.0, typical=(0.0, 5.0)),
-            "v": Range(typical=(-5.0, 5.0)),
-        },
-        (
-            Rule(
-                "on the plane (y = 0) the ball does not move down (v >= 0)",
-                lambda numbers: numbers["y"] > 0 or numbers["v"] >= 0,
-            ),
+    y = Coordinate("m", 1, nonnegative(0, 5))
+    v = Coordinate("m/s", 0, typical(-5, 5))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    e = Parameter("1", "0.8", "coefficient of restitution", Range(0.0, 1.0, typical=(0.05, 0.95)))
+    rules = (
+        Rule(
+            "on the plane (y = 0) the ball does not move down (v >= 0)",
+            lambda numbers: numbers["y"] > 0 or numbers["v"] >= 0,
         ),
     )
+    exact_motion = bind(Motion)
+    default_span = Span(10.37, "flight")
     variants = (
         Variant("zeno", "e = 0.999: 20,000 impacts, closer and closer, before the ball rests", {"e": "0.999"}),
         Variant(
@@ -112,63 +120,51 @@ class BouncingBall(Case):
             (1, 0),
             Fraction(7 * 2**17 - 1, 2**17),
         ),
-        Variant("elastic", "e = 1: 10,000 impacts without loss; errors of impact times add up", {"e": 1}),
-        Variant("elastic_1e6", "e = 1: 1,000,000 impacts", {"e": 1}),
+        Variant(
+            "elastic", "e = 1: 10,000 impacts without loss; errors of impact times add up", {"e": 1}, periods=10000.37
+        ),
+        Variant("elastic_1e6", "e = 1: 1,000,000 impacts", {"e": 1}, periods=1000000.37),
         Variant("dead", "e = 0: the first impact is the limit", {"e": 0}),
         Variant("upward", "thrown upward, so that the first event is far away", initial_state=(1, 5)),
         Variant("from_plane", "starts on the plane: the guard is exactly zero at the start", initial_state=(0, 3)),
         Variant("engines_e1", "the parameters of engine tests: elastic, ten impacts", {"e": 1}, span=9),
         Variant("engines_e08", "the parameters of engine tests: e = 0.8, ten impacts", span="3.6"),
     )
-    invariants: ClassVar = {"energy": Invariant(energy, "decays")}
+    invariants = decaying(energy=energy)
     scene = SCENE
     reversal = ("v",)
-
-    _FLIGHTS: ClassVar = {"elastic": 10_000, "elastic_1e6": 1_000_000}
-
-    @cached_property
-    def _exact(self) -> Motion:
-        return Motion(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> Motion:
-        return self._exact
+    forms = (
+        Impact(
+            modes=(Mode("flight", flight), Mode("rest", resting)),
+            start=first_mode,
+            transitions=(Transition("bounce", "flight", height, -1, rebound, "flight", impact_state),),
+            terminal=frozenset({"rest"}),
+            limits=(("bounce", "rest", come_to_rest),),
+            free=flight,
+            gap=gap,
+            normal=upward,
+            restitution=restitution,
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """The speed of the first impact over g, the time of a fall."""
-        return float(self._exact.impact_speed()) / float(self.parameters["g"]) or 1.0
+        return float(self.exact_motion.impact_speed()) / float(self.g) or 1.0
 
     def natural_span(self) -> Number:
         """1.25 times the limit; for e close to 1 a fixed number of flights."""
-        flights = (self._FLIGHTS.get(self.variant or "", 10) + 0.37) * 2 * self.time_scale
-        if self._exact.rests or self.parameters["e"] == 1:
+        flights = self.periods * 2 * self.time_scale
+        if self.exact_motion.rests or self.e == 1:
             return flights
-        limit = 1.25 * float(self._exact.limit_time())
+        limit = 1.25 * float(self.exact_motion.limit_time())
         return limit if self.variant == "zeno" else min(limit, 8 * flights)
 
-    @property
-    def forms(self) -> tuple[Impact, ...]:
-        bounce = Transition("bounce", "flight", height, -1, rebound, "flight", impact_state)
-        return (
-            Impact(
-                modes=(Mode("flight", flight), Mode("rest", resting)),
-                start=first_mode,
-                transitions=(bounce,),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"rest"}),
-                limits=(("bounce", "rest", come_to_rest),),
-                free=flight,
-                gap=gap,
-                normal=upward,
-                restitution=restitution,
-            ),
-        )
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """Impacts (`bounce`) up to the last sample or the first gap below `settle`, after which comes `limit`."""
-        motion, zero, e = self._exact, mpf(0), self.parameters["e"]
+        motion, zero, e = self.exact_motion, mpf(0), self.e
         end = Fraction(float(self.times[-1]))
-        impacts = motion.impact_list(Fraction(self.forms[0].settle), end, digits)
+        impacts = motion.impact_list(Fraction(1e-9 * self.time_scale), end, digits)
         found = []
         before = after = (zero, zero)
         for n, (time, speed) in enumerate(impacts, start=1):
@@ -182,7 +178,7 @@ class BouncingBall(Case):
 
     def between(self, t: float) -> Between:
         """In closed form, also for events that are not listed."""
-        motion = self._exact
+        motion = self.exact_motion
         if motion.rests:
             return Between(0, mpf(0), mpf("inf"), mpf("inf"))
         past = motion.impacts(Fraction(t))
@@ -194,31 +190,31 @@ class BouncingBall(Case):
 
     def event_time(self, n: int, digits: int = 15) -> Any:
         """Time of impact n (s), also of impacts that are not listed."""
-        return self._exact.impact_time(n, digits)
+        return self.exact_motion.impact_time(n, digits)
 
     def scales(self) -> dict[str, float]:
         """In closed form: the highest apex and the fastest impact."""
-        motion, end = self._exact, Fraction(float(self.times[-1]))
+        motion, end = self.exact_motion, Fraction(float(self.times[-1]))
         if motion.rests:
             return {"length": 1.0, "velocity": 1.0}
-        apexes = (self.initial_state[1] / self.parameters["g"], Fraction(float(motion.apex_after(1))))
+        apexes = (self.v / self.g, Fraction(float(motion.apex_after(1))))
         times = (Fraction(0), end, *apexes)
         states = [self.exact(t) for t in times if 0 <= t <= end]
         speeds = [abs(v) for _, v in states] + [motion.impact_speed()] * (motion.impacts(end) != 0)
         return {"length": float(max(y for y, _ in states)) or 1.0, "velocity": float(max(speeds)) or 1.0}
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`bounces`: the number of impacts within the span; infinite if it includes the limit."""
-        motion = self._exact
+        motion = self.exact_motion
         count = motion.impacts(self.span)
         found = {"bounces": mpf(0 if motion.rests else "inf" if count is None else count)}
         if not motion.rests:
             found |= {"first_impact": motion.impact_time(1, digits), "impact_speed": motion.impact_speed(digits)}
-        if self.parameters["e"] < 1:
+        if self.e < 1:
             found |= {"t_inf": motion.limit_time(digits), "path_length": motion.path_length(digits)}
         elif not motion.rests:
             found["period"] = motion.flight_time(1, digits)
         return found
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
-        return super().reversed(state) if self.parameters["e"] == 1 and state[0] > 0 else None
+        return super().reversed(state) if self.e == 1 and state[0] > 0 else None

@@ -1,17 +1,13 @@
 """The bouncing ball on a smooth incline: infinitely many impacts, after which it slides."""
 
-from __future__ import annotations
-
 from functools import cached_property
 from math import sqrt
-from typing import Any, ClassVar
 
 from gnomon.cases.contact.bouncing_ball import BouncingBall
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Impact, Mode, Transition, Values
-from gnomon.cases.core.impact_scene import INCLINE
+from gnomon.cases.core.forms import Impact
 from gnomon.cases.core.interface import Between
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.impact import INCLINE
 from gnomon.reference.contact.bouncing_ball_incline import BouncingIncline
 from gnomon.reference.numerics.precision import Number
 
@@ -91,88 +87,64 @@ class BouncingBallIncline(Case):
         "x down the incline, y normal to it; gravity is given by its components g sin(a) along and g cos(a) normal to the "
         "incline, which are exact numbers here. From t_inf on the ball slides."
     )
-    state = POINT_IN_A_PLANE
-    parameter_list = (
-        Parameter("g_along", "m/s^2", "4.905", "gravity down the incline (30 degrees)"),
-        Parameter("g_across", "m/s^2", "8.496", "gravity into the incline"),
-        Parameter("e", "1", "0.7", "coefficient of restitution"),
+    x = Coordinate("m", 0)
+    y = Coordinate("m", 1, nonnegative(0, 5))
+    vx = Coordinate("m/s", 0, typical(-5, 5))
+    vy = Coordinate("m/s", 0, typical(-5, 5))
+    g_along = Parameter("m/s^2", "4.905", "gravity down the incline (30 degrees)", nonnegative())
+    g_across = Parameter("m/s^2", "8.496", "gravity into the incline", positive())
+    e = Parameter("1", "0.7", "coefficient of restitution", Range(0.0, 1.0, typical=(0.05, 0.95)))
+    rules = (
+        Rule("on the incline (y = 0) the ball does not move into it (vy >= 0)", lambda n: n["y"] > 0 or n["vy"] >= 0),
     )
-    default_state = (0, 1, 0, 0)
-    domain = Domain(
-        {
-            "g_along": Range(low=0.0, typical=(0.0, 10.0)),
-            "g_across": positive(),
-            "e": Range(0.0, 1.0, typical=(0.05, 0.95)),
-            "y": Range(low=0.0, typical=(0.0, 5.0)),
-            "vx": Range(typical=(-5.0, 5.0)),
-            "vy": Range(typical=(-5.0, 5.0)),
-        },
-        (
-            Rule(
-                "on the incline (y = 0) the ball does not move into it (vy >= 0)", lambda n: n["y"] > 0 or n["vy"] >= 0
-            ),
-        ),
-    )
+    exact_motion = bind(lambda c: BouncingIncline(c._ball.exact_motion, c.g_along, c.x, c.vx))
     variants = (
         Variant("uphill", "thrown uphill: turns back while it bounces", initial_state=(0, 1, -6, 2)),
         Variant("elastic", "e = 1: ever longer hops, no limit", {"e": 1}),
         Variant("dead", "e = 0: slides from the first impact on", {"e": 0}),
     )
-    invariants: ClassVar = {"energy": Invariant(incline_energy, "decays"), "along": Invariant(along_momentum)}
+    invariants = decaying(energy=incline_energy) | conserved(along=along_momentum)
     scene = INCLINE
+    forms = (
+        Impact(
+            modes=(Mode("flight", incline_flight), Mode("slide", incline_slide)),
+            start=first_incline_mode,
+            transitions=(
+                Transition("bounce", "flight", incline_height, -1, incline_rebound, "flight", incline_impact),
+            ),
+            terminal=frozenset({"slide"}),
+            limits=(("bounce", "slide", keep_sliding),),
+            free=incline_flight,
+            gap=incline_gap,
+            normal=incline_normal,
+            restitution=incline_restitution,
+        ),
+    )
 
     @cached_property
     def _ball(self) -> BouncingBall:
         """The motion normal to the incline: a bouncing_ball with the same events."""
         _, y, _, vy = self.initial_state
-        return BouncingBall(
-            initial_state=(y, vy), span=self.span, g=self.parameters["g_across"], e=self.parameters["e"]
-        )
-
-    @cached_property
-    def _exact(self) -> BouncingIncline:
-        x, _, vx, _ = self.initial_state
-        return BouncingIncline(self._ball.motion(), self.parameters["g_along"], x, vx)
-
-    def motion(self) -> BouncingIncline:
-        return self._exact
+        return BouncingBall(initial_state=(y, vy), span=self.span, g=self.g_across, e=self.e)
 
     @property
     def time_scale(self) -> float:
         """The speed of the first impact over gravity normal to the incline, the time of a fall."""
-        y, vy = float(self.initial_state[1]), float(self.initial_state[3])
-        normal = float(self.parameters["g_across"])
+        y, vy = float(self.y), float(self.vy)
+        normal = float(self.g_across)
         return sqrt(vy * vy + 2 * normal * y) / normal or 1.0
 
     def natural_span(self) -> Number:
         """1.25 times the limit, at most 83 falls; 10.37 flights for e = 1."""
-        e = float(self.parameters["e"])
+        e = float(self.e)
         falls = 20.74 if e == 1 else min(83.0, 1.25 * (2 + 2 * e / (1 - e)))
         return falls * self.time_scale
 
-    @property
-    def forms(self) -> tuple[Impact, ...]:
-        bounce = Transition("bounce", "flight", incline_height, -1, incline_rebound, "flight", incline_impact)
-        return (
-            Impact(
-                modes=(Mode("flight", incline_flight), Mode("slide", incline_slide)),
-                start=first_incline_mode,
-                transitions=(bounce,),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"slide"}),
-                limits=(("bounce", "slide", keep_sliding),),
-                free=incline_flight,
-                gap=incline_gap,
-                normal=incline_normal,
-                restitution=incline_restitution,
-            ),
-        )
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """Impacts, and the `limit` after which the ball slides."""
         found = []
         for event in self._ball.events(digits):
-            x, vx = self._exact.place(event.time, digits)
+            x, vx = self.exact_motion.place(event.time, digits)
             (y, vy), (later, after) = event.before, event.after
             found.append(Event(event.time, event.name, (x, y, vx, vy), (x, later, vx, after)))
         return tuple(found)
@@ -183,10 +155,10 @@ class BouncingBallIncline(Case):
     def event_time(self, n: int, digits: int = 15) -> Any:
         return self._ball.event_time(n, digits)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Those of the motion normal to the incline; position and speed at which sliding begins."""
+    def derived(self, digits: int) -> dict[str, Any]:
+        """Quantities of the motion normal to the incline; position and speed at which sliding begins."""
         found = {k: v for k, v in self._ball.quantities(digits).items() if k != "path_length"}
         if "t_inf" in found:
-            x, vx = self._exact.place(self._ball.motion().limit_time(2 * digits), digits)
+            x, vx = self.exact_motion.place(self._ball.exact_motion.limit_time(2 * digits), digits)
             found |= {"slide_x": x, "slide_speed": vx}
         return found

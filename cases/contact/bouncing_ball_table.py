@@ -1,17 +1,12 @@
 """A ball that bounces on a vibrating or accelerated table; the motion is regular or chaotic."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import sin, sqrt
-from typing import Any
 
-from gnomon.cases.core.case import Case, Event, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.impact_scene import TABLE
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.impact import TABLE
 from gnomon.reference.contact.bouncing_ball_table import VibratingTable
 from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
@@ -58,31 +53,19 @@ class BouncingBallTable(Case):
         "below -g, so that each flight ends in one impact. A = 0 is the bouncing ball in the gravity g + b. The motion ends "
         "before an accumulation of impacts."
     )
-    state = (Coordinate("z", "m", "length"), Coordinate("u", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("e", "1", "0.8", "coefficient of restitution"),
-        Parameter("b", "m/s^2", 0, "constant acceleration of the table, upward"),
-        Parameter("A", "m", "0.01", "amplitude of the table"),
-        Parameter("w", "rad/s", 30, "frequency of the table"),
+    z = Coordinate("m", "0.2", nonnegative(0.5, 1))
+    u = Coordinate("m/s", 0, typical(-1, 1))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 10))
+    e = Parameter("1", "0.8", "coefficient of restitution", Range(0.0, 1.0, low_open=True, typical=(0.7, 1.0)))
+    b = Parameter("m/s^2", 0, "constant acceleration of the table, upward", typical(-1, 3))
+    A = Parameter("m", "0.01", "amplitude of the table", nonnegative(0, 0.1))
+    w = Parameter("rad/s", 30, "frequency of the table", positive(1, 6))
+    rules = (
+        Rule("A w^2 < g + b (the table never falls faster than the ball)", _never_lifts),
+        Rule("the ball is above the table or leaves it (z > 0 or u > 0)", lambda n: n["z"] > 0 or n["u"] > 0),
     )
-    default_state = ("0.2", 0)
+    exact_motion = bind(lambda c: VibratingTable(c.g + c.b, c.e, c.A, c.w, *c.initial_state))
     default_span = "6.1"
-    domain = Domain(
-        {
-            "g": positive(5.0, 10.0),
-            "e": Range(0.0, 1.0, low_open=True, typical=(0.7, 1.0)),
-            "b": Range(typical=(-1.0, 3.0)),
-            "A": Range(low=0.0, typical=(0.0, 0.1)),
-            "w": positive(1.0, 6.0),
-            "z": Range(low=0.0, typical=(0.5, 1.0)),
-            "u": Range(typical=(-1.0, 1.0)),
-        },
-        (
-            Rule("A w^2 < g + b (the table never falls faster than the ball)", _never_lifts),
-            Rule("the ball is above the table or leaves it (z > 0 or u > 0)", lambda n: n["z"] > 0 or n["u"] > 0),
-        ),
-    )
     variants = (
         Variant(
             "accelerating", "a table that accelerates upward with 2 m/s^2: elastic, as in a gravity of 11.81 m/s^2",
@@ -97,6 +80,15 @@ class BouncingBallTable(Case):
     )  # fmt: skip
     autonomous = False
     scene = TABLE
+    forms = (
+        Hybrid(
+            modes=(Mode("flight", over_the_table),),
+            start=ball_mode,
+            transitions=(
+                Transition("bounce", "flight", height_over_table, -1, off_the_table, "flight", onto_the_table),
+            ),
+        ),
+    )
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -104,60 +96,41 @@ class BouncingBallTable(Case):
             _ = self.count
 
     @cached_property
-    def _exact(self) -> VibratingTable:
-        g, e, b, A, w = self.parameter_values()
-        return VibratingTable(g + b, e, A, w, *self.initial_state)
-
-    def motion(self) -> VibratingTable:
-        return self._exact
-
-    @cached_property
     def count(self) -> int:
         """The number of impacts within the span."""
         try:
-            return self._exact.impacts(self.span)
+            return self.exact_motion.impacts(self.span)
         except ArithmeticError as error:
             raise ArithmeticError(f"span = {float(self.span):g} s holds {error}; give a shorter span") from None
 
     @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        bounce = Transition("bounce", "flight", height_over_table, -1, off_the_table, "flight", onto_the_table)
-        return (
-            Hybrid(
-                modes=(Mode("flight", over_the_table),),
-                start=ball_mode,
-                transitions=(bounce,),
-                settle=1e-9 * self.time_scale,
-            ),
-        )
-
-    @property
     def time_scale(self) -> float:
         """The time of a fall from the start, or of a radian of the table's vibration if that is shorter."""
-        (z, u), G = map(float, self.initial_state), float(self._exact.pull)
+        (z, u), G = map(float, self.initial_state), float(self.exact_motion.pull)
         fall = sqrt(u * u + 2 * G * z) / G
-        return min(fall, 1 / float(self.parameters["w"])) if self.parameters["A"] else fall
+        return min(fall, 1 / float(self.w)) if self.A else fall
 
     def natural_span(self) -> Number:
         """1.9 falls if the start is not the default or e < 0.8: then there are few impacts for any restitution."""
-        if self.initial_state == tuple(map(Fraction, ("0.2", "0"))) and self.parameters["e"] >= Fraction("0.8"):
-            return self.default_span
-        (z, u), G = map(float, self.initial_state), float(self._exact.pull)
+        if self.initial_state == tuple(map(Fraction, ("0.2", "0"))) and self.e >= Fraction("0.8"):
+            return super().natural_span()
+        (z, u), G = map(float, self.initial_state), float(self.exact_motion.pull)
         return 1.9 * (u + sqrt(u * u + 2 * G * z)) / G
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         zero, found = mpf(0), []
         for n in range(1, self.count + 1):
-            time, before, after = self._exact.impact(n, self.span, digits)
+            time, before, after = self.exact_motion.impact(n, self.span, digits)
             found.append(Event(time, "bounce", (zero, before), (zero, after)))
         return tuple(found)
 
     def same_course(self, other: Case) -> bool:
         return isinstance(other, BouncingBallTable) and other.count == self.count
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`bounces` within the span; the time of the first; the table's largest relative acceleration A w^2/(g + b)."""
-        motion = self._exact
-        push = motion.amplitude * motion.frequency**2 / motion.pull
-        found = {"bounces": mpf(self.count), "relative_push": motion._rational(digits, push)}
-        return found | ({"first_impact": motion.impact(1, self.span, digits)[0]} if self.count else {})
+        return {
+            "bounces": self.count,
+            "relative_push": self.A * self.w**2 / (self.g + self.b),
+            "first_impact": self.exact_motion.impact(1, self.span, digits)[0] if self.count else None,
+        }

@@ -1,18 +1,13 @@
 """A mass on a spring with dry friction."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from functools import cached_property
-from typing import Any, ClassVar
 
-from gnomon.cases.core.box_scene import flat_box
-from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Friction, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.forms import Friction
 from gnomon.cases.core.scene import SceneForm, Vector
+from gnomon.cases.declare import *
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
+from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.coulomb_friction_oscillator import CoulombOscillator
 from gnomon.reference.numerics.precision import Number, exact
 from mpmath import mpf
@@ -91,27 +86,15 @@ class CoulombFrictionOscillator(Case):
     title = "Mass and spring with dry friction: half cycles until it stops"
     section = "5.11, 5.12.2, 6.7"
     conventions = "x from the position of the unstretched spring, horizontal; at v = 0 it stays if |k x| <= mu_s m g."
-    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("m", "kg", 1, "mass"),
-        Parameter("k", "N/m", 20, "stiffness of the spring"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("mu_k", "1", "0.05", "coefficient of kinetic friction"),
-        Parameter("mu_s", "1", "0.07", "coefficient of static friction"),
-    )
-    default_state = ("0.5", 0)
-    domain = Domain(
-        {
-            "m": positive(),
-            "k": positive(1.0, 20.0),
-            "g": positive(),
-            "mu_k": Range(low=0.0, typical=(0.01, 0.5)),
-            "mu_s": Range(low=0.0, typical=(0.01, 0.8)),
-            "x": Range(typical=(-5.0, 5.0)),
-            "v": Range(typical=(-5.0, 5.0)),
-        },
-        (Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),),
-    )
+    x = Coordinate("m", "0.5", typical(-5, 5))
+    v = Coordinate("m/s", 0, typical(-5, 5))
+    m = Parameter("kg", 1, "mass", positive())
+    k = Parameter("N/m", 20, "stiffness of the spring", positive(1, 20))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    mu_k = Parameter("1", "0.05", "coefficient of kinetic friction", nonnegative(0.01, 0.5))
+    mu_s = Parameter("1", "0.07", "coefficient of static friction", nonnegative(0.01, 0.8))
+    rules = (Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),)
+    exact_motion = bind(CoulombOscillator, mass="m", stiffness="k")
     variants = (
         Variant(
             "at_the_limit",
@@ -125,67 +108,54 @@ class CoulombFrictionOscillator(Case):
         Variant("held", "starts at rest where friction holds it: must not creep", initial_state=("0.03", 0), span=10),
         Variant("thrown", "starts with speed: the first arc is not a half cycle", initial_state=("0.1", 2)),
     )
-    invariants: ClassVar = {"energy": Invariant(friction_energy, "decays")}
-
-    @cached_property
-    def _exact(self) -> CoulombOscillator:
-        return CoulombOscillator(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> CoulombOscillator:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Friction, ...]:
-        return (
-            Friction(
-                modes=(
-                    Mode("right", sliding_on_a_spring, (1.0,)),
-                    Mode("left", sliding_on_a_spring, (-1.0,)),
-                    Mode("stick", held_on_a_spring),
-                ),
-                start=oscillator_mode,
-                transitions=(
-                    Transition("turn_right", "right", spring_speed, -1, standing, mode_after_turn),
-                    Transition("turn_left", "left", spring_speed, 1, standing, mode_after_turn),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"stick"}),
-                sliding=sliding_on_a_spring,
-                bounds=level_friction,
+    invariants = decaying(energy=friction_energy)
+    forms = (
+        Friction(
+            modes=(
+                Mode("right", sliding_on_a_spring, (1.0,)),
+                Mode("left", sliding_on_a_spring, (-1.0,)),
+                Mode("stick", held_on_a_spring),
             ),
-        )
+            start=oscillator_mode,
+            transitions=(
+                Transition("turn_right", "right", spring_speed, -1, standing, mode_after_turn),
+                Transition("turn_left", "left", spring_speed, 1, standing, mode_after_turn),
+            ),
+            terminal=frozenset({"stick"}),
+            sliding=sliding_on_a_spring,
+            bounds=level_friction,
+        ),
+    )
 
     @property
     def scene(self) -> SceneForm:
         """It needs a separate static coefficient only if that decides where the mass stays."""
-        motion = self._exact
+        motion = self.exact_motion
         slippery = replace(motion, mu_s=motion.mu_k)
         alike = (motion.side, motion.turns) == (slippery.side, slippery.turns)
         return ONE_FRICTION if alike else TWO_FRICTIONS
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        free = HarmonicOscillator(
-            initial_state=self.initial_state, span=self.span, m=self.parameters["m"], k=self.parameters["k"]
-        )
+        free = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=self.m, k=self.k)
         return (Level(free, same, "no friction: harmonic"),)
 
     @property
     def time_scale(self) -> float:
         """sqrt(m/k)."""
-        return math.sqrt(float(self.parameters["m"] / self.parameters["k"]))
+        return math.sqrt(float(self.m / self.k))
 
     def natural_span(self) -> Number:
         """1.13 times the time until it stays; 10.37 periods if that is late or never."""
-        turns = self._exact.turns
+        turns = self.exact_motion.turns
         periods = 10.37 * 2 * math.pi * self.time_scale
         if not turns or (turns > 100 and self.variant != "many"):
             return periods
-        return 1.13 * float(self._exact.turn_time(turns))
+        return 1.13 * float(self.exact_motion.turn_time(turns))
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`turn_right` ends a motion to the right, `turn_left` one to the left; after the last one the mass stays."""
-        motion, found, turn = self._exact, list[Event](), 1
+        motion, found, turn = self.exact_motion, list[Event](), 1
         while motion.turns is None or turn <= motion.turns:
             time = motion.turn_time(turn, digits)
             if time > self.span:
@@ -198,33 +168,29 @@ class CoulombFrictionOscillator(Case):
 
     def same_course(self, other: Case) -> bool:
         theirs = CoulombOscillator(*other.parameter_values(), *other.initial_state)
-        return (theirs.side, theirs.turns) == (self._exact.side, self._exact.turns)
+        return (theirs.side, theirs.turns) == (self.exact_motion.side, self.exact_motion.turns)
 
     def scales(self) -> dict[str, float]:
         """In closed form: x is largest at the start or the first turn, v at the start or the first passage of a centre."""
-        motion = self._exact
+        motion = self.exact_motion
         first = abs(float(motion.turn_position(1))) if motion.side else 0.0
         return {
-            "length": max(abs(float(self.initial_state[0])), first) or 1.0,
+            "length": max(abs(float(self.x)), first) or 1.0,
             "velocity": float(motion.fastest()) or 1.0,
         }
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`half_cycles`: how often the mass comes to rest; infinite if it never stays.
 
         `energy_1`, `energy_2` ...: the spring's energy after each of the first half cycles (J).
         """
-        motion = self._exact
-        found = {
-            "period": motion.period(digits),
-            "half_cycles": mpf("inf") if motion.turns is None else mpf(motion.turns),
-        }
-        if motion.turns:
+        motion, turns = self.exact_motion, self.exact_motion.turns
+        found = {"period": motion.period(digits), "half_cycles": mpf("inf") if turns is None else turns}
+        if turns:
             found |= {
-                "stop_time": motion.turn_time(motion.turns, digits),
-                "stop_position": motion.turn_position(motion.turns, digits),
+                "stop_time": motion.turn_time(turns, digits),
+                "stop_position": motion.turn_position(turns, digits),
                 "dissipated": motion.dissipated(digits),
             }
-        steps = 0 if motion.side == 0 else SHOWN if motion.turns is None else min(motion.turns, SHOWN)
-        found |= {f"energy_{n}": motion.energy_after(n, digits) for n in range(1, steps + 1)}
-        return found
+        steps = 0 if motion.side == 0 else SHOWN if turns is None else min(turns, SHOWN)
+        return found | {f"energy_{n}": motion.energy_after(n, digits) for n in range(1, steps + 1)}

@@ -1,18 +1,13 @@
 """A projectile that bursts in flight into two parts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
-from functools import cached_property
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.pendulums.blow_scene import FRAGMENTS
+from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.two_masses import NO_INERTIA
 from gnomon.reference.contact.exploding_projectile import Fragments
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import publish, working
 
 
 def fragments_fall(t: Any, state: Values, parameters: Values) -> Values:
@@ -63,6 +58,25 @@ def _number(value: Fraction) -> Callable[[Any], Any]:
     return lambda mp: mp.mpf(value)
 
 
+def fragments_scene(state: Values, parameters: Values) -> Scene:
+    """The parts fly together until the burst: opposite impulses on both at a given time."""
+    x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
+    g, m1, m2, *_ = parameters
+    bodies = (
+        Body("part 1", m1, NO_INERTIA, (x1, 0.0, y1), velocity=(vx1, 0.0, vy1)),
+        Body("part 2", m2, NO_INERTIA, (x2, 0.0, y2), velocity=(vx2, 0.0, vy2)),
+    )
+    return Scene((0.0, 0.0, -g), bodies)
+
+
+def fragments_reading(readings: Readings, parameters: Values) -> Values:
+    (r1, _, v1, _), (r2, _, v2, _) = (readings.bodies[f"part {n}"] for n in (1, 2))
+    return r1[0], r1[2], r2[0], r2[2], v1[0], v1[2], v2[0], v2[2]
+
+
+FRAGMENTS = SceneForm(fragments_scene, fragments_reading, frozenset({"impulse"}), conservative=False)
+
+
 class ExplodingProjectile(Case):
     name = "exploding_projectile"
     title = "Projectile that bursts in flight: the centre of mass moves on unchanged"
@@ -70,76 +84,50 @@ class ExplodingProjectile(Case):
     conventions = (
         "y upward; two parts fly together until the burst, at which their relative velocity jumps by (wx, wy)."
     )
-    state = tuple(
-        Coordinate(f"{letter}{axis}{n}", unit, kind)
-        for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
-        for n in (1, 2)
-        for axis in "xy"
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m1", "kg", 2, "mass of part 1"),
-        Parameter("m2", "kg", 1, "mass of part 2"),
-        Parameter("t_burst", "s", "1.3", "time of the burst"),
-        Parameter("wx", "m/s", 6, "relative velocity that the burst adds, x"),
-        Parameter("wy", "m/s", 15, "relative velocity that the burst adds, y"),
-    )
-    default_state = (0, 0, 0, 0, 30, 20, 30, 20)
-    domain = Domain(
-        {
-            "g": Range(low=0.0, typical=(0.0, 10.0)),
-            "m1": positive(0.5, 5.0),
-            "m2": positive(0.5, 5.0),
-            "t_burst": positive(0.1, 2.0),
-        }
-        | {name: Range(typical=(-20.0, 20.0)) for name in ("wx", "wy", "vx1", "vy1", "vx2", "vy2")}
-        | {name: Range(typical=(-3.0, 3.0)) for name in ("x1", "y1", "x2", "y2")}
-    )
+    x1 = Coordinate("m", 0, typical(-3, 3))
+    y1 = Coordinate("m", 0, typical(-3, 3))
+    x2 = Coordinate("m", 0, typical(-3, 3))
+    y2 = Coordinate("m", 0, typical(-3, 3))
+    vx1 = Coordinate("m/s", 30, typical(-20, 20))
+    vy1 = Coordinate("m/s", 20, typical(-20, 20))
+    vx2 = Coordinate("m/s", 30, typical(-20, 20))
+    vy2 = Coordinate("m/s", 20, typical(-20, 20))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", nonnegative())
+    m1 = Parameter("kg", 2, "mass of part 1", positive(0.5, 5))
+    m2 = Parameter("kg", 1, "mass of part 2", positive(0.5, 5))
+    t_burst = Parameter("s", "1.3", "time of the burst", positive(0.1, 2))
+    wx = Parameter("m/s", 6, "relative velocity that the burst adds, x", typical(-20, 20))
+    wy = Parameter("m/s", 15, "relative velocity that the burst adds, y", typical(-20, 20))
+    exact_motion = bind(Fragments, burst="t_burst", places="x1 y1 x2 y2", velocities="vx1 vy1 vx2 vy2")
+    default_span = Span(2.87, "time scale")
     variants = (
         Variant("splinter", "m2 = 1e-9 kg at 1e5 m/s: part 1 hardly changes its velocity", {"m2": "1e-9", "wx": 10**5}),
         Variant("at_rest", "at rest without gravity: all motion is due to the burst", {"g": 0}, (0,) * 8, span=3),
     )
     autonomous = False
-    invariants: ClassVar = {
-        "momentum_x": Invariant(fragments_momentum_x),
-        "momentum_y_and_weight": Invariant(fragments_momentum_y),
-        "centre_of_mass_start_x": Invariant(fragments_centre_x),
-        "centre_of_mass_start_y": Invariant(fragments_centre_y),
-    }
+    invariants = conserved(
+        momentum_x=fragments_momentum_x,
+        momentum_y_and_weight=fragments_momentum_y,
+        centre_of_mass_start_x=fragments_centre_x,
+        centre_of_mass_start_y=fragments_centre_y,
+    )
     scene = FRAGMENTS
-
-    @cached_property
-    def _exact(self) -> Fragments:
-        g, m1, m2, burst, wx, wy = self.parameter_values()
-        x1, y1, x2, y2, u1, w1, u2, w2 = self.initial_state
-        return Fragments(g, m1, m2, burst, wx, wy, (x1, y1, x2, y2), (u1, w1, u2, w2))
-
-    def motion(self) -> Fragments:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("whole", fragments_fall), Mode("burst", fragments_fall)),
-                start=fragments_mode,
-                transitions=(Transition("burst", "whole", until_the_burst, 1, bursts, "burst"),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"burst"}),
-            ),
-        )
+    forms = (
+        Hybrid(
+            modes=(Mode("whole", fragments_fall), Mode("burst", fragments_fall)),
+            start=fragments_mode,
+            transitions=(Transition("burst", "whole", until_the_burst, 1, bursts, "burst"),),
+            terminal=frozenset({"burst"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """The time until the burst."""
-        return float(self.parameters["t_burst"])
+        return float(self.t_burst)
 
-    def natural_span(self) -> Number:
-        """2.87 times the time until the burst."""
-        return 2.87 * self.time_scale
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion = self._exact
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion = self.exact_motion
         if motion.burst > self.span:
             return ()
 
@@ -150,11 +138,8 @@ class ExplodingProjectile(Case):
         states = published(motion.before_the_burst()), published(motion.at(motion.burst))
         return (Event(published((motion.burst,))[0], "burst", *states),)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`apex`: height of the centre of mass above its start, which the burst does not change (m)."""
-        motion, (_, vy1, _, vy2) = self._exact, self.initial_state[4:]
-        found = {"energy_released": motion.energy_released}
-        if motion.g:
-            rise = (motion.m1 * vy1 + motion.m2 * vy2) / (motion.m1 + motion.m2)
-            found["apex"] = max(rise, Fraction(0)) ** 2 / (2 * motion.g)
-        return {name: motion._quantity(digits, _number(value)) for name, value in found.items()}
+        rise = max((self.m1 * self.vy1 + self.m2 * self.vy2) / (self.m1 + self.m2), Fraction(0))
+        apex = rise**2 / (2 * self.g) if self.g else None
+        return {"energy_released": self.exact_motion.energy_released, "apex": apex}

@@ -1,17 +1,11 @@
 """Two smooth discs that collide obliquely."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import hypot, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.impact_scene import DISCS
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.impact import DISCS
 from gnomon.reference.contact.impacts import DiscImpact
 from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
@@ -84,31 +78,20 @@ class ObliqueImpact(Case):
     conventions = (
         "In a plane without gravity; R is the sum of the radii; the discs are smooth, so their spin is irrelevant."
     )
-    state = tuple(
-        Coordinate(f"{letter}{axis}{n}", unit, kind)
-        for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
-        for n in (1, 2)
-        for axis in "xy"
-    )
-    parameter_list = (
-        Parameter("m1", "kg", 1, "mass of disc 1"),
-        Parameter("m2", "kg", 2, "mass of disc 2"),
-        Parameter("R", "m", "0.5", "sum of the radii"),
-        Parameter("e", "1", "0.7", "coefficient of restitution"),
-    )
-    default_state = (-2, "0.3", 0, 0, 3, "0.2", "-0.5", "0.1")
-    domain = Domain(
-        {
-            "m1": positive(0.5, 2.0),
-            "m2": positive(0.5, 2.0),
-            "R": positive(0.5, 1.0),
-            "e": Range(low=0.0, high=1.0, typical=(0.0, 1.0)),
-            "x1": Range(typical=(-3.0, -2.0)),
-            "vx1": Range(typical=(2.0, 4.0)),
-        }
-        | {name: Range(typical=(-0.3, 0.3)) for name in ("y1", "x2", "y2", "vy1", "vx2", "vy2")},
-        (Rule("the discs are apart: |r2 - r1| > R", _apart),),
-    )
+    x1 = Coordinate("m", -2, typical(-3, -2))
+    y1 = Coordinate("m", "0.3", typical(-0.3, 0.3))
+    x2 = Coordinate("m", 0, typical(-0.3, 0.3))
+    y2 = Coordinate("m", 0, typical(-0.3, 0.3))
+    vx1 = Coordinate("m/s", 3, typical(2, 4))
+    vy1 = Coordinate("m/s", "0.2", typical(-0.3, 0.3))
+    vx2 = Coordinate("m/s", "-0.5", typical(-0.3, 0.3))
+    vy2 = Coordinate("m/s", "0.1", typical(-0.3, 0.3))
+    m1 = Parameter("kg", 1, "mass of disc 1", positive(0.5, 2))
+    m2 = Parameter("kg", 2, "mass of disc 2", positive(0.5, 2))
+    R = Parameter("m", "0.5", "sum of the radii", positive(0.5, 1))
+    e = Parameter("1", "0.7", "coefficient of restitution", Range(low=0.0, high=1.0, typical=(0.0, 1.0)))
+    rules = (Rule("the discs are apart: |r2 - r1| > R", _apart),)
+    exact_motion = bind(DiscImpact, places="x1 y1 x2 y2", velocities="vx1 vy1 vx2 vy2")
     variants = (
         Variant("head_on", "along the line of centres", {}, (-2, 0, 0, 0, 3, 0, -1, 0)),
         Variant(
@@ -133,34 +116,18 @@ class ObliqueImpact(Case):
         ),
         Variant("wall", "m2 = 1e9 kg: as from a wall", {"m2": 10**9}, (-2, "0.3", 0, 0, 3, "0.2", 0, 0)),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(discs_kinetic, "decays"),
-        "momentum_x": Invariant(discs_momentum_x),
-        "momentum_y": Invariant(discs_momentum_y),
-        "angular_momentum": Invariant(discs_angular_momentum),
-    }
+    invariants = decaying(energy=discs_kinetic) | conserved(
+        momentum_x=discs_momentum_x, momentum_y=discs_momentum_y, angular_momentum=discs_angular_momentum
+    )
     scene = DISCS
-
-    @cached_property
-    def _exact(self) -> DiscImpact:
-        m1, m2, reach, e = self.parameter_values()
-        x1, y1, x2, y2, u1, w1, u2, w2 = self.initial_state
-        return DiscImpact(m1, m2, reach, e, (x1, y1, x2, y2), (u1, w1, u2, w2))
-
-    def motion(self) -> DiscImpact:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("before", discs_coast), Mode("after", discs_coast)),
-                start=discs_mode,
-                transitions=(Transition("impact", "before", disc_gap, -1, discs_strike, "after", discs_touching),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"after"}),
-            ),
-        )
+    forms = (
+        Hybrid(
+            modes=(Mode("before", discs_coast), Mode("after", discs_coast)),
+            start=discs_mode,
+            transitions=(Transition("impact", "before", disc_gap, -1, discs_strike, "after", discs_touching),),
+            terminal=frozenset({"after"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
@@ -171,19 +138,19 @@ class ObliqueImpact(Case):
 
     def natural_span(self) -> Number:
         """1.87 times the time to the impact; 2 time scales if there is none."""
-        return 1.87 * float(self._exact.impact_time()) if self._exact.touches else 2 * self.time_scale
+        return 1.87 * float(self.exact_motion.impact_time()) if self.exact_motion.touches else 2 * self.time_scale
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion = self._exact
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion = self.exact_motion
         if not motion.touches or motion.impact_time(20) > self.span:
             return ()
         time, before, after = motion.impact(digits)
         return (Event(time, "impact", before, after),)
 
     def same_course(self, other: Case) -> bool:
-        return isinstance(other, ObliqueImpact) and other._exact.touches == self._exact.touches
+        return isinstance(other, ObliqueImpact) and other.exact_motion.touches == self.exact_motion.touches
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        lost = {"energy_lost": motion._quantity(digits, lambda mp: mp.mpf(motion.energy_lost))}
-        return {"impact_time": motion.impact_time(digits) if motion.touches else mpf("inf")} | lost
+    def derived(self, digits: int) -> dict[str, Any]:
+        motion = self.exact_motion
+        time = motion.impact_time(digits) if motion.touches else mpf("inf")
+        return {"impact_time": time, "energy_lost": motion.energy_lost}

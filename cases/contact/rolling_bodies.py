@@ -3,21 +3,15 @@
 Cases: rolling_bodies, yo_yo.
 """
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
 from math import cos, sin
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Separable, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm, Slider
+from gnomon.cases.declare import *
 from gnomon.reference.contact.block_incline_friction import holds
 from gnomon.reference.contact.rolling_bodies import RollingBody
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
-from gnomon.reference.numerics.precision import Number, exact, publish, working
+from gnomon.reference.numerics.precision import Number, exact
 
 
 def slipping_body(t: Any, state: Values, parameters: Values) -> Values:
@@ -118,29 +112,15 @@ class RollingBodies(Case):
     title = "Cylinder, sphere or hoop on an incline, with or without slip"
     section = "10.12, 10.19"
     conventions = "s down the slope; k = I/(m R^2): 1/2 cylinder, 2/5 sphere, 1 hoop; one friction coefficient."
-    state = (
-        Coordinate("s", "m", "length"),
-        Coordinate("v", "m/s", "velocity"),
-        Coordinate("w", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("alpha", "rad", "0.4", "angle of the incline"),
-        Parameter("mu", "1", "0.2", "coefficient of friction"),
-        Parameter("k", "1", "0.5", "moment of inertia over m R^2"),
-        Parameter("R", "m", "0.1", "radius"),
-    )
-    default_state = (0, 2, 0)
-    domain = Domain(
-        {
-            "g": positive(),
-            "alpha": Range(0.0, math.pi / 2, typical=(0.0, 1.3)),
-            "mu": Range(low=0.0, typical=(0.0, 1.0)),
-            "k": positive(0.1, 1.0),
-            "R": positive(0.1, 2.0),
-            **{name: Range(typical=(-5.0, 5.0)) for name in ("s", "v", "w")},
-        }
-    )
+    s = Coordinate("m", 0, typical(-5, 5))
+    v = Coordinate("m/s", 2, typical(-5, 5))
+    w = Coordinate("rad/s", 0, typical(-5, 5))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    alpha = Parameter("rad", "0.4", "angle of the incline", Range(0.0, math.pi / 2, typical=(0.0, 1.3)))
+    mu = Parameter("1", "0.2", "coefficient of friction", nonnegative(0, 1))
+    k = Parameter("1", "0.5", "moment of inertia over m R^2", positive(0.1, 1))
+    R = Parameter("m", "0.1", "radius", positive(0.1, 2))
+    exact_motion = bind(RollingBody)
     variants = (
         Variant("rolls", "rolls from rest", initial_state=(0, 0, 0)),
         Variant("slips", "too steep: slips from rest without end", {"alpha": 1}, (0, 0, 0)),
@@ -172,47 +152,36 @@ class RollingBodies(Case):
             (0, 0, 40),
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(body_energy, "decays")}
+    invariants = decaying(energy=body_energy)
     scene = ROLLING_SCENE
-
-    @cached_property
-    def _exact(self) -> RollingBody:
-        return RollingBody(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> RollingBody:
-        return self._exact
+    forms = (
+        Hybrid(
+            modes=(
+                Mode("ahead", slipping_body, (1.0,)),
+                Mode("behind", slipping_body, (-1.0,)),
+                Mode("roll", rolling_body),
+            ),
+            start=rolling_mode,
+            transitions=(
+                Transition("grips_ahead", "ahead", body_slip, -1, no_slip, "roll"),
+                Transition("grips_behind", "behind", body_slip, 1, no_slip, mode_without_slip),
+            ),
+            terminal=frozenset({"roll"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """The duration of the slip, at least the time of a fall through the radius."""
-        fall = math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
-        return max(fall, float(self._exact.slip_time())) if self._exact.slip_ends else fall
+        fall = math.sqrt(float(self.R / self.g))
+        return max(fall, float(self.exact_motion.slip_time())) if self.exact_motion.slip_ends else fall
 
     def natural_span(self) -> Number:
         """2.3 times the duration of the slip; 10 time scales if it does not end."""
-        return (2.3 if self._exact.slip_ends else 10) * self.time_scale
+        return (2.3 if self.exact_motion.slip_ends else 10) * self.time_scale
 
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(
-                    Mode("ahead", slipping_body, (1.0,)),
-                    Mode("behind", slipping_body, (-1.0,)),
-                    Mode("roll", rolling_body),
-                ),
-                start=rolling_mode,
-                transitions=(
-                    Transition("grips_ahead", "ahead", body_slip, -1, no_slip, "roll"),
-                    Transition("grips_behind", "behind", body_slip, 1, no_slip, mode_without_slip),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"roll"}),
-            ),
-        )
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion = self._exact
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion = self.exact_motion
         if not motion.slip_ends or motion.slip_time(20) > self.span:
             return ()
         there = motion.slip_state(digits)
@@ -220,18 +189,18 @@ class RollingBodies(Case):
 
     def same_course(self, other: Case) -> bool:
         theirs = RollingBody(*other.parameter_values(), *other.initial_state)
-        mine = self._exact
+        mine = self.exact_motion
         return (mine.can_roll, mine.slip > 0, mine.slip < 0) == (theirs.can_roll, theirs.slip > 0, theirs.slip < 0)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`friction_to_roll`: the least coefficient with which the body rolls from rest, tan(alpha)/(1 + 1/k)."""
-        motion = self._exact
-        found = {"rolling_acceleration": motion.rolling_acceleration(digits)} if motion.can_roll else {}
-        if motion.slip_ends:
-            found |= {"slip_time": motion.slip_time(digits), "rolling_speed": motion.slip_state(digits)[1]}
-        with working(digits + 10) as mp:
-            _g, alpha, _mu, k, _radius = map(mp.mpf, self.parameter_values())
-            return found | {"friction_to_roll": publish([mp.tan(alpha) * k / (1 + k)], digits)[0]}
+        motion = self.exact_motion
+        return {
+            "rolling_acceleration": motion.rolling_acceleration(digits) if motion.can_roll else None,
+            "slip_time": motion.slip_time(digits) if motion.slip_ends else None,
+            "rolling_speed": motion.slip_state(digits)[1] if motion.slip_ends else None,
+            "friction_to_roll": lambda mp: mp.tan(mp.mpf(self.alpha)) * mp.mpf(self.k) / (1 + mp.mpf(self.k)),
+        }
 
 
 class YoYo(Case):
@@ -241,40 +210,25 @@ class YoYo(Case):
     conventions = (
         "[inferred] y downward; a thin string unwinds without slip from an axle of radius r and stays vertical."
     )
-    state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m", "kg", "0.05", "mass"),
-        Parameter("I", "kg m^2", "2e-5", "moment of inertia about the axle"),
-        Parameter("r", "m", "0.005", "radius of the axle"),
-    )
-    default_state = (0, 0)
+    y = Coordinate("m", 0, typical(-5, 5))
+    v = Coordinate("m/s", 0, typical(-5, 5))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    m = Parameter("kg", "0.05", "mass", positive())
+    I = Parameter("kg m^2", "2e-5", "moment of inertia about the axle", positive())
+    r = Parameter("m", "0.005", "radius of the axle", positive())
+    exact_motion = bind(lambda c: StokesDrag(exact(0), (c.g / (1 + c.I / (c.m * c.r**2)),), (c.y,), (c.v,)))
     default_span = "1.5"
-    domain = Domain(
-        {name: positive() for name in ("g", "m", "I", "r")} | {name: Range(typical=(-5.0, 5.0)) for name in ("y", "v")}
-    )
     variants = (
         Variant("rising", "thrown up along its string: returns", initial_state=(1, -1), span=4),
         Variant("thin", "I = 1e6 m r^2: descends slowly", {"I": "1.25"}, span=1000),
     )
-    invariants: ClassVar = {"energy": Invariant(yo_yo_energy)}
+    invariants = conserved(energy=yo_yo_energy)
     forms = (Separable(yo_yo_acceleration, yo_yo_potential),)
     scene = YO_YO_SCENE
+    reversal = None
     time_scale = 1.0
 
-    @cached_property
-    def _exact(self) -> StokesDrag:
-        g, m, inertia, radius = self.parameter_values()
-        y, v = self.initial_state
-        return StokesDrag(exact(0), (g / (1 + inertia / (m * radius**2)),), (y,), (v,))
-
-    def motion(self) -> StokesDrag:
-        return self._exact
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`acceleration`: downward (m/s^2); `string_force`: m (g - acceleration) (N)."""
-        (acceleration,) = self._exact.acceleration
-        force = self.parameters["m"] * (self.parameters["g"] - acceleration)
-        with working(digits + 2) as mp:
-            found = publish(map(mp.mpf, (acceleration, force)), digits)
-        return dict(zip(("acceleration", "string_force"), found, strict=True))
+        (acceleration,) = self.exact_motion.acceleration
+        return {"acceleration": acceleration, "string_force": self.m * (self.g - acceleration)}

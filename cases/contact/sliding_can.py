@@ -1,18 +1,12 @@
 """A chilled can that starts to slide when the air in it has warmed."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from functools import cached_property
 from math import cos, exp, sin
-from typing import Any
 
-from gnomon.cases.core.box_scene import flat_box
-from gnomon.cases.core.case import Case, Event, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm, Vector
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.sliding_can import SlidingCan
 from gnomon.reference.numerics.precision import Number, exact
 from mpmath import mpf
@@ -92,34 +86,20 @@ class SlidingCanCase(Case):
         "P (1 - e^(-t/T)). The can slides when m g sin(alpha) = mu_s N; when N = 0 it lifts off, and then "
         "s'' = g sin(alpha)."
     )
-    state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("m", "kg", "0.02", "mass of the can"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("alpha", "rad", "0.1", "angle of the incline"),
-        Parameter("mu_s", "1", "0.3", "coefficient of static friction"),
-        Parameter("mu_k", "1", "0.25", "coefficient of kinetic friction"),
-        Parameter("P", "N", "0.17", "final lift of the air, p1 A"),
-        Parameter("T", "s", 5, "time constant of the warming"),
+    s = Coordinate("m", 0, typical(-1, 1))
+    v = Coordinate("m/s", 0, Range(low=0.0, high=0.0, typical=(0.0, 0.0)))
+    m = Parameter("kg", "0.02", "mass of the can", positive(0.5, 2))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 15))
+    alpha = Parameter("rad", "0.1", "angle of the incline", Range(0.0, math.pi / 2, low_open=True, typical=(0.05, 0.6)))
+    mu_s = Parameter("1", "0.3", "coefficient of static friction", nonnegative(0.1, 0.8))
+    mu_k = Parameter("1", "0.25", "coefficient of kinetic friction", nonnegative(0, 0.5))
+    P = Parameter("N", "0.17", "final lift of the air, p1 A", positive(0.1, 30))
+    T = Parameter("s", 5, "time constant of the warming", positive(0.5, 5))
+    rules = (
+        Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),
+        Rule("the can starts at rest (v = 0)", lambda n: n["v"] == 0),
     )
-    default_state = (0, 0)
-    domain = Domain(
-        {
-            "m": positive(0.5, 2.0),
-            "g": positive(5.0, 15.0),
-            "alpha": Range(0.0, math.pi / 2, low_open=True, typical=(0.05, 0.6)),
-            "mu_s": Range(low=0.0, typical=(0.1, 0.8)),
-            "mu_k": Range(low=0.0, typical=(0.0, 0.5)),
-            "P": positive(0.1, 30.0),
-            "T": positive(0.5, 5.0),
-            "s": Range(typical=(-1.0, 1.0)),
-            "v": Range(low=0.0, high=0.0, typical=(0.0, 0.0)),
-        },
-        (
-            Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),
-            Rule("the can starts at rest (v = 0)", lambda n: n["v"] == 0),
-        ),
-    )
+    exact_motion = bind(SlidingCan, mass="m", lift="P", warming="T")
     variants = (
         Variant(
             "late", "P is 1e-5 above the holding limit: slides after 11.6 time constants", {"P": "0.12993"}, span=100
@@ -140,37 +120,26 @@ class SlidingCanCase(Case):
         ),
     )
     autonomous = False
-
-    @cached_property
-    def _exact(self) -> SlidingCan:
-        return SlidingCan(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> SlidingCan:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("stick", can_stands), Mode("slide", can_slides), Mode("float", can_floats)),
-                start=can_mode,
-                transitions=(
-                    Transition("sets_off", "stick", grip, 1, set_off, "slide"),
-                    Transition("lifts_off", "slide", pressure, -1, set_off, "float"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"float"}),
+    forms = (
+        Hybrid(
+            modes=(Mode("stick", can_stands), Mode("slide", can_slides), Mode("float", can_floats)),
+            start=can_mode,
+            transitions=(
+                Transition("sets_off", "stick", grip, 1, set_off, "slide"),
+                Transition("lifts_off", "slide", pressure, -1, set_off, "float"),
             ),
-        )
+            terminal=frozenset({"float"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """The time constant of the warming."""
-        return float(self.parameters["T"])
+        return float(self.T)
 
     def natural_span(self) -> Number:
         """0.97 time constants after sliding begins, or half of one after lift-off; 5.1 time constants if it holds."""
-        motion = self._exact
+        motion = self.exact_motion
         if motion.lifts:
             return float(motion.lift_off()) + 0.47 * self.time_scale
         return 5.1 * self.time_scale if motion.holds else float(motion.onset()) + 0.97 * self.time_scale
@@ -178,13 +147,13 @@ class SlidingCanCase(Case):
     @property
     def scene(self) -> SceneForm:
         """It needs a separate static coefficient only if that decides when sliding begins."""
-        motion = self._exact
+        motion = self.exact_motion
         slippery = replace(motion, mu_s=motion.mu_k)
         alike = motion.mu_s == motion.mu_k or motion.slides_first or slippery.holds
         return ONE_FRICTION if alike else TWO_FRICTIONS
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion, found = self._exact, list[Event]()
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion, found = self.exact_motion, list[Event]()
         if not motion.holds and not motion.slides_first and motion.onset(20) <= self.span:
             there = (self.exact(0, digits)[0], mpf(0))
             found.append(Event(motion.onset(digits), "sets_off", there, there))
@@ -194,15 +163,15 @@ class SlidingCanCase(Case):
         return tuple(found)
 
     def same_course(self, other: Case) -> bool:
-        theirs, mine = SlidingCan(*other.parameter_values(), *other.initial_state), self._exact
+        theirs, mine = SlidingCan(*other.parameter_values(), *other.initial_state), self.exact_motion
         return (theirs.holds, theirs.slides_first, theirs.lifts) == (mine.holds, mine.slides_first, mine.lifts)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`holding_lift`: the largest P with which it never slides (N); negative if it slides without any."""
-        motion = self._exact
-        found = {"onset": mpf("inf") if motion.holds else motion.onset(digits)}
-        if self.parameters["mu_s"] > 0:
-            found["holding_lift"] = motion.holding_lift(digits)
-        if motion.lifts:
-            found |= {"lift_off": motion.lift_off(digits), "lift_off_speed": motion.state_at_lift_off(digits)[1]}
-        return found
+        motion = self.exact_motion
+        return {
+            "onset": mpf("inf") if motion.holds else motion.onset(digits),
+            "holding_lift": motion.holding_lift(digits) if self.mu_s > 0 else None,
+            "lift_off": motion.lift_off(digits) if motion.lifts else None,
+            "lift_off_speed": motion.state_at_lift_off(digits)[1] if motion.lifts else None,
+        }

@@ -1,16 +1,10 @@
 """A block on a moving belt, held by a spring: stick-slip motion."""
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
-from typing import Any
 
-from gnomon.cases.core.box_scene import flat_box
-from gnomon.cases.core.case import Case, Event, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import SceneForm, Vector
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.stick_slip_belt import StickSlip
 from gnomon.reference.numerics.precision import Number, exact
 from mpmath import mpf
@@ -92,33 +86,20 @@ class StickSlipBelt(Case):
         "x from the position of the unstretched spring, along the belt, which moves at V > 0; the block sticks until "
         "k x = mu_s m g. It is never faster than the belt."
     )
-    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("m", "kg", 1, "mass"),
-        Parameter("k", "N/m", 20, "stiffness of the spring"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("mu_s", "1", "0.5", "coefficient of static friction"),
-        Parameter("mu_k", "1", "0.3", "coefficient of kinetic friction"),
-        Parameter("V", "m/s", "0.5", "speed of the belt"),
+    x = Coordinate("m", 0, typical(-0.1, 1))
+    v = Coordinate("m/s", "0.5", typical(-0.5, 0.5))
+    m = Parameter("kg", 1, "mass", positive())
+    k = Parameter("N/m", 20, "stiffness of the spring", positive(1, 20))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    mu_s = Parameter("1", "0.5", "coefficient of static friction", nonnegative(0.2, 1))
+    mu_k = Parameter("1", "0.3", "coefficient of kinetic friction", nonnegative(0.1, 0.6))
+    V = Parameter("m/s", "0.5", "speed of the belt", positive(0.1, 2))
+    rules = (
+        Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),
+        Rule("v <= V (the block is no faster than the belt)", lambda n: n["v"] <= n["V"]),
+        Rule("an initial slip ends where the belt can hold the block, at x >= -mu_s m g/k", slip_sticks),
     )
-    default_state = (0, "0.5")
-    domain = Domain(
-        {
-            "m": positive(),
-            "k": positive(1.0, 20.0),
-            "g": positive(1.0, 10.0),
-            "mu_s": Range(low=0.0, typical=(0.2, 1.0)),
-            "mu_k": Range(low=0.0, typical=(0.1, 0.6)),
-            "V": positive(0.1, 2.0),
-            "x": Range(typical=(-0.1, 1.0)),
-            "v": Range(typical=(-0.5, 0.5)),
-        },
-        (
-            Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),
-            Rule("v <= V (the block is no faster than the belt)", lambda n: n["v"] <= n["V"]),
-            Rule("an initial slip ends where the belt can hold the block, at x >= -mu_s m g/k", slip_sticks),
-        ),
-    )
+    exact_motion = bind(StickSlip, mass="m", stiffness="k")
     variants = (
         Variant("slow_belt", "V = 1e-3: long phases of sticking, short slips", {"V": "1e-3"}, (0, "1e-3")),
         Variant(
@@ -132,48 +113,37 @@ class StickSlipBelt(Case):
         Variant("slipping_start", "starts at rest on the moving belt", initial_state=(0, 0)),
         Variant("many", "1,389 cycles: errors of event times add up", span="2050.3"),
     )
-
-    @cached_property
-    def _exact(self) -> StickSlip:
-        return StickSlip(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> StickSlip:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("stick", riding), Mode("slip", slipping)),
-                start=stick_slip_mode,
-                transitions=(
-                    Transition("release", "stick", pull, 1, at_belt_speed, "slip"),
-                    Transition("stick", "slip", lag, 1, at_belt_speed, "stick"),
-                ),
-                settle=1e-9 * self.time_scale,
+    forms = (
+        Hybrid(
+            modes=(Mode("stick", riding), Mode("slip", slipping)),
+            start=stick_slip_mode,
+            transitions=(
+                Transition("release", "stick", pull, 1, at_belt_speed, "slip"),
+                Transition("stick", "slip", lag, 1, at_belt_speed, "stick"),
             ),
-        )
+        ),
+    )
 
     @property
     def scene(self) -> SceneForm:
-        return ONE_FRICTION if self.parameters["mu_s"] == self.parameters["mu_k"] else TWO_FRICTIONS
+        return ONE_FRICTION if self.mu_s == self.mu_k else TWO_FRICTIONS
 
     @property
     def time_scale(self) -> float:
         """sqrt(m/k)."""
-        return math.sqrt(float(self.parameters["m"] / self.parameters["k"]))
+        return math.sqrt(float(self.m / self.k))
 
     def natural_span(self) -> Number:
         """Until the first release, and 5.37 cycles more."""
-        return float(self._exact.release_time()) + 5.37 * float(self._exact.period())
+        return float(self.exact_motion.release_time()) + 5.37 * float(self.exact_motion.period())
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`release` and `stick` alternate."""
-        motion, found = self._exact, list[Event]()
+        motion, found = self.exact_motion, list[Event]()
         if motion.slips_for_good:
             return ()
         if motion.repeats:
-            self._few(2 * float(self.span) / float(motion.period()))
+            self.limit_events(2 * float(self.span) / float(motion.period()))
         belt = motion.number(motion.V, digits)
 
         def add(time: Any, name: str, place: Any) -> bool:
@@ -199,16 +169,18 @@ class StickSlipBelt(Case):
 
     def same_course(self, other: Case) -> bool:
         theirs = StickSlip(*other.parameter_values(), *other.initial_state)
-        mine = self._exact
+        mine = self.exact_motion
         return (theirs.stuck_first, theirs.slips_for_good, theirs.repeats) == (
             mine.stuck_first,
             mine.slips_for_good,
             mine.repeats,
         )
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        found = {"period": motion.period(digits)}
-        if motion.repeats:
-            found |= {"slip_time": motion.slip_time(digits), "stick_time": motion.stick_time(digits)}
-        return found | {"first_release": mpf("inf") if motion.slips_for_good else motion.release_time(digits)}
+    def derived(self, digits: int) -> dict[str, Any]:
+        motion = self.exact_motion
+        return {
+            "period": motion.period(digits),
+            "slip_time": motion.slip_time(digits) if motion.repeats else None,
+            "stick_time": motion.stick_time(digits) if motion.repeats else None,
+            "first_release": mpf("inf") if motion.slips_for_good else motion.release_time(digits),
+        }

@@ -5,35 +5,26 @@ from __future__ import annotations
 import bisect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from math import isfinite, isnan, tau
+from operator import attrgetter
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from gnomon.cases.core import accuracy, sampling
+from gnomon.cases.core.declared import Attitude, Coordinate, Declared
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, SecondOrder, first_order
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.interface import Between
 from gnomon.cases.core.metric import Metric
-from gnomon.cases.core.numbers import (
-    DURATION,
-    LARGEST,
-    SMALLEST,
-    Coordinate,
-    Domain,
-    OutOfReachError,
-    Parameter,
-    Range,
-    given,
-    nearest,
-    show,
-)
+from gnomon.cases.core.numbers import DURATION, LARGEST, SMALLEST, OutOfReachError, given, show
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.turning import Turning
 from gnomon.reference.numerics.motion import MANY, Motion
 from gnomon.reference.numerics.pointwise import SAMPLE_DIGITS
-from gnomon.reference.numerics.precision import Number, exact, nearest_double
+from gnomon.reference.numerics.precision import Number, exact, nearest_double, quantity
 from mpmath import mpf
 from numpy.typing import NDArray
 
@@ -44,20 +35,34 @@ EVENT_DIGITS = 20
 """Digits of the times of events, between which the motion is smooth."""
 
 
-@dataclass(frozen=True)
-class Variant:
-    """A case with other numbers, chosen because they are hard: those that differ from the default, and what they stress.
+UNITS = {"time scale": 1.0, "turn": tau}
+"""Units of a `Span` in time scales of the case."""
 
-    `stresses` is one line of text for the page; it says which difficulty the variant has.
+
+@dataclass(frozen=True)
+class Span:
+    """A span that follows from the numbers of a case.
+
+    A case whose span depends on its numbers in another way has its own `natural_span`, which may read `periods`.
+
+    Parameters
+    ----------
+    periods : float
+        Number of units.
+    unit : str or Callable
+        "time scale", "turn" (2 pi time scales), or a function of the exact motion that returns a time (s).
+    otherwise : float
+        Number of time scales in the span where that time is None or infinite.
+
+    Examples
+    --------
+    >>> turns = Span(10.37, "turn")
+    >>> swings = Span(10.37, lambda motion: motion.period(20), otherwise=9)
     """
 
-    name: str
-    stresses: str
-    parameters: Mapping[str, Number] = field(default_factory=dict)
-    initial_state: Sequence[Number] | None = None
-    span: Number | None = None
-    scored: tuple[str, ...] = ()
-    """The groups of the state that count in the distance; all groups if it is empty."""
+    periods: float
+    unit: str | Callable[[Any], Any]
+    otherwise: float = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,12 +86,39 @@ class Invariant:
     law: str = "constant"
 
 
+def conserved(**functions: Callable[[Any, tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]) -> dict[str, Invariant]:
+    """Invariants that are constant on the motion.
+
+    Parameters
+    ----------
+    **functions : Callable
+        (t, state, parameters) -> (value,), by the name of the invariant.
+
+    Returns
+    -------
+    dict[str, Invariant]
+        For `Case.invariants`; a case with both kinds states `conserved(...) | decaying(...)`.
+    """
+    return {name: Invariant(function) for name, function in functions.items()}
+
+
+def decaying(**functions: Callable[[Any, tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]) -> dict[str, Invariant]:
+    """Quantities that never grow on the motion, such as an energy with friction; see `conserved`."""
+    return {name: Invariant(function, "decays") for name, function in functions.items()}
+
+
 @dataclass(frozen=True)
 class Level:
     """One level of a model hierarchy, which begins with the crudest model.
 
-    `case` is the model; `project(states)` maps its states (n, dim) to states of the case that has the hierarchy; `effect`
-    says what this level adds to the level before.
+    Parameters
+    ----------
+    case : Case
+        The model.
+    project : Callable
+        Maps states of the model, shape (n, dim), to states of the case that has the hierarchy.
+    effect : str
+        The effect that this level adds to the level before.
     """
 
     case: Case
@@ -99,32 +131,24 @@ def same(states: Floats) -> Floats:
     return states
 
 
-class Case:
+class Case(Declared):
     """One initial value problem with exact numbers. A subclass is one case; an instance is that case with given numbers.
 
-    A subclass states the class attributes below, `motion()` and `forms`; everything else follows from them. What is a
-    property below is a class attribute of a case in which it does not depend on the numbers: `forms = (FirstOrder(f),)`.
-    Where the book describes a system without equations, `conventions` begins with [inferred] and states the model.
+    A subclass declares its numbers, its exact motion, its variants, `forms`, and those of the class attributes and methods
+    below that are not as a case has them by default. A property below may be a class attribute where it does not depend
+    on the numbers: `forms = (FirstOrder(f),)`. Where the book describes a system without equations, `conventions` begins
+    with [inferred] and states the model.
     """
 
-    name: ClassVar[str]
-    title: ClassVar[str]
-    section: ClassVar[str]
-    conventions: ClassVar[str] = ""
     state: ClassVar[tuple[Coordinate, ...]]
-    parameter_list: ClassVar[tuple[Parameter, ...]]
     default_state: ClassVar[tuple[Number, ...]]
-    default_span: ClassVar[Number]
-    domain: ClassVar[Domain]
-    variants: ClassVar[tuple[Variant, ...]] = ()
+    """The starts of the coordinates, which a case may state together."""
+    default_span: ClassVar[Number | Span]
+    """The span if neither the caller nor the variant gives one, in seconds or as a `Span`."""
     invariants: ClassVar[Mapping[str, Invariant]] = {}
-    natural_sizes: ClassVar[Mapping[str, float]] = {}
-    """The scale of a group whose exact motion stays zero, by group; 1 SI unit for a group without an entry."""
     turning: ClassVar[Turning | None] = None
     """The rotational symmetry of the case, if it has one: errors are then medians over turned starts."""
     autonomous: ClassVar[bool] = True
-    reversal: ClassVar[tuple[str, ...] | None] = None
-    """The coordinates and parameters whose signs time reversal changes; None for a case without time reversal."""
     mirror: ClassVar[tuple[str, ...]] = ()
     """Coordinates and parameters: with other signs of all these the motion has other signs of these; () if there are none."""
     alike: ClassVar[tuple[tuple[str, ...], ...]] = ()
@@ -132,6 +156,18 @@ class Case:
     numbers of the next one, and the last those of the first, the motion does; () if there are none."""
     certified_digits: ClassVar[int] = 45
     """Digits to which its certificate must confirm the motion: 45 for a closed form, 30 for an integration."""
+
+    exact_motion: Motion
+    """The exact motion, which a case declares by `bind`."""
+    initial_state: tuple[Fraction, ...]
+    span: Fraction
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if any(isinstance(each, Coordinate | Attitude) for each in vars(cls).values()):
+            cls.state = tuple(each for each in cls._declared().values() if isinstance(each, Coordinate))
+            if "default_state" not in vars(cls):
+                cls.default_state = tuple(each.start for each in cls.state)
 
     def __init__(
         self,
@@ -141,20 +177,15 @@ class Case:
         **parameters: Number,
     ) -> None:
         setting = self._variant(variant)
-        values: dict[str, Number] = {p.name: p.default for p in self.parameter_list}
-        for name in parameters:
-            if name not in values:
-                raise ValueError(f"{self.name} has no parameter {name!r}; {nearest(name, values)}")
-        values |= dict(setting.parameters) | parameters
         start = initial_state if initial_state is not None else setting.initial_state
         start = self.default_state if start is None else start
+        self.variant = variant
+        self.parameters = self._parameters(setting, parameters)
         names = [coordinate.name for coordinate in self.state]
         if len(start) != len(names):
             raise ValueError(
                 f"{self.name}: the initial state has {len(start)} numbers, not {len(names)} ({', '.join(names)})"
             )
-        self.variant = variant
-        self.parameters = {name: self._given(name, value) for name, value in values.items()}
         self.initial_state = tuple(map(self._given, names, start))
         with self._within_reach():
             self.domain.check(self.name, self.numbers)
@@ -165,30 +196,21 @@ class Case:
         if self.span <= 0:
             raise ValueError(f"{self.name}: span = {show(self.span)} is not positive; give a duration in seconds")
 
-    @classmethod
-    def _given(cls, name: str, value: Number) -> Fraction:
-        return given(value, f"{cls.name}: {name}", cls.domain.ranges.get(name, Range()))
-
     def _natural(self) -> Fraction:
         found = exact(self.natural_span(), "its natural span")
         if not SMALLEST <= found <= LARGEST:
             raise ArithmeticError(f"its natural span, {show(found)} s, is not within 1e-300 and 1e300 s")
         return found
 
-    @classmethod
-    def _variant(cls, name: str | None) -> Variant:
-        if name is None:
-            return Variant("default", "")
-        for variant in cls.variants:
-            if variant.name == name:
-                return variant
-        raise ValueError(f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}")
-
-    # What a subclass states -------------------------------------------------------------------------------------
-
     def motion(self) -> Motion:
         """The exact motion of these numbers."""
-        raise NotImplementedError
+        return self.exact_motion
+
+    @classmethod
+    def motion_of(cls, numbers: Mapping[str, Fraction]) -> Any:
+        """The exact motion of numbers by name, for rules of the domain; `exact_motion` binds a dataclass."""
+        bound: Any = cls.exact_motion
+        return bound.of(numbers)
 
     @property
     def forms(self) -> tuple[Form, ...]:
@@ -212,30 +234,80 @@ class Case:
         """The shortest time in the equations (s), modes included that decay at once."""
         return self.time_scale
 
+    @property
+    def periods(self) -> float:
+        """How many units of its `Span` the natural span has: by the variant, else by the case."""
+        wanted = self._variant(self.variant).periods
+        assert isinstance(self.default_span, Span)
+        return self.default_span.periods if wanted is None else wanted
+
     def natural_span(self) -> Number:
         """The span (s) that is used if neither the caller nor the variant gives one."""
-        return self.default_span
+        span = self.default_span
+        if not isinstance(span, Span):
+            return span
+        if isinstance(span.unit, str):
+            return self.periods * UNITS[span.unit] * self.time_scale
+        period = span.unit(self.exact_motion)
+        return (
+            self.periods * float(period)
+            if period is not None and isfinite(period)
+            else span.otherwise * self.time_scale
+        )
+
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        """Derived quantities that are methods of the exact motion, which take the digits, or exact numbers in it.
+
+        "period"; "rise=swing.height" with the name of the quantity first; "least largest=turning_points" for several.
+        """
+        return ()
+
+    def derived(self, digits: int) -> dict[str, Any]:
+        """Other derived quantities by name.
+
+        Each is an exact number, a function of an mpmath context, an mpf, or None where the motion has no such quantity.
+        """
+        return {}
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """Derived quantities by name, SI units, to `digits` significant digits: period, stop time and others."""
-        return {}
+        found: dict[str, Any] = {}
+        for entry in self.quantity_names:
+            names, _, source = entry.partition("=")
+            value = attrgetter(source or names)(self.exact_motion)
+            value = value(digits) if callable(value) else value
+            if value is not None:
+                found |= zip(names.split(), value if isinstance(value, tuple) else (value,), strict=True)
+        found |= self.derived(digits)
+        return {name: _rounded(value, digits) for name, value in found.items() if value is not None}
+
+    @property
+    def reversal(self) -> tuple[str, ...] | None:
+        """The coordinates and parameters whose signs time reversal changes; None for a case without time reversal.
+
+        The velocities of a second-order form whose acceleration depends on position alone; other cases state it.
+        """
+        if self.second_order is None or not self.autonomous:
+            return None
+        return tuple(coordinate.name for coordinate in self.state[len(self.state) // 2 :])
 
     def events(self, digits: int = 15) -> tuple[Event, ...]:
         """The events of a hybrid motion within the span, sorted by time; computed once for each precision."""
         if digits not in self._events:
             with self._within_reach():
-                self._events[digits] = self._listed(digits)
+                self._events[digits] = self.list_events(digits)
         return self._events[digits]
 
     @cached_property
     def _events(self) -> dict[int, tuple[Event, ...]]:
         return {}
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """Compute the events; a hybrid case overrides this."""
         return ()
 
-    def _few(self, events: float, most: int = MOST_EVENTS) -> None:
+    def limit_events(self, events: float, most: int = MOST_EVENTS) -> None:
         """Raise ArithmeticError if `events`, the expected number within the span, is above `most`."""
         if events > most:
             span = float(self.span)
@@ -284,8 +356,6 @@ class Case:
         back = (-x if c.name in changed else x for c, x in zip(self.state, state, strict=True))
         return tuple(back), {name: -x if name in changed else x for name, x in self.parameters.items()}
 
-    # What follows -----------------------------------------------------------------------------------------------
-
     @property
     def numbers(self) -> dict[str, Fraction]:
         """Parameters and initial state by name."""
@@ -304,12 +374,8 @@ class Case:
             unusual = self.domain.unusual(self.numbers)
             raise OutOfReachError(f"{self.name}: {unusual}{given_span}: {error}") from error
 
-    @property
-    def id(self) -> str:
-        return f"{self.name}/{self.variant}" if self.variant else self.name
-
     def rounded(self) -> Case:
-        """The same case with every number rounded to binary64; its exact motion is that of the rounded numbers."""
+        """The same case with every number rounded to binary64; its exact motion belongs to the rounded numbers."""
         parameters: dict[str, Any] = {name: float(value) for name, value in self.parameters.items()}
         start = [float(value) for value in self.initial_state]
         copy = type(self)(initial_state=start, span=float(self.span), **parameters)
@@ -340,11 +406,17 @@ class Case:
             return self._motion.state(t, digits)
 
     def all_forms(self) -> tuple[Form, ...]:
-        """`forms`, with the first-order form that they imply."""
-        if any(isinstance(form, FirstOrder) for form in self.forms):
-            return self.forms
-        implied = next((f for f in map(first_order, self.forms) if f is not None), None)
-        return self.forms if implied is None else (*self.forms, implied)
+        """`forms`, with the first-order form that they imply; hybrid forms with the time in which they settle."""
+        forms = tuple(map(self._settled, self.forms))
+        if any(isinstance(form, FirstOrder) for form in forms):
+            return forms
+        implied = next((f for f in map(first_order, forms) if f is not None), None)
+        return forms if implied is None else (*forms, implied)
+
+    def _settled(self, form: Form) -> Form:
+        if isinstance(form, Hybrid) and isnan(form.settle):
+            return replace(form, settle=1e-9 * self.time_scale)
+        return form
 
     def parameter_values(self) -> tuple[Fraction, ...]:
         """The values of the parameters as the tuple that equations take."""
@@ -393,7 +465,7 @@ class Case:
 
     @property
     def hybrid(self) -> Hybrid | None:
-        return next((form for form in self.forms if isinstance(form, Hybrid)), None)
+        return next((form for form in map(self._settled, self.forms) if isinstance(form, Hybrid)), None)
 
     @property
     def second_order(self) -> SecondOrder | None:
@@ -402,3 +474,9 @@ class Case:
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name}={float(value):g}" for name, value in self.numbers.items())
         return f"<{self.id}: {numbers}, span {float(self.span):g} s>"
+
+
+def _rounded(value: Any, digits: int) -> Any:
+    if callable(value):
+        return quantity(digits, value)
+    return quantity(digits, lambda mp: mp.mpf(value)) if isinstance(value, int | Fraction) else value

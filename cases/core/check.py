@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
-from gnomon.cases.core.numbers import Domain, Parameter, Range, given, nearest
+from gnomon.cases.core.declared import Declared
 from gnomon.reference.numerics.balls import ball, refined
 from gnomon.reference.numerics.precision import Number, publish, working
 
 
-@dataclass(frozen=True)
-class CheckVariant:
-    """A check with other parameters, chosen because they are hard: those that differ, and what they stress."""
-
-    name: str
-    stresses: str
-    parameters: Mapping[str, Number] = field(default_factory=dict)
-
-
-class Check:
+class Check(Declared):
     """Closed forms with exact numbers. A subclass is one check; an instance is that check with given parameters.
 
     A subclass states the class attributes below and
@@ -36,39 +26,13 @@ class Check:
     (`force.x`, `force.y`).
     """
 
-    name: ClassVar[str]
-    title: ClassVar[str]
-    section: ClassVar[str]
-    conventions: ClassVar[str] = ""
-    parameter_list: ClassVar[tuple[Parameter, ...]]
-    domain: ClassVar[Domain]
-    variants: ClassVar[tuple[CheckVariant, ...]] = ()
     guard: ClassVar[int] = 30
     """Extra digits for the independent computation: at least as many as it loses on any variant."""
-    natural_sizes: ClassVar[Mapping[str, float]] = {}
-    """The size of a quantity that is exactly zero; 1 SI unit for a quantity without an entry."""
 
     def __init__(self, variant: str | None = None, **parameters: Number) -> None:
-        values: dict[str, Number] = {p.name: p.default for p in self.parameter_list}
-        for name in parameters:
-            if name not in values:
-                raise ValueError(f"{self.name} has no parameter {name!r}; {nearest(name, values)}")
-        values |= dict(self._variant(variant).parameters) | parameters
         self.variant = variant
-        self.parameters = {
-            name: given(value, f"{self.name}: {name}", self.domain.ranges.get(name, Range()))
-            for name, value in values.items()
-        }
+        self.parameters = self._parameters(self._variant(variant), parameters)
         self.domain.check(self.name, self.parameters)
-
-    @classmethod
-    def _variant(cls, name: str | None) -> CheckVariant:
-        if name is None:
-            return CheckVariant("default", "")
-        for variant in cls.variants:
-            if variant.name == name:
-                return variant
-        raise ValueError(f"{cls.name} has no variant {name!r}; {nearest(name, [v.name for v in cls.variants])}")
 
     def formulas(self, p: Any) -> Mapping[str, Any]:
         """The closed forms in balls, at the current precision."""
@@ -108,10 +72,6 @@ class Check:
             name: largest[name.partition(".")[0]] or self.natural_sizes.get(name.partition(".")[0], 1.0)
             for name in values
         }
-
-    @property
-    def id(self) -> str:
-        return f"{self.name}/{self.variant}" if self.variant else self.name
 
     def rounded(self) -> Check:
         """The same check with every number rounded to binary64, as independent computations in binary64 take them."""

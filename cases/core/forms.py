@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import nan
 from typing import Any
 
 Values = tuple[Any, ...]
@@ -133,13 +134,13 @@ class Hybrid:
     """Modes and transitions. `start(t, state, parameters)` names the mode of an initial state.
 
     A mode in `terminal` has no transition. When a transition named in `limits` occurs twice within `settle` seconds, the
-    motion enters its limit mode.
+    motion enters its limit mode. nan: a case sets `settle` to 1e-9 of its time scale.
     """
 
     modes: tuple[Mode, ...]
     start: Callable[[Any, Values, Values], str]
     transitions: tuple[Transition, ...]
-    settle: float
+    settle: float = nan
     terminal: frozenset[str] = frozenset()
     limits: tuple[tuple[str, str, Equations], ...] = ()
     """(transition, limit mode, map of the state) for each Zeno sequence."""

@@ -7,8 +7,9 @@ from fractions import Fraction
 from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
+from gnomon.cases.core.declared import Coordinate
 from gnomon.cases.core.forms import Hybrid
-from gnomon.cases.core.numbers import Coordinate, Domain
+from gnomon.cases.core.numbers import Domain
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.precision import Number
 from numpy.typing import NDArray

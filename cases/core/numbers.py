@@ -20,55 +20,26 @@ LARGEST, SMALLEST = max(Fraction(10) ** 300, Fraction(1e300)), min(Fraction(1, 1
 square root or a quotient may overflow or underflow."""
 TINY = Fraction(1, 10**3)
 """A number below this fraction of its typical range is unusual: the error about a missing exact motion names it."""
-KINDS = (
-    "length",
-    "velocity",
-    "angle",
-    "angular velocity",
-    "attitude",
-    "dimensionless",
-    "rate",
-)
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """One component of a state. Coordinates of one `group` share a norm and a scale; the group is `kind` by default."""
-
-    name: str
-    unit: str
-    kind: str
-    group: str = ""
-
-    def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise ValueError(f"coordinate {self.name}: kind {self.kind!r} is none of {', '.join(KINDS)}")
-        if not self.group:
-            object.__setattr__(self, "group", self.kind)
-
-
-POINT_IN_A_PLANE = (
-    Coordinate("x", "m", "length"),
-    Coordinate("y", "m", "length"),
-    Coordinate("vx", "m/s", "velocity"),
-    Coordinate("vy", "m/s", "velocity"),
-)
-"""The state of a point, or of a centre of mass, that moves in a plane."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter with its unit, its default value and its meaning."""
-
-    name: str
-    unit: str
-    default: Number
-    meaning: str = ""
 
 
 @dataclass(frozen=True)
 class Range:
-    """The allowed interval of one number, and the `typical` one from which tests and searches draw at random."""
+    """The allowed interval of one number, and the typical one.
+
+    Parameters
+    ----------
+    low, high : float
+        Ends of the allowed interval; infinite by default.
+    low_open, high_open : bool
+        Whether an end does not belong to it.
+    typical : tuple[float, float]
+        The interval from which tests and searches draw at random.
+
+    Examples
+    --------
+    >>> print(Range(0.0, 1.0, high_open=True))
+    [0, 1)
+    """
 
     low: float = -math.inf
     high: float = math.inf
@@ -89,9 +60,37 @@ class Range:
         return f"{left}{self.low:g}, {self.high:g}{right}"
 
 
+def typical(low: float, high: float) -> Range:
+    """Any number; tests and searches draw from [low, high].
+
+    Examples
+    --------
+    >>> typical(-7, 7).admits(Fraction(100))
+    True
+    """
+    return Range(typical=(float(low), float(high)))
+
+
 def positive(low: float = 0.1, high: float = 10.0) -> Range:
-    """A number above zero, drawn from [low, high]."""
-    return Range(low=0.0, low_open=True, typical=(low, high))
+    """A number above zero; tests and searches draw from [low, high].
+
+    Examples
+    --------
+    >>> print(positive())
+    (0, inf)
+    """
+    return Range(low=0.0, low_open=True, typical=(float(low), float(high)))
+
+
+def nonnegative(low: float = 0.0, high: float = 10.0) -> Range:
+    """Zero or a number above it; tests and searches draw from [low, high].
+
+    Examples
+    --------
+    >>> print(nonnegative())
+    [0, inf)
+    """
+    return Range(low=0.0, typical=(float(low), float(high)))
 
 
 DURATION = Range(low=0.0, low_open=True)
@@ -103,7 +102,19 @@ class OutOfReachError(ValueError, ArithmeticError):
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule that joins several numbers: `holds(numbers)` takes parameters and initial state by name."""
+    """A rule that joins several numbers.
+
+    Parameters
+    ----------
+    statement : str
+        The rule in words, which the error names where it does not hold.
+    holds : Callable
+        Takes parameters and initial values as Fractions by name; returns whether they keep the rule.
+
+    Examples
+    --------
+    >>> above = Rule("the start is above the ground, y > 0", lambda n: n["y"] > 0)
+    """
 
     statement: str
     holds: Callable[[Mapping[str, Fraction]], bool]

@@ -3,27 +3,20 @@
 Cases: charge_in_E_and_B, relativistic_charge.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from fractions import Fraction
-from functools import cached_property
 from math import sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Charged, SemiLinear, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.point_scene import SPACE, free_point
+from gnomon.cases.core.forms import Charged
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import SPACE, free_point
 from gnomon.reference.flight.gyration import Charge
 from gnomon.reference.flight.relativistic_charge import RelativisticCharge
 from gnomon.reference.numerics.precision import Number
-from mpmath import mpf
 
 TURNS = 10.37 * 2 * math.pi
-FIELDS = ("Ex", "Ey", "Ez", "Bx", "By", "Bz")
 
 
 def uniform_fields(t: Any, place: Values, parameters: Values) -> Values:
@@ -102,17 +95,6 @@ def electric_push(t: Any, state: Values, parameters: Values) -> Values:
 
 
 SCENE = free_point(lorentz_equations, SPACE, fields=uniform_fields)
-PLACES = tuple(Coordinate(name, "m", "length") for name in "xyz")
-FIELD_PARAMETERS = tuple(
-    Parameter(name, unit, 0, f"{field} field along {name[1]}")
-    for unit, field, names in (("V/m", "electric", FIELDS[:3]), ("T", "magnetic", FIELDS[3:]))
-    for name in names
-)
-
-
-def with_fields(**values: Number) -> tuple[Parameter, ...]:
-    """Parameters for the six components of E and B, with these defaults."""
-    return tuple(Parameter(p.name, p.unit, values.get(p.name, 0), p.meaning) for p in FIELD_PARAMETERS)
 
 
 class ChargeInFields(Case):
@@ -120,10 +102,20 @@ class ChargeInFields(Case):
     title = "Charge in uniform E and B: gyration, E x B drift, acceleration along B"
     section = "6.3.3, 6.8"
     conventions = "q_m = q/m; speeds far below that of light."
-    state = (*PLACES, *(Coordinate(f"v{name}", "m/s", "velocity") for name in "xyz"))
-    parameter_list = (Parameter("q_m", "C/kg", 1, "charge over mass"), *with_fields(Ex=1, Ez="0.2", Bz=5))
-    default_state = (0, 0, 0, 1, 0, "0.5")
-    domain = Domain({name: Range(typical=(-3.0, 3.0)) for name in ("q_m", *FIELDS, "vx", "vy", "vz")})
+    x = Coordinate("m", 0)
+    y = Coordinate("m", 0)
+    z = Coordinate("m", 0)
+    vx = Coordinate("m/s", 1, typical(-3, 3))
+    vy = Coordinate("m/s", 0, typical(-3, 3))
+    vz = Coordinate("m/s", "0.5", typical(-3, 3))
+    q_m = Parameter("C/kg", 1, "charge over mass", typical(-3, 3))
+    Ex = Parameter("V/m", 1, "electric field along x", typical(-3, 3))
+    Ey = Parameter("V/m", 0, "electric field along y", typical(-3, 3))
+    Ez = Parameter("V/m", "0.2", "electric field along z", typical(-3, 3))
+    Bx = Parameter("T", 0, "magnetic field along x", typical(-3, 3))
+    By = Parameter("T", 0, "magnetic field along y", typical(-3, 3))
+    Bz = Parameter("T", 5, "magnetic field along z", typical(-3, 3))
+    exact_motion = bind(Charge, position="x y z", velocity="vx vy vz", electric="Ex Ey Ez", magnetic="Bx By Bz")
     variants = (
         Variant(
             "oblique", "fields and velocity not in one plane", {"Ey": 2, "Bx": 1, "By": -3}, (1, 2, 3, 1, "0.3", -1)
@@ -140,13 +132,13 @@ class ChargeInFields(Case):
         Variant("long_1e5", "100,000 gyrations: phase error", {"Ez": 0}, span="125664.37"),
         Variant("engines", "the parameters of engine tests, 5 s", span=5),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(charge_energy),
-        "parallel_momentum": Invariant(parallel_momentum),
-        "centre_x": Invariant(centre_x),
-        "centre_y": Invariant(centre_y),
-        "centre_z": Invariant(centre_z),
-    }
+    invariants = conserved(
+        energy=charge_energy,
+        parallel_momentum=parallel_momentum,
+        centre_x=centre_x,
+        centre_y=centre_y,
+        centre_z=centre_z,
+    )
     forms = (
         Charged(lorentz_equations, fields=uniform_fields),
         SemiLinear(lorentz_equations, linear=gyration_matrix, rest=electric_push),
@@ -156,38 +148,27 @@ class ChargeInFields(Case):
     mirror = ("x", "y", "z", "vx", "vy", "vz", "Ex", "Ey", "Ez")
     alike = tuple((axis, f"v{axis}", f"E{axis}", f"B{axis}") for axis in "xyz")
 
-    @cached_property
-    def _exact(self) -> Charge:
-        q_m, ex, ey, ez, bx, by, bz = self.parameter_values()
-        x, y, z, vx, vy, vz = self.initial_state
-        return Charge((x, y, z), (vx, vy, vz), q_m, (ex, ey, ez), (bx, by, bz))
-
-    def motion(self) -> Charge:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """One radian of the gyration, or the time in which E changes the velocity if that is shorter."""
         q_m, ex, ey, ez, *_ = map(float, self.parameter_values())
         force = abs(q_m) * math.hypot(ex, ey, ez)
         speed = math.hypot(*map(float, self.initial_state[3:]))
-        times = [1 / float(self._exact.gyration_rate())] if self._exact.gyration_rate() else []
+        times = [1 / float(self.exact_motion.gyration_rate())] if self.exact_motion.gyration_rate() else []
         return min(times + ([speed / force] if speed and force else [])) if times or (force and speed) else 1.0
 
     def natural_span(self) -> Number:
         """10.37 gyrations; ten time scales without a magnetic field."""
-        rate = float(self._exact.gyration_rate())
+        rate = float(self.exact_motion.gyration_rate())
         return TURNS / rate if rate else 10 * self.time_scale
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        found = {"gyration_rate": motion.gyration_rate(digits)}
-        if found["gyration_rate"]:
-            found |= {"gyration_period": motion.gyration_period(digits), "gyroradius": motion.gyroradius(digits)}
-            found |= {
-                f"drift_{name}": mpf(v.numerator) / v.denominator for name, v in zip("xyz", motion.drift(), strict=True)
-            }
-        return found
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        gyrates = bool(self.exact_motion.gyration_rate())
+        return (
+            "gyration_rate",
+            *(("gyration_period", "gyroradius", "drift_x drift_y drift_z=drift") if gyrates else ()),
+        )
 
 
 def relativistic_fields(t: Any, place: Values, parameters: Values) -> Values:
@@ -285,17 +266,22 @@ class RelativisticChargeCase(Case):
     title = "Relativistic charge in uniform E and B of any directions, by proper time"
     section = "6.3.2, 6.3.3, 6.8"
     conventions = "u = gamma v is the proper velocity; q_m = q/m, m the rest mass; no radiation."
-    state = (*PLACES, *(Coordinate(f"u{name}", "m/s", "velocity") for name in "xyz"))
-    parameter_list = (
-        Parameter("q_m", "C/kg", "1.7588e11", "charge over rest mass: an electron's, positive"),
-        Parameter("c", "m/s", LIGHT, "speed of light"),
-        *with_fields(Ex=100_000, Ez=20_000, Bz="0.01"),
-    )
-    default_state = (0, 0, 0, LIGHT, 0, LIGHT // 2)
-    domain = Domain(
-        {"q_m": Range(typical=(-2.0, 2.0)), "c": positive(0.5, 5.0)}
-        | {name: Range(typical=(-2.0, 2.0)) for name in FIELDS}
-        | {name: Range(typical=(-3.0, 3.0)) for name in ("x", "y", "z", "ux", "uy", "uz")}
+    x = Coordinate("m", 0, typical(-3, 3))
+    y = Coordinate("m", 0, typical(-3, 3))
+    z = Coordinate("m", 0, typical(-3, 3))
+    ux = Coordinate("m/s", LIGHT, typical(-3, 3))
+    uy = Coordinate("m/s", 0, typical(-3, 3))
+    uz = Coordinate("m/s", LIGHT // 2, typical(-3, 3))
+    q_m = Parameter("C/kg", "1.7588e11", "charge over rest mass: an electron's, positive", typical(-2, 2))
+    c = Parameter("m/s", LIGHT, "speed of light", positive(0.5, 5))
+    Ex = Parameter("V/m", 100000, "electric field along x", typical(-2, 2))
+    Ey = Parameter("V/m", 0, "electric field along y", typical(-2, 2))
+    Ez = Parameter("V/m", 20000, "electric field along z", typical(-2, 2))
+    Bx = Parameter("T", 0, "magnetic field along x", typical(-2, 2))
+    By = Parameter("T", 0, "magnetic field along y", typical(-2, 2))
+    Bz = Parameter("T", "0.01", "magnetic field along z", typical(-2, 2))
+    exact_motion = bind(
+        RelativisticCharge, electric="Ex Ey Ez", magnetic="Bx By Bz", position="x y z", proper="ux uy uz"
     )
     variants = (
         Variant("gamma_1e6", "gamma = 1e6: speed and c differ in the 13th digit", {}, (0, 0, 0, LIGHT * 10**6, 0, 0)),
@@ -323,34 +309,25 @@ class RelativisticChargeCase(Case):
         ),
         Variant("oblique", "fields and velocity not in one plane", {"Ey": 10**6, "Bx": "0.02", "By": "-0.01"}),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(relativistic_energy),
-        "centre_x": Invariant(relativistic_centre_x),
-        "centre_y": Invariant(relativistic_centre_y),
-        "centre_z": Invariant(relativistic_centre_z),
-    }
+    invariants = conserved(
+        energy=relativistic_energy,
+        centre_x=relativistic_centre_x,
+        centre_y=relativistic_centre_y,
+        centre_z=relativistic_centre_z,
+    )
     forms = (Charged(relativistic_equations, fields=relativistic_fields, light=speed_of_light),)
     reversal = ("ux", "uy", "uz", "Bx", "By", "Bz")
 
-    @cached_property
-    def _exact(self) -> RelativisticCharge:
-        q_m, c, ex, ey, ez, bx, by, bz = self.parameter_values()
-        x, y, z, ux, uy, uz = self.initial_state
-        return RelativisticCharge(q_m, c, (ex, ey, ez), (bx, by, bz), (x, y, z), (ux, uy, uz))
-
-    def motion(self) -> RelativisticCharge:
-        return self._exact
-
     @property
     def scene(self) -> SceneForm:
-        return SLOW_SCENE if float(self._exact.largest_gamma(self.span)) < NEWTONIAN_GAMMA else FAST_SCENE
+        return SLOW_SCENE if float(self.exact_motion.largest_gamma(self.span)) < NEWTONIAN_GAMMA else FAST_SCENE
 
     @property
     def time_scale(self) -> float:
         """gamma over (q/m) (|B| + |E|/c): the time in which the fields change the velocity."""
         q_m, c, ex, ey, ez, bx, by, bz = map(float, self.parameter_values())
         rate = abs(q_m) * (math.hypot(bx, by, bz) + math.hypot(ex, ey, ez) / c)
-        return float(self._exact.gamma()) / rate if rate else 1.0
+        return float(self.exact_motion.gamma()) / rate if rate else 1.0
 
     def natural_span(self) -> Number:
         """10.37 gyrations if B is larger than E/c, else ten time scales."""
@@ -358,17 +335,19 @@ class RelativisticChargeCase(Case):
         weak = 2 * math.hypot(ex, ey, ez) < c * math.hypot(bx, by, bz)
         return (TURNS if weak else 10) * self.time_scale
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`proper_time`: that of the charge at the end of the span (s).
+    def derived(self, digits: int) -> dict[str, Any]:
+        """`proper_time`: the time of the charge's own clock at the end of the span (s).
 
         At the start, if it moves: the tangential acceleration F_t/(m gamma^3), the radius of curvature gamma m v^2/F_n.
         `field_square` E^2 - c^2 B^2 and `field_product` E.B are the same in every frame.
         """
-        motion = self._exact
-        found = {"gamma": motion.gamma(digits), "proper_time": motion.proper_time(self.span, digits)}
+        motion, moves = self.exact_motion, any(self.exact_motion.proper)
         square, product = motion.field_invariants()
-        found |= {"field_square": motion._rational(digits, square), "field_product": motion._rational(digits, product)}
-        if any(motion.proper):
-            found["tangential_acceleration"] = motion.tangential_acceleration(digits)
-            found["curvature_radius"] = motion.curvature_radius(digits)
-        return found
+        return {
+            "gamma": motion.gamma(digits),
+            "proper_time": motion.proper_time(self.span, digits),
+            "field_square": square,
+            "field_product": product,
+            "tangential_acceleration": motion.tangential_acceleration(digits) if moves else None,
+            "curvature_radius": motion.curvature_radius(digits) if moves else None,
+        }

@@ -3,18 +3,12 @@
 Cases: ink_jet_printer, millikan_oil_drop.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
-from functools import cached_property
 from math import atan
-from typing import Any
 
-from gnomon.cases.core.case import Case, Event, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, SemiLinear, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.point_scene import free_point, railed_point
 from gnomon.cases.core.scene import Contact, Readings, Scene, SceneForm, Vector
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import free_point, railed_point
 from gnomon.reference.flight.droplets import InkJet, OilDrop
 from gnomon.reference.numerics.precision import Number, exact
 from mpmath import mpf
@@ -105,81 +99,52 @@ class InkJetPrinter(Case):
     title = "Ink drop between deflecting plates, then free flight to the paper"
     section = "6.3.3"
     conventions = "x along the jet, y across; no gravity; Stokes drag nu v per unit mass; the paper stops the drop."
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length", "deflection"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("vy", "m/s", "velocity", "deflecting velocity"),
-    )
-    parameter_list = (
-        Parameter("q_m", "C/kg", "1.5e-3", "charge over mass"),
-        Parameter("E", "V/m", 1_400_000, "field between the plates"),
-        Parameter("l", "m", "0.016", "length of the plates"),
-        Parameter("D", "m", "0.01", "distance from the plates to the paper"),
-        Parameter("nu", "1/s", 0, "drag over mass and speed"),
-    )
-    default_state = (0, 0, 18, 0)
-    domain = Domain(
-        {
-            "q_m": Range(typical=(-2.0, 2.0)),
-            "E": Range(typical=(-2.0, 2.0)),
-            "l": positive(0.5, 3.0),
-            "D": positive(0.5, 3.0),
-            "nu": Range(low=0.0, typical=(0.0, 2.0)),
-            "x": Range(typical=(0.0, 0.4)),
-            "y": Range(typical=(-1.0, 1.0)),
-            "vx": positive(0.5, 5.0),
-            "vy": Range(typical=(-1.0, 1.0)),
-        },
-        (Rule("the drop starts before the paper (x < l + D)", lambda n: n["x"] < n["l"] + n["D"]),),
-    )
+    x = Coordinate("m", 0, typical(0, 0.4))
+    y = Coordinate("m", 0, typical(-1, 1), group="deflection")
+    vx = Coordinate("m/s", 18, positive(0.5, 5))
+    vy = Coordinate("m/s", 0, typical(-1, 1), group="deflecting velocity")
+    q_m = Parameter("C/kg", "1.5e-3", "charge over mass", typical(-2, 2))
+    E = Parameter("V/m", 1_400_000, "field between the plates", typical(-2, 2))
+    l = Parameter("m", "0.016", "length of the plates", positive(0.5, 3))
+    D = Parameter("m", "0.01", "distance from the plates to the paper", positive(0.5, 3))
+    nu = Parameter("1/s", 0, "drag over mass and speed", nonnegative(0, 2))
+    rules = (Rule("the drop starts before the paper (x < l + D)", lambda n: n["x"] < n["l"] + n["D"]),)
+    exact_motion = bind(lambda c: InkJet(c.q_m * c.E, c.l, c.l + c.D, c.nu, *c.initial_state))
     variants = (
         Variant("drag", "air slows the drop in flight", {"nu": 400}),
         Variant("stopped_by_air", "drag stops the drop before the paper: no second event", {"nu": 1000}, span="0.0071"),
         Variant("weak_drag", "nu = 1e-9: the logarithms for the event times cancel", {"nu": "1e-9"}),
     )
-
-    @cached_property
-    def _exact(self) -> InkJet:
-        q_m, field, plates, gap, nu = self.parameter_values()
-        return InkJet(q_m * field, plates, plates + gap, nu, *self.initial_state)
-
-    def motion(self) -> InkJet:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("plates", between_plates), Mode("flight", behind_plates), Mode("paper", on_paper)),
-                start=jet_mode,
-                transitions=(
-                    Transition("leaves", "plates", end_of_plates, 1, at_plates_end, "flight"),
-                    Transition("lands", "flight", paper, 1, dried, "paper"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"paper"}),
+    forms = (
+        Hybrid(
+            modes=(Mode("plates", between_plates), Mode("flight", behind_plates), Mode("paper", on_paper)),
+            start=jet_mode,
+            transitions=(
+                Transition("leaves", "plates", end_of_plates, 1, at_plates_end, "flight"),
+                Transition("lands", "flight", paper, 1, dried, "paper"),
             ),
-        )
+            terminal=frozenset({"paper"}),
+        ),
+    )
 
     @property
     def scene(self) -> SceneForm:
-        return PAPER_SCENE if self._exact.reaches(self._exact.paper) else FLIGHT_SCENE
+        return PAPER_SCENE if self.exact_motion.reaches(self.exact_motion.paper) else FLIGHT_SCENE
 
     @property
     def time_scale(self) -> float:
         """The time of the flight to the paper without drag."""
-        way = self.parameters["l"] + self.parameters["D"] - self.initial_state[0]
-        return float(way / self.initial_state[2])
+        way = self.l + self.D - self.x
+        return float(way / self.vx)
 
     def natural_span(self) -> Number:
         """1.25 times the flight to the paper; three times that without drag if the drop does not arrive."""
-        motion = self._exact
+        motion = self.exact_motion
         return 1.27 * float(motion.time_at(motion.paper)) if motion.reaches(motion.paper) else 3.1 * self.time_scale
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`leaves` the plates, `lands` on the paper."""
-        motion, found = self._exact, list[Event]()
+        motion, found = self.exact_motion, list[Event]()
         for name, place in (("leaves", motion.plates), ("lands", motion.paper)):
             if motion.x >= place or not motion.reaches(place) or motion.time_at(place, 20) > self.span:
                 continue
@@ -190,20 +155,17 @@ class InkJetPrinter(Case):
 
     def same_course(self, other: Case) -> bool:
         q_m, field, plates, gap, nu = other.parameter_values()
-        theirs, mine = InkJet(q_m * field, plates, plates + gap, nu, *other.initial_state), self._exact
+        theirs, mine = InkJet(q_m * field, plates, plates + gap, nu, *other.initial_state), self.exact_motion
         return all(
             theirs.reaches(a) == mine.reaches(b) for a, b in ((theirs.plates, mine.plates), (theirs.paper, mine.paper))
         )
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`deflection`: y on the paper (m); without drag q E l (l/2 + D)/(m v^2)."""
-        motion = self._exact
-        if not motion.reaches(motion.paper):
+        motion, paper = self.exact_motion, self.exact_motion.paper
+        if not motion.reaches(paper):
             return {}
-        return {
-            "landing_time": motion.time_at(motion.paper, digits),
-            "deflection": motion.crossing(motion.paper, digits)[1],
-        }
+        return {"landing_time": motion.time_at(paper, digits), "deflection": motion.crossing(paper, digits)[1]}
 
 
 def oil_drop_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -234,25 +196,26 @@ class MillikanOilDrop(Case):
     title = "Millikan's oil drop: gravity, buoyancy, Stokes drag and a field"
     section = "6.5"
     conventions = "y upward; q E > 0 lifts the drop; no slip correction, no added mass."
-    state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("a", "m", "1e-6", "radius of the drop"),
-        Parameter("rho", "kg/m^3", 886, "density of the oil"),
-        Parameter("rho_air", "kg/m^3", "1.2", "density of the air"),
-        Parameter("eta", "Pa s", "1.8e-5", "viscosity of the air"),
-        Parameter("q", "C", "8.01e-19", "charge: five elementary charges"),
-        Parameter("E", "V/m", 100_000, "field"),
+    y = Coordinate("m", 0)
+    v = Coordinate("m/s", 0)
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    a = Parameter("m", "1e-6", "radius of the drop", positive())
+    rho = Parameter("kg/m^3", 886, "density of the oil", positive())
+    rho_air = Parameter("kg/m^3", "1.2", "density of the air", nonnegative(0, 1))
+    eta = Parameter("Pa s", "1.8e-5", "viscosity of the air", positive())
+    q = Parameter("C", "8.01e-19", "charge: five elementary charges", typical(-2, 2))
+    E = Parameter("V/m", 100_000, "field", typical(-2, 2))
+    exact_motion = bind(
+        lambda c: OilDrop(
+            9 * c.eta / (2 * c.a**2 * c.rho),
+            (-c.g * (1 - c.rho_air / c.rho),),
+            (c.y,),
+            (c.v,),
+            3 * c.q * c.E / (4 * c.a**3 * c.rho),
+        )
     )
-    default_state = (0, 0)
-    domain = Domain(
-        {name: positive() for name in ("g", "a", "rho", "eta")}
-        | {
-            "rho_air": Range(low=0.0, typical=(0.0, 1.0)),
-            "q": Range(typical=(-2.0, 2.0)),
-            "E": Range(typical=(-2.0, 2.0)),
-        },
-    )
+    default_span = Span(20.7, "time scale")
+    quantity_names = ("relaxation_time", "falling_speed", "rising_speed")
     variants = (
         Variant("no_field", "falls to its limiting speed", {"E": 0}),
         Variant("stiff", "100 s with a relaxation time of 1e-5 s: seven decades apart", span=100),
@@ -261,34 +224,11 @@ class MillikanOilDrop(Case):
     forms = (SemiLinear(oil_drop_equations, linear=oil_drop_matrix, rest=oil_drop_load),)
     scene = DROP_SCENE
 
-    @cached_property
-    def _exact(self) -> OilDrop:
-        g, a, rho, rho_air, eta, q, field = self.parameter_values()
-        y, v = self.initial_state
-        load, lift = -g * (1 - rho_air / rho), 3 * q * field / (4 * a**3 * rho)
-        return OilDrop(9 * eta / (2 * a**2 * rho), (load,), (y,), (v,), lift)
-
-    def motion(self) -> OilDrop:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """The relaxation time m/(6 pi eta a)."""
-        return 1 / float(self._exact.nu)
+        return 1 / float(self.exact_motion.nu)
 
-    def natural_span(self) -> Number:
-        """20.7 relaxation times."""
-        return 20.7 * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`charge` by Millikan's formula from the two limiting speeds, which is the parameter q, and others."""
-        motion = self._exact
-        found = {
-            "relaxation_time": motion.relaxation_time(digits),
-            "falling_speed": motion.falling_speed(digits),
-            "rising_speed": motion.rising_speed(digits),
-        }
-        field = self.parameters["E"]
-        if not field:
-            return found
-        return found | {"charge": motion.charge(self.parameters["a"], self.parameters["eta"], field, digits)}
+    def derived(self, digits: int) -> dict[str, Any]:
+        """`charge` by Millikan's formula from the two limiting speeds, which is the parameter q."""
+        return {"charge": self.exact_motion.charge(self.a, self.eta, self.E, digits) if self.E else None}

@@ -1,18 +1,11 @@
 """A short pulse of force, and its limit, an impulse."""
 
-from __future__ import annotations
-
-from functools import cached_property
 from math import atan, pi, sin
-from typing import Any
 
-from gnomon.cases.core.case import Case, Event, Level, Variant, same
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.point_scene import railed
 from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed
 from gnomon.reference.flight.impulse_instantaneous import Pulse
-from gnomon.reference.numerics.precision import Number
 
 
 def coasting(t: Any, state: Values, parameters: Values) -> Values:
@@ -61,23 +54,16 @@ class ImpulseInstantaneous(Case):
     conventions = (
         "The pulse is a half sine in time with impulse J, from t1 to t1 + T; else no force acts. T = 0 is an impulse."
     )
-    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("m", "kg", 2, "mass"),
-        Parameter("J", "N s", 3, "impulse"),
-        Parameter("t1", "s", "0.7", "start of the pulse"),
-        Parameter("T", "s", "0.1", "length of the pulse"),
-    )
-    default_state = (0, "0.5")
-    domain = Domain(
-        {
-            "m": positive(),
-            "J": Range(typical=(-5.0, 5.0)),
-            "t1": positive(0.1, 1.0),
-            "T": Range(low=0.0, typical=(0.01, 1.0)),
-        }
-        | {name: Range(typical=(-3.0, 3.0)) for name in ("x", "v")}
-    )
+    x = Coordinate("m", 0, typical(-3, 3))
+    v = Coordinate("m/s", "0.5", typical(-3, 3))
+    m = Parameter("kg", 2, "mass", positive())
+    J = Parameter("N s", 3, "impulse", typical(-5, 5))
+    t1 = Parameter("s", "0.7", "start of the pulse", positive(0.1, 1))
+    T = Parameter("s", "0.1", "length of the pulse", nonnegative(0.01, 1))
+    exact_motion = bind(Pulse, impulse="J", begin="t1", length="T")
+    default_span = Span(2.37, "time scale")
+    quantity_names = ("final_speed", "late=lag")
+    """`late`: the lag of the position behind the one after an instantaneous impulse at t1 (m)."""
     variants = (
         Variant("short_1e-3", "a pulse of 1 ms between uniform motions", {"T": "1e-3"}),
         Variant(
@@ -90,24 +76,14 @@ class ImpulseInstantaneous(Case):
     )
     autonomous = False
 
-    @cached_property
-    def _exact(self) -> Pulse:
-        m, impulse, begin, length = self.parameter_values()
-        x, v = self.initial_state
-        return Pulse(m, impulse, begin, length, x, v)
-
-    def motion(self) -> Pulse:
-        return self._exact
-
     @property
     def forms(self) -> tuple[Hybrid, ...]:
-        if not self.parameters["T"]:
+        if not self.T:
             return (
                 Hybrid(
                     modes=(Mode("before", coasting), Mode("after", coasting)),
                     start=pulse_mode,
                     transitions=(Transition("impulse", "before", pulse_begin, 1, struck, "after"),),
-                    settle=1e-9 * self.time_scale,
                     terminal=frozenset({"after"}),
                 ),
             )
@@ -119,29 +95,26 @@ class ImpulseInstantaneous(Case):
                     Transition("begins", "before", pulse_begin, 1, on_it_goes, "pulse"),
                     Transition("ends", "pulse", pulse_end, 1, on_it_goes, "after"),
                 ),
-                settle=1e-9 * float(self.parameters["T"]),
+                settle=1e-9 * float(self.T),
                 terminal=frozenset({"after"}),
             ),
         )
 
     @property
     def scene(self) -> SceneForm:
-        return PULSE if self.parameters["T"] else AT_ONCE
+        return PULSE if self.T else AT_ONCE
 
     @property
     def time_scale(self) -> float:
         """The time until the pulse ends."""
-        return float(self.parameters["t1"] + self.parameters["T"])
+        return float(self.t1 + self.T)
 
     @property
     def fastest_time(self) -> float:
-        return float(self.parameters["T"]) or self.time_scale
+        return float(self.T) or self.time_scale
 
-    def natural_span(self) -> Number:
-        return 2.37 * self.time_scale
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion, begin, length = self._exact, self.parameters["t1"], self.parameters["T"]
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion, begin, length = self.exact_motion, self.t1, self.T
         if not length:
             before, after = motion.before_the_impulse(digits), self.exact(begin, digits)
             time = motion._rational(digits, begin)
@@ -153,16 +126,10 @@ class ImpulseInstantaneous(Case):
                 found.append(Event(motion._rational(digits, moment), name, state, state))
         return tuple(found)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`late`: how far the position lags behind that after an instantaneous impulse at t1 (m)."""
-        motion = self._exact
-        final = motion.v0 + motion.impulse / motion.m
-        return {"final_speed": motion._rational(digits, final), "late": motion.lag(digits)}
-
     @property
     def hierarchy(self) -> tuple[Level, ...]:
         """The instantaneous impulse, whose error is proportional to T."""
-        if not self.parameters["T"]:
+        if not self.T:
             return ()
         numbers: dict[str, Any] = dict(self.parameters) | {"T": 0}
         at_once = ImpulseInstantaneous(initial_state=self.initial_state, span=self.span, **numbers)

@@ -1,20 +1,14 @@
 """Lagrange's equations of a projectile in parabolic coordinates, in which its Hamilton-Jacobi equation separates."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
-from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule
+from gnomon.cases.declare import *
 from gnomon.reference.flight.projectile_parabolic_coordinates import ParabolicProjectile
-from gnomon.reference.numerics.precision import Number, quantity
+from gnomon.reference.numerics.precision import Number
 
 
 def parabolic_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -60,20 +54,14 @@ class ProjectileInParabolicCoordinates(Case):
         "x = xi eta horizontal, y = (eta^2 - xi^2)/2 upward; lines of constant xi or eta are parabolas with the focus at "
         "the origin, where the coordinates are singular. xi and eta are continuous in time and change their signs."
     )
-    state = (
-        Coordinate("xi", "m^(1/2)", "length"),
-        Coordinate("eta", "m^(1/2)", "length"),
-        Coordinate("xi_rate", "m^(1/2)/s", "velocity"),
-        Coordinate("eta_rate", "m^(1/2)/s", "velocity"),
-    )
-    parameter_list = (Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),)
-    default_state = (-2, 3, "1.5", "0.5")
+    xi = Coordinate("m^(1/2)", -2, typical(-3, 3))
+    eta = Coordinate("m^(1/2)", 3, typical(-3, 3))
+    xi_rate = Coordinate("m^(1/2)/s", "1.5", typical(-3, 3))
+    eta_rate = Coordinate("m^(1/2)/s", "0.5", typical(-3, 3))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", nonnegative(0, 20))
+    rules = (Rule("the path misses the focus, x = y = 0", _misses_the_focus),)
+    exact_motion = bind(ParabolicProjectile)
     default_span = "2.7"
-    domain = Domain(
-        {"g": Range(low=0.0, typical=(0.0, 20.0))}
-        | {name: Range(typical=(-3.0, 3.0)) for name in ("xi", "eta", "xi_rate", "eta_rate")},
-        (Rule("the path misses the focus, x = y = 0", _misses_the_focus),),
-    )
     variants = (
         Variant(
             "confocal",
@@ -91,25 +79,14 @@ class ProjectileInParabolicCoordinates(Case):
         Variant("below_focus", "the path passes below the focus: eta changes its sign", {"g": 10}, (2, 1, -1, -2)),
         Variant("far", "1e8 m away: the terms of xi'' and eta'' nearly cancel", {}, (10**4, 10**4, 1, 2)),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(parabolic_energy),
-        "horizontal_momentum": Invariant(momentum_across),
-        "separation": Invariant(separation),
-    }
+    invariants = conserved(energy=parabolic_energy, horizontal_momentum=momentum_across, separation=separation)
     forms = (FirstOrder(parabolic_equations),)
     reversal = ("xi_rate", "eta_rate")
-
-    @cached_property
-    def _exact(self) -> ParabolicProjectile:
-        return ParabolicProjectile(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> ParabolicProjectile:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """The time in which gravity changes the velocity by the speed, or in which the body moves as far as the focus is."""
-        flight = self._exact.projectile()
+        flight = self.exact_motion.projectile()
         g, speed, away = float(flight.g), math.hypot(float(flight.vx), float(flight.vy)), self._away(Fraction(0))
         if not speed:
             return math.sqrt(away / g) if g else float(self.span)
@@ -121,16 +98,16 @@ class ProjectileInParabolicCoordinates(Case):
         return min([self.time_scale, *(self._away(t) / self._speed(t) for t in self._nearest())])
 
     def _away(self, t: Number) -> float:
-        x, y, _, _ = self._exact.projectile().rational(t)
+        x, y, _, _ = self.exact_motion.projectile().rational(t)
         return math.hypot(float(x), float(y))
 
     def _speed(self, t: Number) -> float:
-        _, _, vx, vy = self._exact.projectile().rational(t)
+        _, _, vx, vy = self.exact_motion.projectile().rational(t)
         return math.hypot(float(vx), float(vy))
 
     def _nearest(self) -> list[float]:
         """Times in the span at which the distance from the focus is extremal (s)."""
-        f = self._exact.projectile()
+        f = self.exact_motion.projectile()
         x, y, vx, vy, g = map(float, (f.x, f.y, f.vx, f.vy, f.g))
         slope = np.roots([g * g / 2, -1.5 * g * vy, vx * vx + vy * vy - g * y, x * vx + y * vy])
         return [float(t.real) for t in slope if abs(t.imag) < 1e-6 * abs(t) and 0 < t.real < float(self.span)]
@@ -144,7 +121,6 @@ class ProjectileInParabolicCoordinates(Case):
             found["velocity"] = max(found["velocity"], math.hypot(u, v))
         return found
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`crossing`: y where the path crosses the vertical x = 0 through the focus (m)."""
-        crossing = self._exact.crossing()
-        return {} if crossing is None else {"crossing": quantity(digits, lambda mp: mp.mpf(crossing))}
+        return {"crossing": self.exact_motion.crossing()}

@@ -1,16 +1,10 @@
 """The projectile with Stokes drag, proportional to the velocity."""
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import SemiLinear, Values
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, positive
-from gnomon.cases.core.point_scene import UP, free_point
+from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
+from gnomon.cases.scenes.point import UP, free_point
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
 from gnomon.reference.numerics.precision import Number
 
@@ -54,34 +48,22 @@ class ProjectileStokesDrag(Case):
     title = "Projectile with Stokes drag; range by Lambert's W"
     section = "6.5.1-6.5.2"
     conventions = "x horizontal, y upward; drag -nu v per unit mass; the ground is not part of the motion."
-    state = POINT_IN_A_PLANE
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("nu", "1/s", "0.5", "drag over mass and speed"),
-    )
-    default_state = (0, 0, 20, 15)
-    domain = Domain({"g": positive(), "nu": Range(low=0.0, typical=(0.0, 5.0))})
+    x = Coordinate("m", 0)
+    y = Coordinate("m", 0)
+    vx = Coordinate("m/s", 20)
+    vy = Coordinate("m/s", 15)
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    nu = Parameter("1/s", "0.5", "drag over mass and speed", nonnegative(0, 5))
+    exact_motion = bind(lambda c: StokesDrag(c.nu, (c.g * 0, -c.g), (c.x, c.y), (c.vx, c.vy)))
     variants = (
         Variant("weak", "nu = 1e-10: the exact formula cancels to a parabola", {"nu": "1e-10"}, span="2.9"),
         Variant("stiff", "nu = 1e5: reaches its limiting speed after 1e-5 s of 10 s", {"nu": 10**5}, span=10),
         Variant("no_drag", "nu = 0: exactly the parabola", {"nu": 0}, span=3),
         Variant("engines", "the parameters of engine tests: nu = 0.5, 2 s", initial_state=(0, 0, 10, 10), span=2),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(stokes_energy, "decays"),
-        "horizontal_momentum": Invariant(stokes_momentum),
-    }
+    invariants = decaying(energy=stokes_energy) | conserved(horizontal_momentum=stokes_momentum)
     forms = (SemiLinear(stokes_equations, linear=stokes_matrix, rest=weight_alone),)
     scene = SCENE
-
-    @cached_property
-    def _exact(self) -> StokesDrag:
-        x, y, vx, vy = self.initial_state
-        g, nu = self.parameter_values()
-        return StokesDrag(nu, (g * 0, -g), (x, y), (vx, vy))
-
-    def motion(self) -> StokesDrag:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
@@ -96,16 +78,16 @@ class ProjectileStokesDrag(Case):
         speed = math.hypot(*map(float, self.initial_state[2:])) or 1.0
         return min(20 / nu, 1.97 * speed / g) if nu > 0 else 1.97 * speed / g
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """If it is thrown upward: the flight back to the initial height."""
-        found = {}
-        _, nu = self.parameter_values()
-        if nu > 0:
-            found["terminal_speed"] = self._exact.terminal_speed(1, digits)
-        time = self._exact.flight_time(1, digits)
-        return found if time is None else found | {"flight_time": time, "range": self._exact.range(1, 0, digits)}
+        motion, time = self.exact_motion, self.exact_motion.flight_time(1, digits)
+        return {
+            "terminal_speed": motion.terminal_speed(1, digits) if self.nu > 0 else None,
+            "flight_time": time,
+            "range": None if time is None else motion.range(1, 0, digits),
+        }
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.parameters["g"])
+        parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.g)
         return (Level(parabola, same, "no drag: the parabola"),)

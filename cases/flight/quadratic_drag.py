@@ -3,19 +3,13 @@
 Cases: projectile_quadratic_drag, vertical_quadratic_drag.
 """
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
 from math import asinh, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.point_scene import UP, free_point, railed_point
+from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.flight.projectile_stokes_drag import ProjectileStokesDrag
+from gnomon.cases.scenes.point import UP, free_point, railed_point
 from gnomon.reference.flight.quadratic_drag import QuadraticDragPlane, QuadraticDragVertical
 from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
@@ -52,36 +46,24 @@ class ProjectileQuadraticDrag(Case):
     title = "Projectile with quadratic drag: Bernoulli's hodograph"
     section = "6.5 (extension of 6.5.2)"
     conventions = "x horizontal, y upward; drag -k |v| v per unit mass; vx is not zero (see vertical_quadratic_drag)."
-    state = POINT_IN_A_PLANE
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("k", "1/m", "0.01", "drag over mass and squared speed"),
-    )
-    default_state = (0, 0, 20, 15)
-    domain = Domain(
-        {
-            "g": positive(),
-            "k": Range(low=0.0, low_open=True, typical=(0.001, 0.5)),
-            "vx": Range(typical=(0.5, 10.0)),
-        },
-        (Rule("vx is not zero", lambda n: n["vx"] != 0),),
-    )
+    x = Coordinate("m", 0)
+    y = Coordinate("m", 0)
+    vx = Coordinate("m/s", 20, typical(0.5, 10))
+    vy = Coordinate("m/s", 15)
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    k = Parameter("1/m", "0.01", "drag over mass and squared speed", positive(0.001, 0.5))
+    rules = (Rule("vx is not zero", lambda n: n["vx"] != 0),)
+    exact_motion = bind(QuadraticDragPlane)
+    quantity_names = ("terminal_speed", "apex_time apex_height=apex")
     variants = (
         Variant("strong", "k v0^2/g = 1e3: loses nearly all speed at once", {"k": "3.5"}, (0, 0, 20, 49), "4.1"),
         Variant("weak", "k = 1e-10: nearly the parabola", {"k": "1e-10"}, span="2.9"),
         Variant("asymptote", "falls until the path is vertical up to 1e-24", span=180),
         Variant("steep", "nearly vertical: the slope starts at 1.5e7", initial_state=(0, 0, "1e-6", 15)),
     )
-    invariants: ClassVar = {"energy": Invariant(drag_energy, "decays"), "hodograph": Invariant(hodograph)}
+    invariants = decaying(energy=drag_energy) | conserved(hodograph=hodograph)
     forms = (FirstOrder(quadratic_drag_equations),)
     scene = PLANE_SCENE
-
-    @cached_property
-    def _exact(self) -> QuadraticDragPlane:
-        return QuadraticDragPlane(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> QuadraticDragPlane:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
@@ -96,17 +78,10 @@ class ProjectileQuadraticDrag(Case):
         speed = math.hypot(*map(float, self.initial_state[2:]))
         return min(1.97 * speed / g, 5 / math.sqrt(g * k))
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        found = {"terminal_speed": self._exact.terminal_speed(digits)}
-        apex = self._exact.apex(digits)
-        return found if apex is None else found | {"apex_time": apex[0], "apex_height": apex[1]}
-
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.parameters["g"])
-        stokes = ProjectileStokesDrag(
-            initial_state=self.initial_state, span=self.span, g=self.parameters["g"], nu=self._first_rate
-        )
+        parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.g)
+        stokes = ProjectileStokesDrag(initial_state=self.initial_state, span=self.span, g=self.g, nu=self._first_rate)
         return (
             Level(parabola, same, "no drag: the parabola"),
             Level(stokes, same, "drag proportional to the velocity, equal at the start"),
@@ -115,7 +90,7 @@ class ProjectileQuadraticDrag(Case):
     @property
     def _first_rate(self) -> float:
         """k |v0|."""
-        return float(self.parameters["k"]) * math.hypot(*map(float, self.initial_state[2:]))
+        return float(self.k) * math.hypot(*map(float, self.initial_state[2:]))
 
 
 def rising_or_falling(t: Any, state: Values, parameters: Values) -> Values:
@@ -162,19 +137,11 @@ class VerticalQuadraticDrag(Case):
     title = "Vertical throw with quadratic drag: tan ascent, tanh descent"
     section = "6.5, 6.13.1"
     conventions = "y upward; drag -k v |v| per unit mass. Its second derivative jumps at the apex: an event."
-    state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("k", "1/m", "0.01", "drag over mass and squared speed"),
-    )
-    default_state = (0, 40)
-    domain = Domain(
-        {
-            "g": positive(),
-            "k": Range(low=0.0, low_open=True, typical=(0.001, 1.0)),
-            "v": Range(typical=(-20.0, 40.0)),
-        }
-    )
+    y = Coordinate("m", 0)
+    v = Coordinate("m/s", 40, typical(-20, 40))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    k = Parameter("1/m", "0.01", "drag over mass and squared speed", positive(0.001, 1))
+    exact_motion = bind(QuadraticDragVertical)
     variants = (
         Variant(
             "fast", "v0 is 1e6 times the limiting speed: stiff at the start", {"g": 10, "k": "0.1"}, (0, 10**7), 20
@@ -191,61 +158,41 @@ class VerticalQuadraticDrag(Case):
             "faster_than_the_limit", "thrown down at four times the limiting speed", initial_state=(0, -125), span=9
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(throw_energy, "decays")}
+    invariants = decaying(energy=throw_energy)
     scene = VERTICAL_SCENE
-
-    @cached_property
-    def _exact(self) -> QuadraticDragVertical:
-        return QuadraticDragVertical(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> QuadraticDragVertical:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        apex = Transition("apex", "rising", upward_velocity, -1, at_the_apex, "falling")
-        return (
-            Hybrid(
-                modes=(Mode("rising", rising_or_falling, (1.0,)), Mode("falling", rising_or_falling, (-1.0,))),
-                start=throw_mode,
-                transitions=(apex,),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"falling"}),
-            ),
-        )
+    forms = (
+        Hybrid(
+            modes=(Mode("rising", rising_or_falling, (1.0,)), Mode("falling", rising_or_falling, (-1.0,))),
+            start=throw_mode,
+            transitions=(Transition("apex", "rising", upward_velocity, -1, at_the_apex, "falling"),),
+            terminal=frozenset({"falling"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """vt/g, the time to the limiting speed; v0/g if that is shorter."""
         g, k = map(float, self.parameter_values())
-        speed = abs(float(self.initial_state[1]))
+        speed = abs(float(self.v))
         return min(1 / math.sqrt(g * k), speed / g or math.inf)
 
     def natural_span(self) -> Number:
         """1.3 times the flight back to the start; four times vt/g if it starts at rest or downward."""
-        if self.initial_state[1] > 0:
-            return 1.3 * float(self._exact.return_time())
-        g, k = map(float, self.parameter_values())
-        return 4 / math.sqrt(g * k)
+        if self.v > 0:
+            return 1.3 * float(self.exact_motion.return_time())
+        return 4 / math.sqrt(float(self.g) * float(self.k))
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """The apex of a throw upward."""
-        if self.initial_state[1] <= 0 or self._exact.apex_time(20) > self.span:
+        if self.v <= 0 or self.exact_motion.apex_time(20) > self.span:
             return ()
-        there = (self._exact.apex_height(digits), mpf(0))
-        return (Event(self._exact.apex_time(digits), "apex", there, there),)
+        there = (self.exact_motion.apex_height(digits), mpf(0))
+        return (Event(self.exact_motion.apex_time(digits), "apex", there, there),)
 
     def same_course(self, other: Case) -> bool:
-        return (self.initial_state[1] > 0) == (other.initial_state[1] > 0)
+        return (self.v > 0) == (other.initial_state[1] > 0)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        found = {"terminal_speed": motion.terminal_speed(digits)}
-        if self.initial_state[1] > 0:
-            found |= {
-                "apex_time": motion.apex_time(digits),
-                "apex_height": motion.apex_height(digits),
-                "return_time": motion.return_time(digits),
-                "return_speed": motion.return_speed(digits),
-            }
-        return found
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        thrown = ("apex_time", "apex_height", "return_time", "return_speed") if self.v > 0 else ()
+        return ("terminal_speed", *thrown)

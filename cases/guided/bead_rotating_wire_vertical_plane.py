@@ -1,17 +1,11 @@
 """A bead on a wire that rotates in a vertical plane: a rheonomic constraint."""
 
-from __future__ import annotations
-
-from functools import cached_property
 from math import cos, pi, sin
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.point_scene import railed_point
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_point
 from gnomon.reference.guided.bead_rotating_wire_vertical_plane import BeadOnTurningWire
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import Number
 
 
 def bead_wire_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -41,15 +35,12 @@ class BeadOnRotatingWire(Case):
     conventions = (
         "r from the axis along the wire, which is at the angle O t above the horizontal: r'' = O^2 r - g sin(O t)."
     )
-    state = (Coordinate("r", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("O", "rad/s", 2, "rate of rotation of the wire"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-    )
-    default_state = ("0.1", 0)
-    domain = Domain(
-        {"O": positive(0.2, 5.0), "g": positive(), "r": Range(typical=(-2.0, 2.0)), "v": Range(typical=(-5.0, 5.0))}
-    )
+    r = Coordinate("m", "0.1", typical(-2, 2))
+    v = Coordinate("m/s", 0, typical(-5, 5))
+    O = Parameter("rad/s", 2, "rate of rotation of the wire", positive(0.2, 5))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    exact_motion = bind(BeadOnTurningWire)
+    quantity_names = ("growing_part=growing", "dying_part=decaying", "bounded_amplitude=swing")
     variants = (
         Variant(
             "bounded",
@@ -71,28 +62,15 @@ class BeadOnRotatingWire(Case):
         ),
         Variant("thrown_out", "grows by e^20", span=10),
     )
-    invariants: ClassVar = {"deviation": Invariant(bead_wire_deviation)}
+    invariants = conserved(deviation=bead_wire_deviation)
     autonomous = False
     forms = (FirstOrder(bead_wire_equations),)
     scene = SCENE
 
-    @cached_property
-    def _exact(self) -> BeadOnTurningWire:
-        return BeadOnTurningWire(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> BeadOnTurningWire:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
-        return 1 / float(self.parameters["O"])
+        return 1 / float(self.O)
 
     def natural_span(self) -> Number:
         """1.37 turns; 2.87 turns on bounded orbits, after which binary64 no longer follows them."""
-        return (2.87 if self._exact.growing() == 0 else 1.37) * 2 * pi * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        with working(digits + 10) as mp:
-            growing, decaying = mp.mpf(self._exact.growing()), mp.mpf(self._exact.decaying())
-            first, second = publish((growing, decaying), digits)
-        return {"growing_part": first, "dying_part": second, "bounded_amplitude": self._exact.swing(digits)}
+        return (2.87 if self.exact_motion.growing == 0 else 1.37) * 2 * pi * self.time_scale

@@ -1,18 +1,12 @@
 """A chain that slides from a table over a smooth quarter circle to the vertical."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import atan, cos, sin, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.point_scene import railed
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed
 from gnomon.reference.guided.chain_quarter_circle import ChainQuarter
 from gnomon.reference.numerics.precision import Number
 
@@ -120,27 +114,17 @@ class ChainQuarterCircle(Case):
         "quarter circle and guided as in a smooth tube. When front or tail enter or leave the circle the acceleration is "
         "continuous, the third derivative of s is not: these are events."
     )
-    state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("L", "m", 2, "length of the chain"),
-        Parameter("R", "m", "0.5", "radius of the quarter circle"),
+    s = Coordinate("m", "0.25", nonnegative(0.05, 0.2))
+    v = Coordinate("m/s", 0, nonnegative(0, 2))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    L = Parameter("m", 2, "length of the chain", positive(2, 4))
+    R = Parameter("m", "0.5", "radius of the quarter circle", positive(0.2, 1))
+    rules = (
+        Rule("the chain is longer than the quarter circle: L > pi R/2", _longer_than_circle),
+        Rule("the front starts on the quarter circle: s < pi R/2", _begins_on_circle),
+        Rule("the front is beyond the edge or moves: s >= 1e-30 R or v >= 1e-30 sqrt(g R)", _slides),
     )
-    default_state = ("0.25", 0)
-    domain = Domain(
-        {
-            "g": positive(1.0, 10.0),
-            "L": positive(2.0, 4.0),
-            "R": positive(0.2, 1.0),
-            "s": Range(low=0.0, typical=(0.05, 0.2)),
-            "v": Range(low=0.0, typical=(0.0, 2.0)),
-        },
-        (
-            Rule("the chain is longer than the quarter circle: L > pi R/2", _longer_than_circle),
-            Rule("the front starts on the quarter circle: s < pi R/2", _begins_on_circle),
-            Rule("the front is beyond the edge or moves: s >= 1e-30 R or v >= 1e-30 sqrt(g R)", _slides),
-        ),
-    )
+    exact_motion = bind(ChainQuarter, length="L", radius="R")
     variants = (
         Variant("thrown", "starts at the edge with speed", initial_state=(0, 1)),
         Variant("crawls", "released 1e-3 m beyond the edge: the force grows with s^2 from 2e-6 g", {}, ("1e-3", 0)),
@@ -153,52 +137,40 @@ class ChainQuarterCircle(Case):
         Variant("long_chain", "L = 1000 m: hangs for a long time before the tail leaves the table", {"L": 1000}),
     )
 
-    invariants: ClassVar = {"energy": Invariant(quarter_energy)}
+    invariants = conserved(energy=quarter_energy)
     scene = SCENE
-
-    @cached_property
-    def _exact(self) -> ChainQuarter:
-        return ChainQuarter(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> ChainQuarter:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(
-                    Mode("front_on_circle", front_on_circle),
-                    Mode("hanging", front_hanging),
-                    Mode("tail_on_circle", tail_on_circle),
-                    Mode("falling", chain_falling),
-                ),
-                start=quarter_mode,
-                transitions=(
-                    Transition("hangs", "front_on_circle", front_left, 1, slides_on, "hanging"),
-                    Transition("enters", "hanging", table_left, 1, slides_on, "tail_on_circle"),
-                    Transition("leaves", "tail_on_circle", tail_left, 1, slides_on, "falling"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"falling"}),
+    forms = (
+        Hybrid(
+            modes=(
+                Mode("front_on_circle", front_on_circle),
+                Mode("hanging", front_hanging),
+                Mode("tail_on_circle", tail_on_circle),
+                Mode("falling", chain_falling),
             ),
-        )
+            start=quarter_mode,
+            transitions=(
+                Transition("hangs", "front_on_circle", front_left, 1, slides_on, "hanging"),
+                Transition("enters", "hanging", table_left, 1, slides_on, "tail_on_circle"),
+                Transition("leaves", "tail_on_circle", tail_left, 1, slides_on, "falling"),
+            ),
+            terminal=frozenset({"falling"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """sqrt(L/g), or the time in which the front passes the circle at its initial speed."""
         g, length, radius = map(float, self.parameter_values())
-        speed = float(self.initial_state[1])
+        speed = float(self.v)
         return min(sqrt(length / g), radius / speed if speed else math.inf)
 
     def natural_span(self) -> Number:
         """Until the tail has left the circle, and 0.2 sqrt(L/g) more."""
-        length, g = self.parameters["L"], self.parameters["g"]
-        return float(self._exact.event_times()[2]) + 0.2 * sqrt(float(length / g))
+        return float(self.exact_motion.event_times()[2]) + 0.2 * sqrt(float(self.L / self.g))
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`hangs`, `enters`, `leaves`."""
-        motion = self._exact
+        motion = self.exact_motion
         rows = zip(
             ("hangs", "enters", "leaves"),
             motion.event_times(digits),
@@ -208,12 +180,10 @@ class ChainQuarterCircle(Case):
         )
         return tuple(Event(t, name, (s, v), (s, v)) for name, t, s, v in rows if t <= self.span)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """The time at which the tail leaves the circle, and the speed then."""
-        return {
-            "leaving_time": self._exact.event_times(digits)[2],
-            "leaving_speed": self._exact.event_speeds(digits)[2],
-        }
+        motion = self.exact_motion
+        return {"leaving_time": motion.event_times(digits)[2], "leaving_speed": motion.event_speeds(digits)[2]}
 
 
 def _depth(s: float, radius: float) -> float:

@@ -3,21 +3,15 @@
 Cases: chain_off_table, chain_over_pulley.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.point_scene import railed
-from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.core.forms import Equations
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed
 from gnomon.reference.guided.chains_over_edge import SlidingChain
-from gnomon.reference.numerics.precision import Number, quantity
+from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
 
 
@@ -89,53 +83,34 @@ def pulley_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
     return float(mode(t, (s, 0.0), parameters)[1])
 
 
+def until_it_leaves(sliding: Equations, end: Equations, start: Any) -> Hybrid:
+    """The chain slides until `end` crosses zero, then it falls freely."""
+    return Hybrid(
+        modes=(Mode("sliding", sliding), Mode("falling", free_fall)),
+        start=start,
+        transitions=(Transition("leaves", "sliding", end, 1, goes_on, "falling"),),
+        terminal=frozenset({"falling"}),
+    )
+
+
 class _ChainOverEdge(Case):
     """A chain that leaves its support at one event, `leaves`, and then falls freely."""
 
-    state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
-
-    @cached_property
-    def _exact(self) -> SlidingChain:
-        raise NotImplementedError
-
-    _SLIDING: ClassVar[Mode]
-    _END: ClassVar[Any]
-    _START: ClassVar[Any]
-    _SCENE: ClassVar[SceneForm]
-
-    def motion(self) -> SlidingChain:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        kind = type(self)
-        return (
-            Hybrid(
-                modes=(kind._SLIDING, Mode("falling", free_fall)),
-                start=kind._START,
-                transitions=(Transition("leaves", "sliding", kind._END, 1, goes_on, "falling"),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"falling"}),
-            ),
-        )
-
-    @property
-    def scene(self) -> SceneForm:
-        return self._SCENE
+    exact_motion: SlidingChain
 
     @property
     def time_scale(self) -> float:
         """The time in which the chain's motion grows by e."""
-        return 1 / sqrt(float(self._exact.square))
+        return 1 / sqrt(float(self.exact_motion.square))
 
     def natural_span(self) -> Number:
         """Until well after the event; ten time scales in equilibrium."""
-        if self._exact.rests:
+        if self.exact_motion.rests:
             return 10 * self.time_scale
-        return 1.15 * float(self._exact.end_time()) + 0.1 * self.time_scale
+        return 1.15 * float(self.exact_motion.end_time()) + 0.1 * self.time_scale
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion = self._exact
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion = self.exact_motion
         if motion.rests or motion.s0 >= motion.end or motion.end_time(20) > self.span:
             return ()
         with_end = (motion._quantity(digits, lambda mp: mp.mpf(motion.end)), motion.end_speed(digits))
@@ -143,10 +118,10 @@ class _ChainOverEdge(Case):
 
     def same_course(self, other: Case) -> bool:
         """A chain that is not exactly in equilibrium runs off."""
-        return isinstance(other, _ChainOverEdge) and other._exact.rests == self._exact.rests
+        return isinstance(other, _ChainOverEdge) and other.exact_motion.rests == self.exact_motion.rests
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
+    def derived(self, digits: int) -> dict[str, Any]:
+        motion = self.exact_motion
         if motion.rests:
             return {"leaving_time": mpf("inf")}
         return {"leaving_time": motion.end_time(digits), "leaving_speed": motion.end_speed(digits)}
@@ -166,24 +141,17 @@ class ChainOffTable(_ChainOverEdge):
         "s is the overhanging length; the chain is inextensible and guided at the edge; the friction mu acts on the part "
         "on the table. From s = L the whole chain falls freely and s is the depth of its lower end."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("L", "m", 1, "length of the chain"),
-        Parameter("mu", "1", 0, "coefficient of friction on the table"),
+    s = Coordinate("m", "0.3", nonnegative(0, 1))
+    v = Coordinate("m/s", 0, nonnegative(0, 3))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    L = Parameter("m", 1, "length of the chain", positive(1, 5))
+    mu = Parameter("1", 0, "coefficient of friction on the table", nonnegative(0, 0.5))
+    rules = (
+        Rule("s <= L (the chain is on the table)", lambda n: n["s"] <= n["L"]),
+        Rule("s >= mu L/(1 + mu) and v >= 0 (else friction holds the chain)", _reach),
     )
-    default_state = ("0.3", 0)
-    domain = Domain(
-        {
-            "g": positive(),
-            "L": positive(1.0, 5.0),
-            "mu": Range(low=0.0, typical=(0.0, 0.5)),
-            "s": Range(low=0.0, typical=(0.0, 1.0)),
-            "v": Range(low=0.0, typical=(0.0, 3.0)),
-        },
-        (
-            Rule("s <= L (the chain is on the table)", lambda n: n["s"] <= n["L"]),
-            Rule("s >= mu L/(1 + mu) and v >= 0 (else friction holds the chain)", _reach),
-        ),
+    exact_motion = bind(
+        lambda c: SlidingChain(c.g * (1 + c.mu) / c.L, c.mu * c.L / (1 + c.mu), c.L, c.g, *c.initial_state)
     )
     variants = (
         Variant("hair", "an overhang of 1e-12 m: leaves after 28 e-foldings", initial_state=("1e-12", 0)),
@@ -199,32 +167,18 @@ class ChainOffTable(_ChainOverEdge):
             (0.5000000000000001, 0),
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(table_energy, "decays")}
-    _SLIDING = Mode("sliding", sliding_off)
-    _END = staticmethod(to_table_end)
-    _START = staticmethod(table_mode)
-    _SCENE = railed(table_force)
+    invariants = decaying(energy=table_energy)
+    forms = (until_it_leaves(sliding_off, to_table_end, table_mode),)
+    scene = railed(table_force)
 
-    @cached_property
-    def _exact(self) -> SlidingChain:
-        g, length, mu = self.parameter_values()
-        return SlidingChain(g * (1 + mu) / length, mu * length / (1 + mu), length, g, *self.initial_state)
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """Tension at the edge over the mass per length, (1 + mu) (L - s) g s/L (m^2/s^2), at the start and its maximum.
 
         The maximum is where half of the chain hangs, or at the start if more than half hangs there.
         """
-        g, length, mu = self.parameter_values()
-        s = self.initial_state[0]
-        most = s if self._exact.rests else max(s, length / 2)
-        first, largest = ((1 + mu) * (length - x) * g * x / length for x in (s, most))
-        found = {"edge_tension": first, "largest_edge_tension": largest}
-
-        def rounded(value: Fraction) -> Any:
-            return quantity(digits, lambda mp: mp.mpf(value))
-
-        return super().quantities(digits) | {name: rounded(value) for name, value in found.items()}
+        most = self.s if self.exact_motion.rests else max(self.s, self.L / 2)
+        first, largest = ((1 + self.mu) * (self.L - x) * self.g * x / self.L for x in (self.s, most))
+        return super().derived(digits) | {"edge_tension": first, "largest_edge_tension": largest}
 
 
 class ChainOverPulley(_ChainOverEdge):
@@ -237,31 +191,16 @@ class ChainOverPulley(_ChainOverEdge):
         "s is the displacement from equilibrium, in which L/2 hangs on either side; the pulley is a point, and the chain "
         "stays on it. From s = L/2 the whole chain falls freely."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("L", "m", 2, "length of the chain"),
-    )
-    default_state = ("0.1", 0)
-    domain = Domain(
-        {
-            "g": positive(),
-            "L": positive(2.0, 5.0),
-            "s": Range(low=0.0, typical=(0.0, 1.0)),
-            "v": Range(low=0.0, typical=(0.0, 3.0)),
-        },
-        (Rule("s <= L/2 (the chain lies over the pulley)", lambda n: 2 * n["s"] <= n["L"]),),
-    )
+    s = Coordinate("m", "0.1", nonnegative(0, 1))
+    v = Coordinate("m/s", 0, nonnegative(0, 3))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    L = Parameter("m", 2, "length of the chain", positive(2, 5))
+    rules = (Rule("s <= L/2 (the chain lies over the pulley)", lambda n: 2 * n["s"] <= n["L"]),)
+    exact_motion = bind(lambda c: SlidingChain(2 * c.g / c.L, Fraction(0), c.L / 2, c.g, *c.initial_state))
     variants = (
         Variant("balanced", "exactly in equilibrium: must not move", initial_state=(0, 0)),
         Variant("hair", "1e-12 m from equilibrium: runs off after 28 e-foldings", initial_state=("1e-12", 0)),
     )
-    invariants: ClassVar = {"energy": Invariant(pulley_energy)}
-    _SLIDING = Mode("sliding", over_pulley)
-    _END = staticmethod(to_pulley_end)
-    _START = staticmethod(pulley_mode)
-    _SCENE = railed(pulley_force)
-
-    @cached_property
-    def _exact(self) -> SlidingChain:
-        g, length = self.parameter_values()
-        return SlidingChain(2 * g / length, Fraction(0), length / 2, g, *self.initial_state)
+    invariants = conserved(energy=pulley_energy)
+    forms = (until_it_leaves(over_pulley, to_pulley_end, pulley_mode),)
+    scene = railed(pulley_force)

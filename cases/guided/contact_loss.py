@@ -3,19 +3,14 @@
 Cases: bead_leaving_sphere, amusement_park, pendulum_on_string.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
-from math import cos, pi, sin, sqrt
-from typing import Any, ClassVar
+from math import atan2, cos, hypot, pi, sin, sqrt
+from typing import ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.scene import SceneForm
-from gnomon.cases.guided.contact_loss_scene import LOOP, SPHERE
+from gnomon.cases.core.forms import Equations
+from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
+from gnomon.cases.declare import *
 from gnomon.reference.guided.contact_loss import ContactLoss
 from gnomon.reference.numerics.precision import Number, quantity, working
 from mpmath import mpf
@@ -101,73 +96,75 @@ def _leaves_the_top(n: Mapping[str, Fraction]) -> bool:
     return away == 0 or away >= Fraction(1, 10**120)
 
 
+NEEDS = frozenset({"curved_guide", "loss_of_contact"})
+
+
+def _one_sided(up: int) -> SceneForm:
+    """A guide that holds on one side (tokens `curved_guide`, `loss_of_contact`).
+
+    `up` is 1 if theta is measured from the top and the particle leaves outward, -1 if from the bottom and inward.
+    """
+
+    def build(state: Values, parameters: Values) -> Scene:
+        theta, h, omega, u = state
+        g, radius = parameters
+        r, rate = radius + up * h, up * u
+        s, c = sin(theta), cos(theta)
+
+        def circle(angle: float) -> Vector:
+            return radius * sin(angle), 0.0, up * radius * cos(angle)
+
+        velocity = (rate * s + r * omega * c, 0.0, up * (rate * c - r * omega * s))
+        body = Body("particle", 1.0, (0.0, 0.0, 0.0), (r * s, 0.0, up * r * c), velocity=velocity)
+        return Scene((0.0, 0.0, -g), (body,), guides=(Guide("circle", "particle", circle, theta, omega),))
+
+    def observe(readings: Readings, parameters: Values) -> Values:
+        _g, radius = parameters
+        (x, _, z), _, (vx, _, vz), _ = readings.bodies["particle"]
+        r = hypot(x, z)
+        rate = (x * vx + z * vz) / r
+        return atan2(x, up * z), up * (r - radius), up * (z * vx - x * vz) / (r * r), up * rate
+
+    return SceneForm(build, observe, NEEDS, conservative=False)
+
+
+SPHERE, LOOP = _one_sided(1), _one_sided(-1)
+
+
+def until_contact_is_lost(slides: Equations, flies: Equations, force: Equations) -> Hybrid:
+    """Contact until the normal force vanishes, then free flight."""
+    return Hybrid(
+        modes=(Mode("contact", slides), Mode("flight", flies)),
+        start=sphere_mode,
+        transitions=(Transition("leaves", "contact", force, -1, as_it_is, "flight"),),
+        terminal=frozenset({"flight"}),
+    )
+
+
 class _ContactLossCase(Case):
-    state = (
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("h", "m", "length"),
-        Coordinate("omega", "rad/s", "angular velocity"),
-        Coordinate("u", "m/s", "velocity"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("R", "m", 1, "radius"),
-    )
     _INSIDE: ClassVar[bool]
-    _SLIDES: ClassVar[Mode]
-    _FLIES: ClassVar[Mode]
-    _FORCE: ClassVar[Any]
 
-    @cached_property
-    def _exact(self) -> ContactLoss:
-        theta, _, omega, _ = self.initial_state
-        g, radius = self.parameter_values()
-        return ContactLoss(g, radius, theta, omega, self._INSIDE)
-
-    def motion(self) -> ContactLoss:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        kind = type(self)
-        return (
-            Hybrid(
-                modes=(kind._SLIDES, kind._FLIES),
-                start=sphere_mode,
-                transitions=(Transition("leaves", "contact", kind._FORCE, -1, as_it_is, "flight"),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"flight"}),
-            ),
-        )
-
-    @property
-    def scene(self) -> SceneForm:
-        return SPHERE if not self._INSIDE else LOOP
+    exact_motion = bind(lambda c: ContactLoss(c.g, c.R, c.theta, c.omega, c._INSIDE))
 
     @property
     def time_scale(self) -> float:
         g, radius = map(float, self.parameter_values())
         return sqrt(radius / g)
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`leaves`, where the normal force vanishes."""
-        motion = self._exact
+        motion = self.exact_motion
         if not motion.leaves or motion.leaving_time(20) > self.span:
             return ()
         there = (motion.leaving_angle(digits), mpf(0), motion.leaving_rate(digits), mpf(0))
         return (Event(motion.leaving_time(digits), "leaves", there, there),)
 
     def same_course(self, other: Case) -> bool:
-        return isinstance(other, _ContactLossCase) and other._exact.leaves == self._exact.leaves
+        return isinstance(other, _ContactLossCase) and other.exact_motion.leaves == self.exact_motion.leaves
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        if not motion.leaves:
-            return {}
-        return {
-            "leaving_time": motion.leaving_time(digits),
-            "leaving_angle": motion.leaving_angle(digits),
-            "leaving_rate": motion.leaving_rate(digits),
-        }
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        return ("leaving_time", "leaving_angle", "leaving_rate") if self.exact_motion.leaves else ()
 
 
 class BeadLeavingSphere(_ContactLossCase):
@@ -177,20 +174,15 @@ class BeadLeavingSphere(_ContactLossCase):
     title = "Particle sliding off a smooth sphere, contact-loss event"
     section = "6.3.4, 7.5, 7.11.1"
     conventions = "theta from the top. h is the height above the surface, zero until contact is lost, and u its rate."
-    default_state = ("0.1", 0, 0, 0)
-    domain = Domain(
-        {
-            "g": positive(1.0, 10.0),
-            "R": positive(0.5, 3.0),
-            "theta": Range(low=0.0, high=pi / 2, typical=(0.01, 0.7)),
-            "h": Range(0.0, 0.0, typical=(0.0, 0.0)),
-            "omega": Range(low=0.0, typical=(0.0, 1.0)),
-            "u": Range(0.0, 0.0, typical=(0.0, 0.0)),
-        },
-        (
-            Rule("R omega^2 < g cos(theta) (the sphere carries the particle at the start)", _carries),
-            Rule("theta = omega = 0, or theta^2 + R omega^2/g >= 1e-120 (at most 138 e-foldings)", _leaves_the_top),
-        ),
+    theta = Coordinate("rad", "0.1", Range(low=0.0, high=pi / 2, typical=(0.01, 0.7)))
+    h = Coordinate("m", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
+    omega = Coordinate("rad/s", 0, nonnegative(0, 1))
+    u = Coordinate("m/s", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    R = Parameter("m", 1, "radius", positive(0.5, 3))
+    rules = (
+        Rule("R omega^2 < g cos(theta) (the sphere carries the particle at the start)", _carries),
+        Rule("theta = omega = 0, or theta^2 + R omega^2/g >= 1e-120 (at most 138 e-foldings)", _leaves_the_top),
     )
     variants = (
         Variant(
@@ -201,15 +193,14 @@ class BeadLeavingSphere(_ContactLossCase):
         Variant("at_top", "exactly at the top: must not slide", initial_state=(0, 0, 0, 0)),
         Variant("launched", "starts at the top with speed", initial_state=(0, 0, 1, 0)),
     )
-    invariants: ClassVar = {"energy": Invariant(sphere_energy)}
+    invariants = conserved(energy=sphere_energy)
     _INSIDE = False
-    _SLIDES = Mode("contact", on_sphere)
-    _FLIES = Mode("flight", off_sphere)
-    _FORCE = staticmethod(sphere_force)
+    forms = (until_contact_is_lost(on_sphere, off_sphere, sphere_force),)
+    scene = SPHERE
 
     def natural_span(self) -> Number:
         """Until half a time scale after contact is lost; ten time scales at the top."""
-        motion = self._exact
+        motion = self.exact_motion
         return float(motion.leaving_time()) + 0.5 * self.time_scale if motion.leaves else 10 * self.time_scale
 
 
@@ -223,17 +214,12 @@ class AmusementPark(_ContactLossCase):
         "theta from the bottom. h is the distance from the loop, zero until contact is lost, and u its rate. The motion "
         "ends before the next contact."
     )
-    default_state = (0, 0, "6.5", 0)
-    domain = Domain(
-        {
-            "g": positive(5.0, 10.0),
-            "R": positive(0.5, 2.0),
-            "theta": Range(low=0.0, high=pi / 2, typical=(0.0, 1.0)),
-            "h": Range(0.0, 0.0, typical=(0.0, 0.0)),
-            "omega": Range(low=0.0, typical=(1.0, 8.0)),
-            "u": Range(0.0, 0.0, typical=(0.0, 0.0)),
-        }
-    )
+    theta = Coordinate("rad", 0, Range(low=0.0, high=pi / 2, typical=(0.0, 1.0)))
+    h = Coordinate("m", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
+    omega = Coordinate("rad/s", "6.5", nonnegative(1, 8))
+    u = Coordinate("m/s", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 10))
+    R = Parameter("m", 1, "radius", positive(0.5, 2))
     variants: ClassVar[tuple[Variant, ...]] = (
         Variant("through", "fast enough: contact lasts all round", initial_state=(0, 0, "7.2", 0)),
         Variant(
@@ -244,15 +230,14 @@ class AmusementPark(_ContactLossCase):
         ),
         Variant("swings", "too slow to reach the side: swings like a pendulum", initial_state=(0, 0, 4, 0)),
     )
-    invariants: ClassVar = {"energy": Invariant(loop_energy)}
+    invariants = conserved(energy=loop_energy)
     _INSIDE = True
-    _SLIDES = Mode("contact", in_loop)
-    _FLIES = Mode("flight", across_loop)
-    _FORCE = staticmethod(loop_force)
+    forms = (until_contact_is_lost(in_loop, across_loop, loop_force),)
+    scene = LOOP
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        motion = self._exact
+        motion = self.exact_motion
         if motion.leaves and self.span >= Fraction(float(motion.leaving_time() + motion.flight_time())):
             raise ValueError(
                 f"{self.name}: span = {float(self.span):g} s reaches the next contact; give a span that ends before "
@@ -261,14 +246,14 @@ class AmusementPark(_ContactLossCase):
 
     def natural_span(self) -> Number:
         """Until nine tenths of the flight; ten time scales if contact lasts."""
-        motion = self._exact
+        motion = self.exact_motion
         if not motion.leaves:
             return 10 * self.time_scale
         return float(motion.leaving_time()) + 0.9 * float(motion.flight_time())
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        found = super().quantities(digits)
-        return found | {"flight_time": self._exact.flight_time(digits)} if found else found
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        return (*super().quantity_names, "flight_time") if self.exact_motion.leaves else ()
 
 
 class PendulumOnString(AmusementPark):
@@ -281,11 +266,9 @@ class PendulumOnString(AmusementPark):
         "theta from the downward vertical. h is the string's length less the distance of the mass from the pivot, zero while "
         "the string is taut, and u its rate: the same motion as amusement_park. It ends before the string is taut again."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("R", "m", 1, "length of the string"),
-    )
-    default_state = (1, 0, "5.4", 0)
+    theta = Coordinate("rad", 1, Range(low=0.0, high=pi / 2, typical=(0.0, 1.0)))
+    omega = Coordinate("rad/s", "5.4", nonnegative(1, 8))
+    R = Parameter("m", 1, "length of the string", positive(0.5, 2))
     variants: ClassVar[tuple[Variant, ...]] = (
         Variant("through", "fast enough: the string stays taut all round", initial_state=(0, 0, "7.2", 0)),
         Variant(
@@ -305,7 +288,6 @@ class PendulumOnString(AmusementPark):
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`tension_start` over the mass (m/s^2); at `leaving` the string goes slack."""
-        theta, _, omega, _ = self.initial_state
-        g, radius = self.parameter_values()
-        tension = quantity(digits, lambda mp: mp.mpf(radius * omega**2) + mp.mpf(g) * mp.cos(mp.mpf(theta)))
+        pull = self.R * self.omega**2
+        tension = quantity(digits, lambda mp: mp.mpf(pull) + mp.mpf(self.g) * mp.cos(mp.mpf(self.theta)))
         return {"tension_start": tension} | super().quantities(digits)

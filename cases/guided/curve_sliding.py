@@ -3,22 +3,17 @@
 Cases: curve_sliding_small, curve_sliding_quartic, curve_sliding_catenary.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import asinh, sqrt
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from gnomon.cases.core.case import Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Equations, FirstOrder, Separable, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.forms import Equations
 from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
+from gnomon.cases.declare import *
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.guided.curve_sliding import Catenary, Parabola, Quartic
-from gnomon.reference.numerics.well import WellMotion
 
 
 def parabola_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -94,23 +89,19 @@ def _guided(place: Any) -> SceneForm:
 
 class _Curve(WellCase):
     section = "7.11.1, 7.11.2"
-    default_state = (1, 0)
     reversal = ("v",)
 
     _CURVATURE: ClassVar[Any]
     """Curvature at the bottom as a function of the curve's size; 0 for the quartic."""
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`normal_force_bottom`: over the mass, g + v^2 times the curvature at the bottom (m/s^2)."""
-        motion = self._exact
+        motion = self.exact_motion
         g, size = self.parameter_values()
         curvature = self._CURVATURE(size)
         force = motion._quantity(digits, lambda mp: mp.mpf(g) + 2 * mp.mpf(curvature) * motion._energy(mp), 60)
-        found = super().quantities(digits) | {"normal_force_bottom": force}
-        if curvature:
-            small = motion._quantity(digits, lambda mp: mp.sqrt(mp.mpf(g * curvature)))
-            found["small_frequency"] = small
-        return found
+        small = (lambda mp: mp.sqrt(mp.mpf(g * curvature))) if curvature else None
+        return {"normal_force_bottom": force, "small_frequency": small}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -140,37 +131,24 @@ class CurveSlidingSmall(_Curve):
     name = "curve_sliding_small"
     title = "Bead on a smooth parabola"
     conventions = "x^2 = 4 p y, y upward; the state is x and x'."
-    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("p", "m", "0.5", "focal length of the parabola"),
-    )
-    domain = Domain(
-        {
-            "g": positive(),
-            "p": positive(1.0, 3.0),
-            "x": Range(typical=(-0.7, 0.7)),
-            "v": Range(typical=(-1.0, 1.0)),
-        },
-        (_low("x", "p", parabola_energy, 2000),),
-    )
+    x = Coordinate("m", 1, typical(-0.7, 0.7))
+    v = Coordinate("m/s", 0, typical(-1, 1))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    p = Parameter("m", "0.5", "focal length of the parabola", positive(1, 3))
+    rules = (_low("x", "p", parabola_energy, 2000),)
+    exact_motion = bind(Parabola, size="p", q0="x")
     variants = (
         Variant(
             "shallow", "amplitude 1e-3 p: the period is within 1e-7 of the harmonic one", initial_state=("5e-4", 0)
         ),
         Variant("steep", "released 10 p from the axis: changes direction sharply at the bottom", {"p": "0.1"}),
-        Variant("long_1e4", "10,000 periods: phase error"),
+        Variant("long_1e4", "10,000 periods: phase error", periods=10000.37),
     )
-    invariants: ClassVar = {"energy": Invariant(parabola_energy)}
+    invariants = conserved(energy=parabola_energy)
     forms = (FirstOrder(parabola_equations),)
     scene = PARABOLA
 
-    _PERIODS: ClassVar = {"long_1e4": 10000.37}
     _CURVATURE = staticmethod(lambda p: 1 / (2 * p))
-
-    @cached_property
-    def _exact(self) -> WellMotion:
-        return Parabola(*self.parameter_values(), *self.initial_state)
 
 
 QUARTIC = _guided(lambda x, a: (x, x**4 / a**3))
@@ -180,33 +158,21 @@ class CurveSlidingQuartic(_Curve):
     name = "curve_sliding_quartic"
     title = "Bead on the smooth curve y = x^4/a^3"
     conventions = "y upward; the state is x and x'. The bottom is flat: the period grows as 1/amplitude."
-    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("a", "m", 2, "size of the curve"),
-    )
-    domain = Domain(
-        {
-            "g": positive(),
-            "a": positive(2.0, 5.0),
-            "x": Range(typical=(-1.0, 1.0)),
-            "v": Range(typical=(-1.0, 1.0)),
-        },
-        (_low("x", "a", quartic_energy, 50_000),),
-    )
+    x = Coordinate("m", 1, typical(-1, 1))
+    v = Coordinate("m/s", 0, typical(-1, 1))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    a = Parameter("m", 2, "size of the curve", positive(2, 5))
+    rules = (_low("x", "a", quartic_energy, 50_000),)
+    exact_motion = bind(Quartic, size="a", q0="x")
     variants = (
         Variant("flat", "amplitude 1e-3 a: the force is proportional to x^3", initial_state=("2e-3", 0)),
         Variant("launched", "starts at the bottom with speed", initial_state=(0, 4)),
     )
-    invariants: ClassVar = {"energy": Invariant(quartic_energy)}
+    invariants = conserved(energy=quartic_energy)
     forms = (FirstOrder(quartic_equations),)
     scene = QUARTIC
 
     _CURVATURE = staticmethod(lambda a: 0)
-
-    @cached_property
-    def _exact(self) -> WellMotion:
-        return Quartic(*self.parameter_values(), *self.initial_state)
 
 
 CATENARY = _guided(lambda s, c: (c * asinh(s / c), sqrt(c * c + s * s)))
@@ -216,32 +182,20 @@ class CurveSlidingCatenary(_Curve):
     name = "curve_sliding_catenary"
     title = "Bead on a smooth catenary"
     conventions = "y = c cosh(x/c), y upward; the state is the arc length from the bottom, s = c sinh(x/c), and s'."
-    state = (Coordinate("s", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("c", "m", "0.5", "radius of curvature at the bottom"),
-    )
-    domain = Domain(
-        {
-            "g": positive(),
-            "c": positive(1.0, 3.0),
-            "s": Range(typical=(-0.7, 0.7)),
-            "v": Range(typical=(-1.0, 1.0)),
-        },
-        (_low("s", "c", catenary_energy, 40),),
-    )
+    s = Coordinate("m", 1, typical(-0.7, 0.7))
+    v = Coordinate("m/s", 0, typical(-1, 1))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    c = Parameter("m", "0.5", "radius of curvature at the bottom", positive(1, 3))
+    rules = (_low("s", "c", catenary_energy, 40),)
+    exact_motion = bind(Catenary, size="c", q0="s")
     variants = (
         Variant(
             "shallow", "amplitude 1e-3 c: the period is within 1e-6 of the harmonic one", initial_state=("5e-4", 0)
         ),
         Variant("deep", "amplitude 10 c: free fall along either side, a sharp turn at the bottom", {"c": "0.1"}),
     )
-    invariants: ClassVar = {"energy": Invariant(catenary_energy)}
+    invariants = conserved(energy=catenary_energy)
     forms = (Separable(catenary_acceleration, catenary_potential),)
     scene = CATENARY
 
     _CURVATURE = staticmethod(lambda c: 1 / c)
-
-    @cached_property
-    def _exact(self) -> WellMotion:
-        return Catenary(*self.parameter_values(), *self.initial_state)

@@ -3,21 +3,17 @@
 Cases: ignorable_coordinates (cone), particle_on_paraboloid, particle_on_torus.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import cached_property
 from math import asin, atan2, cos, hypot, inf, pi, sin, tau
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.guided.surface_scene import on_surface
+from gnomon.cases.core.forms import Values
+from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.guided.particles_on_surfaces import OnCone, OnParaboloid, OnSurface, OnTorus
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import Number
 
 
 def cone_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -111,6 +107,36 @@ def torus_angle(radius: float, height: float, parameters: Values) -> float:
     return atan2(height, radius - ring)
 
 
+Place = Callable[[float, Values], tuple[float, float, float, float]]
+"""(x, parameters) -> distance from the axis and height on the meridian, and their derivatives by x."""
+
+
+def on_surface(place: Place, coordinate: Callable[[float, float, Values], float]) -> SceneForm:
+    """A particle on a smooth surface of revolution. Most engines have only planes (token `curved_surface`).
+
+    State (x, phi, x', phi'); `coordinate` gives x from distance and height; g is the last parameter.
+    """
+
+    def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+        x, phi, rate, w = state
+        radius, height, out, up = place(x, parameters)
+        c, s = cos(phi), sin(phi)
+        velocity = (out * rate * c - radius * w * s, out * rate * s + radius * w * c, up * rate)
+        particle = Body("particle", 1.0, (0.0, 0.0, 0.0), (radius * c, radius * s, height), velocity=velocity)
+        return Scene((0.0, 0.0, -parameters[-1]), (particle,))
+
+    def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+        (px, py, pz), _, (vx, vy, vz), _ = readings.bodies["particle"]
+        radius = hypot(px, py)
+        x = coordinate(radius, pz, parameters)
+        _, _, out, up = place(x, parameters)
+        outward = (px * vx + py * vy) / radius
+        rate = (out * outward + up * vz) / (out * out + up * up)
+        return x, atan2(py, px), rate, (px * vy - py * vx) / radius**2
+
+    return SceneForm(build, observe, frozenset({"curved_surface"}))
+
+
 CONE_SCENE = on_surface(cone_place, lambda radius, height, parameters: hypot(radius, height))
 PARABOLOID_SCENE = on_surface(paraboloid_place, lambda radius, height, parameters: radius)
 TORUS_SCENE = on_surface(torus_place, torus_angle)
@@ -120,60 +146,38 @@ ROUND = Rule("the particle moves round the axis (w is not 0, else it meets the t
 class _OnSurface(WellCase):
     """One coordinate along the meridian, the azimuth phi, and their rates."""
 
+    exact_motion: OnSurface
     section = "11.10.1-11.10.2"
-
-    @cached_property
-    def _exact(self) -> OnSurface:
-        raise NotImplementedError
 
     @cached_property
     def time_scale(self) -> float:  # type: ignore[override]
         """The period over 2 pi, or the time of a radian of the azimuth closest to the axis if that is shorter."""
-        fastest = float(self._exact.fastest_turn())
+        fastest = float(self.exact_motion.fastest_turn())
         turn = 1 / fastest if fastest else inf
-        return turn if self._exact.rests else min(turn, float(self._exact.period()) / tau)
+        return turn if self.exact_motion.rests else min(turn, float(self.exact_motion.period()) / tau)
 
     def natural_span(self) -> Number:
         """5.37 periods; on a parallel circle 5.37 turns."""
-        periods = self._PERIODS.get(self.variant or "", 5.37)
-        return periods * (tau * self.time_scale if self._exact.rests else float(self._exact.period()))
+        return self.periods * (tau * self.time_scale if self.exact_motion.rests else float(self.exact_motion.period()))
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`apsidal_angle`: by how much phi grows from the least to the largest distance (rad)."""
-        found = super().quantities(digits) | {"momentum": self._exact.momentum(digits)}
-        if self._exact.rests:
-            return found
-        angle = self._exact.carried_over_period(0, digits + 5)
-        with working(digits + 5) as mp:
-            return found | {"apsidal_angle": publish([mp.mpf(angle) / 2], digits)[0]}
+    def derived(self, digits: int) -> dict[str, Any]:
+        """`apsidal_angle`: the growth of phi from the least to the largest distance (rad)."""
+        found = {"momentum": self.exact_motion.momentum(digits)}
+        return found if self.exact_motion.rests else found | {"apsidal_angle": self.exact_motion.apsidal_angle(digits)}
 
 
 class ParticleOnCone(_OnSurface):
     name = "ignorable_coordinates"
     title = "Particle in a smooth cone: the azimuth is ignorable"
     conventions = "s from the tip along the wall, phi about the vertical axis, alpha between axis and wall."
-    state = (
-        Coordinate("s", "m", "length"),
-        Coordinate("phi", "rad", "angle"),
-        Coordinate("vs", "m/s", "velocity"),
-        Coordinate("w", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("alpha", "rad", "0.5", "half angle of the cone"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-    )
-    default_state = (1, 0, 0, 5)
-    domain = Domain(
-        {
-            "alpha": Range(0.0, pi / 2, True, True, (0.3, 1.2)),
-            "g": positive(5.0, 12.0),
-            "s": positive(1.0, 2.0),
-            "phi": Range(typical=(-3.0, 3.0)),
-            "vs": Range(typical=(-0.5, 0.5)),
-            "w": Range(typical=(2.0, 5.0)),
-        },
-        (ROUND,),
-    )
+    s = Coordinate("m", 1, positive(1, 2))
+    phi = Coordinate("rad", 0, typical(-3, 3))
+    vs = Coordinate("m/s", 0, typical(-0.5, 0.5))
+    w = Coordinate("rad/s", 5, typical(2, 5))
+    alpha = Parameter("rad", "0.5", "half angle of the cone", Range(0.0, pi / 2, True, True, (0.3, 1.2)))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 12))
+    rules = (ROUND,)
+    exact_motion = bind(OnCone, x="s", rate="vs", spin="w")
     variants = (
         Variant(
             "near_tip",
@@ -182,55 +186,38 @@ class ParticleOnCone(_OnSurface):
         ),
         Variant("parallel", "close to a parallel circle: a small radial vibration", initial_state=(1, 0, 0, "6.1201")),
         Variant("flat", "a cone that is almost a plane: the force towards the tip is weak", {"alpha": "1.5607963"}),
-        Variant("long_1e4", "10,000 periods: phase errors of both coordinates"),
+        Variant("long_1e4", "10,000 periods: phase errors of both coordinates", periods=10000.37),
     )
-    _PERIODS: ClassVar = {"long_1e4": 10000.37}
-    invariants: ClassVar = {"energy": Invariant(cone_energy), "angular_momentum": Invariant(cone_momentum)}
+    invariants = conserved(energy=cone_energy, angular_momentum=cone_momentum)
     forms = (FirstOrder(cone_equations),)
     scene = CONE_SCENE
     reversal = ("vs", "w")
 
-    @cached_property
-    def _exact(self) -> OnCone:
-        alpha, g = self.parameter_values()
-        s, phi, vs, w = self.initial_state
-        return OnCone(g, s, phi, vs, w, alpha)
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """The rate of the parallel circle at the start's height, and the frequency of radial vibrations about it (rad/s)."""
-        with working(digits + 10) as mp:
-            alpha, g, s = mp.mpf(self.parameters["alpha"]), mp.mpf(self.parameters["g"]), mp.mpf(self.initial_state[0])
-            rate = mp.sqrt(g * mp.cos(alpha) / s) / mp.sin(alpha)
-            found = publish((rate, mp.sqrt(3) * mp.sin(alpha) * rate), digits)
-        return super().quantities(digits) | dict(zip(("circle_rate", "circle_vibration"), found, strict=True))
+
+        def rate(mp: Any) -> Any:
+            alpha = mp.mpf(self.alpha)
+            return mp.sqrt(mp.mpf(self.g) * mp.cos(alpha) / mp.mpf(self.s)) / mp.sin(alpha)
+
+        def vibration(mp: Any) -> Any:
+            return mp.sqrt(3) * mp.sin(mp.mpf(self.alpha)) * rate(mp)
+
+        return super().derived(digits) | {"circle_rate": rate, "circle_vibration": vibration}
 
 
 class ParticleOnParaboloid(_OnSurface):
     name = "particle_on_paraboloid"
     title = "Particle in a smooth paraboloid: the azimuth is ignorable"
     conventions = "r from the vertical axis, phi about it; the surface is z = r^2/(2 p)."
-    state = (
-        Coordinate("r", "m", "length"),
-        Coordinate("phi", "rad", "angle"),
-        Coordinate("vr", "m/s", "velocity"),
-        Coordinate("w", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("p", "m", 1, "radius of curvature at the bottom"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-    )
-    default_state = (1, 0, "0.5", 2)
-    domain = Domain(
-        {
-            "p": positive(0.5, 2.0),
-            "g": positive(5.0, 12.0),
-            "r": positive(1.0, 2.0),
-            "phi": Range(typical=(-3.0, 3.0)),
-            "vr": Range(typical=(-0.5, 0.5)),
-            "w": Range(typical=(2.0, 5.0)),
-        },
-        (ROUND,),
-    )
+    r = Coordinate("m", 1, positive(1, 2))
+    phi = Coordinate("rad", 0, typical(-3, 3))
+    vr = Coordinate("m/s", "0.5", typical(-0.5, 0.5))
+    w = Coordinate("rad/s", 2, typical(2, 5))
+    p = Parameter("m", 1, "radius of curvature at the bottom", positive(0.5, 2))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 12))
+    rules = (ROUND,)
+    exact_motion = bind(OnParaboloid, x="r", rate="vr", spin="w")
     variants = (
         Variant(
             "near_axis",
@@ -238,28 +225,19 @@ class ParticleOnParaboloid(_OnSurface):
             initial_state=(1, 0, 0, "0.2"),
         ),
         Variant("circle", "exactly a parallel circle, whose rate is sqrt(g/p) at any height", {"g": 9}, (2, 0, 0, 3)),
-        Variant("long_1e4", "10,000 periods: phase errors of both coordinates"),
+        Variant("long_1e4", "10,000 periods: phase errors of both coordinates", periods=10000.37),
     )
-    _PERIODS: ClassVar = {"long_1e4": 10000.37}
-    invariants: ClassVar = {"energy": Invariant(paraboloid_energy), "angular_momentum": Invariant(paraboloid_momentum)}
+    invariants = conserved(energy=paraboloid_energy, angular_momentum=paraboloid_momentum)
     forms = (FirstOrder(paraboloid_equations),)
     scene = PARABOLOID_SCENE
     reversal = ("vr", "w")
 
-    @cached_property
-    def _exact(self) -> OnParaboloid:
-        p, g = self.parameter_values()
-        r, phi, vr, w = self.initial_state
-        return OnParaboloid(g, r, phi, vr, w, p)
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        with working(digits + 10) as mp:
-            rate = publish([mp.sqrt(mp.mpf(self.parameters["g"] / self.parameters["p"]))], digits)[0]
-        return super().quantities(digits) | {"circle_rate": rate}
+    def derived(self, digits: int) -> dict[str, Any]:
+        return super().derived(digits) | {"circle_rate": lambda mp: mp.sqrt(mp.mpf(self.g / self.p))}
 
 
-def _on_torus(n: Mapping[str, Fraction]) -> OnTorus:
-    return OnTorus(*(n[name] for name in ("g", "theta", "phi", "rate", "w", "R", "a")))
+def _swings(n: Mapping[str, Fraction]) -> bool:
+    return bool(ParticleOnTorus.motion_of(n).swings)
 
 
 class ParticleOnTorus(_OnSurface):
@@ -269,36 +247,18 @@ class ParticleOnTorus(_OnSurface):
         "theta around the tube, 0 on the outer side, -pi/2 at the bottom; phi about the vertical axis; R the radius of "
         "the ring's middle circle, a of the tube. The surface holds the particle on both sides."
     )
-    state = (
-        Coordinate("theta", "rad", "angle", "angle around the tube"),
-        Coordinate("phi", "rad", "angle"),
-        Coordinate("rate", "rad/s", "angular velocity"),
-        Coordinate("w", "rad/s", "angular velocity"),
+    theta = Coordinate("rad", "-0.6", Range(-pi, pi / 2, True, True, (-1.2, -0.2)), group="angle around the tube")
+    phi = Coordinate("rad", 0, typical(-3, 3))
+    rate = Coordinate("rad/s", "1.5", typical(-1, 1))
+    w = Coordinate("rad/s", "1.2", typical(0.5, 2.5))
+    R = Parameter("m", 2, "radius of the ring's middle circle", positive(1.5, 3))
+    a = Parameter("m", "0.5", "radius of the tube", positive(0.3, 0.8))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 12))
+    rules = (
+        Rule("the ring has a hole, a < R", lambda n: n["a"] < n["R"]),
+        Rule("the particle swings: it is too slow to pass the top or the innermost circle", _swings),
     )
-    parameter_list = (
-        Parameter("R", "m", 2, "radius of the ring's middle circle"),
-        Parameter("a", "m", "0.5", "radius of the tube"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-    )
-    default_state = ("-0.6", 0, "1.5", "1.2")
-    domain = Domain(
-        {
-            "R": positive(1.5, 3.0),
-            "a": positive(0.3, 0.8),
-            "g": positive(5.0, 12.0),
-            "theta": Range(-pi, pi / 2, True, True, (-1.2, -0.2)),
-            "phi": Range(typical=(-3.0, 3.0)),
-            "rate": Range(typical=(-1.0, 1.0)),
-            "w": Range(typical=(0.5, 2.5)),
-        },
-        (
-            Rule("the ring has a hole, a < R", lambda n: n["a"] < n["R"]),
-            Rule(
-                "the particle swings: it is too slow to pass the top or the innermost circle",
-                lambda n: _on_torus(n).swings,
-            ),
-        ),
-    )
+    exact_motion = bind(OnTorus, x="theta", spin="w")
     variants = (
         Variant("inner", "climbs to the inner side, where the azimuth turns fastest", initial_state=("-2.4", 0, 0, 2)),
         Variant("plane", "no motion about the axis: a pendulum in the tube", initial_state=("-0.1", 0, 0, 0)),
@@ -306,14 +266,9 @@ class ParticleOnTorus(_OnSurface):
             "fast", "fast about the axis: a small vibration about the outer side", initial_state=("-0.1", 0, 0, 30)
         ),
         Variant("thin", "a thin tube, a = 1e-4 R: 420 swings in a turn", {"a": "2e-4"}, ("-0.6", 0, 0, "0.5")),
-        Variant("long_1e4", "10,000 periods: phase errors of both coordinates"),
+        Variant("long_1e4", "10,000 periods: phase errors of both coordinates", periods=10000.37),
     )
-    _PERIODS: ClassVar = {"long_1e4": 10000.37}
-    invariants: ClassVar = {"energy": Invariant(torus_energy), "angular_momentum": Invariant(torus_momentum)}
+    invariants = conserved(energy=torus_energy, angular_momentum=torus_momentum)
     forms = (FirstOrder(torus_equations),)
     scene = TORUS_SCENE
     reversal = ("rate", "w")
-
-    @cached_property
-    def _exact(self) -> OnTorus:
-        return _on_torus(self.numbers)

@@ -3,24 +3,17 @@
 Cases: rotating_pendulum_free_hoop, rotating_pendulum_swept.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import cos, pi, sin, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Invariant, Level, Variant, same
-from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
-from gnomon.cases.core.hinge_scene import hinged_point
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.cases.guided.free_azimuth import FreeAzimuthCase
 from gnomon.cases.guided.pendulum_on_hoop import RotatingPendulum, hoop_acceleration
-from gnomon.cases.guided.pendulum_on_hoop_scene import FREE_HOOP
+from gnomon.cases.scenes.hinge import hinged_point
+from gnomon.cases.scenes.hoop import FREE_HOOP
 from gnomon.reference.guided.free_azimuth import Governor
-from gnomon.reference.numerics.precision import publish, working
 
 
 def free_hoop_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -80,42 +73,28 @@ class RotatingPendulumFreeHoop(FreeAzimuthCase):
     conventions = (
         "theta from the downward vertical, phi the azimuth of the hoop; I is the hoop's moment about the axis."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("R", "m", 1, "radius of the hoop"),
-        Parameter("m", "kg", 1, "mass of the bead"),
-        Parameter("I", "kg m^2", "0.5", "moment of the hoop about the vertical"),
-    )
-    default_state = ("0.5", 0, 0, 4)
-    domain = Domain(
-        {
-            "g": positive(9.0, 10.0),
-            "R": positive(0.8, 1.2),
-            "m": positive(0.5, 2.0),
-            "I": positive(0.5, 2.0),
-            "theta": Range(low=-pi, high=pi, typical=(0.5, 1.0)),
-            "phi": Range(typical=(-3.0, 3.0)),
-            "rate": Range(typical=(-0.3, 0.3)),
-            "spin": Range(typical=(3.0, 5.0)),
-        },
-        (Rule("the energy is below that at the top (the bead swings)", lambda n: _motion(n).swings),),
-    )
+    theta = Coordinate("rad", "0.5", Range(low=-pi, high=pi, typical=(0.5, 1.0)))
+    phi = Coordinate("rad", 0, typical(-3, 3))
+    rate = Coordinate("rad/s", 0, typical(-0.3, 0.3))
+    spin = Coordinate("rad/s", 4, typical(3, 5))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(9, 10))
+    R = Parameter("m", 1, "radius of the hoop", positive(0.8, 1.2))
+    m = Parameter("kg", 1, "mass of the bead", positive(0.5, 2))
+    I = Parameter("kg m^2", "0.5", "moment of the hoop about the vertical", positive(0.5, 2))
+    rules = (Rule("the energy is below that at the top (the bead swings)", lambda n: _motion(n).swings),)
+    exact_motion = bind(lambda c: _motion(c.numbers))
     variants = (
         Variant("heavy_hoop", "I = 1e8 m R^2: nearly a prescribed rate", {"I": 10**8}),
         Variant("light_hoop", "I = 1e-4 m R^2: the rate almost triples when the bead comes in", {"I": "1e-4"}, ("0.5", 0, 0, 2)),
         Variant("slow", "too slow to lift the bead from the bottom", {}, ("0.5", 0, 0, 1)),
         Variant("through", "swings through the bottom to the other side and back", {}, ("0.3", 0, "-2", 4)),
-        Variant("long_1e4", "10,000 swings: phase errors of swing and azimuth"),
+        Variant("long_1e4", "10,000 swings: phase errors of swing and azimuth", periods=10000.37),
     )  # fmt: skip
-    invariants: ClassVar = {"energy": Invariant(free_hoop_energy), "momentum": Invariant(free_hoop_momentum)}
+    invariants = conserved(energy=free_hoop_energy, momentum=free_hoop_momentum)
     forms = (FirstOrder(free_hoop_equations),)
     scene = FREE_HOOP
 
     _DRIVEN = "prescribed rate: a hoop that the bead does not slow"
-
-    @cached_property
-    def _exact(self) -> Governor:
-        return _motion(self.numbers)
 
 
 class RotatingPendulumSwept(IntegratedCase):
@@ -126,19 +105,13 @@ class RotatingPendulumSwept(IntegratedCase):
     section = "11.12.2, 6.14"
     conventions = "theta from the downward vertical, rad, not wrapped; the hoop turns at Om + sweep t."
     autonomous = False
-    state = RotatingPendulum.state
-    parameter_list = (
-        *RotatingPendulum.parameter_list[:2],
-        Parameter("Om", "rad/s", 2, "rate of the hoop at the start"),
-        Parameter("sweep", "rad/s^2", "0.25", "change of the rate"),
-    )
-    default_state = ("0.05", 0)
+    theta = Coordinate("rad", "0.05", typical(-1, 1))
+    omega = Coordinate("rad/s", 0, typical(-0.5, 0.5))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 12))
+    R = Parameter("m", 1, "radius of the hoop", positive(0.5, 2))
+    Om = Parameter("rad/s", 2, "rate of the hoop at the start", typical(-5, 5))
+    sweep = Parameter("rad/s^2", "0.25", "change of the rate", typical(-0.5, 0.5))
     default_span = "11.3"
-    domain = Domain(
-        dict(RotatingPendulum.domain.ranges)
-        | {"g": positive(5.0, 12.0), "R": positive(0.5, 2.0), "sweep": Range(typical=(-0.5, 0.5))}
-        | {"theta": Range(typical=(-1.0, 1.0)), "omega": Range(typical=(-0.5, 0.5))}
-    )
     variants = (
         Variant("late", "1e-6 rad from the bottom: leaves it long after the bifurcation", {}, ("1e-6", 0), "14.1"),
         Variant("down", "slowed: from the tilted equilibrium to swings about the bottom", {"Om": 5, "sweep": "-0.25"}, ("1.1678", 0)),
@@ -154,15 +127,16 @@ class RotatingPendulumSwept(IntegratedCase):
         fastest = max(abs(rate), abs(rate + sweep * float(self.default_span)))
         return 1 / sqrt(g / radius + fastest * fastest)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`bifurcation_time`: when the rate is sqrt(g/R) (s)."""
-        g, radius, rate, sweep = self.parameter_values()
-        with working(digits + 10) as mp:
-            critical = mp.sqrt(mp.mpf(g / radius))
-            found = {"critical_rate": critical}
-            if sweep:
-                found["bifurcation_time"] = (critical - mp.mpf(rate)) / mp.mpf(sweep)
-            return dict(zip(found, publish(found.values(), digits), strict=True))
+
+        def critical(mp: Any) -> Any:
+            return mp.sqrt(mp.mpf(self.g / self.R))
+
+        def passage(mp: Any) -> Any:
+            return (critical(mp) - mp.mpf(self.Om)) / mp.mpf(self.sweep)
+
+        return {"critical_rate": critical, "bifurcation_time": passage if self.sweep else None}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

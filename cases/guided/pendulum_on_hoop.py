@@ -1,26 +1,19 @@
-"""theta'' = -A sin(theta) + B sin(theta) cos(theta): what hangs from a turning axis.
+"""theta'' = -A sin(theta) + B sin(theta) cos(theta): a body that hangs from a turning axis.
 
-Cases: rotating_pendulum, bearing_reaction_torque_stability. The gyrocompass has the same equation
-(cases/rigid_bodies/gyrocompass.py).
+Cases: rotating_pendulum, bearing_reaction_torque_stability. The gyrocompass (cases/rigid_bodies/gyrocompass.py)
+has such an equation too.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
-from functools import cached_property
 from math import cos, pi, sin, sqrt, tau
-from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Separable, Values
-from gnomon.cases.core.hinge_scene import hinged_pull
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.guided.pendulum_on_hoop_scene import SCENE
+from gnomon.cases.declare import *
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
+from gnomon.cases.scenes.hinge import hinged_pull
+from gnomon.cases.scenes.hoop import SCENE
 from gnomon.reference.guided.pendulum_on_hoop import Hoop
-from gnomon.reference.numerics.precision import Number, publish, working
 
 
 def hoop_acceleration(theta: Any, pull: Any, lift: Any) -> Values:
@@ -68,43 +61,27 @@ HINGED_SCENE = hinged_pull(hinged_acceleration)
 class HoopCase(Case):
     """Base class of the cases in this family; a subclass states A and B as functions of its parameters."""
 
-    state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
-    reversal = ("omega",)
-
-    _CYCLES: ClassVar[dict[str, str]] = {}
-    """Spans by variant, in periods; others last 10.37 periods."""
+    default_span = Span(10.37, lambda motion: motion.period(20), otherwise=9)
 
     def coefficients(self) -> tuple[Fraction, Fraction]:
         """A and B (1/s^2)."""
         raise NotImplementedError
 
-    @cached_property
-    def _exact(self) -> Hoop:
-        theta, omega = self.initial_state
-        return Hoop(*self.coefficients(), theta, omega)
-
-    def motion(self) -> Hoop:
-        return self._exact
+    exact_motion = bind(lambda c: Hoop(*c.coefficients(), *c.initial_state))
 
     @property
     def time_scale(self) -> float:
         """The shortest time of a small swing, with rotation or without, or of a radian of a motion over the top."""
         pull, lift = map(abs, self.coefficients())
         rate = sqrt(pull + lift)
-        if self._exact.regime == Hoop.ROTATION:
-            rate = max(rate, tau / float(self._exact.period()))
+        if self.exact_motion.regime == Hoop.ROTATION:
+            rate = max(rate, tau / float(self.exact_motion.period()))
         return 1 / rate if rate else 1.0
-
-    def natural_span(self) -> Number:
-        """10.37 periods; 9 time scales if the motion is not periodic."""
-        period = self._exact.period(20)
-        cycles = self._CYCLES.get(self.variant or "", "10.37")
-        return 9 * self.time_scale if period is None else float(period) * float(cycles)
 
     def scales(self) -> dict[str, float]:
         """Close to a homoclinic motion the peaks are narrower than the grid spacing; they are at quarters of the period."""
         found = accuracy.grid_scales(self)
-        period = self._exact.period()
+        period = self.exact_motion.period()
         if period is not None and 60 * self.time_scale < float(period) < float(self.span):
             around = self.time_scale * np.linspace(-10, 10, 101)
             near = self.sample(np.concatenate([float(period) * k / 4 + around for k in (1, 2, 3, 4)]))
@@ -115,18 +92,10 @@ class HoopCase(Case):
             }
         return found
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        found = {"energy": motion.energy(digits)}
-        period = motion.period(digits)
-        if period is not None:
-            found["turn_time" if motion.regime == Hoop.ROTATION else "period"] = period
-        tilted, frequency = motion.tilted_equilibrium(digits), motion.small_frequency(digits)
-        if tilted is not None:
-            found["tilted_equilibrium"] = tilted
-        if frequency is not None:
-            found["small_frequency"] = frequency
-        return found
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        period = "turn_time=period" if self.exact_motion.regime == Hoop.ROTATION else "period"
+        return ("energy", period, "tilted_equilibrium", "small_frequency")
 
 
 class RotatingPendulum(HoopCase):
@@ -134,21 +103,11 @@ class RotatingPendulum(HoopCase):
     title = "Bead on a hoop, or pendulum in a plane, rotating at constant rate about the vertical"
     section = "11.12.2, 6.9, 6.14, 10.12.5"
     conventions = "theta from the downward vertical, rad, not wrapped; Om is prescribed."
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("R", "m", 1, "radius of the hoop"),
-        Parameter("Om", "rad/s", 4, "rate of the hoop"),
-    )
-    default_state = ("0.5", 0)
-    domain = Domain(
-        {
-            "g": positive(),
-            "R": positive(),
-            "Om": Range(typical=(-5.0, 5.0)),
-            "theta": Range(typical=(-7.0, 7.0)),
-            "omega": Range(typical=(-8.0, 8.0)),
-        }
-    )
+    theta = Coordinate("rad", "0.5", typical(-7, 7))
+    omega = Coordinate("rad/s", 0, typical(-8, 8))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    R = Parameter("m", 1, "radius of the hoop", positive())
+    Om = Parameter("rad/s", 4, "rate of the hoop", typical(-5, 5))
     variants = (
         Variant("rotation", "turns over the top", initial_state=("0.5", 10)),
         Variant(
@@ -168,14 +127,16 @@ class RotatingPendulum(HoopCase):
             "released at the double below 2 pi/3: approaches the unstable bottom slowly",
             {"g": 1, "Om": 2},
             (2.0943951023931953, 0),
+            periods=0.45,
         ),
         Variant(
             "homoclinic_outside",
             "released at the double above 2 pi/3: approaches the unstable bottom slowly, outside the separatrix",
             {"g": 1, "Om": 2},
             (2.0943951023931957, 0),
+            periods=0.22,
         ),
-        Variant("near_homoclinic", "1e-12 rad from the unstable bottom", {"g": 1, "Om": 2}, ("1e-12", 0)),
+        Variant("near_homoclinic", "1e-12 rad from the unstable bottom", {"g": 1, "Om": 2}, ("1e-12", 0), periods=2.37),
         Variant(
             "separatrix",
             "exactly the energy at the top, which it reaches after infinite time",
@@ -183,32 +144,22 @@ class RotatingPendulum(HoopCase):
             (0, 2),
         ),
         Variant("tilted", "small swings about the tilted equilibrium", initial_state=("0.911", 0)),
-        Variant("long_1e4", "10,000 periods: phase error"),
+        Variant("long_1e4", "10,000 periods: phase error", periods=10000.37),
         Variant("without_rotation", "Om = 0: the simple pendulum", {"Om": 0}, (2, 0)),
         Variant("engines", "the parameters of engine tests, 5 s", initial_state=("0.3", 0), span=5),
     )
-    invariants: ClassVar = {"jacobi": Invariant(bead_jacobi)}
+    invariants = conserved(jacobi=bead_jacobi)
     forms = (Separable(bead_acceleration, bead_potential),)
     scene = SCENE
-
-    _CYCLES: ClassVar[dict[str, str]] = {
-        "homoclinic_inside": "0.45",
-        "homoclinic_outside": "0.22",
-        "near_homoclinic": "2.37",
-        "long_1e4": "10000.37",
-    }
 
     def coefficients(self) -> tuple[Fraction, Fraction]:
         g, radius, rate = self.parameter_values()
         return g / radius, rate * rate
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`drive_torque` over the mass at the start: 2 R^2 Om sin(theta) cos(theta) theta' (m^2/s^2)."""
-        _g, radius, rate = self.parameter_values()
-        theta, omega = self.initial_state
-        with working(digits + 10) as mp:
-            torque = mp.mpf(radius**2 * rate * omega) * mp.sin(2 * mp.mpf(theta))
-            return super().quantities(digits) | {"drive_torque": publish([torque], digits)[0]}
+        size = self.R**2 * self.Om * self.omega
+        return {"drive_torque": lambda mp: mp.mpf(size) * mp.sin(2 * mp.mpf(self.theta))}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -225,23 +176,13 @@ class BearingReactionTorqueStability(HoopCase):
         "theta from the downward vertical, rad, not wrapped; axis a is the hinge, c along the body, b perpendicular to "
         "both; moments about the hinge; Om is prescribed. Rotation drives the body away from the shaft if I_b > I_c."
     )
-    parameter_list = (
-        Parameter("mgl", "N m", "4.905", "weight times distance of the centre of mass from the hinge"),
-        Parameter("I_a", "kg m^2", "0.4", "moment about the hinge axis"),
-        Parameter("I_b", "kg m^2", "0.35", "moment about the axis across the body"),
-        Parameter("I_c", "kg m^2", "0.05", "moment about the long axis"),
-        Parameter("Om", "rad/s", 6, "rate of the shaft"),
-    )
-    default_state = ("0.4", "0.5")
-    domain = Domain(
-        {
-            "mgl": Range(low=0.0, typical=(0.0, 10.0)),
-            **{name: positive(0.1, 2.0) for name in ("I_a", "I_b", "I_c")},
-            "Om": Range(typical=(-8.0, 8.0)),
-            "theta": Range(typical=(-7.0, 7.0)),
-            "omega": Range(typical=(-8.0, 8.0)),
-        }
-    )
+    theta = Coordinate("rad", "0.4", typical(-7, 7))
+    omega = Coordinate("rad/s", "0.5", typical(-8, 8))
+    mgl = Parameter("N m", "4.905", "weight times distance of the centre of mass from the hinge", nonnegative())
+    I_a = Parameter("kg m^2", "0.4", "moment about the hinge axis", positive(0.1, 2))
+    I_b = Parameter("kg m^2", "0.35", "moment about the axis across the body", positive(0.1, 2))
+    I_c = Parameter("kg m^2", "0.05", "moment about the long axis", positive(0.1, 2))
+    Om = Parameter("rad/s", 6, "rate of the shaft", typical(-8, 8))
     variants = (
         Variant("flat", "I_b < I_c: rotation presses the body to the shaft", {"I_b": "0.05", "I_c": "0.35"}),
         Variant(
@@ -252,27 +193,27 @@ class BearingReactionTorqueStability(HoopCase):
         ),
         Variant("no_moment", "I_b = I_c: rotation has no effect", {"I_b": "0.2", "I_c": "0.2"}),
         Variant("balanced", "hinged at the centre of mass: two wells half a turn apart", {"mgl": 0}, ("0.3", 0)),
-        Variant("unstable", "1e-10 rad from the unstable bottom", initial_state=("1e-10", 0)),
+        Variant("unstable", "1e-10 rad from the unstable bottom", initial_state=("1e-10", 0), periods=2.37),
     )
-    invariants: ClassVar = {"jacobi": Invariant(hinged_jacobi)}
+    invariants = conserved(jacobi=hinged_jacobi)
     forms = (Separable(hinged_acceleration, hinged_potential),)
     scene = HINGED_SCENE
-
-    _CYCLES: ClassVar[dict[str, str]] = {"unstable": "2.37"}
 
     def coefficients(self) -> tuple[Fraction, Fraction]:
         moment, ia, ib, ic, rate = self.parameter_values()
         return moment / ia, rate * rate * (ib - ic) / ia
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """At the start: the torque that drives the shaft, 2 Om (I_b - I_c) sin(theta) cos(theta) theta' (N m), and
+    def derived(self, digits: int) -> dict[str, Any]:
+        """Torques at the start (N m): of the drive, 2 Om (I_b - I_c) sin(theta) cos(theta) theta', and, transverse to the
 
-        the transverse torque on the bearings, Om theta' (I_a + (I_b - I_c) cos(2 theta)) (N m).
+        shaft, on the bearings, Om theta' (I_a + (I_b - I_c) cos(2 theta)).
         """
-        _moment, ia, ib, ic, rate = self.parameter_values()
-        theta, omega = self.initial_state
-        with working(digits + 10) as mp:
-            turn = 2 * mp.mpf(theta)
-            size, apart = mp.mpf(rate * omega), mp.mpf(ib - ic)
-            torques = publish((size * apart * mp.sin(turn), size * (mp.mpf(ia) + apart * mp.cos(turn))), digits)
-        return super().quantities(digits) | dict(zip(("drive_torque", "bearing_torque"), torques, strict=True))
+        size, apart = self.Om * self.omega, self.I_b - self.I_c
+
+        def bearing(mp: Any) -> Any:
+            return mp.mpf(size) * (mp.mpf(self.I_a) + mp.mpf(apart) * mp.cos(2 * mp.mpf(self.theta)))
+
+        return {
+            "drive_torque": lambda mp: mp.mpf(size) * mp.mpf(apart) * mp.sin(2 * mp.mpf(self.theta)),
+            "bearing_torque": bearing,
+        }

@@ -1,18 +1,13 @@
 """A slider in a radial slot of a rotating table."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
-from functools import cached_property
 from math import sqrt, tau
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Form, SemiLinear, Separable, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.point_scene import railed_point, railed_pull
+from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_point, railed_pull
 from gnomon.reference.guided.slider_rotating_slot import Slot
 from gnomon.reference.numerics.precision import Number
 
@@ -66,20 +61,15 @@ class SliderRotatingSlot(Case):
         "The spring is unstretched at r0. Friction follows from the Coriolis force on the wall: linear damping for either "
         "sign of v. Om >= 0. The slot passes through the axis: r may change its sign."
     )
-    state = (Coordinate("r", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("m", "kg", 1, "mass of the slider"),
-        Parameter("k", "N/m", 20, "stiffness of the spring"),
-        Parameter("r0", "m", "0.2", "position at which the spring is unstretched"),
-        Parameter("Om", "rad/s", 3, "rate of the table"),
-        Parameter("mu", "1", "0.1", "coefficient of friction on the wall"),
-    )
-    default_state = ("0.3", "0.4")
-    domain = Domain(
-        {"m": positive(0.5, 5.0), "k": Range(low=0.0, typical=(0.0, 30.0)), "r0": Range(typical=(0.0, 1.0))}
-        | {"Om": Range(low=0.0, typical=(0.5, 5.0)), "mu": Range(low=0.0, typical=(0.0, 0.5))}
-        | {"r": Range(typical=(-1.0, 1.0)), "v": Range(typical=(-2.0, 2.0))}
-    )
+    r = Coordinate("m", "0.3", typical(-1, 1))
+    v = Coordinate("m/s", "0.4", typical(-2, 2))
+    m = Parameter("kg", 1, "mass of the slider", positive(0.5, 5))
+    k = Parameter("N/m", 20, "stiffness of the spring", nonnegative(0, 30))
+    r0 = Parameter("m", "0.2", "position at which the spring is unstretched", typical(0, 1))
+    Om = Parameter("rad/s", 3, "rate of the table", nonnegative(0.5, 5))
+    mu = Parameter("1", "0.1", "coefficient of friction on the wall", nonnegative(0, 0.5))
+    exact_motion = bind(Slot, mass="m", stiffness="k", natural="r0", rate="Om", friction="mu", start="r")
+    quantity_names = ("larger_rate smaller_rate=rates", "wall_force", "balance")
     variants = (
         Variant("free", "no spring: moves outward as e^(Om t)", {"k": 0, "mu": 0}),
         Variant("smooth", "no friction: harmonic about a shifted centre", {"mu": 0}),
@@ -89,25 +79,18 @@ class SliderRotatingSlot(Case):
         Variant("growth", "moves outward by a factor e^50", {"k": 0, "mu": 0}, span="16.67"),
         Variant("rough", "mu = 2: overdamped by the wall", {"mu": 2}),
     )
-    invariants: ClassVar = {"jacobi": Invariant(jacobi_integral, "decays")}
+    invariants = decaying(jacobi=jacobi_integral)
     reversal = ("v",)
-
-    @cached_property
-    def _exact(self) -> Slot:
-        return Slot(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> Slot:
-        return self._exact
 
     @property
     def forms(self) -> tuple[Form, ...]:
         """Separable without friction."""
         linear = SemiLinear(slot_equations, linear=slot_matrix, rest=spring_offset)
-        return (linear,) if self.parameters["mu"] else (Separable(smooth_slot, smooth_slot_potential), linear)
+        return (linear,) if self.mu else (Separable(smooth_slot, smooth_slot_potential), linear)
 
     @property
     def scene(self) -> SceneForm:
-        return ROUGH_SCENE if self.parameters["mu"] else SMOOTH_SCENE
+        return ROUGH_SCENE if self.mu else SMOOTH_SCENE
 
     @property
     def time_scale(self) -> float:
@@ -117,7 +100,7 @@ class SliderRotatingSlot(Case):
 
     def natural_span(self) -> Number:
         """10.37 periods or decay times; a growth by e^10; 10 radians of the table at or near the critical speed."""
-        motion = self._exact
+        motion = self.exact_motion
         growth, pull = float(motion.rates()[0]), float(motion.pull)
         Om = float(motion.rate)
         if abs(pull) < 1e-6 * Om * Om or Om == 0 == pull:
@@ -127,16 +110,6 @@ class SliderRotatingSlot(Case):
         turning = -pull - float(motion.damping) ** 2 / 4
         return 10.37 * (tau / sqrt(turning) if turning > 0.01 else min(1 / max(-growth, 0.01), 10.0))
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`wall_force` at the start, 2 m Om v (N)."""
-        motion = self._exact
-        fast, slow = motion.rates(digits)
-        force = 2 * motion.mass * motion.rate * motion.v0
-        found = {"larger_rate": fast, "smaller_rate": slow}
-        found["wall_force"] = motion._quantity(digits, lambda mp: mp.mpf(force))
-        balance = motion.balance(digits)
-        return found if balance is None else found | {"balance": balance}
-
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
         """Only without friction."""
-        return super().reversed(state) if self.parameters["mu"] == 0 else None
+        return super().reversed(state) if self.mu == 0 else None

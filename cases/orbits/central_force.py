@@ -3,21 +3,13 @@
 Cases: central_force_conservation, central_force_hanging_mass, central_force_logarithmic, dumbbell_spring.
 """
 
-from __future__ import annotations
+from math import log, sqrt
 
-from functools import cached_property
-from math import log, sqrt, tau
-from typing import Any, ClassVar
-
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Separable, Values
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.rope_scene import HANGING
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
-from gnomon.cases.core.two_masses_scene import polar_pair, polar_point
+from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase
-from gnomon.reference.numerics.precision import Number, quantity
-from gnomon.reference.numerics.well import WellMotion
+from gnomon.cases.scenes.rope import HANGING
+from gnomon.cases.scenes.two_masses import polar_pair, polar_point
 from gnomon.reference.orbits.central_force import HangingMass, Logarithmic, SpringDumbbell
 from gnomon.reference.orbits.isotropic_oscillator import IsotropicOscillator
 
@@ -122,61 +114,39 @@ class CentralForceConservation(Case):
     conventions = (
         "The force is -k r towards the origin; the orbit is an ellipse about it, with the same period for all."
     )
-    state = POINT_IN_A_PLANE
-    parameter_list = (Parameter("m", "kg", 1, "mass"), Parameter("k", "N/m", 4, "stiffness"))
-    default_state = (1, 0, "0.5", "1.2")
-    domain = Domain(
-        {"m": positive(), "k": positive()} | {name: Range(typical=(-5.0, 5.0)) for name in ("x", "y", "vx", "vy")}
-    )
+    x = Coordinate("m", 1, typical(-5, 5))
+    y = Coordinate("m", 0, typical(-5, 5))
+    vx = Coordinate("m/s", "0.5", typical(-5, 5))
+    vy = Coordinate("m/s", "1.2", typical(-5, 5))
+    m = Parameter("kg", 1, "mass", positive())
+    k = Parameter("N/m", 4, "stiffness", positive())
+    exact_motion = bind(IsotropicOscillator, mass="m", stiffness="k")
+    default_span = Span(10.37, "turn")
+    quantity_names = ("period", "semi_major_axis semi_minor_axis=semi_axes")
     variants = (
         Variant(
             "thin",
             "passes 5e-7 m from the centre: the direction turns by pi within 5e-7 rad of phase",
             initial_state=(1, 0, 0, "1e-6"),
         ),
-        Variant("long_1e5", "100,000 periods: phase error"),
+        Variant("long_1e5", "100,000 periods: phase error", periods=100_000.37),
     )
-    invariants: ClassVar = {"energy": Invariant(isotropic_energy), "angular_momentum": Invariant(isotropic_spin)}
+    invariants = conserved(energy=isotropic_energy, angular_momentum=isotropic_spin)
     forms = (Separable(isotropic_acceleration, isotropic_potential),)
     scene = ISOTROPIC
-    reversal = ("vx", "vy")
-
-    @cached_property
-    def _exact(self) -> IsotropicOscillator:
-        return IsotropicOscillator(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> IsotropicOscillator:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
-        m, k = map(float, self.parameter_values())
-        return sqrt(m / k)
-
-    def natural_span(self) -> Number:
-        """10.37 periods."""
-        return (100_000.37 if self.variant == "long_1e5" else 10.37) * tau * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        semi = self._exact.semi_axes(digits)
-        return {"period": self._exact.period(digits), "semi_major_axis": semi[0], "semi_minor_axis": semi[1]}
+        return sqrt(float(self.m) / float(self.k))
 
 
 class _Central(WellCase):
-    state = (
-        Coordinate("r", "m", "length"),
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("vr", "m/s", "velocity"),
-        Coordinate("omega", "rad/s", "angular velocity"),
-    )
     reversal = ("vr", "omega")
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`apsidal_angle`: by how much theta grows from the least to the largest distance (rad)."""
-        if self._exact.rests:
-            return {}
-        angle = self._exact.carried_over_period(0, digits + 5)
-        return super().quantities(digits) | {"apsidal_angle": quantity(digits, lambda mp: mp.mpf(angle) / 2)}
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        """`apsidal_angle`: the growth of theta from the least to the largest distance (rad)."""
+        return () if self.exact_motion.rests else ("apsidal_angle",)
 
 
 class CentralForceHangingMass(_Central):
@@ -186,24 +156,15 @@ class CentralForceHangingMass(_Central):
     title = "Mass on a table, string through a hole, hanging mass"
     section = "7.8"
     conventions = "Polar coordinates of m1 about the hole; m2 hangs and moves only up and down; the string stays taut."
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m1", "kg", 1, "mass on the table"),
-        Parameter("m2", "kg", "0.5", "hanging mass"),
-    )
-    default_state = (1, 0, 0, 4)
-    domain = Domain(
-        {
-            "g": positive(1.0, 10.0),
-            "m1": positive(0.5, 3.0),
-            "m2": positive(0.5, 3.0),
-            "r": positive(0.9, 1.5),
-            "theta": Range(typical=(-3.0, 3.0)),
-            "vr": Range(typical=(-0.2, 0.2)),
-            "omega": Range(typical=(1.5, 3.0)),
-        },
-        (TURNS,),
-    )
+    r = Coordinate("m", 1, positive(0.9, 1.5))
+    theta = Coordinate("rad", 0, typical(-3, 3))
+    vr = Coordinate("m/s", 0, typical(-0.2, 0.2))
+    omega = Coordinate("rad/s", 4, typical(1.5, 3))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    m1 = Parameter("kg", 1, "mass on the table", positive(0.5, 3))
+    m2 = Parameter("kg", "0.5", "hanging mass", positive(0.5, 3))
+    rules = (TURNS,)
+    exact_motion = bind(HangingMass)
     variants = (
         Variant("circle", "exactly the circle: r must not move", {"g": 10, "m2": 1, "m1": "2.5"}, (1, 0, 0, 2)),
         Variant(
@@ -211,13 +172,9 @@ class CentralForceHangingMass(_Central):
         ),
         Variant("light", "m2 = 1e-6 m1: nearly free motion, to 47 m and back", {"m2": "1e-6"}, (1, 0, 0, "0.03")),
     )
-    invariants: ClassVar = {"energy": Invariant(hanging_energy), "areal_spin": Invariant(areal_spin)}
+    invariants = conserved(energy=hanging_energy, areal_spin=areal_spin)
     forms = (FirstOrder(hanging_equations),)
     scene = HANGING
-
-    @cached_property
-    def _exact(self) -> WellMotion:
-        return HangingMass(*self.initial_state, *self.parameter_values())
 
 
 LOGARITHMIC = polar_point(lambda r, parameters: parameters[0] / r)
@@ -232,18 +189,13 @@ class CentralForceLogarithmic(_Central):
     conventions = (
         "Polar coordinates; the attraction per unit mass is k/r, so the circular speed is sqrt(k) at any radius."
     )
-    parameter_list = (Parameter("k", "m^2/s^2", 1, "attraction times distance, per unit mass"),)
-    default_state = (1, 0, "0.5", "0.8")
-    domain = Domain(
-        {
-            "k": positive(0.8, 1.5),
-            "r": positive(0.9, 1.5),
-            "theta": Range(typical=(-3.0, 3.0)),
-            "vr": Range(typical=(-0.2, 0.2)),
-            "omega": Range(typical=(0.8, 1.2)),
-        },
-        (TURNS,),
-    )
+    r = Coordinate("m", 1, positive(0.9, 1.5))
+    theta = Coordinate("rad", 0, typical(-3, 3))
+    vr = Coordinate("m/s", "0.5", typical(-0.2, 0.2))
+    omega = Coordinate("rad/s", "0.8", typical(0.8, 1.2))
+    k = Parameter("m^2/s^2", 1, "attraction times distance, per unit mass", positive(0.8, 1.5))
+    rules = (TURNS,)
+    exact_motion = bind(Logarithmic)
     variants = (
         Variant("circle", "exactly the circle: r must not move", initial_state=(1, 0, 0, 1)),
         Variant(
@@ -252,13 +204,9 @@ class CentralForceLogarithmic(_Central):
             initial_state=(1, 0, 0, "0.06"),
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(logarithmic_energy), "areal_spin": Invariant(areal_spin)}
+    invariants = conserved(energy=logarithmic_energy, areal_spin=areal_spin)
     forms = (FirstOrder(logarithmic_equations),)
     scene = LOGARITHMIC
-
-    @cached_property
-    def _exact(self) -> WellMotion:
-        return Logarithmic(*self.initial_state, *self.parameter_values())
 
 
 DUMBBELL = polar_pair(lambda parameters: parameters[:2], lambda r, parameters: parameters[2] * (r - parameters[3]))
@@ -271,26 +219,16 @@ class DumbbellSpring(_Central):
     title = "Rotating vibrating dumbbell: two masses on a spring of natural length l"
     section = "8.6, 8.7"
     conventions = "Distance and direction of m2 relative to m1; the centre of mass moves like a free particle."
-    parameter_list = (
-        Parameter("m1", "kg", 1, "mass 1"),
-        Parameter("m2", "kg", 2, "mass 2"),
-        Parameter("k", "N/m", 20, "stiffness of the spring"),
-        Parameter("l", "m", 1, "natural length of the spring"),
-    )
-    default_state = ("1.4", 0, 0, 3)
-    domain = Domain(
-        {
-            "m1": positive(0.5, 3.0),
-            "m2": positive(0.5, 3.0),
-            "k": positive(10.0, 30.0),
-            "l": Range(low=0.0, typical=(0.5, 1.0)),
-            "r": positive(0.9, 1.5),
-            "theta": Range(typical=(-3.0, 3.0)),
-            "vr": Range(typical=(-0.2, 0.2)),
-            "omega": Range(typical=(1.0, 2.0)),
-        },
-        (TURNS,),
-    )
+    r = Coordinate("m", "1.4", positive(0.9, 1.5))
+    theta = Coordinate("rad", 0, typical(-3, 3))
+    vr = Coordinate("m/s", 0, typical(-0.2, 0.2))
+    omega = Coordinate("rad/s", 3, typical(1, 2))
+    m1 = Parameter("kg", 1, "mass 1", positive(0.5, 3))
+    m2 = Parameter("kg", 2, "mass 2", positive(0.5, 3))
+    k = Parameter("N/m", 20, "stiffness of the spring", positive(10, 30))
+    l = Parameter("m", 1, "natural length of the spring", nonnegative(0.5, 1))
+    rules = (TURNS,)
+    exact_motion = bind(lambda c: SpringDumbbell(c.r, c.theta, c.vr, c.omega, c.k * (1 / c.m1 + 1 / c.m2), c.l))
     variants = (
         Variant(
             "steady",
@@ -301,12 +239,6 @@ class DumbbellSpring(_Central):
         Variant("stiff", "k = 1e10 N/m: 4e4 vibrations in one turn", {"k": 10**10}, ("1.0001", 0, 0, 3)),
         Variant("ellipse", "no natural length: an ellipse about the centre", {"l": 0}),
     )
-    invariants: ClassVar = {"energy": Invariant(spring_dumbbell_energy), "areal_spin": Invariant(areal_spin)}
+    invariants = conserved(energy=spring_dumbbell_energy, areal_spin=areal_spin)
     forms = (FirstOrder(spring_dumbbell_equations),)
     scene = DUMBBELL
-
-    @cached_property
-    def _exact(self) -> WellMotion:
-        m1, m2, k, length = self.parameter_values()
-        r, theta, vr, omega = self.initial_state
-        return SpringDumbbell(r, theta, vr, omega, k * (1 / m1 + 1 / m2), length)

@@ -1,19 +1,15 @@
 """Attraction by the inverse fifth power of the distance: circles through the centre, unstable circles about it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
 from math import hypot, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import Separable, Values
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive, show
-from gnomon.cases.core.point_scene import free_point
+from gnomon.cases.core.numbers import show
+from gnomon.cases.declare import *
 from gnomon.cases.orbits.central_force import isotropic_spin
-from gnomon.reference.numerics.precision import Number, exact, publish, working
+from gnomon.cases.scenes.point import free_point
+from gnomon.reference.numerics.precision import Number, exact
 from gnomon.reference.orbits.central_force_fifth_power import collision_time
 
 
@@ -68,20 +64,13 @@ class CentralForceFifthPower(IntegratedCase):
         "diameter r through the centre, which it reaches after pi r/(4 v). A span ends at most at 1 - 2^-19 of the "
         "time of a fall into the centre."
     )
-    state = POINT_IN_A_PLANE
-    parameter_list = (Parameter("k", "m^6/s^2", 2, "attraction times the fifth power of the distance, per unit mass"),)
-    default_state = (1, 0, 0, 1)
+    x = Coordinate("m", 1, typical(1, 2))
+    y = Coordinate("m", 0, typical(-0.2, 0.2))
+    vx = Coordinate("m/s", 0, typical(-0.2, 0.2))
+    vy = Coordinate("m/s", 1, typical(0.7, 1.2))
+    k = Parameter("m^6/s^2", 2, "attraction times the fifth power of the distance, per unit mass", positive(0.5, 1))
+    rules = (Rule("x^2 + y^2 > 0 (the start is not at the centre)", _off_centre),)
     default_span = "0.78"
-    domain = Domain(
-        {
-            "k": positive(0.5, 1.0),
-            "x": Range(typical=(1.0, 2.0)),
-            "y": Range(typical=(-0.2, 0.2)),
-            "vx": Range(typical=(-0.2, 0.2)),
-            "vy": Range(typical=(0.7, 1.2)),
-        },
-        (Rule("x^2 + y^2 > 0 (the start is not at the centre)", _off_centre),),
-    )
     variants = (
         Variant("near_centre", "until 4e-4 s before the centre: r = 0.1, 90 times the initial speed", span="0.785"),
         Variant("circle", "k = r^4 v^2, exactly the circle about the centre: unstable, errors grow", {"k": 1}, span=6),
@@ -97,14 +86,13 @@ class CentralForceFifthPower(IntegratedCase):
             13,
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(fifth_power_energy), "angular_momentum": Invariant(isotropic_spin)}
+    invariants = conserved(energy=fifth_power_energy, angular_momentum=isotropic_spin)
     forms = (Separable(fifth_power_acceleration, fifth_power_potential),)
     scene = SCENE
-    reversal = ("vx", "vy")
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        collision = collision_time(self.parameters["k"], self.initial_state)
+        collision = collision_time(self.k, self.initial_state)
         if collision is not None and self.span > exact(collision) * BEFORE:
             with self._within_reach():
                 raise ArithmeticError(
@@ -117,22 +105,21 @@ class CentralForceFifthPower(IntegratedCase):
         """The distance over the speed, or r^3/sqrt(k) if that is shorter."""
         x, y, vx, vy = map(float, self.initial_state)
         r, speed = hypot(x, y), hypot(vx, vy)
-        fall = r**3 / sqrt(float(self.parameters["k"]))
+        fall = r**3 / sqrt(float(self.k))
         return min(fall, r / speed) if speed else fall
 
     def natural_span(self) -> Number:
         """0.3 of the time scale if start or k are not the defaults: no collision is earlier."""
-        own = self.initial_state != tuple(map(Fraction, (1, 0, 0, 1))) or self.parameters["k"] != 2
+        own = self.initial_state != tuple(map(Fraction, (1, 0, 0, 1))) or self.k != 2
         return 0.3 * self.time_scale if own else self.default_span
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`circle_speed` at the initial distance; `collision_time` of a fall; `diameter` of the circle through the centre."""
         x, y, vx, vy = self.initial_state
-        k, square, speed = self.parameters["k"], x * x + y * y, vx * vx + vy * vy
-        with working(digits + 10) as mp:
-            found = {"circle_speed": mp.sqrt(mp.mpf(k)) / mp.mpf(square)}
-            if x * vx + y * vy == 0 and k == 2 * square**2 * speed:
-                found["diameter"] = mp.sqrt(mp.mpf(square))
-            found = dict(zip(found, publish(found.values(), digits), strict=True))
-        collision = collision_time(k, self.initial_state, digits)
-        return found if collision is None else found | {"collision_time": collision}
+        square, speed = x * x + y * y, vx * vx + vy * vy
+        circle = x * vx + y * vy == 0 and self.k == 2 * square**2 * speed
+        return {
+            "circle_speed": lambda mp: mp.sqrt(mp.mpf(self.k)) / mp.mpf(square),
+            "diameter": (lambda mp: mp.sqrt(mp.mpf(square))) if circle else None,
+            "collision_time": collision_time(self.k, self.initial_state, digits),
+        }

@@ -1,23 +1,18 @@
 """Three bodies under mutual attraction: Lagrange's equilateral triangle, and starts that are close to one."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
 from math import sqrt
-from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import NBody, SecondOrder, Values
-from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.two_masses_scene import attracting
-from gnomon.reference.numerics.motion import Motion
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.cases.core.forms import NBody
+from gnomon.cases.core.integrated import IntegratedCase, integrate
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.two_masses import attracting
+from gnomon.reference.numerics.precision import Number, quantity
 from gnomon.reference.orbits.equilateral_three_body import Homographic, keeps_its_shape
 
 
@@ -135,31 +130,32 @@ class EquilateralThreeBody(IntegratedCase):
         "shifted. A start that is exactly such a triangle has a closed form; any other, such as those for the conditioning, "
         "is integrated. Errors of each body's position and velocity are relative to their own size."
     )
-    state = tuple(
-        Coordinate(f"{letter}{axis}{n}", unit, kind, f"{kind} of body {n}")
-        for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
-        for n in (1, 2, 3)
-        for axis in "xyz"
-    )
-    parameter_list = (
-        Parameter("G", "m^3/(kg s^2)", 1, "constant of gravitation"),
-        Parameter("m1", "kg", 1, "mass of body 1"),
-        Parameter("m2", "kg", "0.625", "mass of body 2"),
-        Parameter("m3", "kg", "0.375", "mass of body 3"),
-    )
+    x1 = Coordinate("m", 0, typical(0.8, 1.2), group="length of body 1")
+    y1 = Coordinate("m", 0, typical(-0.2, 0.2), group="length of body 1")
+    z1 = Coordinate("m", 0, typical(-0.2, 0.2), group="length of body 1")
+    x2 = Coordinate("m", 0, typical(-0.2, 0.2), group="length of body 2")
+    y2 = Coordinate("m", 0, typical(0.8, 1.2), group="length of body 2")
+    z2 = Coordinate("m", 0, typical(-0.2, 0.2), group="length of body 2")
+    x3 = Coordinate("m", 0, typical(-0.2, 0.2), group="length of body 3")
+    y3 = Coordinate("m", 0, typical(-0.2, 0.2), group="length of body 3")
+    z3 = Coordinate("m", 0, typical(0.8, 1.2), group="length of body 3")
+    vx1 = Coordinate("m/s", 0, typical(-0.3, 0.3), group="velocity of body 1")
+    vy1 = Coordinate("m/s", 0, typical(-0.3, 0.3), group="velocity of body 1")
+    vz1 = Coordinate("m/s", 0, typical(-0.3, 0.3), group="velocity of body 1")
+    vx2 = Coordinate("m/s", 0, typical(-0.3, 0.3), group="velocity of body 2")
+    vy2 = Coordinate("m/s", 0, typical(-0.3, 0.3), group="velocity of body 2")
+    vz2 = Coordinate("m/s", 0, typical(-0.3, 0.3), group="velocity of body 2")
+    vx3 = Coordinate("m/s", 0, typical(-0.3, 0.3), group="velocity of body 3")
+    vy3 = Coordinate("m/s", 0, typical(-0.3, 0.3), group="velocity of body 3")
+    vz3 = Coordinate("m/s", 0, typical(-0.3, 0.3), group="velocity of body 3")
     default_state = turning_triangle("0.40625", ("0.5", "0.3125", "0.1875"))
-    domain = Domain(
-        {
-            "G": positive(0.5, 2.0),
-            "m1": positive(0.5, 2.0),
-            "m2": positive(0.5, 2.0),
-            "m3": Range(low=0.0, typical=(0.0, 2.0)),
-        }
-        | {f"{axis}{n}": Range(typical=(-0.2, 0.2)) for axis in "xyz" for n in (1, 2, 3)}
-        | {f"{'xyz'[n - 1]}{n}": Range(typical=(0.8, 1.2)) for n in (1, 2, 3)}
-        | {f"v{axis}{n}": Range(typical=(-0.3, 0.3)) for axis in "xyz" for n in (1, 2, 3)},
-        (Rule("no two bodies are at the same position", _apart),),
-    )
+    G = Parameter("m^3/(kg s^2)", 1, "constant of gravitation", positive(0.5, 2))
+    m1 = Parameter("kg", 1, "mass of body 1", positive(0.5, 2))
+    m2 = Parameter("kg", "0.625", "mass of body 2", positive(0.5, 2))
+    m3 = Parameter("kg", "0.375", "mass of body 3", nonnegative(0, 2))
+    rules = (Rule("no two bodies are at the same position", _apart),)
+    exact_motion = bind(lambda c: c.triangle or integrate(c))
+    default_span = Span(2.37, "turn of the triangle")
     variants = (
         Variant(
             "equal",
@@ -171,18 +167,21 @@ class EquilateralThreeBody(IntegratedCase):
             "e09",
             "e = 0.9: the triangle shrinks 19 times and back, and is unstable",
             initial_state=turning_triangle("0.1533203125", ("0.5", "0.3125", "0.1875")),
+            periods=1.63,
         ),
         Variant(
             "routh_stable",
             "a heavy body and two light ones, within Routh's limit: only phase errors grow",
             {"m2": "0.0009765625", "m3": "0.00000095367431640625"},
             turning_triangle("0.34375", ("0.999023", "0.000976", "0.000001")),
+            periods=10.37,
         ),
         Variant(
             "trojan",
             "the third body has no mass, like an asteroid sixty degrees ahead of Jupiter",
             {"m2": "0.0009765625", "m3": 0},
             turning_triangle("0.34375", ("0.999023", "0.000976", 0)),
+            periods=10.37,
         ),
         Variant(
             "escape",
@@ -199,21 +198,18 @@ class EquilateralThreeBody(IntegratedCase):
             ),
         ),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(triple_energy),
-        "momentum_x": Invariant(triple_momentum_x),
-        "momentum_y": Invariant(triple_momentum_y),
-        "momentum_z": Invariant(triple_momentum_z),
-        "spin_x": Invariant(triple_spin_x),
-        "spin_y": Invariant(triple_spin_y),
-        "spin_z": Invariant(triple_spin_z),
-    }
+    invariants = conserved(
+        energy=triple_energy,
+        momentum_x=triple_momentum_x,
+        momentum_y=triple_momentum_y,
+        momentum_z=triple_momentum_z,
+        spin_x=triple_spin_x,
+        spin_y=triple_spin_y,
+        spin_z=triple_spin_z,
+    )
     forms = (SecondOrder(triple_attraction), NBody(three_masses, three_bodies, three_states))
     scene = SCENE
-    reversal = ("vx1", "vy1", "vz1", "vx2", "vy2", "vz2", "vx3", "vy3", "vz3")
     alike = tuple(tuple(f"{name}{k}" for name in ("x", "y", "z", "vx", "vy", "vz", "m")) for k in (1, 2, 3))
-
-    _TURNS: ClassVar = {"e09": "1.63", "routh_stable": "10.37", "trojan": "10.37"}
 
     @cached_property
     def triangle(self) -> Homographic | None:
@@ -223,9 +219,6 @@ class EquilateralThreeBody(IntegratedCase):
         if not keeps_its_shape(vectors[:3], vectors[3:]):
             return None
         return Homographic(tuple(G * m for m in masses), tuple(vectors[:3]), tuple(vectors[3:]))  # type: ignore[arg-type]
-
-    def motion(self) -> Motion:  # type: ignore[override]
-        return self.triangle or self._exact
 
     @cached_property
     def time_scale(self) -> float:  # type: ignore[override]
@@ -239,7 +232,7 @@ class EquilateralThreeBody(IntegratedCase):
         """2.37 turns; 8 time scales if the triangle is unbound or the start is not a triangle."""
         if self.triangle is None or self.triangle.conic <= 0:
             return 8 * self.time_scale
-        return float(self.triangle.period()) * float(self._TURNS.get(self.variant or "", "2.37"))
+        return float(self.triangle.period()) * self.periods
 
     def scales(self) -> dict[str, float]:
         """On a grid, and at the first pericentre, where the speeds have a peak narrower than the grid spacing."""
@@ -252,22 +245,25 @@ class EquilateralThreeBody(IntegratedCase):
                 found[name] = max(found[name], float(np.linalg.norm(state[members])))
         return found
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`routh`: 27 (m1 m2 + m2 m3 + m3 m1)/(m1 + m2 + m3)^2; a circular triangle is stable if it is below 1.
 
         `growth_a_turn`: the factor by which a small error grows in each turn of an unstable circular triangle.
         """
         _, m1, m2, m3 = self.parameter_values()
         routh = 27 * (m1 * m2 + m2 * m3 + m3 * m1) / (m1 + m2 + m3) ** 2
-        with working(digits + 20) as mp:
-            found = {"routh": mp.mpf(routh)}
-            if routh > 1:  # the roots of s^4 + s^2 + routh/4 = 0, s over the rate of turn (Routh 1875)
-                found["growth_a_turn"] = mp.exp(2 * mp.pi * mp.re(mp.sqrt((mp.sqrt(mp.mpc(1 - routh)) - 1) / 2)))
-            values = dict(zip(found, publish(found.values(), digits), strict=True))
+
+        def growth(mp: Any) -> Any:
+            """By the roots of s^4 + s^2 + routh/4 = 0, s over the rate of turn (Routh 1875)."""
+            return mp.exp(2 * mp.pi * mp.re(mp.sqrt((mp.sqrt(mp.mpc(1 - routh)) - 1) / 2)))
+
+        found = {"routh": routh, "growth_a_turn": quantity(digits, growth, 20) if routh > 1 else None}
         if self.triangle is None:
-            return values
+            return found
         shortest, longest = self.triangle.sides(digits)
-        values |= {"eccentricity": self.triangle.eccentricity(digits), "shortest_side": shortest}
-        if longest is not None:
-            values |= {"longest_side": longest, "period": self.triangle.period(digits)}
-        return values
+        return found | {
+            "eccentricity": self.triangle.eccentricity(digits),
+            "shortest_side": shortest,
+            "longest_side": longest,
+            "period": None if longest is None else self.triangle.period(digits),
+        }

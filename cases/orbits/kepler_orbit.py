@@ -1,21 +1,17 @@
 """The Kepler problem in a plane: a central mass and a light body, on any conic."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-from math import sqrt
-from typing import Any, ClassVar
+from math import hypot, sqrt
 
 import numpy as np
-from gnomon.cases.core.case import Case, Invariant, Level, Variant
-from gnomon.cases.core.forms import FirstOrder, NBody, Separable, Values
+from gnomon.cases.core.forms import NBody
 from gnomon.cases.core.formulation import Floats, Formulation
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.core.turning import Turning
+from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
-from gnomon.cases.orbits.kepler_orbit_scene import SCENE
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.kepler_orbit import Kepler
 
@@ -110,25 +106,41 @@ def pericentre_start(e: float) -> tuple[Number, ...]:
     return 1 - distance, 0, 0, math.sqrt((1 + distance) / (1 - distance))
 
 
+def kepler_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A free point mass with the attraction as a force."""
+    x, y, vx, vy = state
+    (mu,) = parameters
+
+    def attraction(t: float, position: Vector, velocity: Vector) -> Vector:
+        x, y, _ = position
+        factor = -mu / hypot(x, y) ** 3
+        return factor * x, factor * y, 0.0
+
+    planet = Body("planet", 1.0, (0.0, 0.0, 0.0), (x, y, 0.0), velocity=(vx, vy, 0.0))
+    return Scene((0.0, 0.0, 0.0), (planet,), forces=(Force("planet", "position_force", attraction),))
+
+
+def kepler_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, _, velocity, _ = readings.bodies["planet"]
+    return position[0], position[1], velocity[0], velocity[1]
+
+
+SCENE = SceneForm(kepler_scene, kepler_reading, frozenset({"position_force"}))
+
+
 class KeplerOrbit(Case):
     name = "kepler_orbit"
     title = "Kepler orbit"
     section = "7.12, 5.9, 8.3"
     conventions = "The centre is fixed at the origin. Without angular momentum the motion ends before the collision."
-    state = POINT_IN_A_PLANE
-    parameter_list = (Parameter("mu", "m^3/s^2", 1, "gravitational parameter of the centre"),)
-    default_state = ("0.4", 0, 0, 2)
+    x = Coordinate("m", "0.4", typical(0.5, 2))
+    y = Coordinate("m", 0, typical(-0.4, 0.4))
+    vx = Coordinate("m/s", 0, typical(-0.5, 0.5))
+    vy = Coordinate("m/s", 2, typical(0.5, 2))
+    mu = Parameter("m^3/s^2", 1, "gravitational parameter of the centre", positive(0.5, 2))
+    rules = (Rule("x^2 + y^2 > 0 (the start is not at the centre)", lambda n: n["x"] != 0 or n["y"] != 0),)
+    exact_motion = bind(Kepler)
     turning = Turning((("x", "y"), ("vx", "vy")))
-    domain = Domain(
-        {
-            "mu": positive(0.5, 2.0),
-            "x": Range(typical=(0.5, 2.0)),
-            "y": Range(typical=(-0.4, 0.4)),
-            "vx": Range(typical=(-0.5, 0.5)),
-            "vy": Range(typical=(0.5, 2.0)),
-        },
-        (Rule("x^2 + y^2 > 0 (the start is not at the centre)", lambda n: n["x"] != 0 or n["y"] != 0),),
-    )
     variants = (
         Variant("e09", "e = 0.9: the pericentre passage is 30 times faster", initial_state=pericentre_start(0.9)),
         Variant("e0999", "e = 0.999: steps must shrink 3e4 times", initial_state=pericentre_start(0.999)),
@@ -173,33 +185,26 @@ class KeplerOrbit(Case):
             span=100.37 * TURN,
         ),
     )
-    invariants: ClassVar[Mapping[str, Invariant]] = {
-        "energy": Invariant(kepler_energy),
-        "angular_momentum": Invariant(angular_momentum),
-        "runge_lenz_x": Invariant(runge_lenz_x),
-        "runge_lenz_y": Invariant(runge_lenz_y),
-    }
+    invariants = conserved(
+        energy=kepler_energy, angular_momentum=angular_momentum, runge_lenz_x=runge_lenz_x, runge_lenz_y=runge_lenz_y
+    )
     forms = (Separable(attraction, kepler_potential), NBody(masses, bodies, relative))
     scene = SCENE
-    reversal = ("vx", "vy")
     mirror = ("x", "y", "vx", "vy")
     alike = (("x", "vx"), ("y", "vy"))
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        collision = self.motion().collision_time(20)
+        collision = self.exact_motion.collision_time(20)
         if collision is not None and self.span >= Fraction(float(collision)):
             raise ValueError(
                 f"{self.name}: span = {float(self.span):g} s reaches the collision at {float(collision):.10g} s; "
                 "give a span that ends before it"
             )
 
-    def motion(self) -> Kepler:
-        return Kepler(self.parameters["mu"], *self.initial_state)
-
     def scales(self) -> dict[str, float]:
         """Distance and speed are largest at the ends of the span or at an apsis in it."""
-        motion = self.motion()
+        motion = self.exact_motion
         end = float(self.times[-1])
         moments = [0.0, end]
         first = float(motion.pericentre_time())  # for a radial fall the collision, which is after the end
@@ -219,16 +224,16 @@ class KeplerOrbit(Case):
     @property
     def time_scale(self) -> float:
         """The period over 2 pi; if the span holds no period, the time of one radian at pericentre."""
-        motion = self.motion()
+        motion = self.exact_motion
         if motion.conic > 0 and (motion.period() <= self.span or not motion.angular_momentum):
             return float(motion.period()) / TURN
         if motion.angular_momentum:
             return float(motion.pericentre() ** 2) / abs(float(motion.angular_momentum))
-        return math.sqrt(math.hypot(*map(float, self.initial_state[:2])) ** 3 / float(self.parameters["mu"]))
+        return math.sqrt(math.hypot(*map(float, self.initial_state[:2])) ** 3 / float(self.mu))
 
     def natural_span(self) -> Number:
         """10.37 periods; an unbound orbit passes its pericentre; a radial fall ends close to the collision."""
-        motion = self.motion()
+        motion = self.exact_motion
         collision = motion.collision_time(20)
         if collision is not None:
             return float(collision) * (1 - 2.0**-10)
@@ -237,29 +242,19 @@ class KeplerOrbit(Case):
         radian = math.hypot(*map(float, self.initial_state[:2])) / math.hypot(*map(float, self.initial_state[2:]))
         return 20 * radian + 2 * abs(float(motion.pericentre_time()))
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self.motion()
-        found = {
-            "eccentricity": motion.eccentricity(digits),
-            "semi_latus_rectum": motion.semi_latus_rectum(digits),
-            "pericentre": motion.pericentre(digits),
-            "areal_rate": motion.areal_rate(digits),
-        }
-        if motion.conic:
-            found["semi_major_axis"] = motion.semi_major_axis(digits)
-        collision = motion.collision_time(digits)
-        if collision is not None:
-            found["collision_time"] = collision
-        elif motion.conic > 0:
-            found["period"] = motion.period(digits)
-        return found
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        motion = self.exact_motion
+        period = "collision_time" if motion.conic <= 0 or motion.collision_time() is not None else "period"
+        axis = ("semi_major_axis",) if motion.conic else ()
+        return ("eccentricity", "semi_latus_rectum", "pericentre", "areal_rate", *axis, period)
 
     @property
     def formulations(self) -> tuple[Formulation, ...]:
         """Sundman time, dt/ds = r: equal steps in s are short in time at the pericentre."""
         return (
             Formulation(
-                "sundman", (FirstOrder(sundman_equations),), with_clock, without_clock, 4, self.motion().sundman
+                "sundman", (FirstOrder(sundman_equations),), with_clock, without_clock, 4, self.exact_motion.sundman
             ),
         )
 
@@ -267,7 +262,7 @@ class KeplerOrbit(Case):
     def hierarchy(self) -> tuple[Level, ...]:
         """Uniform gravity, for a throw from the x axis that is short compared with an orbit."""
         x, y, vx, vy = self.initial_state
-        mu = self.parameters["mu"]
+        mu = self.mu
         if y != 0 or x <= 0 or self.span**2 * mu > x**3 / 10:
             return ()
         flat = ProjectileParabola(initial_state=(y, x, vy, vx), span=self.span, g=mu / x**2)

@@ -1,15 +1,10 @@
 """Radial fall under the inverse-square law."""
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import NBody, Separable, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.point_scene import railed_pull
+from gnomon.cases.core.forms import NBody
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_pull
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.radial_fall_inverse_square import RadialFall
 
@@ -57,10 +52,11 @@ class RadialFallInverseSquare(Case):
     title = "Radial fall under the inverse-square law: plunge and escape"
     section = "5.9, 5.10, 7.7.1"
     conventions = "r from the attracting point, v outward; the motion ends at the collision."
-    state = (Coordinate("r", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (Parameter("mu", "m^3/s^2", 398_600_441_800_000, "gravitational parameter: the Earth's"),)
-    default_state = (67_000_000, 0)
-    domain = Domain({"mu": positive(), "r": positive(0.5, 5.0), "v": Range(typical=(-2.0, 2.0))})
+    r = Coordinate("m", 67_000_000, positive(0.5, 5))
+    v = Coordinate("m/s", 0, typical(-2, 2))
+    mu = Parameter("m^3/s^2", 398_600_441_800_000, "gravitational parameter: the Earth's", positive())
+    exact_motion = bind(RadialFall)
+    quantity_names = ("escape_speed", "farthest", "collision_time")
     variants = (
         Variant(
             "plunge",
@@ -83,35 +79,21 @@ class RadialFallInverseSquare(Case):
         ),
         Variant("thrown", "thrown up: turns back and falls", {"mu": 1}, ("0.2", 3)),
     )
-    invariants: ClassVar = {"energy": Invariant(radial_energy)}
+    invariants = conserved(energy=radial_energy)
     forms = (
         Separable(radial_attraction, radial_potential),
         NBody(falling_masses, falling_bodies, apart),
     )
     scene = SCENE
-    reversal = ("v",)
-
-    @cached_property
-    def _exact(self) -> RadialFall:
-        return RadialFall(self.parameters["mu"], *self.initial_state)
-
-    def motion(self) -> RadialFall:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """sqrt(r0^3/mu), or r0 over the speed if that is shorter."""
-        mu, (r, v) = float(self.parameters["mu"]), map(float, self.initial_state)
+        mu, (r, v) = float(self.mu), map(float, self.initial_state)
         return min(math.sqrt(r**3 / mu), abs(r / v) if v else math.inf)
 
     def natural_span(self) -> Number:
         """0.93 of the time to the collision; 20.7 time scales if there is none or it is later."""
-        collision = self._exact.collision_time()
+        collision = self.exact_motion.collision_time()
         far = 20.7 * self.time_scale
         return far if collision is None else min(0.93 * float(collision), far)
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        found = {"escape_speed": motion.escape_speed(digits), "farthest": motion.farthest(digits)}
-        collision = motion.collision_time(digits)
-        return found if collision is None else found | {"collision_time": collision}

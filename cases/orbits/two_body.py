@@ -1,21 +1,17 @@
 """Two bodies under their mutual attraction, neither of them fixed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import pi, sqrt
-from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
-from gnomon.cases.core.forms import NBody, SecondOrder, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.two_masses_scene import attracting
+from gnomon.cases.core.case import Floats
+from gnomon.cases.core.forms import NBody
+from gnomon.cases.declare import *
 from gnomon.cases.orbits.kepler_orbit import KeplerOrbit
-from gnomon.reference.numerics.precision import Number, quantity
+from gnomon.cases.scenes.two_masses import attracting
+from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.kepler_orbit import Kepler
 from gnomon.reference.orbits.two_body import TwoBody as Motion
 
@@ -95,29 +91,25 @@ class TwoBody(Case):
     title = "Two-body problem (Kepler's corrected third law)"
     section = "8.3"
     conventions = "A plane motion; errors of each body's position and velocity are relative to their own size."
-    state = tuple(
-        Coordinate(f"{letter}{axis}{n}", unit, kind, f"{kind} of body {n}")
-        for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
-        for n in (1, 2)
-        for axis in "xy"
-    )
-    parameter_list = (
-        Parameter("G", "m^3/(kg s^2)", 1, "constant of gravitation"),
-        Parameter("m1", "kg", 1, "mass of body 1"),
-        Parameter("m2", "kg", "0.5", "mass of body 2"),
-    )
-    default_state = (0, 0, 1, 0, 0, "-0.25", 0, "0.75")
-    domain = Domain(
-        {"G": positive(0.5, 2.0), "m1": positive(0.5, 2.0), "m2": positive(0.1, 1.0)}
-        | {name: Range(typical=(-0.2, 0.2)) for name in ("x1", "y1", "y2", "vx1", "vy1", "vx2")}
-        | {"x2": Range(typical=(0.8, 1.5)), "vy2": Range(typical=(0.5, 1.0))},
-        (
-            Rule(
-                "angular momentum about the centre of mass is not zero (else the bodies collide)",
-                lambda n: _angular_momentum(n) != 0,
-            ),
+    x1 = Coordinate("m", 0, typical(-0.2, 0.2), group="length of body 1")
+    y1 = Coordinate("m", 0, typical(-0.2, 0.2), group="length of body 1")
+    x2 = Coordinate("m", 1, typical(0.8, 1.5), group="length of body 2")
+    y2 = Coordinate("m", 0, typical(-0.2, 0.2), group="length of body 2")
+    vx1 = Coordinate("m/s", 0, typical(-0.2, 0.2), group="velocity of body 1")
+    vy1 = Coordinate("m/s", "-0.25", typical(-0.2, 0.2), group="velocity of body 1")
+    vx2 = Coordinate("m/s", 0, typical(-0.2, 0.2), group="velocity of body 2")
+    vy2 = Coordinate("m/s", "0.75", typical(0.5, 1), group="velocity of body 2")
+    G = Parameter("m^3/(kg s^2)", 1, "constant of gravitation", positive(0.5, 2))
+    m1 = Parameter("kg", 1, "mass of body 1", positive(0.5, 2))
+    m2 = Parameter("kg", "0.5", "mass of body 2", positive(0.1, 1))
+    rules = (
+        Rule(
+            "angular momentum about the centre of mass is not zero (else the bodies collide)",
+            lambda n: _angular_momentum(n) != 0,
         ),
     )
+    exact_motion = bind(Motion, places="x1 y1 x2 y2", velocities="vx1 vy1 vx2 vy2")
+    default_span = Span(10.37, "period")
     variants = (
         Variant(
             "planet",
@@ -133,40 +125,30 @@ class TwoBody(Case):
             (0, 0, 1, 0, 0, "-0.02236", 0, "0.02236"),
         ),
         Variant("hyperbolic", "a flyby that deflects both", initial_state=(0, 0, -10, 1, 0, 0, 2, 0), span=15),
-        Variant("orbits_1e5", "100,000 orbits: phase error"),
+        Variant("orbits_1e5", "100,000 orbits: phase error", periods=100_000.37),
         Variant(
             "drifting",
             "the centre of mass moves at 1e6 m/s: few digits of the state are left for the orbit",
             initial_state=(0, 0, 1, 0, 10**6, "-0.25", 10**6, "0.75"),
         ),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(mutual_energy),
-        "momentum_x": Invariant(momentum_x),
-        "momentum_y": Invariant(momentum_y),
-        "angular_momentum": Invariant(total_angular_momentum),
-        "centre_of_mass_start_x": Invariant(centre_start_x),
-        "centre_of_mass_start_y": Invariant(centre_start_y),
-    }
+    invariants = conserved(
+        energy=mutual_energy,
+        momentum_x=momentum_x,
+        momentum_y=momentum_y,
+        angular_momentum=total_angular_momentum,
+        centre_of_mass_start_x=centre_start_x,
+        centre_of_mass_start_y=centre_start_y,
+    )
     forms = (SecondOrder(mutual_attraction), NBody(gravitational_masses, both_bodies, both_states))
     scene = SCENE
-    reversal = ("vx1", "vy1", "vx2", "vy2")
     mirror = ("x1", "y1", "x2", "y2", "vx1", "vy1", "vx2", "vy2")
     alike = (("x1", "y1", "vx1", "vy1", "m1"), ("x2", "y2", "vx2", "vy2", "m2"))
-
-    @cached_property
-    def _exact(self) -> Motion:
-        G, m1, m2 = self.parameter_values()
-        x1, y1, x2, y2, vx1, vy1, vx2, vy2 = self.initial_state
-        return Motion(G, m1, m2, (x1, y1, x2, y2), (vx1, vy1, vx2, vy2))
-
-    def motion(self) -> Motion:
-        return self._exact
 
     @property
     def orbit(self) -> Kepler:
         """The motion of body 2 about body 1."""
-        return self._exact.relative
+        return self.exact_motion.relative
 
     @property
     def time_scale(self) -> float:
@@ -178,7 +160,7 @@ class TwoBody(Case):
     def natural_span(self) -> Number:
         """10.37 periods; an unbound orbit passes its pericentre."""
         if self.orbit.conic > 0:
-            return (100_000.37 if self.variant == "orbits_1e5" else 10.37) * float(self.orbit.period())
+            return self.periods * float(self.orbit.period())
         return 40 * self.time_scale + 2 * abs(float(self.orbit.pericentre_time()))
 
     def scales(self) -> dict[str, float]:
@@ -192,21 +174,21 @@ class TwoBody(Case):
                 found[name] = max(found[name], float(np.linalg.norm(state[members])))
         return found
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`third_law_factor`: T^2 mu1 / (4 pi^2 a^3) with mu1 = G m1, which is 1/(1 + m2/m1); Kepler's law has 1."""
-        found = {
+        bound = self.orbit.conic > 0
+        return {
             "eccentricity": self.orbit.eccentricity(digits),
             "pericentre": self.orbit.pericentre(digits),
-            "third_law_factor": quantity(digits, lambda mp: mp.mpf(self._exact.share[0])),
+            "third_law_factor": self.exact_motion.share[0],
+            "period": self.orbit.period(digits) if bound else None,
+            "semi_major_axis": self.orbit.semi_major_axis(digits) if bound else None,
         }
-        if self.orbit.conic > 0:
-            found |= {"period": self.orbit.period(digits), "semi_major_axis": self.orbit.semi_major_axis(digits)}
-        return found
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
         """Body 1 fixed at its initial position: Kepler's third law without the correction."""
-        if self.initial_state[4] != 0 or self.initial_state[5] != 0:
+        if self.vx1 != 0 or self.vy1 != 0:
             return ()
         G, m1, _ = self.parameter_values()
         orbit = self.orbit

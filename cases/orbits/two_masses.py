@@ -3,17 +3,11 @@
 Cases: two_mass_spring, center_of_mass_motion, dumbbell_free_flight.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
-from functools import cached_property
 from math import cos, sin, sqrt, tau
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.two_masses_scene import ON_A_LINE, ROD, attracting
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.two_masses import ON_A_LINE, ROD, attracting
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.two_masses import RodPair, SpringPair
 
@@ -135,66 +129,46 @@ class TwoMassSpring(Case):
     title = "Two masses joined by a spring: reduced mass and drift"
     section = "8.9.4"
     conventions = "x1 and x2 along a smooth straight rail; the spring has its natural length at x2 - x1 = l."
-    state = (
-        Coordinate("x1", "m", "length"),
-        Coordinate("x2", "m", "length"),
-        Coordinate("v1", "m/s", "velocity"),
-        Coordinate("v2", "m/s", "velocity"),
-    )
-    parameter_list = (
-        Parameter("m1", "kg", 1, "mass 1"),
-        Parameter("m2", "kg", 2, "mass 2"),
-        Parameter("k", "N/m", 30, "stiffness of the spring"),
-        Parameter("l", "m", 1, "natural length of the spring"),
-    )
-    default_state = (0, "1.3", 0, "0.5")
-    domain = Domain(
-        {"m1": positive(), "m2": positive(), "k": positive(0.1, 100.0), "l": Range(low=0.0, typical=(0.0, 3.0))}
-        | {name: Range(typical=(-3.0, 3.0)) for name in ("x1", "x2", "v1", "v2")}
-    )
+    x1 = Coordinate("m", 0, typical(-3, 3))
+    x2 = Coordinate("m", "1.3", typical(-3, 3))
+    v1 = Coordinate("m/s", 0, typical(-3, 3))
+    v2 = Coordinate("m/s", "0.5", typical(-3, 3))
+    m1 = Parameter("kg", 1, "mass 1", positive())
+    m2 = Parameter("kg", 2, "mass 2", positive())
+    k = Parameter("N/m", 30, "stiffness of the spring", positive(0.1, 100))
+    l = Parameter("m", 1, "natural length of the spring", nonnegative(0, 3))
+    exact_motion = bind(lambda c: SpringPair(c.m1, c.m2, c.k, (c.l,), (Fraction(0),), ((c.x1, c.x2),), ((c.v1, c.v2),)))
+    default_span = Span(10.37, "turn")
     variants = (
         Variant("stiff", "k = 1e10 N/m and a slow drift: 1e6 vibrations in the span", {"k": 10**10}, span="51.7"),
         Variant("mass_ratio", "m2/m1 = 1e9: the heavy mass moves by 1e-9 of the light one", {"m2": 10**9}),
-        Variant("long_1e5", "100,000 periods: phase error beside a drift of 3e4 m"),
+        Variant("long_1e5", "100,000 periods: phase error beside a drift of 3e4 m", periods=100_000.37),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(line_energy),
-        "momentum": Invariant(line_momentum),
-        "centre_of_mass_start": Invariant(line_centre_start),
-    }
+    invariants = conserved(energy=line_energy, momentum=line_momentum, centre_of_mass_start=line_centre_start)
     forms = (SecondOrder(spring_on_a_line),)
     scene = ON_A_LINE
-    reversal = ("v1", "v2")
-
-    @cached_property
-    def _exact(self) -> SpringPair:
-        m1, m2, k, length = self.parameter_values()
-        x1, x2, v1, v2 = self.initial_state
-        return SpringPair(m1, m2, k, (length,), (Fraction(0),), ((x1, x2),), ((v1, v2),))
-
-    def motion(self) -> SpringPair:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """sqrt(reduced mass/k)."""
-        return sqrt(float(self._exact.reduced / self._exact.k))
+        return sqrt(float(self.exact_motion.reduced / self.exact_motion.k))
 
-    def natural_span(self) -> Number:
-        """10.37 periods."""
-        return (100_000.37 if self.variant == "long_1e5" else 10.37) * tau * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        vibration = motion.vibration(0)
+    def derived(self, digits: int) -> dict[str, Any]:
+        vibration = self.exact_motion.vibration(0)
         return {
             "period": vibration.period(digits),
             "amplitude": vibration.amplitude(digits),
-            "drift_speed": motion._quantity(digits, lambda mp: mp.mpf(motion.centre(0)[1])),
+            "drift_speed": self.exact_motion.centre(0)[1],
         }
 
 
 THROWN = attracting(lambda p: p[1:3], lambda r, p: p[3] / (p[1] * p[2]), (0, 2), lambda p: p[0])
+
+
+def _thrown(c: "CenterOfMassMotion") -> SpringPair:
+    zero = Fraction(0)
+    speeds = (c.vx1, c.vx2), (c.vy1, c.vy2)
+    return SpringPair(c.m1, c.m2, c.k, (zero, zero), (zero, -c.g), ((c.x1, c.x2), (c.y1, c.y2)), speeds)
 
 
 class CenterOfMassMotion(Case):
@@ -204,69 +178,49 @@ class CenterOfMassMotion(Case):
     title = "Two masses on a spring, thrown: parabola of the centre of mass and vibration about it"
     section = "8.2, 8.4"
     conventions = "y upward; the spring's natural length is zero, so the pair vibrates harmonically in both directions."
-    state = tuple(
-        Coordinate(f"{letter}{axis}{n}", unit, kind)
-        for letter, unit, kind in (("", "m", "length"), ("v", "m/s", "velocity"))
-        for n in (1, 2)
-        for axis in "xy"
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m1", "kg", 1, "mass 1"),
-        Parameter("m2", "kg", 2, "mass 2"),
-        Parameter("k", "N/m", 400, "stiffness of the spring"),
-    )
-    default_state = (0, 0, "0.4", 0, 3, 10, 3, 12)
-    domain = Domain(
-        {"g": Range(low=0.0, typical=(0.0, 10.0)), "m1": positive(), "m2": positive(), "k": positive(1.0, 100.0)}
-        | {f"{axis}{n}": Range(typical=(-3.0, 3.0)) for axis in ("x", "y", "vx", "vy") for n in (1, 2)}
-    )
+    x1 = Coordinate("m", 0, typical(-3, 3))
+    y1 = Coordinate("m", 0, typical(-3, 3))
+    x2 = Coordinate("m", "0.4", typical(-3, 3))
+    y2 = Coordinate("m", 0, typical(-3, 3))
+    vx1 = Coordinate("m/s", 3, typical(-3, 3))
+    vy1 = Coordinate("m/s", 10, typical(-3, 3))
+    vx2 = Coordinate("m/s", 3, typical(-3, 3))
+    vy2 = Coordinate("m/s", 12, typical(-3, 3))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", nonnegative())
+    m1 = Parameter("kg", 1, "mass 1", positive())
+    m2 = Parameter("kg", 2, "mass 2", positive())
+    k = Parameter("N/m", 400, "stiffness of the spring", positive(1, 100))
+    exact_motion = bind(_thrown)
+    default_span = Span(10.37, "turn")
     variants = (
         Variant("stiff", "k = 1e10 N/m inside a slow parabola: 3.6e4 vibrations", {"k": 10**10}, span="1.87"),
         Variant("unequal", "m2/m1 = 1e-9: almost only the light mass vibrates", {"m2": "1e-9"}),
-        Variant("long_1e5", "100,000 periods: phase error beside a fall of 3e9 m"),
+        Variant("long_1e5", "100,000 periods: phase error beside a fall of 3e9 m", periods=100_000.37),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(thrown_energy),
-        "momentum_x": Invariant(thrown_momentum_x),
-        "momentum_y_and_weight": Invariant(thrown_momentum_y),
-        "centre_of_mass_start_x": Invariant(thrown_centre_x),
-        "centre_of_mass_start_y": Invariant(thrown_centre_y),
-        "spin": Invariant(spin),
-    }
+    invariants = conserved(
+        energy=thrown_energy,
+        momentum_x=thrown_momentum_x,
+        momentum_y_and_weight=thrown_momentum_y,
+        centre_of_mass_start_x=thrown_centre_x,
+        centre_of_mass_start_y=thrown_centre_y,
+        spin=spin,
+    )
     forms = (SecondOrder(thrown_pair),)
     scene = THROWN
-    reversal = ("vx1", "vy1", "vx2", "vy2")
     mirror = ("x1", "x2", "vx1", "vx2")
     alike = (("x1", "y1", "vx1", "vy1", "m1"), ("x2", "y2", "vx2", "vy2", "m2"))
-
-    @cached_property
-    def _exact(self) -> SpringPair:
-        g, m1, m2, k = self.parameter_values()
-        x1, y1, x2, y2, vx1, vy1, vx2, vy2 = self.initial_state
-        zero = Fraction(0)
-        return SpringPair(m1, m2, k, (zero, zero), (zero, -g), ((x1, x2), (y1, y2)), ((vx1, vx2), (vy1, vy2)))
-
-    def motion(self) -> SpringPair:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """sqrt(reduced mass/k)."""
-        return sqrt(float(self._exact.reduced / self._exact.k))
+        return sqrt(float(self.exact_motion.reduced / self.exact_motion.k))
 
-    def natural_span(self) -> Number:
-        """10.37 periods."""
-        return (100_000.37 if self.variant == "long_1e5" else 10.37) * tau * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        vx, vy = (motion.centre(axis)[1] for axis in (0, 1))
-        total = motion.m1 + motion.m2
+    def derived(self, digits: int) -> dict[str, Any]:
+        motion, total = self.exact_motion, self.m1 + self.m2
         return {
             "period": motion.vibration(0).period(digits),
-            "momentum_x": motion._quantity(digits, lambda mp: mp.mpf(total * vx)),
-            "momentum_y": motion._quantity(digits, lambda mp: mp.mpf(total * vy)),
+            "momentum_x": total * motion.centre(0)[1],
+            "momentum_y": total * motion.centre(1)[1],
         }
 
 
@@ -279,58 +233,39 @@ class DumbbellFreeFlight(Case):
     conventions = (
         "y upward; the state is the position of mass 1 and the angle from the x axis of the rod from mass 1 to mass 2."
     )
-    state = (
-        Coordinate("x1", "m", "length"),
-        Coordinate("y1", "m", "length"),
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("vx1", "m/s", "velocity"),
-        Coordinate("vy1", "m/s", "velocity"),
-        Coordinate("omega", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m1", "kg", 1, "mass 1"),
-        Parameter("m2", "kg", 2, "mass 2"),
-        Parameter("l", "m", 1, "length of the rod"),
-    )
-    default_state = (0, 0, "0.5", 2, 8, 10)
-    domain = Domain(
-        {"g": Range(low=0.0, typical=(0.0, 10.0)), "m1": positive(), "m2": positive(), "l": positive()}
-        | {name: Range(typical=(-5.0, 5.0)) for name in ("x1", "y1", "theta", "vx1", "vy1")}
-        | {"omega": Range(typical=(-20.0, 20.0))}
-    )
+    x1 = Coordinate("m", 0, typical(-5, 5))
+    y1 = Coordinate("m", 0, typical(-5, 5))
+    theta = Coordinate("rad", "0.5", typical(-5, 5))
+    vx1 = Coordinate("m/s", 2, typical(-5, 5))
+    vy1 = Coordinate("m/s", 8, typical(-5, 5))
+    omega = Coordinate("rad/s", 10, typical(-20, 20))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", nonnegative())
+    m1 = Parameter("kg", 1, "mass 1", positive())
+    m2 = Parameter("kg", 2, "mass 2", positive())
+    l = Parameter("m", 1, "length of the rod", positive())
+    exact_motion = bind(RodPair, length="l", x="x1", y="y1", vx="vx1", vy="vy1")
+    quantity_names = ("tension",)
+    """The tension of the rod, which is constant (N)."""
     variants = (
         Variant("fast_spin", "1e5 turns in one flight", initial_state=(0, 0, 0, 2, 8, 314159)),
         Variant("light_end", "mass 1 is 1e-9 of mass 2: mass 1 moves on a circle about mass 2", {"m1": "2e-9"}),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(dumbbell_energy),
-        "momentum_x": Invariant(dumbbell_momentum_x),
-        "momentum_y_and_weight": Invariant(dumbbell_momentum_y),
-        "spin": Invariant(dumbbell_spin),
-    }
+    invariants = conserved(
+        energy=dumbbell_energy,
+        momentum_x=dumbbell_momentum_x,
+        momentum_y_and_weight=dumbbell_momentum_y,
+        spin=dumbbell_spin,
+    )
     forms = (FirstOrder(dumbbell_equations),)
     scene = ROD
     reversal = ("vx1", "vy1", "omega")
 
-    @cached_property
-    def _exact(self) -> RodPair:
-        g, m1, m2, length = self.parameter_values()
-        return RodPair(m1, m2, length, g, *self.initial_state)
-
-    def motion(self) -> RodPair:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """The time of one radian; without rotation sqrt(1 m/g), or 1 s."""
-        omega, g = abs(float(self.initial_state[5])), float(self.parameters["g"])
+        omega, g = abs(float(self.omega)), float(self.g)
         return 1 / max(omega, sqrt(g), 0.1)
 
     def natural_span(self) -> Number:
-        """2.03 s, or 10.37 turns if those take longer."""
-        return 2.03 if self.time_scale * 65 < 2.03 or self.initial_state[5] == 0 else 10.37 * tau * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """The tension of the rod, which is constant (N)."""
-        return {"tension": self._exact.tension(digits)}
+        """2.03 s, or 10.37 turns if these take longer."""
+        return 2.03 if self.time_scale * 65 < 2.03 or self.omega == 0 else 10.37 * tau * self.time_scale

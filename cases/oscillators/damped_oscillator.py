@@ -1,17 +1,11 @@
 """Free vibration with viscous damping."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
-from functools import cached_property
 from math import sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import SemiLinear, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.oscillators.damped_oscillator_scene import SCENE
+from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Slider, Vector
+from gnomon.cases.declare import *
 from gnomon.cases.oscillators.harmonic_oscillator import spring_energy
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.damped_oscillator import DampedMotion
@@ -38,6 +32,28 @@ def damped_energy(t: Any, state: Values, parameters: Values) -> Values:
     return spring_energy(t, state, (m, k))
 
 
+def damped_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A mass on a slider, with spring and damper as one force."""
+    x, v = state
+    m, c, k = parameters
+
+    def spring_and_damper(t: float, position: Vector, velocity: Vector) -> Vector:
+        return -c * velocity[0] - k * position[0], 0.0, 0.0
+
+    slider = Slider("rail", "mass", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), x, v)
+    force = Force("mass", "velocity_force", spring_and_damper)
+    body = Body("mass", m, (0.0, 0.0, 0.0))
+    return Scene((0.0, 0.0, 0.0), (body,), sliders=(slider,), forces=(force,))
+
+
+def damped_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    return readings.joints["rail"]
+
+
+SCENE = SceneForm(damped_scene, damped_reading, frozenset({"slider", "velocity_force"}), conservative=False)
+"""Not conservative: the damper's force depends on the velocity."""
+
+
 class DampedOscillator(Case):
     """A mass m on a spring k with a viscous damper c."""
 
@@ -45,17 +61,12 @@ class DampedOscillator(Case):
     title = "Free vibration with viscous damping"
     section = "6.11, 11.13-11.14"
     conventions = "x from the equilibrium; the damper's force is -c v."
-    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("m", "kg", 1, "mass"),
-        Parameter("c", "N s/m", "0.4", "damping constant"),
-        Parameter("k", "N/m", 20, "stiffness of the spring"),
-    )
-    default_state = ("0.5", 0)
-    domain = Domain(
-        {"m": positive(), "c": Range(low=0.0, typical=(0.0, 10.0)), "k": positive()}
-        | {name: Range(typical=(-5.0, 5.0)) for name in ("x", "v")}
-    )
+    x = Coordinate("m", "0.5", typical(-5, 5))
+    v = Coordinate("m/s", 0, typical(-5, 5))
+    m = Parameter("kg", 1, "mass", positive())
+    c = Parameter("N s/m", "0.4", "damping constant", nonnegative())
+    k = Parameter("N/m", 20, "stiffness of the spring", positive())
+    exact_motion = bind(DampedMotion, mass="m", damping="c", stiffness="k")
     variants = (
         Variant("critical", "exactly critical: both rates equal", {"c": 4, "k": 4}, (1, 1)),
         Variant(
@@ -81,50 +92,38 @@ class DampedOscillator(Case):
             span="628472.14",
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(damped_energy, "decays")}
+    invariants = decaying(energy=damped_energy)
     forms = (SemiLinear(damped_equations, linear=damped_matrix, rest=nothing_else),)
     scene = SCENE
     reversal = ("v",)
     mirror = ("x", "v")
 
-    @cached_property
-    def _exact(self) -> DampedMotion:
-        return DampedMotion(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> DampedMotion:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """sqrt(m/k); if overdamped, the time of the slow mode, which remains when the fast one has decayed."""
         m, _, k = map(float, self.parameter_values())
-        if self._exact.regime == DampedMotion.OVERDAMPED:
-            return 1 / float(self._exact.rates()[0])
+        if self.exact_motion.regime == DampedMotion.OVERDAMPED:
+            return 1 / float(self.exact_motion.rates()[0])
         return sqrt(m / k)
 
     @property
     def fastest_time(self) -> float:
-        return min(self.time_scale, 1 / float(self._exact.decay)) if self._exact.decay > 0 else self.time_scale
+        decay = self.exact_motion.decay
+        return min(self.time_scale, 1 / float(decay)) if decay > 0 else self.time_scale
 
     def natural_span(self) -> Number:
         """10.37 damped periods, at most 10 decay times; 10 decay times of the slow mode if nothing oscillates."""
-        if self._exact.regime != DampedMotion.UNDERDAMPED:
-            return 10 / float(self._exact.rates()[0])
-        cycles = 10.37 * float(self._exact.period())
-        decay = float(self._exact.decay)
+        if self.exact_motion.regime != DampedMotion.UNDERDAMPED:
+            return 10 / float(self.exact_motion.rates()[0])
+        cycles, decay = 10.37 * float(self.exact_motion.period()), float(self.exact_motion.decay)
         return cycles if decay * cycles <= 10 else 10 / decay
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        found = {"damping_ratio": motion.damping_ratio(digits), "undamped_period": motion.undamped_period(digits)}
-        if motion.regime == DampedMotion.UNDERDAMPED:
-            found["period"] = motion.period(digits)
-            found["logarithmic_decrement"] = motion.logarithmic_decrement(digits)
-        else:
-            found["slow_rate"], found["fast_rate"] = motion.rates(digits)
-        overshoot = motion.overshoot_time(digits)
-        return found if overshoot is None else found | {"overshoot_time": overshoot}
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        oscillates = self.exact_motion.regime == DampedMotion.UNDERDAMPED
+        found = ("period", "logarithmic_decrement") if oscillates else ("slow_rate fast_rate=rates",)
+        return ("damping_ratio", "undamped_period", *found, "overshoot_time")
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
         """Only without damping: reversed damping would add energy."""
-        return super().reversed(state) if self.parameters["c"] == 0 else None
+        return super().reversed(state) if self.c == 0 else None

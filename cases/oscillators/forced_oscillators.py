@@ -3,23 +3,17 @@
 Cases: forced_oscillator, second_order_linear_ode, time_varying_force.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
-from functools import cached_property
 from math import cos, exp, sin
-from typing import Any
 
-from gnomon.cases.core.case import Case, Event, Variant
-from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, SemiLinear, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.point_scene import railed_point
-from gnomon.reference.numerics.precision import Number, quantity
+from gnomon.cases.core.forms import Form
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_point
+from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.forced_oscillators import ForcedLinear, SwitchedOff
 
 ZERO = Fraction(0)
-LINE = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
 
 
 def forced_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -63,22 +57,15 @@ class ForcedOscillator(Case):
         "x from the equilibrium; force F0 cos(w t). Unbalance: F0 = m_e e w^2. For a base that moves by Y cos(w t), x is "
         "relative to it and F0 = m Y w^2."
     )
-    state = LINE
-    parameter_list = (
-        Parameter("m", "kg", 1, "mass"),
-        Parameter("c", "N s/m", "0.4", "damping constant"),
-        Parameter("k", "N/m", 20, "stiffness of the spring"),
-        Parameter("F0", "N", 2, "amplitude of the force"),
-        Parameter("w", "rad/s", 3, "frequency of the force"),
-    )
-    default_state = ("0.5", 0)
-    domain = Domain(
-        {
-            "m": positive(),
-            "c": Range(low=0.0, typical=(0.0, 5.0)),
-            "k": positive(),
-            "w": Range(low=0.0, typical=(0.1, 10.0)),
-        }
+    x = Coordinate("m", "0.5")
+    v = Coordinate("m/s", 0)
+    m = Parameter("kg", 1, "mass", positive())
+    c = Parameter("N s/m", "0.4", "damping constant", nonnegative(0, 5))
+    k = Parameter("N/m", 20, "stiffness of the spring", positive())
+    F0 = Parameter("N", 2, "amplitude of the force")
+    w = Parameter("rad/s", 3, "frequency of the force", nonnegative(0.1, 10))
+    exact_motion = bind(
+        lambda c: ForcedLinear(c.c / (2 * c.m), c.k / c.m, ZERO, c.F0 / c.m, ZERO, c.w, ZERO, *c.initial_state)
     )
     autonomous = False
     variants = (
@@ -105,14 +92,6 @@ class ForcedOscillator(Case):
     scene = FORCED_SCENE
     mirror = ("x", "v", "F0")
 
-    @cached_property
-    def _exact(self) -> ForcedLinear:
-        m, c, k, f0, w = self.parameter_values()
-        return ForcedLinear(c / (2 * m), k / m, ZERO, f0 / m, ZERO, w, ZERO, *self.initial_state)
-
-    def motion(self) -> ForcedLinear:
-        return self._exact
-
     @property
     def _times(self) -> tuple[float, float]:
         m, c, k, _f0, w = map(float, self.parameter_values())
@@ -130,26 +109,20 @@ class ForcedOscillator(Case):
         return self._times[1]
 
     def natural_span(self) -> Number:
-        """10.37 periods of the force, or of the free vibration if there is no force."""
-        w = float(self.parameters["w"])
+        """10.37 periods of the force, or of the free vibration without a force."""
+        w = float(self.w)
         return 10.37 * 2 * math.pi * (1 / w if w else self.time_scale)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`transmissibility`: transmitted force over F0; with a moving base, motion over that of the base.
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        """`transmissibility`: transmitted force over F0; with a moving base, motion over the motion of the base.
 
-        `unbalance_ratio`: m X/(m_e e); with a moving base, relative motion over that of the base.
+        `unbalance_ratio`: m X/(m_e e); with a moving base, relative motion over the motion of the base.
         """
-        motion = self._exact
-        found = {"natural_frequency": motion.natural_rate(digits)}
-        if self.parameters["c"] == 0 and motion.stiffness == motion.frequency**2:
-            return found
-        return found | {
-            "steady_amplitude": motion.steady_amplitude(digits),
-            "magnification": motion.magnification(digits),
-            "phase_lag": motion.phase_lag(digits),
-            "transmissibility": motion.transmissibility(digits),
-            "unbalance_ratio": motion.unbalance_ratio(digits),
-        }
+        if self.c == 0 and self.exact_motion.stiffness == self.w**2:
+            return ("natural_frequency=natural_rate",)
+        steady = ("steady_amplitude", "magnification", "phase_lag", "transmissibility", "unbalance_ratio")
+        return ("natural_frequency=natural_rate", *steady)
 
 
 def second_order_linear(t: Any, state: Values, parameters: Values) -> Values:
@@ -177,24 +150,15 @@ class SecondOrderLinearOde(Case):
     title = "The linear equation of second order with constant coefficients"
     section = "6.6"
     conventions = "x'' + 2b x' + c x = h0 + h1 e^(rt) cos(pt): a constant load plus a harmonic and exponential one."
-    state = LINE
-    parameter_list = (
-        Parameter("b", "1/s", "0.3", "half the damping; negative: growth"),
-        Parameter("c", "1/s^2", 4, "stiffness over mass; negative: repulsion"),
-        Parameter("h0", "m/s^2", "0.5", "constant load over mass"),
-        Parameter("h1", "m/s^2", 1, "amplitude of the load over mass"),
-        Parameter("r", "1/s", "-0.1", "rate of growth of the load"),
-        Parameter("p", "rad/s", 3, "frequency of the load"),
-    )
-    default_state = (1, 0)
-    domain = Domain(
-        {
-            "b": Range(typical=(-0.2, 3.0)),
-            "c": Range(typical=(-2.0, 10.0)),
-            "r": Range(typical=(-2.0, 0.1)),
-            "p": Range(typical=(-5.0, 5.0)),
-        }
-    )
+    x = Coordinate("m", 1)
+    v = Coordinate("m/s", 0)
+    b = Parameter("1/s", "0.3", "half the damping; negative: growth", typical(-0.2, 3))
+    c = Parameter("1/s^2", 4, "stiffness over mass; negative: repulsion", typical(-2, 10))
+    h0 = Parameter("m/s^2", "0.5", "constant load over mass")
+    h1 = Parameter("m/s^2", 1, "amplitude of the load over mass")
+    r = Parameter("1/s", "-0.1", "rate of growth of the load", typical(-2, 0.1))
+    p = Parameter("rad/s", 3, "frequency of the load", typical(-5, 5))
+    exact_motion = bind(lambda c: ForcedLinear(c.b, c.c, c.h0, c.h1, ZERO, c.p, c.r, *c.initial_state))
     autonomous = False
     variants = (
         Variant("overdamped", "two real rates, 1 and 3", {"b": 2, "c": 3, "r": 0}),
@@ -220,14 +184,6 @@ class SecondOrderLinearOde(Case):
     forms = (SemiLinear(second_order_linear, linear=second_order_matrix, rest=second_order_load),)
     scene = LINEAR_SCENE
 
-    @cached_property
-    def _exact(self) -> ForcedLinear:
-        b, c, h0, h1, r, p = self.parameter_values()
-        return ForcedLinear(b, c, h0, h1, ZERO, p, r, *self.initial_state)
-
-    def motion(self) -> ForcedLinear:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """The shortest time of the free motion and of the load."""
@@ -238,8 +194,7 @@ class SecondOrderLinearOde(Case):
 
     def natural_span(self) -> Number:
         """20.7 characteristic times; 5 if the motion or the load grows, so that it grows at most e^5 times."""
-        b, c, _h0, _h1, r, _p = map(float, self.parameter_values())
-        return (5 if b < 0 or c < 0 or r > 0 else 20.7) * self.time_scale
+        return (5 if float(self.b) < 0 or float(self.c) < 0 or float(self.r) > 0 else 20.7) * self.time_scale
 
 
 def driven_mass(t: Any, state: Values, parameters: Values) -> Values:
@@ -281,23 +236,16 @@ class TimeVaryingForce(Case):
     title = "A mass under a force that depends on time, switched off at a given time"
     section = "6.4.1"
     conventions = "m x'' = e^(-dt) (S sin wt + C cos wt) until the time `off`, an event; then uniform motion."
-    state = LINE
-    parameter_list = (
-        Parameter("m", "kg", 1, "mass"),
-        Parameter("S", "N", 2, "amplitude of the sine"),
-        Parameter("C", "N", 0, "amplitude of the cosine; for w = 0 of the exponential"),
-        Parameter("w", "rad/s", 3, "frequency"),
-        Parameter("d", "1/s", 0, "rate of decay of the force"),
-        Parameter("off", "s", "17.3", "time at which the force ends"),
-    )
-    default_state = (0, 0)
-    domain = Domain(
-        {
-            "m": positive(),
-            "w": Range(typical=(-10.0, 10.0)),
-            "d": Range(typical=(0.0, 2.0)),
-            "off": Range(low=0.0, low_open=True, typical=(0.5, 20.0)),
-        }
+    x = Coordinate("m", 0)
+    v = Coordinate("m/s", 0)
+    m = Parameter("kg", 1, "mass", positive())
+    S = Parameter("N", 2, "amplitude of the sine")
+    C = Parameter("N", 0, "amplitude of the cosine; for w = 0 of the exponential")
+    w = Parameter("rad/s", 3, "frequency", typical(-10, 10))
+    d = Parameter("1/s", 0, "rate of decay of the force", typical(0, 2))
+    off = Parameter("s", "17.3", "time at which the force ends", positive(0.5, 20))
+    exact_motion = bind(
+        lambda c: SwitchedOff(ForcedLinear(ZERO, ZERO, ZERO, c.C / c.m, c.S / c.m, c.w, -c.d, *c.initial_state), c.off)
     )
     autonomous = False
     variants = (
@@ -321,25 +269,16 @@ class TimeVaryingForce(Case):
     )
     scene = SWITCHED_SCENE
 
-    @cached_property
-    def _exact(self) -> SwitchedOff:
-        m, s, c, w, d, off = self.parameter_values()
-        return SwitchedOff(ForcedLinear(ZERO, ZERO, ZERO, c / m, s / m, w, -d, *self.initial_state), off)
-
-    def motion(self) -> SwitchedOff:
-        return self._exact
-
     @property
     def forms(self) -> tuple[Form, ...]:
         """Without modes if the force lasts beyond the span."""
-        if self.parameters["off"] > self.span:
+        if self.off > self.span:
             return (FirstOrder(driven_mass),)
         return (
             Hybrid(
                 modes=(Mode("driven", driven_mass), Mode("coasting", coasting_mass)),
                 start=switch_mode,
                 transitions=(Transition("off", "driven", switch_time, 1, as_before, "coasting"),),
-                settle=1e-9 * self.time_scale,
                 terminal=frozenset({"coasting"}),
             ),
         )
@@ -352,23 +291,19 @@ class TimeVaryingForce(Case):
 
     def natural_span(self) -> Number:
         """1.25 times the duration of the force."""
-        return 1.25 * float(self.parameters["off"])
+        return 1.25 * float(self.off)
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        off = self.parameters["off"]
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        off = self.off
         if off > self.span:
             return ()
         there = self.exact(off, digits)
-        return (Event(self._exact.off_time(digits), "off", there, there),)
+        return (Event(self.exact_motion.off_time(digits), "off", there, there),)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`impulse` of the force until it ends (N s). `drift`: the mean velocity v0 + S/(m w) under a steady oscillation."""
-        found = {
-            "final_velocity": self.exact(self.parameters["off"], digits)[1],
-            "impulse": self._exact.impulse(self.parameters["m"], digits),
+        return {
+            "final_velocity": self.exact(self.off, digits)[1],
+            "impulse": self.exact_motion.impulse(self.m, digits),
+            "drift": None if self.d or not self.w else self.v + self.S / (self.m * self.w),
         }
-        m, s, _c, w, d, _off = self.parameter_values()
-        if d or not w:
-            return found
-        drift = self.initial_state[1] + s / (m * w)
-        return found | {"drift": quantity(digits, lambda mp: mp.mpf(drift))}

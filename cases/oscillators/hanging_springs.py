@@ -1,16 +1,9 @@
 """A mass that hangs on two springs in series."""
 
-from __future__ import annotations
+from math import sqrt
 
-from functools import cached_property
-from math import pi, sqrt
-from typing import Any, ClassVar
-
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Separable, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.point_scene import railed_pull
-from gnomon.reference.numerics.precision import Number
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed_pull
 from gnomon.reference.oscillators.hanging_springs import HangingSprings
 
 
@@ -41,17 +34,19 @@ class HangingSpringsCase(Case):
     title = "Mass on two springs in series, under gravity"
     section = "6.7"
     conventions = "x downward from where both springs are unstretched; springs in series add 1/k, in parallel k."
-    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("m", "kg", 2, "mass"),
-        Parameter("k1", "N/m", 100, "upper spring"),
-        Parameter("k2", "N/m", 300, "lower spring"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-    )
-    default_state = (0, 0)
-    domain = Domain(
-        {name: positive() for name in ("m", "k1", "k2", "g")}
-        | {name: Range(typical=(-5.0, 5.0)) for name in ("x", "v")}
+    x = Coordinate("m", 0, typical(-5, 5))
+    v = Coordinate("m/s", 0, typical(-5, 5))
+    m = Parameter("kg", 2, "mass", positive())
+    k1 = Parameter("N/m", 100, "upper spring", positive())
+    k2 = Parameter("N/m", 300, "lower spring", positive())
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    exact_motion = bind(HangingSprings, mass="m")
+    default_span = Span(10.37, "turn")
+    quantity_names = (
+        "period",
+        "stiffness_in_series=stiffness",
+        "stiffness_in_parallel=side_by_side",
+        "static_deflection=sag",
     )
     variants = (
         Variant("unlike", "stiffnesses 1e12 apart: in series the soft spring alone counts", {"k1": 10**12, "k2": 1}),
@@ -62,31 +57,10 @@ class HangingSpringsCase(Case):
             ("0.3999998", 0),
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(hanging_energy)}
+    invariants = conserved(energy=hanging_energy)
     forms = (Separable(hanging_acceleration, hanging_potential),)
     scene = SCENE
-    reversal = ("v",)
-
-    @cached_property
-    def _exact(self) -> HangingSprings:
-        return HangingSprings(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> HangingSprings:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
-        return sqrt(float(self.parameters["m"] / self._exact.in_series))
-
-    def natural_span(self) -> Number:
-        """10.37 periods."""
-        return 10.37 * 2 * pi * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        return {
-            "period": motion.period(digits),
-            "stiffness_in_series": motion.stiffness(digits),
-            "stiffness_in_parallel": motion.side_by_side(digits),
-            "static_deflection": motion.sag(digits),
-        }
+        return sqrt(float(self.m / self.exact_motion.in_series))

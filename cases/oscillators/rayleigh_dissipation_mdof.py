@@ -1,16 +1,11 @@
 """Damped vibrations of two masses: Rayleigh's dissipation function."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import SemiLinear, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.row_scene import masses_in_a_row
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.row import masses_in_a_row
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.small_vibrations import Vibrations, chain
 
@@ -59,28 +54,26 @@ class RayleighDissipation(Case):
         "x1, x2 from the equilibrium; gap i (wall, between, wall) holds a spring k_i and a damper c_i. "
         "Energy falls at twice D = (c1 v1^2 + c2 (v2 - v1)^2 + c3 v2^2)/2."
     )
-    state = (
-        Coordinate("x1", "m", "length"),
-        Coordinate("x2", "m", "length"),
-        Coordinate("v1", "m/s", "velocity"),
-        Coordinate("v2", "m/s", "velocity"),
-    )
-    parameter_list = (
-        Parameter("m1", "kg", 1, "first mass"),
-        Parameter("m2", "kg", 2, "second mass"),
-        Parameter("k1", "N/m", 10, "spring from the first wall"),
-        Parameter("k2", "N/m", 5, "spring between"),
-        Parameter("k3", "N/m", 8, "spring to the second wall"),
-        Parameter("c1", "N s/m", "0.3", "damper from the first wall"),
-        Parameter("c2", "N s/m", "0.1", "damper between"),
-        Parameter("c3", "N s/m", "0.2", "damper to the second wall"),
-    )
-    default_state = (1, 0, 0, "-0.5")
-    domain = Domain(
-        {"m1": positive(), "m2": positive(), "k1": positive(), "k3": positive()}
-        | {"k2": Range(low=0.0, typical=(0.0, 10.0))}
-        | {name: Range(low=0.0, typical=(0.0, 4.0)) for name in ("c1", "c2", "c3")}
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("x1", "x2", "v1", "v2")}
+    x1 = Coordinate("m", 1, typical(-2, 2))
+    x2 = Coordinate("m", 0, typical(-2, 2))
+    v1 = Coordinate("m/s", 0, typical(-2, 2))
+    v2 = Coordinate("m/s", "-0.5", typical(-2, 2))
+    m1 = Parameter("kg", 1, "first mass", positive())
+    m2 = Parameter("kg", 2, "second mass", positive())
+    k1 = Parameter("N/m", 10, "spring from the first wall", positive())
+    k2 = Parameter("N/m", 5, "spring between", nonnegative())
+    k3 = Parameter("N/m", 8, "spring to the second wall", positive())
+    c1 = Parameter("N s/m", "0.3", "damper from the first wall", nonnegative(0, 4))
+    c2 = Parameter("N s/m", "0.1", "damper between", nonnegative(0, 4))
+    c3 = Parameter("N s/m", "0.2", "damper to the second wall", nonnegative(0, 4))
+    exact_motion = bind(
+        lambda c: Vibrations(
+            (c.m1, c.m2),
+            chain((c.k1, c.k3), (c.k2,)),
+            chain((c.c1, c.c3), (c.c2,)),
+            c.initial_state[:2],
+            c.initial_state[2:],
+        )
     )
     variants = (
         Variant(
@@ -106,45 +99,35 @@ class RayleighDissipation(Case):
         ),
         Variant("undamped", "no dampers: energy must stay constant", {"c1": 0, "c2": 0, "c3": 0}),
     )
-    invariants: ClassVar = {"energy": Invariant(rayleigh_energy, "decays")}
+    invariants = decaying(energy=rayleigh_energy)
     forms = (SemiLinear(rayleigh_equations, linear=rayleigh_matrix, rest=nothing_else),)
     scene = SCENE
     reversal = ("v1", "v2")
     mirror = ("x1", "x2", "v1", "v2")
     alike = (("x1", "v1", "m1", "k1", "c1"), ("x2", "v2", "m2", "k3", "c3"))
 
-    @cached_property
-    def _exact(self) -> Vibrations:
-        m1, m2, k1, k2, k3, c1, c2, c3 = self.parameter_values()
-        springs, dampers = chain((k1, k3), (k2,)), chain((c1, c3), (c2,))
-        return Vibrations((m1, m2), springs, dampers, self.initial_state[:2], self.initial_state[2:])
-
-    def motion(self) -> Vibrations:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """One radian of the slower undamped mode."""
-        return 1 / float(self._exact.frequencies()[0])
+        return 1 / float(self.exact_motion.frequencies()[0])
 
     @cached_property
     def fastest_time(self) -> float:
-        return 1 / max(abs(complex(*map(float, rate))) for rate in self._exact.rates())
+        return 1 / max(abs(complex(*map(float, rate))) for rate in self.exact_motion.rates())
 
     def natural_span(self) -> Number:
         """65.3 radians of the slower undamped mode, at most 20 times the slowest decay."""
-        decay = float(self._exact.rates()[0][0])
+        decay = float(self.exact_motion.rates()[0][0])
         cycles = 65.3 * self.time_scale
         return min(cycles, 20 / decay) if decay > 0 else cycles
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """The decay rate (1/s) and the frequency (rad/s; 0 if it does not oscillate) of each mode."""
-        found: dict[str, Any] = {}
-        for i, (decay, frequency) in enumerate(self._exact.rates(digits), start=1):
-            found |= {f"decay_{i}": decay, f"frequency_{i}": frequency}
-        return found
+        modes = enumerate(self.exact_motion.rates(digits), start=1)
+        return {
+            f"{name}_{i}": value for i, mode in modes for name, value in zip(("decay", "frequency"), mode, strict=True)
+        }
 
     def reversed(self, state: Sequence[Any]) -> tuple[tuple[Any, ...], dict[str, Fraction]] | None:
         """Only without damping."""
-        damped = any(self.parameters[name] for name in ("c1", "c2", "c3"))
-        return None if damped else super().reversed(state)
+        return None if self.c1 or self.c2 or self.c3 else super().reversed(state)

@@ -3,24 +3,15 @@
 Cases: rubber_tube_thin, rubber_tube_thick.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
-from math import log, pi
-from typing import Any, ClassVar
+from math import log
 
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import FirstOrder, Separable, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.rubber_tube_thick import ThickTube
 from gnomon.reference.oscillators.rubber_tube_thin import Pinney
-
-STRETCH = (Coordinate("x", "1", "dimensionless"), Coordinate("v", "1/s", "rate"))
 
 
 def thin_acceleration(t: Any, q: Values, parameters: Values) -> Values:
@@ -74,12 +65,12 @@ class RubberTubeThin(Case):
     title = "Radial oscillation of a thin-walled incompressible (neo-Hookean/Mooney-Rivlin) tube: Ermakov-Pinney"
     section = "6.13.2"
     conventions = "x=a(t)/A, w^2=mu/(rho A^2); isochronous with period pi/w at every amplitude."
-    state = STRETCH
-    parameter_list = (Parameter("w", "rad/s", 2, "rate: w^2 = mu/(rho A^2)"),)
-    default_state = ("0.5", 0)
-    domain = Domain(
-        {"w": positive(), "x": positive(0.1, 5.0), "v": Range(typical=(-5.0, 5.0))},
-    )
+    x = Coordinate("1", "0.5", positive(0.1, 5))
+    v = Coordinate("1/s", 0, typical(-5, 5))
+    w = Parameter("rad/s", 2, "rate: w^2 = mu/(rho A^2)", positive())
+    exact_motion = bind(Pinney)
+    default_span = Span(10.37, "turn")
+    quantity_names = ("period", "least", "largest", "top_rate=top_speed")
     variants = (
         Variant("squeezed_1e-2", "released at x = 1e-2: turns within 1e-4 of the period", initial_state=("1e-2", 0)),
         Variant("squeezed_1e-4", "released at x = 1e-4: turns within 1e-8 of the period", initial_state=("1e-4", 0)),
@@ -88,51 +79,28 @@ class RubberTubeThin(Case):
             "amplitude 1e-6 about x = 1: the period is that of every other amplitude",
             initial_state=(1, "2e-6"),
         ),
-        Variant("long_1e5", "100,000 periods: phase error"),
+        Variant("long_1e5", "100,000 periods: phase error", periods=100_000.37),
     )
-    invariants: ClassVar = {"energy": Invariant(thin_energy)}
+    invariants = conserved(energy=thin_energy)
     forms = (Separable(thin_acceleration, thin_potential),)
-    reversal = ("v",)
-
-    @cached_property
-    def _exact(self) -> Pinney:
-        return Pinney(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> Pinney:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """The period over 2 pi."""
-        return 1 / (2 * float(self.parameters["w"]))
+        return 1 / (2 * float(self.w))
 
     @property
     def fastest_time(self) -> float:
         """The time in which the motion turns where the tube is narrowest."""
-        return 1 / (float(self._exact.largest()) ** 2 * float(self.parameters["w"]))
-
-    def natural_span(self) -> Number:
-        """10.37 periods."""
-        return (100_000.37 if self.variant == "long_1e5" else 10.37) * 2 * pi * self.time_scale
+        return 1 / (float(self.exact_motion.largest()) ** 2 * float(self.w))
 
     def scales(self) -> dict[str, float]:
         """In closed form if the span holds a period: the peaks of the rate are narrow."""
         found = accuracy.grid_scales(self)
-        if self.span >= self._exact.period():
-            largest, speed = float(self._exact.largest()), float(self._exact.top_speed())
+        if self.span >= self.exact_motion.period():
+            largest, speed = float(self.exact_motion.largest()), float(self.exact_motion.top_speed())
             return {"dimensionless": largest, "rate": speed or 1.0}
         return found
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        largest = motion.largest(digits)
-        least = motion._quantity(digits, lambda mp: 1 / motion._largest(mp), 20)
-        return {
-            "period": motion.period(digits),
-            "least": least,
-            "largest": largest,
-            "top_rate": motion.top_speed(digits),
-        }
 
 
 class RubberTubeThick(WellCase):
@@ -146,23 +114,14 @@ class RubberTubeThick(WellCase):
         "constant. A particle at radius R in the unstressed wall moves to sqrt(R^2 + a^2 - A^2). An inner pressure "
         "applied suddenly adds -p (x^2 - 1)/2 to V."
     )
-    state = STRETCH
-    parameter_list = (
-        Parameter("gam", "1", 3, "B^2/A^2 - 1 of the unstressed radii, inner A and outer B"),
-        Parameter("w", "rad/s", 2, "rate: w^2 = mu/(rho A^2)"),
-        Parameter("p", "1/s^2", 0, "twice the inner pressure over rho A^2"),
-    )
-    default_state = (2, 0)
-    domain = Domain(
-        {
-            "gam": positive(0.5, 2.0),
-            "w": positive(0.5, 5.0),
-            "x": positive(0.8, 1.3),
-            "v": Range(typical=(-0.2, 0.2)),
-            "p": Range(typical=(-0.1, 0.1)),
-        },
-        (Rule("the wall withstands the pressure: p < w^2 ln(1 + gam)", _holds),),
-    )
+    x = Coordinate("1", 2, positive(0.8, 1.3))
+    v = Coordinate("1/s", 0, typical(-0.2, 0.2))
+    gam = Parameter("1", 3, "B^2/A^2 - 1 of the unstressed radii, inner A and outer B", positive(0.5, 2))
+    w = Parameter("rad/s", 2, "rate: w^2 = mu/(rho A^2)", positive(0.5, 5))
+    p = Parameter("1/s^2", 0, "twice the inner pressure over rho A^2", typical(-0.1, 0.1))
+    rules = (Rule("the wall withstands the pressure: p < w^2 ln(1 + gam)", _holds),)
+    exact_motion = bind(ThickTube)
+    quantity_names = ("balance",)
     variants = (
         Variant(
             "thin_wall", "gam = 1e-6: differences of logarithms that nearly cancel; the thin tube", {"gam": "1e-6"}
@@ -178,24 +137,14 @@ class RubberTubeThick(WellCase):
             (1, 0),
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(thick_energy)}
+    invariants = conserved(energy=thick_energy)
     forms = (FirstOrder(thick_equations),)
     reversal = ("v",)
-
-    @cached_property
-    def _exact(self) -> ThickTube:
-        gam, w, p = self.parameter_values()
-        x, v = self.initial_state
-        return ThickTube(gam, w, x, v, p)
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`balance`: the stretch at which the tube is in equilibrium with the pressure."""
-        return super().quantities(digits) | {"balance": self._exact.balance(digits)}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
         """A thin wall, without pressure."""
-        if self.parameters["p"]:
+        if self.p:
             return ()
-        thin = RubberTubeThin(initial_state=self.initial_state, span=self.span, w=self.parameters["w"])
+        thin = RubberTubeThin(initial_state=self.initial_state, span=self.span, w=self.w)
         return (Level(thin, same, "a wall without thickness: isochronous"),)

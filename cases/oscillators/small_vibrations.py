@@ -3,25 +3,14 @@
 Cases: small_vibrations_3dof_chain, small_vibrations_mdof.
 """
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
-from math import pi
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import SecondOrder, SemiLinear, Separable, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.row_scene import masses_in_a_row
-from gnomon.reference.numerics.precision import Number
-from gnomon.reference.oscillators.small_vibrations import Matrix, Vibrations, chain
-
-STATE = tuple(
-    [Coordinate(f"x{i}", "m", "length") for i in (1, 2, 3)]
-    + [Coordinate(f"v{i}", "m/s", "velocity") for i in (1, 2, 3)]
-)
-STARTS = {c.name: Range(typical=(-2.0, 2.0)) for c in STATE}
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.row import masses_in_a_row
+from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.oscillators.small_vibrations import Vibrations, chain
 
 
 def chain_acceleration(t: Any, q: Values, parameters: Values) -> Values:
@@ -95,28 +84,28 @@ CHAIN_SCENE = masses_in_a_row(3, chain_as_row)
 ROW_SCENE = masses_in_a_row(3, lambda parameters: parameters)
 
 
+def _vibrations(
+    case: Case, masses: Sequence[Number], ground: Sequence[Number], couplings: Sequence[Number]
+) -> Vibrations:
+    """The motion of masses without dampers, between springs to the ground and to each other."""
+    still = chain((Fraction(0),) * 3, (Fraction(0),) * 2)
+    springs = chain([exact(k) for k in ground], [exact(k) for k in couplings])
+    return Vibrations(tuple(map(exact, masses)), springs, still, case.initial_state[:3], case.initial_state[3:])
+
+
 class _Vibrating(Case):
     """Base of the two cases: a motion of three modes."""
 
+    default_span = Span(10.37, "turn")
+    quantity_names = ("frequency_1 frequency_2 frequency_3=frequencies",)
+    exact_motion: Vibrations
     section = "11.13"
-    state = STATE
-    reversal = ("v1", "v2", "v3")
     mirror = ("x1", "x2", "x3", "v1", "v2", "v3")
-
-    _CYCLES: ClassVar[dict[str, float]] = {}
-    """Spans by variant, in periods of the slowest mode with a frequency above zero; others last 10.37 periods."""
-
-    @cached_property
-    def _exact(self) -> Vibrations:
-        raise NotImplementedError
-
-    def motion(self) -> Vibrations:
-        return self._exact
 
     @cached_property
     def _moving(self) -> list[float]:
         """The frequencies above zero (rad/s); 1 rad/s if there is none."""
-        return [w for w in map(float, self._exact.frequencies()) if w > 0] or [1.0]
+        return [w for w in map(float, self.exact_motion.frequencies()) if w > 0] or [1.0]
 
     @property
     def time_scale(self) -> float:
@@ -127,12 +116,6 @@ class _Vibrating(Case):
     def fastest_time(self) -> float:
         return 1 / self._moving[-1]
 
-    def natural_span(self) -> Number:
-        return self._CYCLES.get(self.variant or "", 10.37) * 2 * pi * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        return {f"frequency_{i}": w for i, w in enumerate(self._exact.frequencies(digits), start=1)}
-
 
 class SmallVibrationsChain(_Vibrating):
     """Three equal masses and four equal springs between two walls."""
@@ -141,9 +124,14 @@ class SmallVibrationsChain(_Vibrating):
     title = "Three equal masses, four equal springs, fixed ends: modal closed form"
     section = "11.13.2"
     conventions = "x1, x2, x3 from the equilibrium; k is stiffness over mass; frequencies 2 sqrt(k) sin(j pi/8)."
-    parameter_list = (Parameter("k", "1/s^2", 1, "stiffness of each spring over each mass"),)
-    default_state = (1, 0, "-0.5", 0, "0.25", 0)
-    domain = Domain({"k": positive()} | STARTS)
+    x1 = Coordinate("m", 1, typical(-2, 2))
+    x2 = Coordinate("m", 0, typical(-2, 2))
+    x3 = Coordinate("m", "-0.5", typical(-2, 2))
+    v1 = Coordinate("m/s", 0, typical(-2, 2))
+    v2 = Coordinate("m/s", "0.25", typical(-2, 2))
+    v3 = Coordinate("m/s", 0, typical(-2, 2))
+    k = Parameter("1/s^2", 1, "stiffness of each spring over each mass", positive())
+    exact_motion = bind(lambda c: _vibrations(c, (1, 1, 1), (c.k, 0, c.k), (c.k, c.k)))
     variants = (
         Variant(
             "slow_mode",
@@ -151,23 +139,15 @@ class SmallVibrationsChain(_Vibrating):
             initial_state=(1, 1.4142135623730951, 1, 0, 0, 0),
         ),
         Variant("middle_mode", "the middle mass stays at rest", initial_state=(1, 0, -1, 0, 0, 0)),
-        Variant("long_1e4", "10,000 periods of the slowest mode: three phase errors"),
+        Variant("long_1e4", "10,000 periods of the slowest mode: three phase errors", periods=10000.37),
     )
-    _CYCLES: ClassVar = {"long_1e4": 10000.37}
-    invariants: ClassVar = {"energy": Invariant(chain_energy)}
+    invariants = conserved(energy=chain_energy)
     forms = (
         Separable(chain_acceleration, chain_potential),
         SemiLinear(chain_equations, linear=chain_matrix, rest=nothing_else),
     )
     scene = CHAIN_SCENE
     alike = (("x1", "v1"), ("x3", "v3"))
-
-    @cached_property
-    def _exact(self) -> Vibrations:
-        k = self.parameters["k"]
-        one, none = Fraction(1), Fraction(0)
-        springs = chain((k, none, k), (k, k))
-        return Vibrations((one, one, one), springs, _zeros(), self.initial_state[:3], self.initial_state[3:])
 
 
 class SmallVibrations(_Vibrating):
@@ -179,28 +159,28 @@ class SmallVibrations(_Vibrating):
         "x1, x2, x3 from the equilibrium; springs k1, k2, k3 join each mass to the ground, k12 and k23 join neighbours. "
         "A pendulum of mass m with small swings is like a spring m g/L to the ground."
     )
-    parameter_list = (
-        Parameter("m1", "kg", 1, "first mass"),
-        Parameter("m2", "kg", 2, "second mass"),
-        Parameter("m3", "kg", "1.5", "third mass"),
-        Parameter("k1", "N/m", 10, "first mass to the ground"),
-        Parameter("k2", "N/m", 0, "second mass to the ground"),
-        Parameter("k3", "N/m", 5, "third mass to the ground"),
-        Parameter("k12", "N/m", 8, "between first and second mass"),
-        Parameter("k23", "N/m", 12, "between second and third mass"),
-    )
-    default_state = (1, 0, 0, 0, 0, "0.5")
-    domain = Domain(
-        {name: positive() for name in ("m1", "m2", "m3")}
-        | {name: Range(low=0.0, typical=(0.0, 20.0)) for name in ("k1", "k2", "k3", "k12", "k23")}
-        | STARTS
-    )
+    x1 = Coordinate("m", 1, typical(-2, 2))
+    x2 = Coordinate("m", 0, typical(-2, 2))
+    x3 = Coordinate("m", 0, typical(-2, 2))
+    v1 = Coordinate("m/s", 0, typical(-2, 2))
+    v2 = Coordinate("m/s", 0, typical(-2, 2))
+    v3 = Coordinate("m/s", "0.5", typical(-2, 2))
+    m1 = Parameter("kg", 1, "first mass", positive())
+    m2 = Parameter("kg", 2, "second mass", positive())
+    m3 = Parameter("kg", "1.5", "third mass", positive())
+    k1 = Parameter("N/m", 10, "first mass to the ground", nonnegative(0, 20))
+    k2 = Parameter("N/m", 0, "second mass to the ground", nonnegative(0, 20))
+    k3 = Parameter("N/m", 5, "third mass to the ground", nonnegative(0, 20))
+    k12 = Parameter("N/m", 8, "between first and second mass", nonnegative(0, 20))
+    k23 = Parameter("N/m", 12, "between second and third mass", nonnegative(0, 20))
+    exact_motion = bind(lambda c: _vibrations(c, (c.m1, c.m2, c.m3), (c.k1, c.k2, c.k3), (c.k12, c.k23)))
     variants = (
         Variant(
             "beats",
             "equal pendulums, coupled at 1e-3: the motion passes to the next one and back in 2000 swings",
             {"m1": 1, "m2": 1, "m3": 1, "k1": 1, "k2": 1, "k3": 1, "k12": "0.001", "k23": "0.001"},
             (1, 0, 0, 0, 0, 0),
+            periods=2100.37,
         ),
         Variant(
             "near_degenerate",
@@ -225,20 +205,10 @@ class SmallVibrations(_Vibrating):
             "no springs: all three modes have frequency zero",
             dict.fromkeys(("k1", "k2", "k3", "k12", "k23"), 0),
             (1, 2, 3, 1, 0, -1),
+            periods=2,
         ),
     )
-    _CYCLES: ClassVar = {"beats": 2100.37, "free": 2}
-    invariants: ClassVar = {"energy": Invariant(row_energy)}
+    invariants = conserved(energy=row_energy)
     forms = (SecondOrder(row_acceleration), SemiLinear(row_equations, linear=row_matrix, rest=nothing_else))
     scene = ROW_SCENE
     alike = (("x1", "v1", "m1", "k1", "k12"), ("x3", "v3", "m3", "k3", "k23"))
-
-    @cached_property
-    def _exact(self) -> Vibrations:
-        m1, m2, m3, k1, k2, k3, k12, k23 = self.parameter_values()
-        springs = chain((k1, k2, k3), (k12, k23))
-        return Vibrations((m1, m2, m3), springs, _zeros(), self.initial_state[:3], self.initial_state[3:])
-
-
-def _zeros() -> Matrix:
-    return chain((Fraction(0),) * 3, (Fraction(0),) * 2)

@@ -1,17 +1,10 @@
 """A block dropped on a spring."""
 
-from __future__ import annotations
-
 from fractions import Fraction
-from functools import cached_property
 from math import sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.point_scene import railed
-from gnomon.reference.numerics.precision import Number
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import railed
 from gnomon.reference.oscillators.work_energy_spring_block import SpringBlock
 from mpmath import fneg, mpf
 
@@ -60,73 +53,45 @@ class WorkEnergySpringBlock(Case):
     title = "Block dropped on a spring"
     section = "7.5, 7.7.2, 7.9"
     conventions = "y upward from the free end of a massless spring, to which the block does not stick; no losses."
-    state = (Coordinate("y", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m", "kg", 1, "mass of the block"),
-        Parameter("k", "N/m", 500, "stiffness of the spring"),
-    )
-    default_state = ("0.5", 0)
-    domain = Domain(
-        {
-            "g": positive(1.0, 10.0),
-            "m": positive(0.5, 3.0),
-            "k": positive(10.0, 1000.0),
-            "y": Range(typical=(0.0, 2.0)),
-            "v": Range(typical=(-2.0, 2.0)),
-        }
-    )
+    y = Coordinate("m", "0.5", typical(0, 2))
+    v = Coordinate("m/s", 0, typical(-2, 2))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    m = Parameter("kg", 1, "mass of the block", positive(0.5, 3))
+    k = Parameter("N/m", 500, "stiffness of the spring", positive(10, 1000))
+    exact_motion = bind(SpringBlock)
+    default_span = Span(5.37, lambda motion: motion.period())
     variants = (
         Variant("stiff", "k = 1e9 N/m: a contact of 1e-4 s between flights of 0.6 s", {"k": 10**9}),
         Variant(
             "soft", "released at the end of the spring: returns to it at rest and never leaves", initial_state=(0, 0)
         ),
         Variant("on_spring", "starts on the compressed spring, which throws it up", initial_state=("-0.2", 0)),
-        Variant("long_1e3", "2,000 events: errors of event times add up"),
+        Variant("long_1e3", "2,000 events: errors of event times add up", periods=1000.37),
     )
-    invariants: ClassVar = {"energy": Invariant(spring_block_energy)}
+    invariants = conserved(energy=spring_block_energy)
     scene = SCENE
-
-    _PERIODS: ClassVar = {"long_1e3": 1000.37}
-
-    @cached_property
-    def _exact(self) -> SpringBlock:
-        g, m, k = self.parameter_values()
-        y, v = self.initial_state
-        return SpringBlock(g, m, k, y, v)
-
-    def motion(self) -> SpringBlock:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("flight", free_block), Mode("spring", block_on_spring)),
-                start=spring_block_mode,
-                transitions=(
-                    Transition("touch", "flight", spring_end, -1, unchanged, "spring"),
-                    Transition("lift", "spring", spring_end, 1, unchanged, "flight"),
-                ),
-                settle=1e-9 * self.time_scale,
+    forms = (
+        Hybrid(
+            modes=(Mode("flight", free_block), Mode("spring", block_on_spring)),
+            start=spring_block_mode,
+            transitions=(
+                Transition("touch", "flight", spring_end, -1, unchanged, "spring"),
+                Transition("lift", "spring", spring_end, 1, unchanged, "flight"),
             ),
-        )
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """sqrt(m/k)."""
-        return 1 / sqrt(float(self._exact.square))
+        return 1 / sqrt(float(self.exact_motion.square))
 
-    def natural_span(self) -> Number:
-        """5.37 periods."""
-        return self._PERIODS.get(self.variant or "", 5.37) * float(self._exact.period())
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """`touch` and `lift` alternate."""
-        motion, found, n = self._exact, list[Event](), 1
+        motion, found, n = self.exact_motion, list[Event](), 1
         if not motion.leaves:
             return ()
-        self._few(2 * float(self.span) / float(motion.period()))
+        self.limit_events(2 * float(self.span) / float(motion.period()))
         u = motion.speed(digits)
         down, up = (mpf(0), fneg(u, exact=True)), (mpf(0), u)
         while True:
@@ -140,9 +105,9 @@ class WorkEnergySpringBlock(Case):
             n += 1
 
     def same_course(self, other: Case) -> bool:
-        return isinstance(other, WorkEnergySpringBlock) and other._exact.leaves == self._exact.leaves
+        return isinstance(other, WorkEnergySpringBlock) and other.exact_motion.leaves == self.exact_motion.leaves
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        found = {"period": motion.period(digits), "largest_compression": motion.compression(digits)}
-        return found | {"contact_time": motion.contact_time(digits)} if motion.leaves else found
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        found = ("period", "largest_compression=compression")
+        return (*found, "contact_time") if self.exact_motion.leaves else found

@@ -3,20 +3,13 @@
 Cases: rotation_fixed_axis_compound_pendulum, rolling_sphere_in_bowl.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
-from functools import cached_property
 from math import cos, sin, sqrt, tau
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Separable, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import IDENTITY, Body, Guide, Hinge, Readings, Scene, SceneForm, Vector
+from gnomon.cases.declare import *
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
-from gnomon.cases.pendulums.pendulum_simple_scene import pendulum_reading
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.cases.scenes.pendulum import pendulum_reading
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 
@@ -91,43 +84,22 @@ BOWL_SCENE = SceneForm(bowl_scene, bowl_reading, frozenset({"curved_guide", "rol
 class _Swinging(Case):
     """A pendulum whose subclass states the square of the frequency of small swings."""
 
-    state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
-    reversal = ("omega",)
-
-    _CYCLES: ClassVar[dict[str, str]] = {}
+    default_span = Span(10.37, lambda motion: motion.period(20), otherwise=9)
 
     def square(self) -> Fraction:
         raise NotImplementedError
 
-    @cached_property
-    def _exact(self) -> Pendulum:
-        theta, omega = self.initial_state
-        return Pendulum(self.square(), Fraction(1), theta, omega)
-
-    def motion(self) -> Pendulum:
-        return self._exact
+    exact_motion = bind(lambda c: Pendulum(c.square(), Fraction(1), *c.initial_state))
 
     @property
     def time_scale(self) -> float:
         """The time scale of a small swing; in fast rotation the time of a radian."""
-        return min(1 / sqrt(float(self.square())), float(self._exact.period()) / tau)
+        return min(1 / sqrt(float(self.square())), float(self.exact_motion.period()) / tau)
 
-    def natural_span(self) -> Number:
-        """10.37 periods; 9 time scales on the separatrix."""
-        if self._exact.regime == Pendulum.SEPARATRIX:
-            return 9 * self.time_scale
-        return float(self._exact.period(20)) * float(self._CYCLES.get(self.variant or "", "10.37"))
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        found = {
-            "small_swing_period": motion.small_swing_period(digits),
-            "amplitude": motion.amplitude(digits),
-            "top_speed": motion.top_speed(digits),
-        }
-        if motion.regime not in (Pendulum.SEPARATRIX, Pendulum.REST):
-            found["turn_time" if motion.regime == Pendulum.ROTATION else "period"] = motion.period(digits)
-        return found
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        period = {Pendulum.ROTATION: ("turn_time=period",), Pendulum.LIBRATION: ("period",)}
+        return ("small_swing_period", "amplitude", "top_speed", *period.get(self.exact_motion.regime, ()))
 
 
 class CompoundPendulum(_Swinging):
@@ -137,24 +109,13 @@ class CompoundPendulum(_Swinging):
     conventions = (
         "theta from the downward vertical, rad, not wrapped; I about the axis, l from it to the centre of mass."
     )
-    parameter_list = (
-        Parameter("I", "kg m^2", "0.35", "moment of inertia about the axis"),
-        Parameter("m", "kg", 1, "mass"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("l", "m", "0.5", "from the axis to the centre of mass"),
-    )
-    default_state = (2, 0)
-    domain = Domain(
-        {
-            "I": positive(1.0, 10.0),
-            "m": positive(0.5, 2.0),
-            "g": positive(),
-            "l": positive(0.1, 0.7),
-            "theta": Range(typical=(-7.0, 7.0)),
-            "omega": Range(typical=(-8.0, 8.0)),
-        },
-        (Rule("I >= m l^2 (the body's own moment is not negative)", lambda n: n["I"] >= n["m"] * n["l"] ** 2),),
-    )
+    theta = Coordinate("rad", 2, typical(-7, 7))
+    omega = Coordinate("rad/s", 0, typical(-8, 8))
+    I = Parameter("kg m^2", "0.35", "moment of inertia about the axis", positive(1, 10))
+    m = Parameter("kg", 1, "mass", positive(0.5, 2))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    l = Parameter("m", "0.5", "from the axis to the centre of mass", positive(0.1, 0.7))
+    rules = (Rule("I >= m l^2 (the body's own moment is not negative)", lambda n: n["I"] >= n["m"] * n["l"] ** 2),)
     variants = (
         Variant("rotation", "turns over the top", initial_state=("0.5", 12)),
         Variant("point", "I = m l^2: all mass in one point, the simple pendulum", {"I": "0.25"}),
@@ -165,14 +126,14 @@ class CompoundPendulum(_Swinging):
             {"I": "0.5", "m": 1, "g": 8, "l": "0.25"},
             (0, 4),
         ),
-        Variant("upright", "released at rest 1e-12 rad from the top", initial_state=("3.141592653588793", 0)),
-        Variant("long_1e4", "10,000 periods: phase error"),
+        Variant(
+            "upright", "released at rest 1e-12 rad from the top", initial_state=("3.141592653588793", 0), periods=0.45
+        ),
+        Variant("long_1e4", "10,000 periods: phase error", periods=10000.37),
     )
-    invariants: ClassVar = {"energy": Invariant(body_energy_over_inertia)}
+    invariants = conserved(energy=body_energy_over_inertia)
     forms = (Separable(body_acceleration, body_potential),)
     scene = COMPOUND_SCENE
-
-    _CYCLES: ClassVar[dict[str, str]] = {"upright": "0.45", "long_1e4": "10000.37"}
 
     def square(self) -> Fraction:
         inertia, m, g, arm = self.parameter_values()
@@ -185,21 +146,15 @@ class CompoundPendulum(_Swinging):
         point = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=arm)
         return (Level(point, same, "all mass at the centre of mass"),)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`center_of_percussion`: its distance from the axis, I/(m l) (m). Reactions of the axis at the start (N)."""
-        inertia, m, g, arm = self.parameter_values()
-        theta, omega = self.initial_state
-        with working(digits + 10) as mp:
-            found = publish(
-                (
-                    mp.mpf(inertia / (m * arm)),
-                    mp.mpf(m * g) * mp.cos(mp.mpf(theta)) + mp.mpf(m * arm * omega**2),
-                    mp.mpf(m * g * (1 - m * arm * arm / inertia)) * mp.sin(mp.mpf(theta)),
-                ),
-                digits,
-            )
-        names = ("center_of_percussion", "reaction_along", "reaction_across")
-        return super().quantities(digits) | dict(zip(names, found, strict=True))
+        weight, arm = self.m * self.g, self.m * self.l
+        rest = weight * (1 - arm * self.l / self.I)
+        return {
+            "center_of_percussion": self.I / arm,
+            "reaction_along": lambda mp: mp.mpf(weight) * mp.cos(mp.mpf(self.theta)) + mp.mpf(arm * self.omega**2),
+            "reaction_across": lambda mp: mp.mpf(rest) * mp.sin(mp.mpf(self.theta)),
+        }
 
 
 class RollingSphereInBowl(_Swinging):
@@ -210,32 +165,20 @@ class RollingSphereInBowl(_Swinging):
         "[inferred] A solid sphere rolls without slip in a vertical plane of the bowl; theta is the angle of the line "
         "of centres from the downward vertical; contact is assumed to last."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("R", "m", 1, "radius of the bowl"),
-        Parameter("r", "m", "0.1", "radius of the sphere"),
-    )
-    default_state = ("1.2", 0)
-    domain = Domain(
-        {
-            "g": positive(),
-            "R": positive(1.0, 10.0),
-            "r": positive(0.1, 0.9),
-            "theta": Range(typical=(-1.5, 1.5)),
-            "omega": Range(typical=(-2.0, 2.0)),
-        },
-        (Rule("the sphere fits into the bowl, r < R", lambda n: n["r"] < n["R"]),),
-    )
+    theta = Coordinate("rad", "1.2", typical(-1.5, 1.5))
+    omega = Coordinate("rad/s", 0, typical(-2, 2))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    R = Parameter("m", 1, "radius of the bowl", positive(1, 10))
+    r = Parameter("m", "0.1", "radius of the sphere", positive(0.1, 0.9))
+    rules = (Rule("the sphere fits into the bowl, r < R", lambda n: n["r"] < n["R"]),)
     variants = (
         Variant("small", "amplitude 1e-6", initial_state=("1e-6", 0)),
         Variant("tight", "r = 0.999999 R: a very fast small swing", {"r": "0.999999"}),
-        Variant("long_1e4", "10,000 periods: phase error"),
+        Variant("long_1e4", "10,000 periods: phase error", periods=10000.37),
     )
-    invariants: ClassVar = {"energy": Invariant(bowl_energy)}
+    invariants = conserved(energy=bowl_energy)
     forms = (Separable(bowl_acceleration, bowl_potential),)
     scene = BOWL_SCENE
-
-    _CYCLES: ClassVar[dict[str, str]] = {"long_1e4": "10000.37"}
 
     def square(self) -> Fraction:
         g, bowl, radius = self.parameter_values()

@@ -1,20 +1,13 @@
 """Huygens' isochronous pendulum."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from functools import cached_property
 from math import cos, pi, sin, sqrt, tan
-from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Separable, Values
 from gnomon.cases.core.formulation import Formulation
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.pendulums.cycloidal_pendulum_scene import SCENE
-from gnomon.reference.numerics.precision import Number
+from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
+from gnomon.cases.declare import *
 from gnomon.reference.pendulums.cycloidal_pendulum import CycloidalMotion
 from numpy.typing import NDArray
 
@@ -64,6 +57,25 @@ def angle_from_arc(y: Floats, parameters: Sequence[float]) -> Floats:
         return np.stack([2 * np.arctan2(sine, cosine), y[..., 1] / (2 * a * cosine)], axis=-1)
 
 
+def cycloid_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A bead on a guide with the shape of the cycloid."""
+    phi, rate = state
+    a, g = parameters
+
+    def cycloid(phi: float) -> Vector:
+        return a * (phi + sin(phi)), 0.0, a * (1 - cos(phi))
+
+    bead = Body("bead", 1.0, (0.0, 0.0, 0.0))
+    return Scene((0.0, 0.0, -g), (bead,), guides=(Guide("cycloid", "bead", cycloid, phi, rate),))
+
+
+def cycloid_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    return readings.joints["cycloid"]
+
+
+SCENE = SceneForm(cycloid_scene, cycloid_reading, frozenset({"curved_guide"}))
+
+
 class CycloidalPendulum(Case):
     """A bead on a smooth cycloid, or a string of length 4 a between cycloidal jaws of the same size."""
 
@@ -71,22 +83,19 @@ class CycloidalPendulum(Case):
     title = "Huygens' isochronous cycloidal pendulum"
     section = "7.11.3-7.11.5, 8.12"
     conventions = "x=a(phi+sin phi), y=a(1-cos phi), s=4a sin(phi/2) arc length from the bottom, s''=-(g/4a)s."
-    state = (Coordinate("phi", "rad", "angle"), Coordinate("phidot", "rad/s", "angular velocity"))
-    parameter_list = (
-        Parameter("a", "m", "0.25", "radius of the rolling circle"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
+    phi = Coordinate("rad", 1, Range(low=-pi, high=pi, typical=(-3.0, 3.0)))
+    phidot = Coordinate("rad/s", 0, typical(-5, 5))
+    a = Parameter("m", "0.25", "radius of the rolling circle", positive())
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    rules = (Rule("phidot^2 < g/a (else the bead reaches the cusp)", lambda n: n["phidot"] ** 2 * n["a"] < n["g"]),)
+    exact_motion = bind(CycloidalMotion, rate0="phidot")
+    default_span = Span(10.37, "turn")
+    quantity_names = (
+        *("period", "angle_amplitude", "arc_amplitude", "energy"),
+        *("normal_force_start", "normal_force_bottom", "string_length"),
     )
-    default_state = (1, 0)
-    domain = Domain(
-        {
-            "a": positive(),
-            "g": positive(),
-            # The double nearest to pi is below pi.
-            "phi": Range(low=-pi, high=pi, typical=(-3.0, 3.0)),
-            "phidot": Range(typical=(-5.0, 5.0)),
-        },
-        (Rule("phidot^2 < g/a (else the bead reaches the cusp)", lambda n: n["phidot"] ** 2 * n["a"] < n["g"]),),
-    )
+    """Normal forces are over the mass (m/s^2). As a string between jaws of the same shape, the evolute of the cycloid, the
+    pendulum has length 4 a."""
     variants = (
         Variant("small", "amplitude 0.01 rad: the period is that of every other amplitude", initial_state=("0.01", 0)),
         Variant("wide", "amplitude 3 rad: the period is that of every other amplitude", initial_state=(3, 0)),
@@ -106,9 +115,10 @@ class CycloidalPendulum(Case):
             "cusp_to_cusp",
             "released at the last double before the cusp, s = 4a after rounding; ends just before the other cusp",
             initial_state=(pi, 0),
+            periods=0.47,
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(cycloid_energy)}
+    invariants = conserved(energy=cycloid_energy)
     forms = (FirstOrder(cycloid_equations),)
     scene = SCENE
     reversal = ("phidot",)
@@ -117,52 +127,20 @@ class CycloidalPendulum(Case):
         Formulation("arc length", (Separable(arc_acceleration, arc_potential),), arc_from_angle, angle_from_arc),
     )
 
-    @cached_property
-    def _exact(self) -> CycloidalMotion:
-        return CycloidalMotion(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> CycloidalMotion:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """2 sqrt(a/g), the period over 2 pi."""
-        a, g = map(float, self.parameter_values())
-        return 2 * sqrt(a / g)
+        return 2 * sqrt(float(self.a) / float(self.g))
 
     @property
     def fastest_time(self) -> float:
         """The time in which the angle turns close to the cusp."""
-        return self.time_scale * cos(float(self._exact.angle_amplitude()) / 2)
-
-    def natural_span(self) -> Number:
-        """10.37 periods; 0.47 periods between cusps, where the angle is not defined."""
-        periods = 0.47 if self.variant == "cusp_to_cusp" else 10.37
-        return periods * 2 * pi * self.time_scale
+        return self.time_scale * cos(float(self.exact_motion.angle_amplitude()) / 2)
 
     def scales(self) -> dict[str, float]:
         """In closed form if the span holds a period: close to the cusp the peaks are narrow."""
         found = accuracy.grid_scales(self)
-        motion = self._exact
+        motion = self.exact_motion
         if self.span >= motion.period() and motion.energy() > 0:
             return {"angle": float(motion.angle_amplitude()), "angular velocity": float(motion.top_rate())}
         return found
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """Normal forces are over the mass (m/s^2): g cos(phi/2) + v^2/(4a cos(phi/2)), v = 2a cos(phi/2) phi'.
-
-        As a string between jaws of the same shape, the evolute of the cycloid, the pendulum has length 4 a.
-        """
-        motion = self._exact
-        a, g = self.parameter_values()
-        phi, rate = self.initial_state
-        start = motion._quantity(digits, lambda mp: mp.mpf(g + a * rate**2) * mp.cos(mp.mpf(phi) / 2))
-        return {
-            "period": motion.period(digits),
-            "angle_amplitude": motion.angle_amplitude(digits),
-            "arc_amplitude": motion.arc_amplitude(digits),
-            "energy": motion.energy(digits),
-            "normal_force_start": start,
-            "normal_force_bottom": motion.normal_force_bottom(digits),
-            "string_length": motion._rational(digits, 4 * a),
-        }

@@ -1,18 +1,14 @@
 """The planar double pendulum."""
 
-from __future__ import annotations
-
 from math import cos, sin
-from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.case import Floats, Invariant, Level, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.case import Floats
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 from gnomon.cases.oscillators.small_vibrations import SmallVibrations
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import publish, working
 
 
 def double_pendulum_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -64,25 +60,16 @@ class DoublePendulum(IntegratedCase):
     title = "Planar double pendulum (no closed form; certified Taylor)"
     section = "11.9, 11.13"
     conventions = "th1, th2 from the downward vertical, rad, continuous (not wrapped); absolute angles."
-    state = (
-        Coordinate("th1", "rad", "angle"),
-        Coordinate("th2", "rad", "angle"),
-        Coordinate("w1", "rad/s", "angular velocity"),
-        Coordinate("w2", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("m1", "kg", 1, "upper mass"),
-        Parameter("m2", "kg", 1, "lower mass"),
-        Parameter("l1", "m", 1, "upper rod"),
-        Parameter("l2", "m", 1, "lower rod"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-    )
-    default_state = (2, 1, 0, 0)
-    domain = Domain(
-        {name: positive(0.5, 2.0) for name in ("m1", "m2", "l1", "l2")}
-        | {"g": positive(5.0, 15.0)}
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("th1", "th2", "w1", "w2")}
-    )
+    th1 = Coordinate("rad", 2, typical(-2, 2))
+    th2 = Coordinate("rad", 1, typical(-2, 2))
+    w1 = Coordinate("rad/s", 0, typical(-2, 2))
+    w2 = Coordinate("rad/s", 0, typical(-2, 2))
+    m1 = Parameter("kg", 1, "upper mass", positive(0.5, 2))
+    m2 = Parameter("kg", 1, "lower mass", positive(0.5, 2))
+    l1 = Parameter("m", 1, "upper rod", positive(0.5, 2))
+    l2 = Parameter("m", 1, "lower rod", positive(0.5, 2))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 15))
+    default_span = Span(10.37, "time scale")
     variants = (
         Variant("small", "small swings: two modes, almost linear", initial_state=("1e-3", "-1e-3", 0, 0)),
         Variant(
@@ -96,6 +83,7 @@ class DoublePendulum(IntegratedCase):
             "an upper mass of 0.01: turns twenty times faster than the lower mass swings",
             {"m1": "0.01"},
             (1, "1.1", 0, 0),
+            periods=1.87,
         ),
         Variant(
             "engines",
@@ -104,13 +92,11 @@ class DoublePendulum(IntegratedCase):
             span=20,
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(double_pendulum_energy)}
+    invariants = conserved(energy=double_pendulum_energy)
     forms = (FirstOrder(double_pendulum_equations),)
     scene = SCENE
     reversal = ("w1", "w2")
     mirror = ("th1", "th2", "w1", "w2")
-
-    _SCALES: ClassVar = {"light_above": 1.87}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -146,11 +132,6 @@ class DoublePendulum(IntegratedCase):
     def fastest_time(self) -> float:
         return 1 / float(self._frequencies()[1])
 
-    def natural_span(self) -> Number:
-        """10.37 radians of the slow small swing, which is too short for chaos."""
-        return self._SCALES.get(self.variant or "", 10.37) * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """Angular frequencies of the two modes of small swings."""
-        slow, fast = self._frequencies(digits)
-        return {"slow_frequency": slow, "fast_frequency": fast}
+        return dict(zip(("slow_frequency", "fast_frequency"), self._frequencies(digits), strict=True))

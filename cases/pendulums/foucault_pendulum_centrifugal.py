@@ -1,17 +1,10 @@
 """Foucault's pendulum for small amplitudes with the centrifugal terms of the horizontal plane."""
 
-from __future__ import annotations
+from math import pi, sin, sqrt
 
-from functools import cached_property
-from math import sin, sqrt
-from typing import Any, ClassVar
-
-from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import SemiLinear, Values
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.point_scene import free_point
+from gnomon.cases.declare import *
 from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession, no_load
-from gnomon.reference.numerics.precision import publish, working
+from gnomon.cases.scenes.point import free_point
 from gnomon.reference.pendulums.foucault_pendulum_centrifugal import FoucaultCentrifugal
 
 
@@ -49,14 +42,17 @@ class FoucaultInPlaneCentrifugal(Case):
         "As foucault_pendulum_linear, with the terms Om^2 x east and Om^2 sin^2(lat) y north; g is the apparent gravity at "
         "the point of rest. Except at the poles the two axes differ."
     )
-    state = FoucaultLinear.state
-    parameter_list: ClassVar[tuple[Parameter, ...]] = FoucaultLinear.parameter_list
-    default_state = FoucaultLinear.default_state
+    x = Coordinate("m", 3)
+    y = Coordinate("m", 0)
+    vx = Coordinate("m/s", 0)
+    vy = Coordinate("m/s", 0)
+    g = Parameter("m/s^2", "9.81", "apparent gravity", positive(5, 15))
+    L = Parameter("m", 67, "length of the pendulum", positive(0.5, 100))
+    Om = Parameter("rad/s", "7.292115e-5", "rate of rotation of the Earth", typical(-0.2, 0.2))
+    lat = Parameter("rad", "0.8526", "latitude", Range(-pi / 2, pi / 2, typical=(-1.5, 1.5)))
+    rules = (Rule("the pendulum is bound (Om^2 < g/L)", lambda n: n["Om"] ** 2 * n["L"] < n["g"]),)
+    exact_motion = bind(FoucaultCentrifugal, start="x y vx vy")
     default_span = 3600
-    domain = Domain(
-        dict(FoucaultLinear.domain.ranges) | {"g": positive(5.0, 15.0), "Om": Range(typical=(-0.2, 0.2))},
-        (Rule("the pendulum is bound (Om^2 < g/L)", lambda n: n["Om"] ** 2 * n["L"] < n["g"]),),
-    )
     variants = (
         Variant("day", "24 h: the axes differ by 1e-8 of the stiffness, whose effect accumulates", span=86400),
         Variant("equator", "no precession, two frequencies", {"lat": 0}, (2, 2, 0, 0)),
@@ -68,35 +64,25 @@ class FoucaultInPlaneCentrifugal(Case):
             span=31,
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(centrifugal_energy)}
+    invariants = conserved(energy=centrifugal_energy)
     forms = (SemiLinear(centrifugal_equations, linear=centrifugal_matrix, rest=no_load),)
     scene = SCENE
     reversal = ("vx", "vy", "Om")
 
-    @cached_property
-    def _exact(self) -> FoucaultCentrifugal:
-        g, length, rate, lat = self.parameter_values()
-        return FoucaultCentrifugal(g, length, rate, lat, self.initial_state)
-
-    def motion(self) -> FoucaultCentrifugal:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """One radian of a swing."""
-        g, length, rate, _ = map(float, self.parameter_values())
-        return 1 / (sqrt(g / length) + abs(rate))
+        return 1 / (sqrt(float(self.g) / float(self.L)) + abs(float(self.Om)))
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """Rate of the plane of swing (rad/s), and the difference of stiffness of north and east over the stiffness."""
-        with working(digits + 10) as mp:
-            g, length, rate, lat = map(mp.mpf, self.parameter_values())
-            found = publish((-rate * mp.sin(lat), (rate * mp.cos(lat)) ** 2 * length / g), digits)
-        return {"precession_rate": found[0], "anisotropy": found[1], "swing_period": self._swing(digits)}
-
-    def _swing(self, digits: int) -> Any:
-        with working(digits + 10) as mp:
-            return publish([2 * mp.pi * mp.sqrt(mp.mpf(self.parameters["L"] / self.parameters["g"]))], digits)[0]
+        return {
+            "precession_rate": lambda mp: -mp.mpf(self.Om) * mp.sin(mp.mpf(self.lat)),
+            "anisotropy": lambda mp: (
+                (mp.mpf(self.Om) * mp.cos(mp.mpf(self.lat))) ** 2 * mp.mpf(self.L) / mp.mpf(self.g)
+            ),
+            "swing_period": lambda mp: 2 * mp.pi * mp.sqrt(mp.mpf(self.L / self.g)),
+        }
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -3,19 +3,14 @@
 Cases: foucault_pendulum_linear, foucault_precession.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Mapping
 from math import sin
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import SemiLinear, Values
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, positive
-from gnomon.cases.core.point_scene import free_point
+from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.core.turning import Turning
-from gnomon.cases.pendulums.foucault_pendulum_linear_scene import SCENE
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import free_point
 from gnomon.reference.pendulums.foucault_pendulum_linear import Foucault
 
 TURN = 2 * math.pi
@@ -80,6 +75,28 @@ def foucault_momentum(t: Any, state: Values, parameters: Values) -> Values:
 PRECESSION_SCENE = free_point(precession_equations, (0, 1))
 
 
+def foucault_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A free point mass in the horizontal plane; one force holds the attraction to the centre and the Coriolis force."""
+    x, y, vx, vy = state
+    g, length, turning, latitude = parameters
+
+    def pull_and_coriolis(t: float, position: Vector, velocity: Vector) -> Vector:
+        stiffness, spin = g / length, turning * sin(latitude)
+        return -stiffness * position[0] + 2 * spin * velocity[1], -stiffness * position[1] - 2 * spin * velocity[0], 0.0
+
+    bob = Body("bob", 1.0, (0.0, 0.0, 0.0), (x, y, 0.0), velocity=(vx, vy, 0.0))
+    return Scene((0.0, 0.0, 0.0), (bob,), forces=(Force("bob", "velocity_force", pull_and_coriolis),))
+
+
+def foucault_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, _, velocity, _ = readings.bodies["bob"]
+    return position[0], position[1], velocity[0], velocity[1]
+
+
+SCENE = SceneForm(foucault_scene, foucault_reading, frozenset({"velocity_force"}), conservative=False)
+"""Not conservative: the Coriolis force depends on the velocity."""
+
+
 class FoucaultLinear(Case):
     name = "foucault_pendulum_linear"
     title = "Foucault pendulum, small amplitudes"
@@ -87,24 +104,18 @@ class FoucaultLinear(Case):
     conventions = (
         "x east, y north; centrifugal terms are absorbed in g; for lat > 0 the plane of swing turns clockwise."
     )
-    state = POINT_IN_A_PLANE
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "apparent gravity"),
-        Parameter("L", "m", 67, "length of the pendulum"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of rotation of the Earth"),
-        Parameter("lat", "rad", "0.8526", "latitude"),
-    )
-    default_state = (3, 0, 0, 0)
+    x = Coordinate("m", 3)
+    y = Coordinate("m", 0)
+    vx = Coordinate("m/s", 0)
+    vy = Coordinate("m/s", 0)
+    g = Parameter("m/s^2", "9.81", "apparent gravity", positive(5, 15))
+    L = Parameter("m", 67, "length of the pendulum", positive(0.5, 100))
+    Om = Parameter("rad/s", "7.292115e-5", "rate of rotation of the Earth", typical(-1, 1))
+    lat = Parameter("rad", "0.8526", "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
+    exact_motion = bind(Foucault)
+    quantity_names = ("precession_rate", "swing_period", "closest")
     turning = Turning((("x", "y"), ("vx", "vy")))
     default_span = 3600
-    domain = Domain(
-        {
-            "g": positive(5.0, 15.0),
-            "L": positive(0.5, 100.0),
-            "Om": Range(typical=(-1.0, 1.0)),
-            "lat": Range(low=-1.5707963267948966, high=1.5707963267948966, typical=(-1.5, 1.5)),
-        }
-    )
     variants: ClassVar[tuple[Variant, ...]] = (
         Variant("day", "24 h: the drift of the plane over 5e3 swings", span=86400),
         Variant(
@@ -119,45 +130,25 @@ class FoucaultLinear(Case):
             span=21,
         ),
     )
-    invariants: ClassVar[Mapping[str, Invariant]] = {
-        "energy": Invariant(foucault_energy),
-        "angular_momentum": Invariant(foucault_momentum),
-    }
+    invariants = conserved(energy=foucault_energy, angular_momentum=foucault_momentum)
     forms = (SemiLinear(foucault_equations, linear=foucault_matrix, rest=no_load),)
     scene = SCENE
     reversal = ("vx", "vy", "Om")
     mirror = ("x", "y", "vx", "vy")
 
-    def motion(self) -> Foucault:
-        return self.foucault(larmor=False)
-
-    def foucault(self, larmor: bool) -> Foucault:
-        g, length, rate, lat = self.parameter_values()
-        x, y, vx, vy = self.initial_state
-        return Foucault(g, length, rate, lat, x, y, vx, vy, larmor)
-
     @property
     def time_scale(self) -> float:
         """One radian of the faster of the two circular motions."""
-        return 1 / max(abs(float(rate)) for rate in self.motion().circles()[2:])
+        return 1 / max(abs(float(rate)) for rate in self.exact_motion.circles()[2:])
 
     def scales(self) -> dict[str, float]:
         """The sums of the radii and of the speeds of the two circular motions, which are reached within half a swing."""
-        motion = self.motion()
+        motion = self.exact_motion
         if float(self.times[-1]) < float(motion.swing_period()) / 2:
             return super().scales()
         p, q, faster, slower = (abs(float(value)) for value in motion.circles())
         sizes = {"length": p + q, "velocity": p * faster + q * slower}
         return {name: size if size > 0 else 1.0 for name, size in sizes.items()}
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`closest`: the least distance from the point of rest; |W/s| of the amplitude if released from rest."""
-        motion = self.motion()
-        return {
-            "precession_rate": motion.precession_rate(digits),
-            "swing_period": motion.swing_period(digits),
-            "closest": motion.closest(digits),
-        }
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -176,14 +167,9 @@ class FoucaultPrecession(FoucaultLinear):
     name = "foucault_precession"
     title = "Foucault pendulum, precession only"
     conventions = "As foucault_pendulum_linear, with a term Om^2 sin^2(lat) r: the swing is as on an Earth at rest."
+    exact_motion = bind(lambda c: Foucault(**c.numbers, larmor=True))
     variants = ()
-    invariants: ClassVar[Mapping[str, Invariant]] = {
-        "energy": Invariant(precession_energy),
-        "angular_momentum": Invariant(foucault_momentum),
-    }
+    invariants = conserved(energy=precession_energy, angular_momentum=foucault_momentum)
     forms = (SemiLinear(precession_equations, linear=precession_matrix, rest=no_load),)
     scene = PRECESSION_SCENE
     hierarchy = ()
-
-    def motion(self) -> Foucault:
-        return self.foucault(larmor=True)

@@ -1,21 +1,17 @@
 """Foucault's pendulum at any amplitude: a spherical pendulum with the Coriolis force."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from fractions import Fraction
 from math import cos, sin
-from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.case import Floats, Invariant, Level, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.case import Floats
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
+from gnomon.cases.declare import *
 from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import Number
 
 
 def foucault_sphere(t: Any, state: Values, parameters: Values) -> Values:
@@ -90,34 +86,21 @@ class FoucaultNonlinear(IntegratedCase):
         "e is the direction of the bob from its support: x east, y north, z up; g includes the centrifugal acceleration. "
         "The multiplier is divided by e.e, so that a start rounded off the unit sphere keeps its |e|; starts have e.e' = 0."
     )
-    state = (
-        *(Coordinate(f"e{axis}", "1", "dimensionless") for axis in "xyz"),
-        *(Coordinate(f"v{axis}", "1/s", "rate") for axis in "xyz"),
+    ex = Coordinate("1", "0.28", typical(0.3, 1))
+    ey = Coordinate("1", 0, typical(-1, 1))
+    ez = Coordinate("1", "-0.96", typical(-1, -0.5))
+    vx = Coordinate("1/s", 0, typical(0, 0))
+    vy = Coordinate("1/s", 0, typical(0, 0))
+    vz = Coordinate("1/s", 0, typical(0, 0))
+    g = Parameter("m/s^2", "9.81", "apparent gravity", positive(5, 15))
+    L = Parameter("m", 67, "length of the pendulum", positive(0.5, 5))
+    Om = Parameter("rad/s", "7.292115e-5", "rate of rotation of the Earth", typical(-1, 1))
+    lat = Parameter("rad", "0.8526", "latitude", Range(-POLE, POLE, typical=(-1.5, 1.5)))
+    rules = (
+        Rule("e is not zero", lambda n: any(n[f"e{axis}"] != 0 for axis in "xyz")),
+        Rule("the bob moves along its sphere: |e.e'| <= 1e-6 |e| sqrt(e'.e' + (g/L) e.e)", _along_the_sphere),
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "apparent gravity"),
-        Parameter("L", "m", 67, "length of the pendulum"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of rotation of the Earth"),
-        Parameter("lat", "rad", "0.8526", "latitude"),
-    )
-    default_state = ("0.28", 0, "-0.96", 0, 0, 0)
     longest = 700
-    domain = Domain(
-        {
-            "g": positive(5.0, 15.0),
-            "L": positive(0.5, 5.0),
-            "Om": Range(typical=(-1.0, 1.0)),
-            "lat": Range(-POLE, POLE, typical=(-1.5, 1.5)),
-            "ex": Range(typical=(0.3, 1.0)),
-            "ey": Range(typical=(-1.0, 1.0)),
-            "ez": Range(typical=(-1.0, -0.5)),
-        }
-        | {name: Range(typical=(0.0, 0.0)) for name in ("vx", "vy", "vz")},
-        (
-            Rule("e is not zero", lambda n: any(n[f"e{axis}"] != 0 for axis in "xyz")),
-            Rule("the bob moves along its sphere: |e.e'| <= 1e-6 |e| sqrt(e'.e' + (g/L) e.e)", _along_the_sphere),
-        ),
-    )
     variants = (
         Variant(
             "wide", "swings of 74 degrees: small-angle formulas do not hold", {"L": 1}, ("0.96", 0, "-0.28", 0, 0, 0)
@@ -139,11 +122,7 @@ class FoucaultNonlinear(IntegratedCase):
         ),
         Variant("above", "released above its support: the rod pushes", {"L": 1}, ("0.96", 0, "0.28", 0, 0, 0), "3.1"),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(sphere_energy),
-        "squared_radius": Invariant(squared_radius),
-        "radial_rate": Invariant(radial_rate),
-    }
+    invariants = conserved(energy=sphere_energy, squared_radius=squared_radius, radial_rate=radial_rate)
     forms = (FirstOrder(foucault_sphere),)
     scene = SCENE
     reversal = ("vx", "vy", "vz", "Om")
@@ -159,16 +138,13 @@ class FoucaultNonlinear(IntegratedCase):
         g, length, *_ = map(float, self.parameter_values())
         return 3.37 * 2 * math.pi * math.sqrt(length / g)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """Of small swings: the period (s), the rate of the plane and the ellipse's own precession 3/8 ab sqrt(g/L) (rad/s)."""
-        with working(digits + 10) as mp:
-            g, length, rate, lat = map(mp.mpf, self.parameter_values())
-            ex, ey, _ez, vx, vy, _vz = map(mp.mpf, self.initial_state)
-            swing = mp.sqrt(g / length)
-            found = (2 * mp.pi / swing, -rate * mp.sin(lat), 3 * (ex * vy - ey * vx) / 8)
-            return dict(
-                zip(("small_swing_period", "precession_rate", "apsidal_rate"), publish(found, digits), strict=True)
-            )
+        return {
+            "small_swing_period": lambda mp: 2 * mp.pi / mp.sqrt(mp.mpf(self.g) / mp.mpf(self.L)),
+            "precession_rate": lambda mp: -mp.mpf(self.Om) * mp.sin(mp.mpf(self.lat)),
+            "apsidal_rate": 3 * (self.ex * self.vy - self.ey * self.vx) / 8,
+        }
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -176,7 +152,7 @@ class FoucaultNonlinear(IntegratedCase):
         ex, ey, ez, vx, vy, _vz = self.initial_state
         if ez >= 0:
             return ()
-        length = self.parameters["L"]
+        length = self.L
         start = [length * value for value in (ex, ey, vx, vy)]
         plane: dict[str, Any] = {"initial_state": start, "span": self.span, **self.parameters}
         size = float(length)

@@ -1,18 +1,12 @@
 """The pendulum in Cartesian coordinates: a holonomic constraint with its multiplier."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import pi, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Constrained, Values
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.forms import Constrained
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
-from gnomon.reference.numerics.precision import Number
+from gnomon.cases.declare import *
 from gnomon.reference.pendulums.holonomic_constraint_dae import CartesianPendulum
 
 
@@ -88,19 +82,18 @@ class HolonomicConstraintDae(Case):
         "departure from the constraint x^2 + y^2 = L^2 grows linearly in time, as the drift of `squared_length` shows. "
         "Starts are consistent: x vx + y vy = 0 exactly, as on triangles 3-4-5."
     )
-    state = POINT_IN_A_PLANE
-    parameter_list = (Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),)
-    default_state = ("0.75", "-1", "2", "1.5")
-    domain = Domain(
-        {"g": positive()}
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y")}
-        | {name: Range(typical=(0.0, 0.0)) for name in ("vx", "vy")},
-        (
-            Rule(
-                "the rod's length is not zero (x, y not both 0)", lambda numbers: numbers["x"] != 0 or numbers["y"] != 0
-            ),
-            Rule("the velocity is along the circle (x vx + y vy = 0)", _consistent),
-        ),
+    x = Coordinate("m", "0.75", typical(-2, 2))
+    y = Coordinate("m", "-1", typical(-2, 2))
+    vx = Coordinate("m/s", "2", typical(0, 0))
+    vy = Coordinate("m/s", "1.5", typical(0, 0))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    rules = (
+        Rule("the rod's length is not zero (x, y not both 0)", lambda numbers: numbers["x"] != 0 or numbers["y"] != 0),
+        Rule("the velocity is along the circle (x vx + y vy = 0)", _consistent),
+    )
+    exact_motion = bind(CartesianPendulum)
+    default_span = Span(
+        10.37, lambda motion: None if motion.on_separatrix or motion.rests else motion.period(), otherwise=9
     )
     variants = (
         Variant(
@@ -108,15 +101,16 @@ class HolonomicConstraintDae(Case):
         ),
         Variant("rotation", "turns over the top: the constraint force always acts", initial_state=(3, -4, 16, 12)),
         Variant(
-            "upright", "released 1e-6 rad from the top: the rod pushes for a long time", initial_state=("1e-6", 1, 0, 0)
+            "upright",
+            "released 1e-6 rad from the top: the rod pushes for a long time",
+            initial_state=("1e-6", 1, 0, 0),
+            periods=0.9,
         ),
-        Variant("long_1e3", "1000 periods: departures from the constraint add up"),
+        Variant("long_1e3", "1000 periods: departures from the constraint add up", periods=1000.37),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(cartesian_pendulum_energy),
-        "squared_length": Invariant(squared_length),
-        "radial_velocity": Invariant(radial_velocity),
-    }
+    invariants = conserved(
+        energy=cartesian_pendulum_energy, squared_length=squared_length, radial_velocity=radial_velocity
+    )
     forms = (
         Constrained(
             cartesian_pendulum_equations, force=gravity_in_the_plane, constraint=circle, gradient=circle_gradient
@@ -125,27 +119,13 @@ class HolonomicConstraintDae(Case):
     scene = SCENE
     mirror = ("x", "vx")
 
-    @cached_property
-    def _exact(self) -> CartesianPendulum:
-        return CartesianPendulum(self.parameters["g"], *self.initial_state)
-
-    def motion(self) -> CartesianPendulum:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """sqrt(L/g), the time of a small swing; in fast rotation the time of a radian."""
-        small = sqrt(sqrt(float(self._exact.radius_squared)) / float(self.parameters["g"]))
-        return small if self._exact.on_separatrix else min(small, float(self._exact.period()) / (2 * pi))
+        small = sqrt(sqrt(float(self.exact_motion.radius_squared)) / float(self.g))
+        return small if self.exact_motion.on_separatrix else min(small, float(self.exact_motion.period()) / (2 * pi))
 
-    def natural_span(self) -> Number:
-        """10.37 periods; less than one if released close to the top; 9 sqrt(L/g) on the separatrix and at rest."""
-        if self._exact.on_separatrix or self._exact.rests:
-            return 9 * self.time_scale
-        periods = {"long_1e3": 1000.37, "upright": 0.9}.get(self.variant or "", 10.37)
-        return periods * float(self._exact.period())
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
         """`multiplier`: its value at the start, the rod's tension over mass and length (1/s^2)."""
-        found = {"multiplier": self._exact.multiplier(digits)}
-        return found if self._exact.on_separatrix else found | {"period": self._exact.period(digits)}
+        return ("multiplier",) if self.exact_motion.on_separatrix else ("multiplier", "period")

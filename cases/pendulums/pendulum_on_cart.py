@@ -1,17 +1,11 @@
 """A pendulum under a cart that is free to roll: the centre of mass moves uniformly along the rail."""
 
-from __future__ import annotations
-
-from functools import cached_property
 from math import cos, pi, sin, sqrt
-from typing import Any, ClassVar
 
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.cart_scene import CART_PENDULUM
-from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase
+from gnomon.cases.scenes.cart import CART_PENDULUM
 from gnomon.reference.pendulums.light_cart import LightCart
 from gnomon.reference.pendulums.pendulum_on_cart import CartPendulum
 
@@ -42,6 +36,12 @@ def _swings(n: Any) -> bool:
     return CartPendulum(n["g"], n["m"], n["M"], n["L"], n["x"], n["theta"], n["vx"], n["omega"]).swings
 
 
+def _motion(case: "PendulumOnCart") -> Any:  # LightCart is no WellMotion
+    moves = case.theta != 0 or case.omega != 0
+    kind = LightCart if case.m > case.M and moves else CartPendulum
+    return kind(*case.parameter_values(), *case.initial_state)
+
+
 class PendulumOnCart(WellCase):
     name = "pendulum_on_cart"
     title = "Pendulum on a cart that is free to roll"
@@ -50,32 +50,16 @@ class PendulumOnCart(WellCase):
         "[inferred] The book names the system; the model is a point mass m on a massless rod L, hinged to a cart M on a "
         "smooth straight rail. theta from the downward vertical; the pendulum swings and does not turn over."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("vx", "m/s", "velocity"),
-        Coordinate("omega", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m", "kg", 1, "mass of the pendulum"),
-        Parameter("M", "kg", 2, "mass of the cart"),
-        Parameter("L", "m", 1, "length of the rod"),
-    )
-    default_state = (0, 2, "0.3", 0)
-    domain = Domain(
-        {
-            "g": positive(1.0, 10.0),
-            "m": positive(0.2, 1.0),
-            "M": positive(2.0, 5.0),
-            "L": positive(0.5, 2.0),
-            "x": Range(typical=(-2.0, 2.0)),
-            "theta": Range(low=-pi, high=pi, typical=(-1.0, 1.0)),
-            "vx": Range(typical=(-2.0, 2.0)),
-            "omega": Range(typical=(-1.0, 1.0)),
-        },
-        (Rule("the energy is below that at the top (the pendulum swings)", _swings),),
-    )
+    x = Coordinate("m", 0, typical(-2, 2))
+    theta = Coordinate("rad", 2, Range(low=-pi, high=pi, typical=(-1.0, 1.0)))
+    vx = Coordinate("m/s", "0.3", typical(-2, 2))
+    omega = Coordinate("rad/s", 0, typical(-1, 1))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    m = Parameter("kg", 1, "mass of the pendulum", positive(0.2, 1))
+    M = Parameter("kg", 2, "mass of the cart", positive(2, 5))
+    L = Parameter("m", 1, "length of the rod", positive(0.5, 2))
+    rules = (Rule("the energy is below that at the top (the pendulum swings)", _swings),)
+    exact_motion = bind(_motion)
     variants = (
         Variant(
             "light_cart",
@@ -89,40 +73,31 @@ class PendulumOnCart(WellCase):
             span="4.1",
         ),
         Variant("heavy_cart", "M = 1e8 m: the cart moves by 1e-8 of the swing", {"M": 10**8}, (0, 2, 0, 0)),
-        Variant("long_1e4", "10,000 periods: phase error beside a drift of 8e3 m"),
+        Variant("long_1e4", "10,000 periods: phase error beside a drift of 8e3 m", periods=10000.37),
     )
-    invariants: ClassVar = {"energy": Invariant(cart_energy), "momentum": Invariant(cart_momentum)}
+    invariants = conserved(energy=cart_energy, momentum=cart_momentum)
     forms = (FirstOrder(cart_equations),)
     scene = CART_PENDULUM
     reversal = ("vx", "omega")
-
-    _PERIODS: ClassVar = {"long_1e4": 10000.37}
-
-    @cached_property
-    def _exact(self) -> CartPendulum | LightCart:  # type: ignore[override]
-        _g, m, M, _length = self.parameter_values()
-        numbers = (*self.parameter_values(), *self.initial_state)
-        moves = self.initial_state[1] != 0 or self.initial_state[3] != 0
-        return LightCart(*numbers) if m > M and moves else CartPendulum(*numbers)
 
     @property
     def fastest_time(self) -> float:
         """The time in which the pendulum turns by sqrt(M/m) rad at the bottom, where a light cart moves fast."""
         rate = self._bottom_rate()
-        m, M = float(self.parameters["m"]), float(self.parameters["M"])
+        m, M = float(self.m), float(self.M)
         return min(self.time_scale, sqrt(M / m) / rate) if rate else self.time_scale
 
     def _bottom_rate(self) -> float:
         """theta' at the bottom, from the energy (rad/s)."""
-        if self._exact.rests:
+        if self.exact_motion.rests:
             return 0.0
         g, m, M, length = map(float, self.parameter_values())
-        return 2 * sin(float(self._exact.turning_points()[1]) / 2) * sqrt(g * (M + m) / (M * length))
+        return 2 * sin(float(self.exact_motion.turning_points()[1]) / 2) * sqrt(g * (M + m) / (M * length))
 
     def scales(self) -> dict[str, float]:
         """On a grid, and at the bottom, where the speeds have a peak that may be narrower than the grid spacing."""
         found = accuracy.grid_scales(self)
-        if not self._exact.rests and self.span >= self._exact.period() / 2:
+        if not self.exact_motion.rests and self.span >= self.exact_motion.period() / 2:
             _g, m, M, length = map(float, self.parameter_values())
             arm, rate, (_, theta, vx, omega) = m * length / (M + m), self._bottom_rate(), map(float, self.initial_state)
             found["angular velocity"] = rate

@@ -1,18 +1,12 @@
 """A pendulum with drag proportional to the square of its speed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import sin, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Body, Force, Hinge, Readings, Scene, SceneForm, Vector
+from gnomon.cases.declare import *
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.reference.numerics.precision import Number, exact
 from gnomon.reference.pendulums.pendulum_quadratic_damping import DampedPendulum
@@ -98,27 +92,18 @@ class PendulumQuadraticDamping(Case):
         "pendulum comes to rest: an event. v^2 = K exp(-2 c theta) + A (cos theta - 2 c sin theta), A = 2 w2/(1 + 4 c^2), "
         "while v > 0; time by quadrature between these events."
     )
-    state = (Coordinate("theta", "rad", "angle"), Coordinate("v", "rad/s", "angular velocity"))
-    parameter_list = (
-        Parameter("w2", "1/s^2", "9.81", "g/L"),
-        Parameter("c", "1", "0.1", "drag on the bob over m L theta'^2"),
+    theta = Coordinate("rad", "2.5", Range(-1e9, 1e9, typical=(-2.5, 2.5)))
+    v = Coordinate("rad/s", 0, typical(-8, 8))
+    w2 = Parameter("1/s^2", "9.81", "g/L", positive(1, 10))
+    c = Parameter(
+        "1", "0.1", "drag on the bob over m L theta'^2", Range(low=0.0, high=4.0, low_open=True, typical=(0.02, 0.5))
     )
-    default_state = ("2.5", 0)
-    domain = Domain(
-        {
-            "w2": positive(1.0, 10.0),
-            "c": Range(low=0.0, high=4.0, low_open=True, typical=(0.02, 0.5)),
-            # beyond it, binary64 hardly resolves the position between two tops
-            "theta": Range(-1e9, 1e9, typical=(-2.5, 2.5)),
-            "v": Range(typical=(-8.0, 8.0)),
-        },
-        (
-            Rule("w2 theta^2 + v^2 >= 1e-30 w2 (the pendulum swings by 1e-15 rad or more)", _moves),
-            Rule(
-                "v = 0 or v^2 >= 1e-100 w2 (it starts at rest, or at 1e-50 of its natural rate or more)", _not_too_slow
-            ),
-        ),
+    rules = (
+        Rule("w2 theta^2 + v^2 >= 1e-30 w2 (the pendulum swings by 1e-15 rad or more)", _moves),
+        Rule("v = 0 or v^2 >= 1e-100 w2 (it starts at rest, or at 1e-50 of its natural rate or more)", _not_too_slow),
     )
+    exact_motion = bind(DampedPendulum)
+    default_span = Span(10, "rest")
     variants = (
         Variant("turns", "turns over the top 5 times before it swings", {"c": "0.05"}, (0, 20)),
         Variant("weak", "c = 1e-8: nearly undamped, turning points differ by 1e-8", {"c": "1e-8"}),
@@ -128,76 +113,63 @@ class PendulumQuadraticDamping(Case):
             "thrown 1e-9 too fast to stop at the top: passes it slowly, then turns round",
             {"w2": 1, "c": "0.125"},
             (0, 2.45170962707798 * (1 + 1e-9)),
+            periods=2,
         ),
         Variant(
             "just_under",
             "thrown 1e-9 too slowly: comes to rest 4e-5 rad before the top and falls back",
             {"w2": 1, "c": "0.125"},
             (0, 2.45170962707798 * (1 - 1e-9)),
+            periods=2,
         ),
-        Variant("upright", "released at rest 1e-9 rad from the top", initial_state=("3.14159265458979", 0)),
-        Variant("many", "60 half swings: amplitudes fall as 1/n, not exponentially"),
+        Variant("upright", "released at rest 1e-9 rad from the top", initial_state=("3.14159265458979", 0), periods=3),
+        Variant("many", "60 half swings: amplitudes fall as 1/n, not exponentially", periods=60),
     )
-    invariants: ClassVar = {"energy": Invariant(dragged_energy, "decays")}
+    invariants = decaying(energy=dragged_energy)
     scene = SCENE
-
-    _RESTS: ClassVar = {"many": 60, "just_over": 2, "just_under": 2, "upright": 3}
-
-    @cached_property
-    def _exact(self) -> DampedPendulum:
-        return DampedPendulum(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> DampedPendulum:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("forward", dragged_swing, (1.0,)), Mode("backward", dragged_swing, (-1.0,))),
-                start=swing_mode,
-                transitions=(
-                    Transition("rest", "forward", swing_rate, -1, at_rest, "backward"),
-                    Transition("rest", "backward", swing_rate, 1, at_rest, "forward"),
-                ),
-                settle=1e-9 * self.time_scale,
+    forms = (
+        Hybrid(
+            modes=(Mode("forward", dragged_swing, (1.0,)), Mode("backward", dragged_swing, (-1.0,))),
+            start=swing_mode,
+            transitions=(
+                Transition("rest", "forward", swing_rate, -1, at_rest, "backward"),
+                Transition("rest", "backward", swing_rate, 1, at_rest, "forward"),
             ),
-        )
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """1/sqrt(w2), the time of a small swing; the time of a radian at the start if that is shorter."""
-        w2, _c = map(float, self.parameter_values())
-        return 1 / max(math.sqrt(w2), abs(float(self.initial_state[1])))
+        return 1 / max(math.sqrt(float(self.w2)), abs(float(self.v)))
 
     def natural_span(self) -> Number:
         """Until the pendulum has come to rest ten times, and 0.37 of a small half swing more."""
-        wanted = self._RESTS.get(self.variant or "", 10)
-        half = math.pi / math.sqrt(float(self.parameters["w2"]))
-        return float(self._exact.turning_point(wanted)[0]) + 0.37 * half
+        half = math.pi / math.sqrt(float(self.w2))
+        return float(self.exact_motion.turning_point(int(self.periods))[0]) + 0.37 * half
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
         """The times at which the pendulum comes to rest: at most one in the time of a small half swing."""
-        self._few(float(self.span) * math.sqrt(float(self.parameters["w2"])) / math.pi, MOST_RESTS)
+        self.limit_events(float(self.span) * math.sqrt(float(self.w2)) / math.pi, MOST_RESTS)
         found: list[Event] = []
         while True:
-            time, angle = self._exact.turning_point(len(found) + 1, digits)
+            time, angle = self.exact_motion.turning_point(len(found) + 1, digits)
             if time > self.span:
                 return tuple(found)
             found.append(Event(time, "rest", (angle, mpf(0)), (angle, mpf(0))))
 
     def same_course(self, other: Case) -> bool:
         theirs = DampedPendulum(*other.parameter_values(), *other.initial_state)
-        return (theirs.forward, theirs.turns) == (self._exact.forward, self._exact.turns)
+        return (theirs.forward, theirs.turns) == (self.exact_motion.forward, self.exact_motion.turns)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`turns`: how often it passes the top before it swings. The first two amplitudes: they differ by (4/3) c a^2 or so."""
-        time, first = self._exact.turning_point(1, digits)
-        found = {"turns": mpf(self._exact.turns), "first_rest": first, "first_rest_time": time}
-        return found | {"second_rest": self._exact.turning_point(2, digits)[1]}
+    def derived(self, digits: int) -> dict[str, Any]:
+        """`turns`: passages over the top before it swings. The first two amplitudes: they differ by (4/3) c a^2 or so."""
+        motion, (time, first) = self.exact_motion, self.exact_motion.turning_point(1, digits)
+        second = motion.turning_point(2, digits)[1]
+        return {"turns": motion.turns, "first_rest": first, "first_rest_time": time, "second_rest": second}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
         """Without drag."""
-        free = PendulumSimple(initial_state=self.initial_state, span=self.span, g=self.parameters["w2"], L=1)
+        free = PendulumSimple(initial_state=self.initial_state, span=self.span, g=self.w2, L=1)
         return (Level(free, same, "no drag: the pendulum"),)

@@ -1,23 +1,18 @@
 """The spherical pendulum in angles. With phi -> phi - Om t it is also the nonlinear Foucault pendulum at the pole."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from fractions import Fraction
-from functools import cached_property
 from math import cos, sin
-from typing import Any, ClassVar
 
+import mpmath
 import numpy as np
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.case import Floats
+from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 from gnomon.cases.orbits.central_force import CentralForceConservation
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
-from gnomon.cases.pendulums.spherical_cartesian import CARTESIAN
-from gnomon.cases.pendulums.spherical_scene import SCENE
-from gnomon.reference.numerics.precision import Number
+from gnomon.cases.pendulums.spherical_cartesian import CARTESIAN, from_the_sphere, on_the_sphere
 from gnomon.reference.rigid_bodies.lagrange_top import SphericalPendulum
 
 
@@ -45,77 +40,65 @@ def spherical_energy(t: Any, state: Values, parameters: Values) -> Values:
     return (omega * omega / 2 + h * h / (2 * s * s) + 2 * g / length * half * half,)
 
 
+def ball_joint_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+    """A point mass on a ball joint at the origin; at the lowest point, where the azimuth is not defined, it starts at rest."""
+    g, length, _h = parameters
+    placed = on_the_sphere(mpmath.fp, state, parameters) if sin(state[0]) else (0.0, 0.0, -length, 0.0, 0.0, 0.0)
+    x, y, z, vx, vy, vz = map(float, placed)
+    bob = Body("bob", 1.0, (0.0, 0.0, 0.0), (x, y, z), velocity=(vx, vy, vz))
+    return Scene((0.0, 0.0, -g), (bob,))
+
+
+def ball_joint_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+    position, _, velocity, _ = readings.bodies["bob"]
+    return tuple(map(float, from_the_sphere(np.array([*position, *velocity]), parameters)))
+
+
+SCENE = SceneForm(ball_joint_scene, ball_joint_reading, frozenset({"ball_joint"}))
+
+
 class SphericalPendulumCase(Case):
     name = "spherical_pendulum"
     title = "Spherical pendulum"
     section = "6.17, 11.10"
     conventions = "theta from the downward vertical; h = sin^2(theta) phi' is constant and not zero; phi continuous."
-    state = (
-        Coordinate("theta", "rad", "angle", "tilt"),
-        Coordinate("omega", "rad/s", "angular velocity"),
-        Coordinate("phi", "rad", "angle", "azimuth"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("L", "m", 1, "length of the rod"),
-        Parameter("h", "1/s", "0.5", "sin^2(theta) phi', momentum about the vertical over m L^2"),
-    )
-    default_state = (1, 0, 0)
-    domain = Domain(
-        {
-            "g": positive(),
-            "L": positive(),
-            "h": Range(typical=(-5.0, 5.0)),
-            "theta": Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0)),
-            "omega": Range(typical=(-5.0, 5.0)),
-        },
-        (Rule("h is not 0 (a plane swing is the case pendulum_simple)", lambda n: n["h"] != 0),),
-    )
+    theta = Coordinate("rad", 1, Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0)), group="tilt")
+    omega = Coordinate("rad/s", 0, typical(-5, 5))
+    phi = Coordinate("rad", 0, group="azimuth")
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    L = Parameter("m", 1, "length of the rod", positive())
+    h = Parameter("1/s", "0.5", "sin^2(theta) phi', momentum about the vertical over m L^2", typical(-5, 5))
+    rules = (Rule("h is not 0 (a plane swing is the case pendulum_simple)", lambda n: n["h"] != 0),)
+    exact_motion = bind(SphericalPendulum)
+    default_span = Span(10.37, lambda motion: motion.nutation_period(20) or 1)
+    quantity_names = ("polar_period=nutation_period", "azimuth_advance=precession_per_nutation")
+    """`azimuth_advance`: the growth of phi in a polar period (rad); pi in the limit of a thin ellipse."""
     variants = (
         Variant(
-            "near_pole", "h = 1e-6: passes 3e-7 rad from the lowest point, where phi changes fast by pi", {"h": "1e-6"}
+            "near_pole",
+            "h = 1e-6: passes 3e-7 rad from the lowest point, where phi changes fast by pi",
+            {"h": "1e-6"},
+            periods=3.37,
         ),
         Variant("over_the_top", "passes close to both poles", {"h": "0.01"}, (1, 7, 0)),
         Variant("conical", "a circle up to 1e-6: two roots nearly coincide", {"h": "3.01713"}),
         Variant("thin_ellipse", "amplitude 0.01: precesses by (3/8)(ab/L^2) per radian", {"h": "1e-5"}, ("0.01", 0, 0)),
         Variant("upper_half", "starts above the point of suspension", {"h": 1}, ("2.5", 1, 0)),
-        Variant("long_1e4", "10,000 polar periods: phase error"),
+        Variant("long_1e4", "10,000 polar periods: phase error", periods=10000.37),
     )
-    invariants: ClassVar = {"energy": Invariant(spherical_energy)}
+    invariants = conserved(energy=spherical_energy)
     forms = (FirstOrder(spherical_equations),)
     scene = SCENE
     reversal = ("omega", "h")
     formulations = (CARTESIAN,)
 
-    _CYCLES: ClassVar[dict[str, str]] = {"long_1e4": "10000.37", "near_pole": "3.37"}
-
-    def motion(self) -> SphericalPendulum:
-        return self._exact
-
-    @cached_property
-    def _exact(self) -> SphericalPendulum:
-        return SphericalPendulum(*self.parameter_values(), *self.initial_state)
-
     @property
     def time_scale(self) -> float:
         """The time of a small swing, or of a radian of the azimuth where that is fastest, close to a pole."""
         g, length, h = map(float, self.parameter_values())
-        low, high = self._exact.heights(30) or (0, 0)
+        low, high = self.exact_motion.heights(30) or (0, 0)
         nearest = min(float((1 - low) * (1 + low)), float((1 - high) * (1 + high)))
         return 1 / max(math.sqrt(g / length), abs(h) / nearest)
-
-    def natural_span(self) -> Number:
-        """10.37 polar periods."""
-        cycles = float(self._CYCLES.get(self.variant or "", "10.37"))
-        return float(self._exact.nutation_period(20) or 1) * cycles
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`azimuth_advance`: by how much phi grows in a polar period (rad); pi in the limit of a thin ellipse."""
-        motion = self._exact
-        return {
-            "polar_period": motion.nutation_period(digits),
-            "azimuth_advance": motion.precession_per_nutation(digits),
-        }
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -1,20 +1,16 @@
 """The spring pendulum: a point mass that swings on a spring."""
 
-from __future__ import annotations
-
 import math
 from math import cos, sin, sqrt
-from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.case import Floats, Invariant, Level, Variant
-from gnomon.cases.core.forms import Separable, Values
+from gnomon.cases.core.case import Floats
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.point_scene import UP, free_point
+from gnomon.cases.declare import *
 from gnomon.cases.oscillators.small_vibrations import SmallVibrations
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.cases.scenes.point import UP, free_point
+from gnomon.reference.numerics.precision import publish, working
 
 
 def spring_pendulum_acceleration(t: Any, q: Values, parameters: Values) -> Values:
@@ -51,42 +47,37 @@ class SpringPendulum(IntegratedCase):
     title = "Spring pendulum (no closed form; certified Taylor)"
     section = "11.9"
     conventions = "x right and y up from the pivot; the spring pushes when compressed; the mass never passes the pivot."
-    state = POINT_IN_A_PLANE
-    parameter_list = (
-        Parameter("m", "kg", 1, "mass"),
-        Parameter("k", "N/m", 40, "stiffness of the spring"),
-        Parameter("L", "m", 1, "length of the spring at rest"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-    )
-    default_state = (1, "-0.5", 0, 0)
-    domain = Domain(
-        {"m": positive(0.5, 2.0), "k": positive(20.0, 100.0), "L": positive(0.5, 1.5), "g": positive(5.0, 12.0)}
-        | {"x": Range(typical=(0.5, 1.5)), "y": Range(typical=(-1.5, -0.5))}
-        | {name: Range(typical=(-1.0, 1.0)) for name in ("vx", "vy")},
-        (Rule("the mass is not at the pivot", lambda numbers: numbers["x"] != 0 or numbers["y"] != 0),),
-    )
+    x = Coordinate("m", 1, typical(0.5, 1.5))
+    y = Coordinate("m", "-0.5", typical(-1.5, -0.5))
+    vx = Coordinate("m/s", 0, typical(-1, 1))
+    vy = Coordinate("m/s", 0, typical(-1, 1))
+    m = Parameter("kg", 1, "mass", positive(0.5, 2))
+    k = Parameter("N/m", 40, "stiffness of the spring", positive(20, 100))
+    L = Parameter("m", 1, "length of the spring at rest", positive(0.5, 1.5))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 12))
+    rules = (Rule("the mass is not at the pivot", lambda numbers: numbers["x"] != 0 or numbers["y"] != 0),)
+    default_span = Span(12.3, "time scale")
     variants = (
         Variant(
             "resonance",
             "k L = 3 m g: the spring's frequency is twice the swing's, and energy passes between them",
             {"k": "29.43"},
             ("0.05", "-1.4", 0, 0),
+            periods=30,
         ),
         Variant(
             "stiff",
             "k = 1e4: nearly a rod, with a fast vibration of 1e-3 of its length",
             {"k": 10**4},
             ("0.8", "-0.6", 0, 0),
+            periods=3.3,
         ),
         Variant("vertical", "vertical motion only: x stays exactly zero", initial_state=(0, -1, 0, 0)),
     )
-    invariants: ClassVar = {"energy": Invariant(spring_pendulum_energy)}
+    invariants = conserved(energy=spring_pendulum_energy)
     forms = (Separable(spring_pendulum_acceleration, spring_pendulum_potential),)
     scene = SCENE
-    reversal = ("vx", "vy")
     mirror = ("x", "vx")
-
-    _SCALES: ClassVar = {"resonance": 30, "stiff": 3.3}
 
     @property
     def time_scale(self) -> float:
@@ -96,11 +87,7 @@ class SpringPendulum(IntegratedCase):
 
     @property
     def fastest_time(self) -> float:
-        m, k, _, _ = map(float, self.parameter_values())
-        return min(self.time_scale, sqrt(m / k))
-
-    def natural_span(self) -> Number:
-        return self._SCALES.get(self.variant or "", 12.3) * self.time_scale
+        return min(self.time_scale, sqrt(float(self.m) / float(self.k)))
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """Length in equilibrium (m), and the frequencies of small swings and of the spring (rad/s)."""

@@ -1,17 +1,12 @@
 """The swinging Atwood machine: a hanging mass pulls the string of a pendulum over a pulley."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import cos, sin, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.case import Invariant
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.core.rope_scene import SWINGING
-from gnomon.reference.numerics.precision import Number
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.rope import SWINGING
 
 
 def swinging_atwood_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -44,27 +39,13 @@ class SwingingAtwood(IntegratedCase):
         "r from the pulley (a point) to the swinging mass, theta from the downward vertical; mu is the hanging mass "
         "over the swinging one. Integrable only at mu = 3."
     )
-    state = (
-        Coordinate("r", "m", "length"),
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("vr", "m/s", "velocity"),
-        Coordinate("w", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("mu", "1", "2.5", "hanging mass over swinging mass"),
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-    )
-    default_state = (1, "1.5", 0, 0)
-    domain = Domain(
-        {
-            "mu": positive(1.0, 4.0),
-            "g": positive(5.0, 12.0),
-            "r": positive(1.0, 2.0),
-            "theta": Range(typical=(-1.5, 1.5)),
-            "vr": Range(typical=(-0.2, 0.2)),
-            "w": Range(typical=(-1.0, 1.0)),
-        }
-    )
+    r = Coordinate("m", 1, positive(1, 2))
+    theta = Coordinate("rad", "1.5", typical(-1.5, 1.5))
+    vr = Coordinate("m/s", 0, typical(-0.2, 0.2))
+    w = Coordinate("rad/s", 0, typical(-1, 1))
+    mu = Parameter("1", "2.5", "hanging mass over swinging mass", positive(1, 4))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 12))
+    default_span = Span(14.3, "time scale")
     variants = (
         Variant("integrable", "mu = 3: a second integral exists", {"mu": 3}, (1, "1.5", 0, "0.5")),
         Variant(
@@ -78,23 +59,18 @@ class SwingingAtwood(IntegratedCase):
     scene = SWINGING
     reversal = ("vr", "w")
 
-    _ENERGY: ClassVar = {"energy": Invariant(swinging_atwood_energy)}
-
     @property
     def invariants(self) -> Mapping[str, Invariant]:  # type: ignore[override]
         """The energy; with mu = 3 a second one."""
-        second = {"tufillaro": Invariant(tufillaro_integral)} if self.parameters["mu"] == 3 else {}
-        return self._ENERGY | second
+        energy = conserved(energy=swinging_atwood_energy)
+        return energy | conserved(tufillaro=tufillaro_integral) if self.mu == 3 else energy
 
     @property
     def time_scale(self) -> float:
         """A third of sqrt(r/g): the string becomes short during the motion."""
-        return sqrt(float(self.initial_state[0]) / float(self.parameters["g"])) / 3
+        return sqrt(float(self.r) / float(self.g)) / 3
 
     @property
     def fastest_time(self) -> float:
         """The time of a radian at r/sqrt(mu) from the pulley, which the mass passes if mu is large."""
-        return self.time_scale / max(1.0, sqrt(float(self.parameters["mu"])) / 2)
-
-    def natural_span(self) -> Number:
-        return 14.3 * self.time_scale
+        return self.time_scale / max(1.0, sqrt(float(self.mu)) / 2)

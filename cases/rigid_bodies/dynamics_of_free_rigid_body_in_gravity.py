@@ -1,27 +1,19 @@
 """A rigid body thrown in uniform gravity."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Mapping
-from functools import cached_property
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Equations, FirstOrder, Values, euler_equations
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
+from gnomon.cases.core.forms import Equations, euler_equations
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.euler_top import (
-    ORTHOGONAL,
     TRIANGLE,
-    EulerTopCase,
     momentum_x,
     momentum_y,
     momentum_z,
     spinning,
     twice_energy,
 )
-from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_scene, in_body, matrix
+from gnomon.cases.scenes.attitude import euler_top_scene, in_body, matrix
 from gnomon.reference.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import FreeBody
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 
@@ -88,21 +80,28 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
         "z up; x, y, z of the centre of mass. w are body components; R, row by row, takes body components to space, "
         "R' = R hat(w). R(0) need not be orthogonal."
     )
-    state = (
-        *(Coordinate(axis, "m", "length") for axis in "xyz"),
-        *(Coordinate(f"v{axis}", "m/s", "velocity") for axis in "xyz"),
-        *EulerTopCase.state,
-    )
-    parameter_list = (Parameter("g", "m/s^2", "9.81", "acceleration of gravity"), *EulerTopCase.parameter_list)
-    default_state = (0, 0, 1, 3, 0, 8, *spinning(4, "0.5", 1))
-    domain = Domain(
-        {"g": Range(low=0.0, typical=(0.0, 20.0))}
-        | {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
-        | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)},
-        (TRIANGLE,),
+    x = Coordinate("m", 0)
+    y = Coordinate("m", 0)
+    z = Coordinate("m", 1)
+    vx = Coordinate("m/s", 3)
+    vy = Coordinate("m/s", 0)
+    vz = Coordinate("m/s", 8)
+    w1 = Coordinate("rad/s", 4, typical(-2, 2))
+    w2 = Coordinate("rad/s", "0.5", typical(-2, 2))
+    w3 = Coordinate("rad/s", 1, typical(-2, 2))
+    attitude = Attitude()
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", nonnegative(0, 20))
+    I1 = Parameter("kg m^2", 2, "principal moment of inertia", positive(0.8, 1.5))
+    I2 = Parameter("kg m^2", 3, "principal moment of inertia", positive(0.8, 1.5))
+    I3 = Parameter("kg m^2", 4, "principal moment of inertia", positive(0.8, 1.5))
+    rules = (TRIANGLE,)
+    exact_motion = bind(
+        lambda c: FreeBody(
+            c.g, (c.x, c.y, c.z), (c.vx, c.vy, c.vz), EulerTop((c.I1, c.I2, c.I3), (c.w1, c.w2, c.w3), c.attitude)
+        )
     )
     default_span = "1.7"
+    quantity_names = ("precession_rate=body.precession",)
     variants = (
         Variant(
             "racket",
@@ -113,32 +112,20 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
         Variant("no_gravity", "g = 0: a straight line", {"g": 0}),
         Variant("high", "falls for 100 s: 43 turns in one fall", span=100),
     )
-    invariants: ClassVar[Mapping[str, Invariant]] = {
-        "energy": Invariant(thrown_energy),
-        "twice_spin_energy": Invariant(thrown_spin_energy),
-        "upward_velocity": Invariant(thrown_velocity),
-        "momentum_x": Invariant(of_the_rotation(momentum_x)),
-        "momentum_y": Invariant(of_the_rotation(momentum_y)),
-        "momentum_z": Invariant(of_the_rotation(momentum_z)),
-    }
+    invariants = conserved(
+        energy=thrown_energy,
+        twice_spin_energy=thrown_spin_energy,
+        upward_velocity=thrown_velocity,
+        momentum_x=of_the_rotation(momentum_x),
+        momentum_y=of_the_rotation(momentum_y),
+        momentum_z=of_the_rotation(momentum_z),
+    )
     forms = (FirstOrder(thrown_body),)
     scene = SCENE
     reversal = ("vx", "vy", "vz", "w1", "w2", "w3")
-
-    @cached_property
-    def _exact(self) -> FreeBody:
-        g, i1, i2, i3 = self.parameter_values()
-        x, y, z, vx, vy, vz, w1, w2, w3, *attitude = self.initial_state
-        return FreeBody(g, (x, y, z), (vx, vy, vz), EulerTop((i1, i2, i3), (w1, w2, w3), tuple(attitude)))
-
-    def motion(self) -> FreeBody:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """One radian at the initial rate."""
         rate = math.hypot(*map(float, self.initial_state[6:9]))
         return min(1 / rate, 1.0) if rate else 1.0
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        return {"precession_rate": self._exact.body.precession(digits)}

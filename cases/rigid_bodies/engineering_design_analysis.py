@@ -1,18 +1,12 @@
 """A flyball governor whose spindle spins freely."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import cos, pi, sin
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.cases.guided.free_azimuth import FreeAzimuthCase
-from gnomon.cases.guided.pendulum_on_hoop_scene import GOVERNOR
+from gnomon.cases.scenes.hoop import GOVERNOR
 from gnomon.reference.guided.free_azimuth import Governor
 
 
@@ -50,9 +44,8 @@ def governor_momentum(t: Any, state: Values, parameters: Values) -> Values:
     return ((inertia + 2 * m * length * length * sine * sine) * spin,)
 
 
-def _motion(n: Mapping[str, Fraction]) -> Governor:
-    names = ("g", "m", "M", "L", "I", "theta", "phi", "rate", "spin")
-    return Governor(*(n[name] for name in names))
+def _swings(n: Mapping[str, Fraction]) -> bool:
+    return bool(EngineeringDesignAnalysis.motion_of(n).swings)
 
 
 class EngineeringDesignAnalysis(FreeAzimuthCase):
@@ -66,28 +59,17 @@ class EngineeringDesignAnalysis(FreeAzimuthCase):
         "spindle, a ball m on each, two links of the same length down to a sleeve M, and a spindle and rotor of moment "
         "I. theta from the spindle downward, phi the azimuth; no torque acts about the spindle."
     )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m", "kg", 1, "mass of each ball"),
-        Parameter("M", "kg", 2, "mass of the sleeve"),
-        Parameter("L", "m", "0.25", "length of an arm"),
-        Parameter("I", "kg m^2", "0.05", "moment of inertia of spindle and rotor"),
-    )
-    default_state = ("0.9", 0, 0, 16)
-    domain = Domain(
-        {
-            "g": positive(9.0, 10.0),
-            "m": positive(1.0, 2.0),
-            "M": Range(low=0.0, typical=(0.0, 2.0)),
-            "L": positive(0.25, 0.3),
-            "I": positive(0.05, 0.1),
-            "theta": Range(low=-pi, high=pi, typical=(0.8, 1.1)),
-            "phi": Range(typical=(-3.0, 3.0)),
-            "rate": Range(typical=(-0.3, 0.3)),
-            "spin": Range(typical=(14.0, 16.0)),
-        },
-        (Rule("the energy is below that with the arms straight up (the arms swing)", lambda n: _motion(n).swings),),
-    )
+    theta = Coordinate("rad", "0.9", Range(low=-pi, high=pi, typical=(0.8, 1.1)))
+    phi = Coordinate("rad", 0, typical(-3, 3))
+    rate = Coordinate("rad/s", 0, typical(-0.3, 0.3))
+    spin = Coordinate("rad/s", 16, typical(14, 16))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(9, 10))
+    m = Parameter("kg", 1, "mass of each ball", positive(1, 2))
+    M = Parameter("kg", 2, "mass of the sleeve", nonnegative(0, 2))
+    L = Parameter("m", "0.25", "length of an arm", positive(0.25, 0.3))
+    I = Parameter("kg m^2", "0.05", "moment of inertia of spindle and rotor", positive(0.05, 0.1))
+    rules = (Rule("the energy is below that with the arms straight up (the arms swing)", _swings),)
+    exact_motion = bind(Governor, sleeve="M", length="L", inertia="I")
     variants = (
         Variant("watt", "no sleeve: Watt's governor", {"M": 0}, ("0.9", 0, 0, 9)),
         Variant(
@@ -115,14 +97,10 @@ class EngineeringDesignAnalysis(FreeAzimuthCase):
             {},
             ("0.2", 0, "-1.5", 12),
         ),
-        Variant("long_1e4", "10,000 swings and 16,000 turns: phase errors of both", {}),
+        Variant("long_1e4", "10,000 swings and 16,000 turns: phase errors of both", periods=10000.37),
     )
-    invariants: ClassVar = {"energy": Invariant(governor_energy), "momentum": Invariant(governor_momentum)}
+    invariants = conserved(energy=governor_energy, momentum=governor_momentum)
     forms = (FirstOrder(governor_equations),)
     scene = GOVERNOR
 
     _DRIVEN = "constant spin: a spindle that the arms do not slow"
-
-    @cached_property
-    def _exact(self) -> Governor:
-        return _motion(self.numbers)

@@ -1,19 +1,15 @@
 """The torque-free rigid body, with its attitude."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from fractions import Fraction
 from math import sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import RigidBody, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.forms import RigidBody
 from gnomon.cases.core.turning import Turning
-from gnomon.cases.rigid_bodies.euler_top_scene import SCENE
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.attitude import SCENE
+from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 
 TURN = 2 * math.pi
@@ -67,11 +63,8 @@ TRIANGLE = Rule("the triangle inequality I1 + I2 >= I3, I2 + I3 >= I1, I3 + I1 >
 
 
 def spinning(w1: Number, w2: Number, w3: Number) -> tuple[Number, ...]:
-    """The initial state with these body rates and the body axes along those of space."""
+    """The initial state with these body rates, the body axes along the axes of space."""
     return (w1, w2, w3, 1, 0, 0, 0, 1, 0, 0, 0, 1)
-
-
-ORTHOGONAL = Range(typical=(-1.0, 1.0))
 
 
 class EulerTopCase(Case):
@@ -82,23 +75,17 @@ class EulerTopCase(Case):
         "w are body components; R, row by row, takes body components to space, R' = R hat(w), hat(w) v = w x v. "
         "R(0) need not be orthogonal."
     )
-    state = (
-        *(Coordinate(f"w{i}", "rad/s", "angular velocity") for i in (1, 2, 3)),
-        *(Coordinate(f"R{i}{j}", "1", "attitude") for i in (1, 2, 3) for j in (1, 2, 3)),
-    )
-    parameter_list = (
-        Parameter("I1", "kg m^2", 2, "principal moment of inertia"),
-        Parameter("I2", "kg m^2", 3, "principal moment of inertia"),
-        Parameter("I3", "kg m^2", 4, "principal moment of inertia"),
-    )
-    default_state = spinning(1, "0.6", "0.3")
+    w1 = Coordinate("rad/s", 1, typical(-2, 2))
+    w2 = Coordinate("rad/s", "0.6", typical(-2, 2))
+    w3 = Coordinate("rad/s", "0.3", typical(-2, 2))
+    attitude = Attitude()
+    I1 = Parameter("kg m^2", 2, "principal moment of inertia", positive(0.8, 1.5))
+    I2 = Parameter("kg m^2", 3, "principal moment of inertia", positive(0.8, 1.5))
+    I3 = Parameter("kg m^2", 4, "principal moment of inertia", positive(0.8, 1.5))
+    rules = (TRIANGLE,)
+    exact_motion = bind(EulerTop, moments="I1 I2 I3", rates="w1 w2 w3")
+    default_span = Span(10.37, "period in the body")
     turning = Turning(tuple((f"R1{j}", f"R2{j}", f"R3{j}") for j in (1, 2, 3)))
-    domain = Domain(
-        {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
-        | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)},
-        (TRIANGLE,),
-    )
     variants = (
         Variant(
             "flips_1e6",
@@ -148,25 +135,21 @@ class EulerTopCase(Case):
             {"I1": 1, "I2": 2, "I3": 3},
             spinning(1, "0.6", 0),
             scored=("angular velocity",),
+            periods=100.37,
         ),
     )
-    invariants: ClassVar[Mapping[str, Invariant]] = {
-        "twice_energy": Invariant(twice_energy),
-        "momentum": Invariant(momentum_size),
-        "momentum_x": Invariant(momentum_x),
-        "momentum_y": Invariant(momentum_y),
-        "momentum_z": Invariant(momentum_z),
-    }
+    invariants = conserved(
+        twice_energy=twice_energy,
+        momentum=momentum_size,
+        momentum_x=momentum_x,
+        momentum_y=momentum_y,
+        momentum_z=momentum_z,
+    )
     forms = (RigidBody(principal_moments, no_torque),)
     scene = SCENE
     reversal = ("w1", "w2", "w3")
     mirror = ("w1", "w2", "R11", "R12", "R21", "R22", "R31", "R32")
     alike = tuple((f"w{k}", f"R1{k}", f"R2{k}", f"R3{k}", f"I{k}") for k in (1, 2, 3))
-
-    def motion(self) -> EulerTop:
-        w1, w2, w3, *attitude = self.initial_state
-        i1, i2, i3 = self.parameter_values()
-        return EulerTop((i1, i2, i3), (w1, w2, w3), tuple(attitude))
 
     @property
     def time_scale(self) -> float:
@@ -175,22 +158,21 @@ class EulerTopCase(Case):
         return 1 / rate if rate else float(self.span)
 
     def natural_span(self) -> Number:
-        """10.37 body periods (100.37 in the variant speed); as many turns if w is constant in the body."""
-        motion = self.motion()
+        """10.37 periods in the body; as many turns if w is constant in the body."""
+        motion = self.exact_motion
         period = motion.body_period()
         precession = float(motion.precession())
         turn = TURN / precession if precession else 1.0
-        return (100.37 if self.variant == "speed" else 10.37) * (turn if period is None else float(period))
+        return self.periods * (turn if period is None else float(period))
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self.motion()
+    def derived(self, digits: int) -> dict[str, Any]:
+        motion = self.exact_motion
         found = {"precession_rate": motion.precession(digits)}
-        period = motion.body_period(digits + 5)
-        if period is not None:
-            with working(digits + 5) as mp:
-                turned = mp.mpf(motion.precession(digits + 5)) * mp.mpf(period)
-                period, found["precession_per_period"] = publish((mp.mpf(period), turned), digits)
-            found["body_period"] = period
-            if motion.kind == "general":
-                found["flip_interval"] = period / 2
-        return found
+        period, precession = motion.body_period(digits + 5), motion.precession(digits + 5)
+        if period is None:
+            return found
+        return found | {
+            "precession_per_period": lambda mp: mp.mpf(precession) * mp.mpf(period),
+            "body_period": lambda mp: mp.mpf(period),
+            "flip_interval": (lambda mp: mp.mpf(period) / 2) if motion.kind == "general" else None,
+        }

@@ -3,18 +3,12 @@
 Cases: belt_driven_machine, flywheel, flywheel_coast_down.
 """
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
 from math import cos
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition, Values
-from gnomon.cases.core.hinge_scene import hinged_point
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.hinge import hinged_point
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.rigid_bodies.flywheels import BeltDrive, CoastDown, Flywheel
 from mpmath import mpf
@@ -99,7 +93,6 @@ def belt_reading(readings: Readings, parameters: Values) -> Values:
 BELT_SCENE = SceneForm(belt_scene, belt_reading, frozenset({"hinge", "belt", "torque"}), conservative=False)
 WHEEL_SCENE = hinged_point(cyclic_torque, "time_force")
 COAST_SCENE = hinged_point(viscous, "joint_friction")
-WHEEL = (Coordinate("angle", "rad", "angle"), Coordinate("w", "rad/s", "angular velocity"))
 
 
 class BeltDrivenMachine(Case):
@@ -110,71 +103,48 @@ class BeltDrivenMachine(Case):
         "[inferred] Two pulleys and a massless belt, which transmits the constant force F while it slips and grips once "
         "r1 w1 = r2 w2; a constant torque M drives the first pulley."
     )
-    state = (
-        Coordinate("w1", "rad/s", "angular velocity"),
-        Coordinate("w2", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("I1", "kg m^2", "0.5", "moment of the driving pulley with its machine"),
-        Parameter("I2", "kg m^2", 2, "moment of the driven pulley with its machine"),
-        Parameter("r1", "m", "0.1", "radius of the driving pulley"),
-        Parameter("r2", "m", "0.25", "radius of the driven pulley"),
-        Parameter("F", "N", 60, "force of the slipping belt"),
-        Parameter("M", "N m", 4, "torque on the driving pulley"),
-    )
-    default_state = (100, 0)
-    domain = Domain(
-        {name: positive() for name in ("I1", "I2", "r1", "r2", "F")}
-        | {"M": Range(typical=(-1.0, 1.0))}
-        | {name: Range(typical=(-10.0, 10.0)) for name in ("w1", "w2")},
-        (
-            Rule(
-                "the belt can grip: |M| r1/I1 < F (r1^2/I1 + r2^2/I2)",
-                lambda n: abs(n["M"]) * n["r1"] / n["I1"] < n["F"] * (n["r1"] ** 2 / n["I1"] + n["r2"] ** 2 / n["I2"]),
-            ),
+    w1 = Coordinate("rad/s", 100, typical(-10, 10))
+    w2 = Coordinate("rad/s", 0, typical(-10, 10))
+    I1 = Parameter("kg m^2", "0.5", "moment of the driving pulley with its machine", positive())
+    I2 = Parameter("kg m^2", 2, "moment of the driven pulley with its machine", positive())
+    r1 = Parameter("m", "0.1", "radius of the driving pulley", positive())
+    r2 = Parameter("m", "0.25", "radius of the driven pulley", positive())
+    F = Parameter("N", 60, "force of the slipping belt", positive())
+    M = Parameter("N m", 4, "torque on the driving pulley", typical(-1, 1))
+    rules = (
+        Rule(
+            "the belt can grip: |M| r1/I1 < F (r1^2/I1 + r2^2/I2)",
+            lambda n: abs(n["M"]) * n["r1"] / n["I1"] < n["F"] * (n["r1"] ** 2 / n["I1"] + n["r2"] ** 2 / n["I2"]),
         ),
     )
+    exact_motion = bind(BeltDrive)
+    default_span = Span(2.3, "time scale")
     variants = (
         Variant("behind", "the machine accelerates the motor", initial_state=(0, 50)),
         Variant("weak", "the belt's force barely suffices: a long slip", {"F": "8.2", "M": 2}),
         Variant("grips", "no slip from the start", {"r1": "0.125"}, (100, 50), 10),
     )
     scene = BELT_SCENE
-
-    @cached_property
-    def _exact(self) -> BeltDrive:
-        return BeltDrive(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> BeltDrive:
-        return self._exact
+    forms = (
+        Hybrid(
+            modes=(Mode("ahead", belt_slipping, (1.0,)), Mode("behind", belt_slipping, (-1.0,)),
+                   Mode("grip", belt_gripping)),
+            start=belt_mode,
+            transitions=(
+                Transition("grips_ahead", "ahead", belt_slip, -1, belt_grips, "grip"),
+                Transition("grips_behind", "behind", belt_slip, 1, belt_grips, "grip"),
+            ),
+            terminal=frozenset({"grip"}),
+        ),
+    )  # fmt: skip
 
     @property
     def time_scale(self) -> float:
         """The duration of the slip."""
-        return float(self._exact.grip_time) or 1.0
+        return float(self.exact_motion.grip_time) or 1.0
 
-    def natural_span(self) -> Number:
-        """2.3 times the duration of the slip."""
-        return 2.3 * self.time_scale
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("ahead", belt_slipping, (1.0,)), Mode("behind", belt_slipping, (-1.0,)),
-                       Mode("grip", belt_gripping)),
-                start=belt_mode,
-                transitions=(
-                    Transition("grips_ahead", "ahead", belt_slip, -1, belt_grips, "grip"),
-                    Transition("grips_behind", "behind", belt_slip, 1, belt_grips, "grip"),
-                ),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"grip"}),
-            ),
-        )  # fmt: skip
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion = self._exact
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion = self.exact_motion
         if not motion.side or motion.grip_time > self.span:
             return ()
         with working(digits + 2) as mp:
@@ -182,14 +152,16 @@ class BeltDrivenMachine(Case):
         return (Event(time, "grips_ahead" if motion.side > 0 else "grips_behind", tuple(there), tuple(there)),)
 
     def same_course(self, other: Case) -> bool:
-        return BeltDrive(*other.parameter_values(), *other.initial_state).side == self._exact.side
+        return BeltDrive(*other.parameter_values(), *other.initial_state).side == self.exact_motion.side
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`belt_energy_loss`: the heat that the slip produces (J)."""
-        motion = self._exact
-        with working(digits + 2) as mp:
-            found = publish(map(mp.mpf, (motion.grip_time, motion.gripped[0], motion.belt_energy_loss)), digits)
-        return dict(zip(("grip_time", "common_w1", "belt_energy_loss"), found, strict=True))
+        motion = self.exact_motion
+        return {
+            "grip_time": motion.grip_time,
+            "common_w1": motion.gripped[0],
+            "belt_energy_loss": motion.belt_energy_loss,
+        }
 
 
 class FlywheelCase(Case):
@@ -198,26 +170,14 @@ class FlywheelCase(Case):
     section = "10.12.2, 10.11.1"
     conventions = "I w' = M (1 + p cos(W t)) - c w."
     autonomous = False
-    state = WHEEL
-    parameter_list = (
-        Parameter("I", "kg m^2", 10, "moment of inertia"),
-        Parameter("c", "N m s", "0.5", "viscous drag"),
-        Parameter("M", "N m", 20, "mean torque"),
-        Parameter("p", "1", 1, "cyclic share of the torque"),
-        Parameter("W", "rad/s", 6, "rate of the cycle"),
-    )
-    default_state = (0, 30)
-    domain = Domain(
-        {
-            "I": positive(),
-            "c": Range(low=0.0, typical=(0.0, 2.0)),
-            "M": Range(typical=(-10.0, 10.0)),
-            "p": Range(typical=(-2.0, 2.0)),
-            "W": Range(typical=(-8.0, 8.0)),
-            "angle": Range(typical=(-5.0, 5.0)),
-            "w": Range(typical=(-10.0, 10.0)),
-        }
-    )
+    angle = Coordinate("rad", 0, typical(-5, 5))
+    w = Coordinate("rad/s", 30, typical(-10, 10))
+    I = Parameter("kg m^2", 10, "moment of inertia", positive())
+    c = Parameter("N m s", "0.5", "viscous drag", nonnegative(0, 2))
+    M = Parameter("N m", 20, "mean torque", typical(-10, 10))
+    p = Parameter("1", 1, "cyclic share of the torque", typical(-2, 2))
+    W = Parameter("rad/s", 6, "rate of the cycle", typical(-8, 8))
+    exact_motion = bind(Flywheel, inertia="I")
     variants = (
         Variant("start_up", "from rest to the steady state, (M/c) (1 - e^(-c t/I))", {"p": 0}, (0, 0), 100),
         Variant(
@@ -234,13 +194,6 @@ class FlywheelCase(Case):
     forms = (FirstOrder(cyclic_torque),)
     scene = WHEEL_SCENE
 
-    @cached_property
-    def _exact(self) -> Flywheel:
-        return Flywheel(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> Flywheel:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """The shortest time of a radian of the cycle or of the wheel, or of the drag."""
@@ -249,13 +202,12 @@ class FlywheelCase(Case):
 
     def natural_span(self) -> Number:
         """10.37 cycles, but no less than ten seconds if the cycle is slow."""
-        return min(10.37 * 2 * math.pi / max(abs(float(self.parameters["W"])), 1.0), 65.0)
+        return min(10.37 * 2 * math.pi / max(abs(float(self.W)), 1.0), 65.0)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
         """`fluctuation`: the amplitude of w in the steady state (rad/s)."""
-        if not (self.parameters["W"] or self.parameters["c"]):
-            return {}
-        return {"fluctuation": self._exact.fluctuation(digits)}
+        return ("fluctuation",) if self.W or self.c else ()
 
 
 class FlywheelCoastDown(Case):
@@ -263,68 +215,45 @@ class FlywheelCoastDown(Case):
     title = "Flywheel coasting down under constant friction and drag"
     section = "10.12.2"
     conventions = "I w' = -M - c w while w > 0; then the wheel rests."
-    state = WHEEL
-    parameter_list = (
-        Parameter("I", "kg m^2", 10, "moment of inertia"),
-        Parameter("c", "N m s", "0.05", "viscous drag"),
-        Parameter("M", "N m", 2, "constant friction torque"),
-    )
-    default_state = (0, 30)
-    domain = Domain(
-        {
-            "I": positive(),
-            "c": Range(low=0.0, typical=(0.0, 2.0)),
-            "M": positive(),
-            "angle": Range(typical=(-5.0, 5.0)),
-            "w": Range(low=0.0, typical=(0.0, 30.0)),
-        }
-    )
+    angle = Coordinate("rad", 0, typical(-5, 5))
+    w = Coordinate("rad/s", 30, nonnegative(0, 30))
+    I = Parameter("kg m^2", 10, "moment of inertia", positive())
+    c = Parameter("N m s", "0.05", "viscous drag", nonnegative(0, 2))
+    M = Parameter("N m", 2, "constant friction torque", positive())
+    exact_motion = bind(CoastDown, inertia="I")
+    quantity_names = ("stop_time", "stop_angle")
     variants = (
         Variant("dry", "no drag: the stop is at a rational time", {"c": 0}),
         Variant("little_friction", "M = 1e-9: a long slow phase before the stop", {"M": "1e-9", "c": 1}),
         Variant("rests", "at rest from the start", initial_state=(1, 0), span=10),
     )
-    invariants: ClassVar = {"energy": Invariant(wheel_energy, "decays")}
+    invariants = decaying(energy=wheel_energy)
     scene = COAST_SCENE
-
-    @cached_property
-    def _exact(self) -> CoastDown:
-        return CoastDown(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> CoastDown:
-        return self._exact
+    forms = (
+        Hybrid(
+            modes=(Mode("turns", coasting), Mode("rests", wheel_at_rest)),
+            start=coast_mode,
+            transitions=(Transition("stops", "turns", wheel_rate, -1, wheel_stops, "rests"),),
+            terminal=frozenset({"rests"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
-        """The time until the stop, or that of the drag if it is shorter."""
+        """The time until the stop, or the decay time of the drag if it is shorter."""
         n = {name: float(value) for name, value in self.parameters.items()}
-        stop = float(self._exact.stop_time()) if self.initial_state[1] else 1.0
+        stop = float(self.exact_motion.stop_time()) if self.w else 1.0
         return min(stop, n["I"] / n["c"]) if n["c"] else stop
 
     def natural_span(self) -> Number:
         """1.3 times the time until the stop."""
-        return 1.3 * float(self._exact.stop_time()) if self.initial_state[1] else 1.0
+        return 1.3 * float(self.exact_motion.stop_time()) if self.w else 1.0
 
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("turns", coasting), Mode("rests", wheel_at_rest)),
-                start=coast_mode,
-                transitions=(Transition("stops", "turns", wheel_rate, -1, wheel_stops, "rests"),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"rests"}),
-            ),
-        )
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        if self.initial_state[1] == 0 or self._exact.stop_time(20) > self.span:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        if self.w == 0 or self.exact_motion.stop_time(20) > self.span:
             return ()
-        there = (self._exact.stop_angle(digits), mpf(0))
-        return (Event(self._exact.stop_time(digits), "stops", there, there),)
+        there = (self.exact_motion.stop_angle(digits), mpf(0))
+        return (Event(self.exact_motion.stop_time(digits), "stops", there, there),)
 
     def same_course(self, other: Case) -> bool:
-        return (other.initial_state[1] == 0) == (self.initial_state[1] == 0)
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        return {"stop_time": self._exact.stop_time(digits), "stop_angle": self._exact.stop_angle(digits)}
+        return (other.initial_state[1] == 0) == (self.w == 0)

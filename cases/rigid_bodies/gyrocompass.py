@@ -1,29 +1,28 @@
-"""The gyrocompass with its axis held in the horizontal plane; its equation is that of a pendulum on a turning hoop."""
-
-from __future__ import annotations
+"""The gyrocompass with its axis held in the horizontal plane, which moves like a pendulum on a turning hoop."""
 
 from fractions import Fraction
-from typing import Any, ClassVar
+from math import cos, sin
 
-from gnomon.cases.core.case import Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Separable, Values
-from gnomon.cases.core.hinge_scene import hinged_pull
-from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
-from gnomon.cases.guided.pendulum_on_hoop import HoopCase, hoop_acceleration, hoop_potential
+from gnomon.cases.declare import *
+from gnomon.cases.guided.pendulum_on_hoop import HoopCase
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
-from gnomon.reference.numerics.precision import publish, working
+from gnomon.cases.scenes.hinge import hinged_pull
 
 
 def compass_acceleration(t: Any, q: Values, parameters: Values) -> Values:
+    """theta'' = W^2 sin(theta) cos(theta) - (C s W/A) sin(theta), W = Om coslat the horizontal rate of the Earth."""
+    (theta,) = q
     across, along, spin, earth, cosine = parameters
     rate = earth * cosine
-    return hoop_acceleration(q[0], along * spin * rate / across, rate * rate)
+    return (rate * rate * sin(theta) * cos(theta) - along * spin * rate / across * sin(theta),)
 
 
 def compass_potential(t: Any, q: Values, parameters: Values) -> Values:
+    """Zero at north, without the cancellation of -(C s W/A) cos(theta) there."""
+    (theta,) = q
     across, along, spin, earth, cosine = parameters
-    rate = earth * cosine
-    return hoop_potential(q[0], along * spin * rate / across, rate * rate)
+    rate, half = earth * cosine, sin(theta / 2)
+    return (2 * (along * spin * rate / across) * half * half - rate * rate * sin(theta) * sin(theta) / 2,)
 
 
 def compass_jacobi(t: Any, state: Values, parameters: Values) -> Values:
@@ -41,25 +40,13 @@ class Gyrocompass(HoopCase):
         "theta from true north to the spin axis in the horizontal plane, rad; s is the conserved total axial spin; C "
         "axial moment, A transverse with the gimbal; coslat is the cosine of the latitude."
     )
-    parameter_list = (
-        Parameter("A", "kg m^2", "0.08", "transverse moment, gimbal included"),
-        Parameter("C", "kg m^2", "0.1", "axial moment"),
-        Parameter("s", "rad/s", 1000, "axial spin"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of the Earth"),
-        Parameter("coslat", "1", "0.7", "cosine of the latitude"),
-    )
-    default_state = ("0.5", 0)
-    domain = Domain(
-        {
-            "A": positive(0.1, 1.0),
-            "C": positive(0.1, 1.0),
-            "s": Range(typical=(-20.0, 20.0)),
-            "Om": Range(typical=(-5.0, 5.0)),
-            "coslat": Range(0.0, 1.0, typical=(0.0, 1.0)),
-            "theta": Range(typical=(-7.0, 7.0)),
-            "omega": Range(typical=(-8.0, 8.0)),
-        }
-    )
+    theta = Coordinate("rad", "0.5", typical(-7, 7))
+    omega = Coordinate("rad/s", 0, typical(-8, 8))
+    A = Parameter("kg m^2", "0.08", "transverse moment, gimbal included", positive(0.1, 1))
+    C = Parameter("kg m^2", "0.1", "axial moment", positive(0.1, 1))
+    s = Parameter("rad/s", 1000, "axial spin", typical(-20, 20))
+    Om = Parameter("rad/s", "7.292115e-5", "rate of the Earth", typical(-5, 5))
+    coslat = Parameter("1", "0.7", "cosine of the latitude", Range(0.0, 1.0, typical=(0.0, 1.0)))
     variants = (
         Variant(
             "slow_spin",
@@ -82,7 +69,7 @@ class Gyrocompass(HoopCase):
         Variant("pole", "no horizontal rate: the axis turns uniformly", {"coslat": 0}, ("0.5", "0.01")),
         Variant("turning", "starts fast enough to turn all round", initial_state=("0.5", "0.5")),
     )
-    invariants: ClassVar = {"jacobi": Invariant(compass_jacobi)}
+    invariants = conserved(jacobi=compass_jacobi)
     forms = (Separable(compass_acceleration, compass_potential),)
     scene = SCENE
 
@@ -91,13 +78,10 @@ class Gyrocompass(HoopCase):
         rate = earth * cosine
         return along * spin * rate / across, rate * rate
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`small_angle_period`: 2 pi sqrt(A/(C s W)), without the square of the Earth's rate."""
-        found, (pull, _) = super().quantities(digits), self.coefficients()
-        if pull <= 0:
-            return found
-        with working(digits + 10) as mp:
-            return found | {"small_angle_period": publish([2 * mp.pi / mp.sqrt(mp.mpf(pull))], digits)[0]}
+        pull, _ = self.coefficients()
+        return {"small_angle_period": (lambda mp: 2 * mp.pi / mp.sqrt(mp.mpf(pull))) if pull > 0 else None}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

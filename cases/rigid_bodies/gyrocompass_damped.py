@@ -1,17 +1,10 @@
 """The gyrocompass with viscous damping, for small angles."""
 
-from __future__ import annotations
-
 from fractions import Fraction
-from functools import cached_property
 from math import sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import SemiLinear, Values
-from gnomon.cases.core.hinge_scene import hinged_point
-from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
-from gnomon.cases.rigid_bodies.gyrocompass import Gyrocompass
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.hinge import hinged_point
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.damped_oscillator import DampedMotion
 
@@ -46,21 +39,15 @@ class GyrocompassDamped(Case):
         "theta from true north in the horizontal plane, linearised, without the square of the Earth's rate: "
         "A theta'' = -C s Om coslat theta - c theta'."
     )
-    state = Gyrocompass.state
-    parameter_list = (*Gyrocompass.parameter_list, Parameter("c", "N m s", "0.004", "damping constant"))
-    default_state = ("0.1", 0)
-    domain = Domain(
-        {
-            "A": positive(0.1, 1.0),
-            "C": positive(0.1, 1.0),
-            "s": positive(1.0, 20.0),
-            "Om": positive(0.1, 5.0),
-            "coslat": Range(0.0, 1.0, low_open=True, typical=(0.1, 1.0)),
-            "c": Range(low=0.0, typical=(0.0, 2.0)),
-            "theta": Range(typical=(-0.3, 0.3)),
-            "omega": Range(typical=(-0.3, 0.3)),
-        }
-    )
+    theta = Coordinate("rad", "0.1", typical(-0.3, 0.3))
+    omega = Coordinate("rad/s", 0, typical(-0.3, 0.3))
+    A = Parameter("kg m^2", "0.08", "transverse moment, gimbal included", positive(0.1, 1))
+    C = Parameter("kg m^2", "0.1", "axial moment", positive(0.1, 1))
+    s = Parameter("rad/s", 1000, "axial spin", positive(1, 20))
+    Om = Parameter("rad/s", "7.292115e-5", "rate of the Earth", positive(0.1, 5))
+    coslat = Parameter("1", "0.7", "cosine of the latitude", Range(0.0, 1.0, low_open=True, typical=(0.1, 1.0)))
+    c = Parameter("N m s", "0.004", "damping constant", nonnegative(0, 2))
+    exact_motion = bind(lambda c: DampedMotion(c.A, c.c, c._stiffness, *c.initial_state))
     variants = (
         Variant(
             "critical",
@@ -70,7 +57,7 @@ class GyrocompassDamped(Case):
         Variant("overdamped", "approaches north slowly: rates differ by a factor 4e4", {"c": 4}),
         Variant("undamped", "c = 0: never settles", {"c": 0}),
     )
-    invariants: ClassVar = {"energy": Invariant(damped_compass_energy, "decays")}
+    invariants = decaying(energy=damped_compass_energy)
     forms = (SemiLinear(damped_compass, linear=compass_matrix, rest=nothing_else),)
     scene = SCENE
 
@@ -79,31 +66,22 @@ class GyrocompassDamped(Case):
         n = self.parameters
         return n["C"] * n["s"] * n["Om"] * n["coslat"]
 
-    @cached_property
-    def _exact(self) -> DampedMotion:
-        return DampedMotion(self.parameters["A"], self.parameters["c"], self._stiffness, *self.initial_state)
-
-    def motion(self) -> DampedMotion:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
-        return sqrt(float(self.parameters["A"] / self._stiffness))
+        return sqrt(float(self.A / self._stiffness))
 
     @property
     def fastest_time(self) -> float:
-        return min(self.time_scale, 1 / float(self._exact.decay)) if self._exact.decay else self.time_scale
+        return min(self.time_scale, 1 / float(self.exact_motion.decay)) if self.exact_motion.decay else self.time_scale
 
     def natural_span(self) -> Number:
         """10.37 damped periods, at most 10 decay times; 10 decay times of the slow mode if nothing oscillates."""
-        if self._exact.regime != DampedMotion.UNDERDAMPED:
-            return 10 / float(self._exact.rates()[0])
-        cycles, decay = 10.37 * float(self._exact.period()), float(self._exact.decay)
+        if self.exact_motion.regime != DampedMotion.UNDERDAMPED:
+            return 10 / float(self.exact_motion.rates()[0])
+        cycles, decay = 10.37 * float(self.exact_motion.period()), float(self.exact_motion.decay)
         return cycles if decay * cycles <= 10 else 10 / decay
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        found = {"damping_ratio": motion.damping_ratio(digits), "undamped_period": motion.undamped_period(digits)}
-        if motion.regime == DampedMotion.UNDERDAMPED:
-            found["period"] = motion.period(digits)
-        return found
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        oscillates = self.exact_motion.regime == DampedMotion.UNDERDAMPED
+        return ("damping_ratio", "undamped_period", *(("period",) if oscillates else ()))

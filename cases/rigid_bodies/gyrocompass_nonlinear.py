@@ -3,21 +3,17 @@
 Cases: gyrocompass_damped_nonlinear, gyrocompass_tilting.
 """
 
-from __future__ import annotations
-
 from math import atan2, cos, pi, sin, sqrt
-from typing import Any, ClassVar
 
 import numpy as np
-from gnomon.cases.core.case import Floats, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import FirstOrder, Values
-from gnomon.cases.core.hinge_scene import hinged_point
+from gnomon.cases.core.case import Floats
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.gyrocompass import Gyrocompass, compass_jacobi
 from gnomon.cases.rigid_bodies.gyrocompass_damped import GyrocompassDamped
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.cases.scenes.hinge import hinged_point
+from gnomon.reference.numerics.precision import publish, working
 
 
 def damped_at_any_angle(t: Any, state: Values, parameters: Values) -> Values:
@@ -109,20 +105,15 @@ class GyrocompassDampedNonlinear(IntegratedCase):
     title = "Gyrocompass with viscous damping at any angle (certified Taylor)"
     section = "11.12.3"
     conventions = "As gyrocompass, its axis held in the horizontal plane, with the damping torque -c theta'."
-    state = Gyrocompass.state
-    parameter_list = GyrocompassDamped.parameter_list
-    default_state = (2, 0)
-    domain = Domain(
-        {
-            **{name: positive(0.1, 1.0) for name in ("A", "C")},
-            "s": Range(typical=(1.0, 20.0)),
-            "Om": Range(typical=(0.1, 3.0)),
-            "coslat": Range(0.0, 1.0, typical=(0.1, 1.0)),
-            "c": Range(low=0.0, typical=(0.0, 2.0)),
-            "theta": Range(typical=(-3.0, 3.0)),
-            "omega": Range(typical=(-0.5, 0.5)),
-        }
-    )
+    theta = Coordinate("rad", 2, typical(-3, 3))
+    omega = Coordinate("rad/s", 0, typical(-0.5, 0.5))
+    A = Parameter("kg m^2", "0.08", "transverse moment, gimbal included", positive(0.1, 1))
+    C = Parameter("kg m^2", "0.1", "axial moment", positive(0.1, 1))
+    s = Parameter("rad/s", 1000, "axial spin", typical(1, 20))
+    Om = Parameter("rad/s", "7.292115e-5", "rate of the Earth", typical(0.1, 3))
+    coslat = Parameter("1", "0.7", "cosine of the latitude", Range(0.0, 1.0, typical=(0.1, 1.0)))
+    c = Parameter("N m s", "0.004", "damping constant", nonnegative(0, 2))
+    default_span = Span(23.7, "time scale")
     variants = (
         Variant("small", "small angles: almost linear", initial_state=("1e-3", 0)),
         Variant("turning", "turns all round until damping stops that", initial_state=("0.5", 2)),
@@ -135,7 +126,7 @@ class GyrocompassDampedNonlinear(IntegratedCase):
         Variant("overdamped", "approaches north slowly: rates differ by a factor 5e3", {"c": "1.5"}, span="5.7"),
         Variant("unstable", "released 1e-6 rad from south: a long exponential phase", initial_state=(3.1415916535897933, 0)),
     )  # fmt: skip
-    invariants: ClassVar = {"jacobi": Invariant(damped_jacobi, "decays")}
+    invariants = decaying(jacobi=damped_jacobi)
     forms = (FirstOrder(damped_at_any_angle),)
     scene = DAMPED_SCENE
 
@@ -144,15 +135,12 @@ class GyrocompassDampedNonlinear(IntegratedCase):
         """The time of a small swing without damping, or of a radian at the initial rate."""
         across, along, spin, earth, cosine, _c = map(float, self.parameter_values())
         rate = earth * cosine
-        return 1 / max(sqrt(abs(along * spin * rate) / across + rate * rate), abs(float(self.initial_state[1])), 1e-3)
+        return 1 / max(sqrt(abs(along * spin * rate) / across + rate * rate), abs(float(self.omega)), 1e-3)
 
     @property
     def fastest_time(self) -> float:
-        damping = float(self.parameters["c"] / self.parameters["A"])
+        damping = float(self.c / self.A)
         return min(self.time_scale, 1 / damping) if damping else self.time_scale
-
-    def natural_span(self) -> Number:
-        return 23.7 * self.time_scale
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -177,33 +165,17 @@ class GyrocompassTilting(IntegratedCase):
         "gimbals have no mass except a weight below the axis, with torque -K sin(beta). s is the conserved total axial "
         "spin; A the transverse moment."
     )
-    state = (
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("beta", "rad", "angle"),
-        Coordinate("turn", "rad/s", "angular velocity"),
-        Coordinate("tip", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("A", "kg m^2", "0.08", "transverse moment"),
-        Parameter("C", "kg m^2", "0.1", "axial moment"),
-        Parameter("s", "rad/s", 6, "axial spin"),
-        Parameter("Om", "rad/s", "0.5", "rate of the Earth, or of a turntable"),
-        Parameter("lat", "rad", "0.8", "latitude"),
-        Parameter("K", "N m", 1, "weight times its distance below the axis"),
-    )
-    default_state = ("0.5", 0, 0, 0)
-    domain = Domain(
-        {
-            **{name: positive(0.05, 0.2) for name in ("A", "C")},
-            "s": Range(typical=(4.0, 8.0)),
-            "Om": Range(typical=(0.1, 1.0)),
-            "lat": Range(-pi / 2, pi / 2, typical=(-1.0, 1.0)),
-            "K": Range(low=0.0, typical=(0.5, 2.0)),
-            "theta": Range(typical=(-1.0, 1.0)),
-            "beta": Range(-pi / 2, pi / 2, True, True, (-0.3, 0.3)),
-            **{name: Range(typical=(-0.2, 0.2)) for name in ("turn", "tip")},
-        }
-    )
+    theta = Coordinate("rad", "0.5", typical(-1, 1))
+    beta = Coordinate("rad", 0, Range(-pi / 2, pi / 2, True, True, (-0.3, 0.3)))
+    turn = Coordinate("rad/s", 0, typical(-0.2, 0.2))
+    tip = Coordinate("rad/s", 0, typical(-0.2, 0.2))
+    A = Parameter("kg m^2", "0.08", "transverse moment", positive(0.05, 0.2))
+    C = Parameter("kg m^2", "0.1", "axial moment", positive(0.05, 0.2))
+    s = Parameter("rad/s", 6, "axial spin", typical(4, 8))
+    Om = Parameter("rad/s", "0.5", "rate of the Earth, or of a turntable", typical(0.1, 1))
+    lat = Parameter("rad", "0.8", "latitude", Range(-pi / 2, pi / 2, typical=(-1.0, 1.0)))
+    K = Parameter("N m", 1, "weight times its distance below the axis", nonnegative(0.5, 2))
+    default_span = Span(94.7, "time scale")
     variants = (
         Variant(
             "held", "K = 400 N m: hardly tilts, almost the compass in the horizontal plane", {"K": 400}, span="1.3"
@@ -212,7 +184,7 @@ class GyrocompassTilting(IntegratedCase):
         Variant("no_weight", "K = 0: the axis keeps its direction in space", {"K": 0}),
         Variant("high", "released 1 rad above the horizontal", initial_state=("0.5", 1, 0, 0)),
     )
-    invariants: ClassVar = {"jacobi": Invariant(tilting_jacobi)}
+    invariants = conserved(jacobi=tilting_jacobi)
     forms = (FirstOrder(tilting_equations),)
     scene = TILTING_SCENE
     reversal = ("turn", "tip", "s", "Om")
@@ -222,9 +194,6 @@ class GyrocompassTilting(IntegratedCase):
         """The time of a radian of the nutation, whose rate is C s/A, or of the tilt due to the weight."""
         across, along, spin, earth, _lat, weight = map(float, self.parameter_values())
         return 1 / (abs(along * spin) / across + sqrt(weight / across) + abs(earth) + 1e-3)
-
-    def natural_span(self) -> Number:
-        return 94.7 * self.time_scale
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """`level_tilt`: the tilt of the axis in equilibrium, pointing north (rad). It solves
@@ -248,9 +217,7 @@ class GyrocompassTilting(IntegratedCase):
         """The compass in the horizontal plane, with the double nearest to the cosine of the latitude."""
         theta, _beta, turn, _tip = self.initial_state
         numbers: dict[str, Any] = {name: self.parameters[name] for name in ("A", "C", "s", "Om")}
-        plane = Gyrocompass(
-            initial_state=(theta, turn), span=self.span, coslat=cos(float(self.parameters["lat"])), **numbers
-        )
+        plane = Gyrocompass(initial_state=(theta, turn), span=self.span, coslat=cos(float(self.lat)), **numbers)
 
         def level(states: Floats) -> Floats:
             nothing = np.zeros(len(states))

@@ -3,19 +3,14 @@
 Cases: lagrange_top, lagrange_top_sleeping_separatrix, lagrange_top_attitude.
 """
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
 from math import cos, sin
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import FirstOrder, RigidBody, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.forms import RigidBody
 from gnomon.cases.core.scene import SceneForm
-from gnomon.cases.rigid_bodies.top_models import ANGLES, MOMENTS, SPIN, LagrangeTopFast, LagrangeTopSmallNutation
-from gnomon.cases.rigid_bodies.top_scene import ANGLES_SCENE, BODY_SCENE, RISING_SCENE
+from gnomon.cases.declare import *
+from gnomon.cases.rigid_bodies.top_models import LagrangeTopFast, LagrangeTopSmallNutation
+from gnomon.cases.scenes.top import ANGLES_SCENE, BODY_SCENE, RISING_SCENE
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop
 from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
@@ -97,16 +92,10 @@ def body_vertical_momentum(t: Any, state: Values, parameters: Values) -> Values:
 class _Angles(Case):
     """Base class of the cases in Euler angles."""
 
-    state = ANGLES
-    _CYCLES: ClassVar[dict[str, str]] = {}
+    default_span = Span(10.37, lambda motion: motion.nutation_period(20))
 
-    def motion(self) -> LagrangeTop:
-        return self._exact
-
-    @cached_property
-    def _exact(self) -> LagrangeTop:
-        n = self.parameters
-        return LagrangeTop(n["I1"], n["I3"], n["W"], n["a"], n.get("b", n["a"]), *self.initial_state)
+    exact_motion = bind(lambda c: LagrangeTop(c.I1, c.I3, c.W, c.a, c.numbers.get("b", c.a), *c.initial_state))
+    quantity_names = ("energy", "nutation_period", "precession_per_nutation", "lowest_cosine highest_cosine=heights")
 
     @property
     def time_scale(self) -> float:
@@ -114,29 +103,13 @@ class _Angles(Case):
         moment, axial, weight, a = (float(self.parameters[name]) for name in ("I1", "I3", "W", "a"))
         b = float(self.parameters.get("b", self.parameters["a"]))
         rates = [abs(a) / moment, abs(a) / axial, math.sqrt(weight / moment), abs(float(self.initial_state[1]))]
-        heights = self._exact.heights(30)
+        heights = self.exact_motion.heights(30)
         for u in heights or ():
             rates += [abs(b + a) / (2 * moment * float(1 + u)) if b != -a else 0.0]
             rates += [abs(b - a) / (2 * moment * float(1 - u)) if b != a else 0.0]
         return 1 / max(rates)
 
-    def natural_span(self) -> Number:
-        """10.37 nutations; ten time scales if there are none."""
-        period = self._exact.nutation_period(20)
-        cycles = self._CYCLES.get(self.variant or "", "10.37")
-        return 10 * self.time_scale if period is None else float(period) * float(cycles)
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        found = {"energy": motion.energy(digits)}
-        heights = motion.heights(digits)
-        if heights is not None:
-            found["nutation_period"] = motion.nutation_period(digits)
-            found["precession_per_nutation"] = motion.precession_per_nutation(digits)
-            found["lowest_cosine"], found["highest_cosine"] = heights
-        return found | self._steady(digits)
-
-    def _steady(self, digits: int) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """Rates of regular precession at the initial tilt (rad/s), and the least a of a sleeping top (kg m^2/s)."""
         with working(digits + 20) as mp:
             moment, weight, a = (mp.mpf(self.parameters[name]) for name in ("I1", "W", "a"))
@@ -157,23 +130,19 @@ class LagrangeTopCase(_Angles):
         "3-1-3 Euler angles, R = Rz(phi) Rx(theta) Rz(psi) body -> space, theta from the upward vertical, phi and psi "
         "continuous; W = m g l, a = p_psi = I3 w3, b = p_phi; b is neither a nor -a, else theta would pass a pole."
     )
-    parameter_list = (*MOMENTS, SPIN, Parameter("b", "kg m^2/s", "0.52", "p_phi, momentum about the vertical"))
-    default_state = ("0.6", 0, 0, 0)
-    domain = Domain(
-        {
-            "I1": positive(0.5, 2.0),
-            "I3": positive(0.5, 2.0),
-            "W": positive(0.2, 4.0),
-            "a": Range(typical=(-4.0, 4.0)),
-            "b": Range(typical=(-4.0, 4.0)),
-            "theta": Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0)),
-            "omega_theta": Range(typical=(-2.0, 2.0)),
-        },
-        (
-            Rule(
-                "b differs from a and -a (b = a is lagrange_top_sleeping_separatrix)",
-                lambda n: abs(n["a"]) != abs(n["b"]),
-            ),
+    theta = Coordinate("rad", "0.6", Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0)), group="tilt")
+    omega_theta = Coordinate("rad/s", 0, typical(-2, 2))
+    phi = Coordinate("rad", 0, group="precession")
+    psi = Coordinate("rad", 0, group="spin")
+    I1 = Parameter("kg m^2", "0.02", "transverse moment about the point", positive(0.5, 2))
+    I3 = Parameter("kg m^2", "0.01", "axial moment", positive(0.5, 2))
+    W = Parameter("N m", "0.5", "weight times distance of the centre of mass from the point", positive(0.2, 4))
+    a = Parameter("kg m^2/s", "0.6", "p_psi, momentum of the spin, I3 w3", typical(-4, 4))
+    b = Parameter("kg m^2/s", "0.52", "p_phi, momentum about the vertical", typical(-4, 4))
+    rules = (
+        Rule(
+            "b differs from a and -a (b = a is lagrange_top_sleeping_separatrix)",
+            lambda n: abs(n["a"]) != abs(n["b"]),
         ),
     )
     variants = (
@@ -193,18 +162,22 @@ class LagrangeTopCase(_Angles):
             "b - a = 1e-6 a: passes 2e-6 rad from the vertical, where phi and psi change fast by half a turn",
             {"a": "0.1", "b": "0.1000001"},
             ("1.2", "5", 0, 0),
+            periods=5.37,
         ),
-        Variant("fast", "a^2/(I1 W) = 1e6: nutation a million times faster than the precession", {"a": 100, "b": 82}),
+        Variant(
+            "fast",
+            "a^2/(I1 W) = 1e6: nutation a million times faster than the precession",
+            {"a": 100, "b": 82},
+            periods=40.37,
+        ),
         Variant("slow", "too slow to stay up: nutates almost to the lowest point", {"a": "0.05", "b": "0.03"}),
         Variant("precessions_1e4", "1e4 precessions: phase error"),
         Variant("weightless_almost", "W = 1e-6: nearly torque-free", {"W": "1e-6"}),
     )
-    invariants: ClassVar = {"energy": Invariant(top_energy)}
+    invariants = conserved(energy=top_energy)
     forms = (FirstOrder(top_equations),)
     scene = ANGLES_SCENE
     reversal = ("omega_theta", "a", "b")
-
-    _CYCLES: ClassVar[dict[str, str]] = {"near_vertical": "5.37", "fast": "40.37"}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -224,9 +197,9 @@ class LagrangeTopCase(_Angles):
 
     def _steady_tilt(self) -> float:
         """The tilt between the turning points at which theta'' = 0, by bisection in binary64 (rad)."""
-        heights = self._exact.heights()
+        heights = self.exact_motion.heights()
         if heights is None:
-            return float(self.initial_state[0])
+            return float(self.theta)
         numbers = tuple(map(float, self.parameter_values()))
         high, low = (math.acos(float(u)) for u in heights)
         for _ in range(60):
@@ -236,7 +209,7 @@ class LagrangeTopCase(_Angles):
 
     def natural_span(self) -> Number:
         if self.variant == "precessions_1e4":
-            motion = self._exact
+            motion = self.exact_motion
             nutations = 10000 * 2 * math.pi / abs(float(motion.precession_per_nutation()))  # type: ignore[arg-type]
             return float(motion.nutation_period(20)) * (math.floor(nutations) + 0.37)  # type: ignore[arg-type]
         return super().natural_span()
@@ -251,50 +224,49 @@ class LagrangeTopSleepingSeparatrix(_Angles):
         "theta = acos(a^2/(2 I1 W) - 1) at rest, are not binary64 numbers: the default is the double below, a "
         "variant the double above."
     )
-    parameter_list = (
-        Parameter("I1", "kg m^2", "0.25", "transverse moment about the point"),
-        Parameter("I3", "kg m^2", "0.125", "axial moment"),
-        Parameter("W", "N m", "0.5", "weight times distance of the centre of mass from the point"),
-        Parameter("a", "kg m^2/s", "0.25", "p_psi = p_phi"),
-    )
-    default_state = (2.418858405776377, 0, 0, 0)
-    domain = Domain(
-        {
-            "I1": positive(0.5, 2.0),
-            "I3": positive(0.5, 2.0),
-            "W": positive(0.2, 4.0),
-            "a": Range(typical=(-4.0, 4.0)),
-            "theta": Range(-math.pi, math.pi, typical=(-2.8, 2.8)),
-            "omega_theta": Range(typical=(-2.0, 2.0)),
-        },
-        (Rule("a is not 0 (a top without spin would pass the lowest point too)", lambda n: n["a"] != 0),),
-    )
+    theta = Coordinate("rad", 2.418858405776377, Range(-math.pi, math.pi, typical=(-2.8, 2.8)), group="tilt")
+    omega_theta = Coordinate("rad/s", 0, typical(-2, 2))
+    phi = Coordinate("rad", 0, group="precession")
+    psi = Coordinate("rad", 0, group="spin")
+    I1 = Parameter("kg m^2", "0.25", "transverse moment about the point", positive(0.5, 2))
+    I3 = Parameter("kg m^2", "0.125", "axial moment", positive(0.5, 2))
+    W = Parameter("N m", "0.5", "weight times distance of the centre of mass from the point", positive(0.2, 4))
+    a = Parameter("kg m^2/s", "0.25", "p_psi = p_phi", typical(-4, 4))
+    rules = (Rule("a is not 0 (a top without spin would pass the lowest point too)", lambda n: n["a"] != 0),)
+    default_span = Span(0.45, lambda motion: motion.nutation_period(20))
     variants = (
         Variant(
             "above",
             "the double above the homoclinic start: stays at the vertical for a short time and falls to the other side",
             initial_state=(2.418858405776378, 0, 0, 0),
+            periods=0.2,
         ),
         Variant(
             "from_vertical",
             "1e-12 rad/s at the vertical: 18 s of exponential growth, to 9e-3 rad",
             initial_state=(0, "1e-12", 0, 0),
+            periods=0.2,
         ),
         Variant(
             "strong",
             "a^2 > 4 I1 W: the sleeping top is stable, and swings through the vertical",
             {"a": 2},
             ("0.01", 0, 0, 0),
+            periods=10.37,
         ),
-        Variant("marginal", "exactly a^2 = 4 I1 W, numbers exact in binary", {"I1": "0.5", "a": 1}, ("0.01", 0, 0, 0)),
-        Variant("through", "passes the vertical at full speed", initial_state=(1, 5, 0, 0)),
+        Variant(
+            "marginal",
+            "exactly a^2 = 4 I1 W, numbers exact in binary",
+            {"I1": "0.5", "a": 1},
+            ("0.01", 0, 0, 0),
+            periods=10.37,
+        ),
+        Variant("through", "passes the vertical at full speed", initial_state=(1, 5, 0, 0), periods=10.37),
     )
-    invariants: ClassVar = {"energy": Invariant(rising_energy)}
+    invariants = conserved(energy=rising_energy)
     forms = (FirstOrder(rising_equations),)
     scene = RISING_SCENE
     reversal = ("omega_theta", "a")
-
-    _CYCLES: ClassVar[dict[str, str]] = {"": "0.45", "above": "0.2", "from_vertical": "0.2"}
 
 
 def tilted(tilt: float, nutation: float, precession: float, spin: float) -> tuple[float, ...]:
@@ -315,21 +287,17 @@ class LagrangeTopAttitude(Case):
         "R' = R hat(w). R(0) need not be orthogonal. W = m g l. The initial state has phi = psi = 0: from th0, thd0, "
         "phd0, psd0 it is w = (thd0, phd0 sin th0, psd0 + phd0 cos th0), R = Rx(th0), rounded."
     )
-    state = (
-        *(Coordinate(f"w{i}", "rad/s", "angular velocity") for i in (1, 2, 3)),
-        *(Coordinate(f"R{i}{j}", "1", "attitude", AXIS if j == 3 else "") for i in (1, 2, 3) for j in (1, 2, 3)),
-    )
-    parameter_list = MOMENTS
+    w1 = Coordinate("rad/s", 0, typical(-2, 2))
+    w2 = Coordinate("rad/s", 0, typical(-2, 2))
+    w3 = Coordinate("rad/s", 0, typical(-2, 2))
+    attitude = Attitude(axis=AXIS)
     default_state = tilted(0.6, 0.0, 2.0, 60.0)
-    domain = Domain(
-        {
-            "I1": positive(0.5, 2.0),
-            "I3": positive(0.5, 1.0),
-            "W": positive(0.2, 4.0),
-            **{name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")},
-            **{f"R{i}{j}": Range(typical=(-1.0, 1.0)) for i in (1, 2, 3) for j in (1, 2, 3)},
-        }
-    )
+    I1 = Parameter("kg m^2", "0.02", "transverse moment about the point", positive(0.5, 2))
+    I3 = Parameter("kg m^2", "0.01", "axial moment", positive(0.5, 1))
+    W = Parameter("N m", "0.5", "weight times distance of the centre of mass from the point", positive(0.2, 4))
+    exact_motion = bind(TopAttitude, rates="w1 w2 w3")
+    default_span = Span(10.37, lambda motion: motion.nutation_period(20), otherwise=20)
+    quantity_names = ("nutation_period", "precession_per_nutation")
     variants = (
         Variant("cuspidal", "released without precession: exactly cuspidal", initial_state=tilted(0.6, 0.0, 0.0, 60.0)),
         Variant("looping", "precession reverses in every nutation", initial_state=tilted(0.6, 0.0, -2.0, 60.0)),
@@ -384,22 +352,9 @@ class LagrangeTopAttitude(Case):
             scored=(AXIS,),
         ),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(body_energy),
-        "spin": Invariant(body_spin),
-        "vertical_momentum": Invariant(body_vertical_momentum),
-    }
+    invariants = conserved(energy=body_energy, spin=body_spin, vertical_momentum=body_vertical_momentum)
     forms = (RigidBody(symmetric_moments, weight_torque),)
     reversal = ("w1", "w2", "w3")
-
-    def motion(self) -> TopAttitude:
-        return self._exact
-
-    @cached_property
-    def _exact(self) -> TopAttitude:
-        w1, w2, w3, *attitude = self.initial_state
-        i1, i3, weight = self.parameter_values()
-        return TopAttitude(i1, i3, weight, (w1, w2, w3), tuple(attitude))
 
     @property
     def time_scale(self) -> float:
@@ -408,15 +363,6 @@ class LagrangeTopAttitude(Case):
         w1, w2, w3 = map(float, self.initial_state[:3])
         length = math.hypot(*map(float, self.initial_state[9:]))
         return 1 / max(math.hypot(w1, w2, w3), abs(axial * w3) / moment, math.sqrt(weight * length / moment), 1e-3)
-
-    def natural_span(self) -> Number:
-        """10.37 nutations; 20 time scales if there are none."""
-        period = self._exact.nutation_period(20)
-        return 20 * self.time_scale if period is None else float(period) * 10.37
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        period, advance = self._exact.nutation_period(digits), self._exact.precession_per_nutation(digits)
-        return {} if period is None else {"nutation_period": period, "precession_per_nutation": advance}
 
     @property
     def scene(self) -> SceneForm | None:

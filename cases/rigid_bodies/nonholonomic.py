@@ -3,17 +3,11 @@
 Cases: chaplygin_sleigh, knife_edge_incline.
 """
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
 from math import atan2, cos, sin, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.nonholonomic import ChaplyginSleigh, KnifeEdge
 
@@ -113,21 +107,14 @@ class ChaplyginSleighCase(Case):
         "is not: every motion tends to straight ahead (v = V). The path of the edge follows from the state: "
         "x' = v cos(theta), y' = v sin(theta)."
     )
-    state = (
-        Coordinate("v", "m/s", "velocity"),
-        Coordinate("w", "rad/s", "angular velocity"),
-        Coordinate("theta", "rad", "angle"),
-    )
-    parameter_list = (
-        Parameter("m", "kg", 2, "mass"),
-        Parameter("I", "kg m^2", "0.5", "moment of inertia about the centre of mass"),
-        Parameter("a", "m", "0.3", "from the edge to the centre of mass"),
-    )
-    default_state = ("-1.5", "0.4", 0)
-    domain = Domain(
-        {name: positive() for name in ("m", "I", "a")}
-        | {name: Range(typical=(-5.0, 5.0)) for name in ("v", "w", "theta")}
-    )
+    v = Coordinate("m/s", "-1.5", typical(-5, 5))
+    w = Coordinate("rad/s", "0.4", typical(-5, 5))
+    theta = Coordinate("rad", 0, typical(-5, 5))
+    m = Parameter("kg", 2, "mass", positive())
+    I = Parameter("kg m^2", "0.5", "moment of inertia about the centre of mass", positive())
+    a = Parameter("m", "0.3", "from the edge to the centre of mass", positive())
+    exact_motion = bind(ChaplyginSleigh, inertia="I")
+    quantity_names = ("final_speed=speed", "whole_turn")
     variants = (
         Variant(
             "backward",
@@ -138,45 +125,32 @@ class ChaplyginSleighCase(Case):
         Variant("straight", "exactly straight backward: stays so, though unstable", initial_state=(-1, 0, 0), span=100),
         Variant("slow", "the centre of mass almost at the edge: a slow turn", {"a": "1e-4"}),
     )
-    invariants: ClassVar = {"energy": Invariant(sleigh_energy), "turn": Invariant(sleigh_turn)}
+    invariants = conserved(energy=sleigh_energy, turn=sleigh_turn)
     forms = (FirstOrder(sleigh_equations),)
     scene = SLEIGH_SCENE
     reversal = ("v", "w")
-
-    @cached_property
-    def _exact(self) -> ChaplyginSleigh:
-        return ChaplyginSleigh(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> ChaplyginSleigh:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """q/(a V), the decay time of the rotation, or the time of a radian of it if that is shorter."""
         m, inertia, a = map(float, self.parameter_values())
         square = inertia / m + a * a
-        speed = float(self._exact.speed())
+        speed = float(self.exact_motion.speed())
         return min(square / (a * speed), math.sqrt(square) / speed) if speed else 1.0
 
     def natural_span(self) -> Number:
         """The time of the turn, and 5 decay times more."""
         m, inertia, a = map(float, self.parameter_values())
-        speed, w = float(self._exact.speed()), abs(float(self.initial_state[1]))
+        speed, w = float(self.exact_motion.speed()), abs(float(self.w))
         if not speed or not w:
             return 10 * self.time_scale
         square = inertia / m + a * a
-        until = max(0.0, -math.asinh(float(self.initial_state[0]) / (math.sqrt(square) * w)))
+        until = max(0.0, -math.asinh(float(self.v) / (math.sqrt(square) * w)))
         return (until + 5) * square / (a * speed)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`edge_x` and `edge_y`: the position of the edge at the end of the span, relative to its start (m)."""
-        x, y = self._exact.path(self.span, digits)
-        return {
-            "final_speed": self._exact.speed(digits),
-            "whole_turn": self._exact.whole_turn(digits),
-            "edge_x": x,
-            "edge_y": y,
-        }
+        return dict(zip(("edge_x", "edge_y"), self.exact_motion.path(self.span, digits), strict=True))
 
 
 class KnifeEdgeIncline(Case):
@@ -184,55 +158,33 @@ class KnifeEdgeIncline(Case):
     title = "Knife edge (skate) on an incline, constant turn rate"
     section = "11.2.2"
     conventions = "x down the slope, y across, gs = g sin(alpha); a turning skate drifts across the slope, not down."
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("th", "rad", "angle"),
-        Coordinate("v", "m/s", "velocity"),
-    )
-    parameter_list = (
-        Parameter("w", "rad/s", "0.7", "rate of turn"),
-        Parameter("gs", "m/s^2", "1.7", "g sin(alpha)"),
-    )
-    default_state = (0, 0, 0, 0)
-    domain = Domain(
-        {"w": Range(typical=(-5.0, 5.0)), "gs": Range(low=0.0, typical=(0.0, 9.0))}
-        | {name: Range(typical=(-5.0, 5.0)) for name in ("x", "y", "th", "v")}
-    )
+    x = Coordinate("m", 0, typical(-5, 5))
+    y = Coordinate("m", 0, typical(-5, 5))
+    th = Coordinate("rad", 0, typical(-5, 5))
+    v = Coordinate("m/s", 0, typical(-5, 5))
+    w = Parameter("rad/s", "0.7", "rate of turn", typical(-5, 5))
+    gs = Parameter("m/s^2", "1.7", "g sin(alpha)", nonnegative(0, 9))
+    exact_motion = bind(KnifeEdge)
+    quantity_names = ("drift",)
+    """The mean velocity across the slope, if started at rest (m/s)."""
     variants = (
         Variant("long_1e4", "10,000 turns: the distance across grows, that down the slope must not", span="89763.5"),
         Variant("slow_turn", "w = 1e-8: formulas divide by w^2", {"w": "1e-8"}, span=20),
         Variant("straight", "w = 0: down the slope", {"w": 0}, (0, 0, "0.3", 0), span=20),
         Variant("launched", "starts with speed", initial_state=(0, 0, 1, 3)),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(skate_energy),
-        "speed": Invariant(skate_speed),
-        "turn": Invariant(skate_turn),
-    }
+    invariants = conserved(energy=skate_energy, speed=skate_speed, turn=skate_turn)
     forms = (FirstOrder(skate_equations),)
     scene = SKATE_SCENE
     reversal = ("v", "w")
 
-    @cached_property
-    def _exact(self) -> KnifeEdge:
-        return KnifeEdge(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> KnifeEdge:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """The time of a radian of the turn."""
-        w = abs(float(self.parameters["w"]))
+        w = abs(float(self.w))
         return 1 / w if w > 0.01 else 1.0
 
     def natural_span(self) -> Number:
         """10.37 turns; 10 s if it does not turn."""
-        w = abs(float(self.parameters["w"]))
+        w = abs(float(self.w))
         return 10.37 * 2 * math.pi / w if w > 0.01 else 10.0
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`drift`: the mean velocity across the slope, if started at rest (m/s)."""
-        drift = self._exact.drift(digits)
-        return {} if drift is None else {"drift": drift}

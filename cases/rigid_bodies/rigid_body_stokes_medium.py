@@ -1,18 +1,12 @@
 """A rigid body that rotates in a Stokes medium."""
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
 from math import exp, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Equations, RigidBody, Values
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.forms import Equations, RigidBody
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.euler_top import (
-    ORTHOGONAL,
     TRIANGLE,
     EulerTopCase,
     momentum_x,
@@ -20,7 +14,7 @@ from gnomon.cases.rigid_bodies.euler_top import (
     momentum_z,
     spinning,
 )
-from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_reading, euler_top_scene
+from gnomon.cases.scenes.attitude import euler_top_reading, euler_top_scene
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
 
@@ -80,19 +74,21 @@ class RigidBodyStokesMedium(Case):
         "Drag -nu v per unit mass on every element, so the medium's torque is -nu H. w are body components; R, row by "
         "row, takes body components to space, R' = R hat(w). R(0) need not be orthogonal."
     )
-    state = EulerTopCase.state
-    parameter_list = (*EulerTopCase.parameter_list, Parameter("nu", "1/s", "0.1", "drag over mass and speed"))
-    default_state = spinning(1, "0.6", "0.3")
-    domain = Domain(
-        {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
-        | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)}
-        | {"nu": Range(low=0.0, typical=(0.0, 1.0))},
-        (
-            TRIANGLE,
-            ROTATES,
-        ),
+    w1 = Coordinate("rad/s", 1, typical(-2, 2))
+    w2 = Coordinate("rad/s", "0.6", typical(-2, 2))
+    w3 = Coordinate("rad/s", "0.3", typical(-2, 2))
+    attitude = Attitude()
+    I1 = Parameter("kg m^2", 2, "principal moment of inertia", positive(0.8, 1.5))
+    I2 = Parameter("kg m^2", 3, "principal moment of inertia", positive(0.8, 1.5))
+    I3 = Parameter("kg m^2", 4, "principal moment of inertia", positive(0.8, 1.5))
+    nu = Parameter("1/s", "0.1", "drag over mass and speed", nonnegative(0, 1))
+    rules = (
+        TRIANGLE,
+        ROTATES,
     )
+    exact_motion = bind(StokesBody, moments="I1 I2 I3", rates="w1 w2 w3")
+    quantity_names = ("free_time_limit=final_turn",)
+    """`free_time_limit`: the body never turns further than the torque-free one in this time (s)."""
     variants = (
         Variant(
             "weak_flips",
@@ -112,39 +108,21 @@ class RigidBodyStokesMedium(Case):
         Variant("separatrix", "exactly on the separatrix", {"I1": 1, "I2": 2, "I3": "2.25"}, spinning(3, 1, 4)),
         Variant("no_medium", "nu = 0: the torque-free body", {"nu": 0}, span=60),
     )
-    invariants: ClassVar = {
-        "twice_energy": Invariant(stokes_energy, "decays"),
-        "ratio": Invariant(stokes_ratio),
-        "momentum_x": Invariant(fading(momentum_x)),
-        "momentum_y": Invariant(fading(momentum_y)),
-        "momentum_z": Invariant(fading(momentum_z)),
-    }
+    invariants = decaying(twice_energy=stokes_energy) | conserved(
+        ratio=stokes_ratio, momentum_x=fading(momentum_x), momentum_y=fading(momentum_y), momentum_z=fading(momentum_z)
+    )
     forms = (RigidBody(stokes_moments, stokes_torque),)
     scene = SCENE
-
-    @cached_property
-    def _exact(self) -> StokesBody:
-        w1, w2, w3, *attitude = self.initial_state
-        i1, i2, i3, nu = self.parameter_values()
-        return StokesBody(nu, (i1, i2, i3), (w1, w2, w3), tuple(attitude))
-
-    def motion(self) -> StokesBody:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """The time of a radian at the initial rate, or of the drag if that is shorter."""
-        return 1 / max(math.hypot(*map(float, self.initial_state[:3])), float(self.parameters["nu"]))
+        return 1 / max(math.hypot(*map(float, self.initial_state[:3])), float(self.nu))
 
     def natural_span(self) -> Number:
         """6/nu, at most 100 radians at the initial rate."""
-        nu, scale = float(self.parameters["nu"]), self.time_scale
+        nu, scale = float(self.nu), self.time_scale
         return min(6 / nu, 100 * scale) if nu else 100 * scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`free_time_limit`: the body never turns further than the torque-free one in this time (s)."""
-        limit = self._exact.final_turn(digits)
-        return {} if limit is None else {"free_time_limit": limit}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -3,28 +3,21 @@
 Cases: rigid_body_stokes_medium_falling, rigid_body_stokes_medium_torque.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from functools import cached_property
 from math import exp
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import FirstOrder, RigidBody, Values, euler_equations
+from gnomon.cases.core.forms import RigidBody, euler_equations
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Domain, Parameter, Range, positive
 from gnomon.cases.core.scene import Force, Scene, SceneForm, Vector
+from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import (
     DynamicsOfFreeRigidBodyInGravity,
     thrown_reading,
     thrown_scene,
 )
 from gnomon.cases.rigid_bodies.euler_top import (
-    ORTHOGONAL,
     TRIANGLE,
-    EulerTopCase,
     momentum_x,
     momentum_y,
     momentum_z,
@@ -39,7 +32,6 @@ from gnomon.cases.rigid_bodies.rigid_body_stokes_medium import (
     stokes_scene,
 )
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
-from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium_falling import FallingStokesBody
 
@@ -115,55 +107,50 @@ class RigidBodyStokesMediumFalling(Case):
         "z up; x, y, z of the centre of mass; drag -nu v per unit mass on every element, so that r'' = g - nu r' and the "
         "torque is -nu H. w are body components; R, row by row, takes body components to space, R' = R hat(w)."
     )
-    state = DynamicsOfFreeRigidBodyInGravity.state
-    parameter_list = (
-        *DynamicsOfFreeRigidBodyInGravity.parameter_list,
-        Parameter("nu", "1/s", "0.4", "drag over mass and speed"),
+    x = Coordinate("m", 0)
+    y = Coordinate("m", 0)
+    z = Coordinate("m", 1)
+    vx = Coordinate("m/s", 3)
+    vy = Coordinate("m/s", 0)
+    vz = Coordinate("m/s", 8)
+    w1 = Coordinate("rad/s", 4, typical(-2, 2))
+    w2 = Coordinate("rad/s", "0.5", typical(-2, 2))
+    w3 = Coordinate("rad/s", 1, typical(-2, 2))
+    attitude = Attitude()
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", nonnegative(0, 20))
+    I1 = Parameter("kg m^2", 2, "principal moment of inertia", positive(0.8, 1.5))
+    I2 = Parameter("kg m^2", 3, "principal moment of inertia", positive(0.8, 1.5))
+    I3 = Parameter("kg m^2", 4, "principal moment of inertia", positive(0.8, 1.5))
+    nu = Parameter("1/s", "0.4", "drag over mass and speed", nonnegative(0, 1))
+    rules = (TRIANGLE, ROTATES)
+    exact_motion = bind(
+        lambda c: FallingStokesBody(
+            StokesDrag(c.nu, (0 * c.g, 0 * c.g, -c.g), (c.x, c.y, c.z), (c.vx, c.vy, c.vz)),
+            StokesBody(c.nu, (c.I1, c.I2, c.I3), (c.w1, c.w2, c.w3), c.attitude),
+        )
     )
-    default_state = (0, 0, 1, 3, 0, 8, *spinning(4, "0.5", 1))
     default_span = "4.7"
-    domain = Domain(
-        dict(DynamicsOfFreeRigidBodyInGravity.domain.ranges) | {"nu": Range(low=0.0, typical=(0.0, 1.0))},
-        (TRIANGLE, ROTATES),
-    )
     variants = (
         Variant("terminal", "falls for 30/nu: reaches the terminal speed, the rotation stops", span=75),
         Variant("weak", "nu = 1e-9: formulas divide by nu^2", {"nu": "1e-9"}),
         Variant("strong", "nu = 1e3: stops at once and falls slowly", {"nu": 1000}, span="1.7"),
     )
-    invariants: ClassVar = {
-        "carried_x": Invariant(carried_x),
-        "carried_y": Invariant(carried_y),
-        "carried_z": Invariant(carried_z),
-        "momentum_z": Invariant(falling_momentum),
-    }
+    invariants = conserved(carried_x=carried_x, carried_y=carried_y, carried_z=carried_z, momentum_z=falling_momentum)
     forms = (FirstOrder(falling_in_medium),)
     scene = FALLING
-
-    @cached_property
-    def _exact(self) -> FallingStokesBody:
-        g, i1, i2, i3, nu = self.parameter_values()
-        x, y, z, vx, vy, vz, w1, w2, w3, *attitude = self.initial_state
-        return FallingStokesBody(
-            StokesDrag(nu, (0 * g, 0 * g, -g), (x, y, z), (vx, vy, vz)),
-            StokesBody(nu, (i1, i2, i3), (w1, w2, w3), tuple(attitude)),
-        )
-
-    def motion(self) -> FallingStokesBody:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """The time of a radian at the initial rate, or of the drag if that is shorter."""
         rate = math.hypot(*map(float, self.initial_state[6:9]))
-        return 1 / max(rate, float(self.parameters["nu"]), 1.0)
+        return 1 / max(rate, float(self.nu), 1.0)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        motion = self._exact
-        limit = motion.body.final_turn(digits)
-        if limit is None:
-            return {}
-        return {"terminal_speed": motion.centre.terminal_speed(2, digits), "free_time_limit": limit}
+    def derived(self, digits: int) -> dict[str, Any]:
+        motion, limit = self.exact_motion, self.exact_motion.body.final_turn(digits)
+        return {
+            "terminal_speed": None if limit is None else motion.centre.terminal_speed(2, digits),
+            "free_time_limit": limit,
+        }
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -181,32 +168,26 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
         "follows by integration. w are body components; R, row by row, is orthogonal and maps body components to space, "
         "R' = R hat(w)."
     )
-    state = EulerTopCase.state
-    parameter_list = (*RigidBodyStokesMedium.parameter_list, Parameter("M", "N m", 1, "torque along the vertical"))
-    default_state = spinning(1, "0.6", "0.3")
+    w1 = Coordinate("rad/s", 1, typical(-2, 2))
+    w2 = Coordinate("rad/s", "0.6", typical(-2, 2))
+    w3 = Coordinate("rad/s", "0.3", typical(-2, 2))
+    attitude = Attitude(fixed=True)
+    I1 = Parameter("kg m^2", 2, "principal moment of inertia", positive(0.8, 1.5))
+    I2 = Parameter("kg m^2", 3, "principal moment of inertia", positive(0.8, 1.5))
+    I3 = Parameter("kg m^2", 4, "principal moment of inertia", positive(0.8, 1.5))
+    nu = Parameter("1/s", "0.1", "drag over mass and speed", positive(0.05, 1))
+    M = Parameter("N m", 1, "torque along the vertical", typical(-2, 2))
+    rules = (TRIANGLE,)
     default_span = "12.3"
-    domain = Domain(
-        {name: positive(0.8, 1.5) for name in ("I1", "I2", "I3")}
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
-        | {
-            f"R{i}{j}": Range(ORTHOGONAL.low, ORTHOGONAL.high, typical=(float(i == j),) * 2)
-            for i in (1, 2, 3)
-            for j in (1, 2, 3)
-        }
-        | {"nu": positive(0.05, 1.0), "M": Range(typical=(-2.0, 2.0))},
-        (TRIANGLE,),
-    )
     variants = (
         Variant("from_rest", "driven from rest about an axis that is not principal", initial_state=spinning(0, 0, 0)),
         Variant("axisymmetric", "two equal moments", {"I1": 2, "I2": 2, "I3": 3}),
         Variant("rod", "a rod: the torque accelerates it about the axis of the moment that is 1e-2 of the others", {"I1": "0.01", "I2": 1, "I3": 1}, spinning(0, 1, "0.5"), "2.3"),
         Variant("settles", "nu t = 20: ends in rotation about the vertical with H = M/nu", {"nu": 1}, span=20),
     )  # fmt: skip
-    invariants: ClassVar = {
-        "momentum_x": Invariant(fading(momentum_x)),
-        "momentum_y": Invariant(fading(momentum_y)),
-        "momentum_left": Invariant(scaled_momentum_excess),
-    }
+    invariants = conserved(
+        momentum_x=fading(momentum_x), momentum_y=fading(momentum_y), momentum_left=scaled_momentum_excess
+    )
     forms = (RigidBody(stokes_moments, turned_torque),)
     scene = DRIVEN
 
@@ -217,11 +198,9 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
         rate = math.hypot(*map(float, self.initial_state[:3]))
         return 1 / max(rate, abs(M) / nu / max(i1, i2, i3), nu, 0.1)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`final_momentum`: M/nu, about the vertical (kg m^2/s)."""
-        with working(digits + 2) as mp:
-            found = publish([mp.mpf(self.parameters["M"] / self.parameters["nu"])], digits)
-        return {"final_momentum": found[0]}
+        return {"final_momentum": self.M / self.nu}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -1,17 +1,14 @@
 """A thin disc that rolls without slip on a rough horizontal plane."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
-from math import cos, pi, sin, sqrt, tau
-from typing import Any, ClassVar
+from math import acos, atan2, cos, pi, sin, sqrt, tau
 
-from gnomon.cases.core.case import Invariant, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.forms import Values
 from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.rigid_bodies.disc_scene import SCENE
+from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.attitude import in_body, matrix, quaternion
 from gnomon.reference.numerics.precision import Number, publish, working
 
 
@@ -49,6 +46,53 @@ def _is_kept_off_the_plane(n: Mapping[str, Fraction]) -> bool:
     return n["w2"] != 0 or n["w3"] != 0
 
 
+def disc_scene(state: Values, parameters: Values) -> Scene:
+    """The rim of a thin disc on a plane on which it cannot slip.
+
+    The disc's axes: along the tangent, the steepest radius and the axle, rotated by the roll psi about the axle.
+    """
+    x, y, theta, phi, psi, w1, w2, w3 = state
+    g, a = parameters
+    ct, st, cf, sf, cp, sp = cos(theta), sin(theta), cos(phi), sin(phi), cos(psi), sin(psi)
+    tangent, radius, axle = (cf, sf, 0.0), (-ct * sf, ct * cf, st), (st * sf, -st * cf, ct)
+    spin = tuple(w1 * t + w2 * r + w3 * n for t, r, n in zip(tangent, radius, axle, strict=True))
+    # The centre is at a up the steepest radius from the point of contact, which has velocity zero: v = w x a r.
+    arm = tuple(a * r for r in radius)
+    velocity = (
+        spin[1] * arm[2] - spin[2] * arm[1],
+        spin[2] * arm[0] - spin[0] * arm[2],
+        spin[0] * arm[1] - spin[1] * arm[0],
+    )
+    first = tuple(cp * t + sp * r for t, r in zip(tangent, radius, strict=True))
+    second = tuple(cp * r - sp * t for t, r in zip(tangent, radius, strict=True))
+    r = tuple(v for row in zip(first, second, axle, strict=True) for v in row)
+    moment = a * a / 4
+    disc = Body(
+        "disc",
+        1.0,
+        (moment, moment, 2 * moment),
+        (x + arm[0], y + arm[1], arm[2]),
+        quaternion(r),
+        velocity,
+        (spin[0], spin[1], spin[2]),
+    )
+    return Scene((0.0, 0.0, -g), (disc,), contacts=(Contact("disc", (0.0, 0.0, 1.0)),))
+
+
+def disc_reading(readings: Readings, parameters: Values) -> Values:
+    (x, y, _), attitude, _, spin = readings.bodies["disc"]
+    r = matrix(attitude)
+    a = parameters[1]
+    theta, phi, psi = acos(max(-1.0, min(1.0, r[8]))), atan2(r[2], -r[5]), atan2(r[6], r[7])
+    w1, w2, w3 = in_body(r, spin)
+    c, s = cos(psi), sin(psi)
+    ahead = a * cos(theta)
+    return x + ahead * sin(phi), y - ahead * cos(phi), theta, phi, psi, w1 * c - w2 * s, w1 * s + w2 * c, w3
+
+
+SCENE = SceneForm(disc_scene, disc_reading, frozenset({"disc_contact", "rolling_without_slip"}), conservative=False)
+
+
 class RollingDisc(IntegratedCase):
     """A disc such as a coin: upright, tilted, rolling in a circle, or spinning about a diameter."""
 
@@ -61,36 +105,20 @@ class RollingDisc(IntegratedCase):
         "phi' cos(theta) are the angular velocity along the tangent, the steepest radius and the axle; (x, y) is the "
         "point of contact. Energy is constant; phase volume need not be."
     )
-    state = (
-        Coordinate("x", "m", "length"),
-        Coordinate("y", "m", "length"),
-        Coordinate("theta", "rad", "angle"),
-        Coordinate("phi", "rad", "angle"),
-        Coordinate("psi", "rad", "angle"),
-        Coordinate("w1", "rad/s", "angular velocity"),
-        Coordinate("w2", "rad/s", "angular velocity"),
-        Coordinate("w3", "rad/s", "angular velocity"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("a", "m", "0.25", "radius of the disc"),
-    )
-    default_state = (0, 0, "1.2", 0, 0, 0, "-1.5", 6)
-    domain = Domain(
-        {
-            "g": positive(5.0, 15.0),
-            "a": positive(0.2, 1.0),
-            "theta": Range(low=0.0, high=pi, low_open=True, high_open=True, typical=(0.9, 2.2)),
-            "w1": Range(typical=(-0.5, 0.5)),
-            "w2": Range(typical=(0.5, 3.0)),
-            "w3": Range(typical=(-8.0, 8.0)),
-        }
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y", "phi", "psi")},
-        (
-            Rule(
-                "the disc rotates or rolls (w2 or w3 is not zero), else it falls flat",
-                _is_kept_off_the_plane,
-            ),
+    x = Coordinate("m", 0, typical(-2, 2))
+    y = Coordinate("m", 0, typical(-2, 2))
+    theta = Coordinate("rad", "1.2", Range(low=0.0, high=pi, low_open=True, high_open=True, typical=(0.9, 2.2)))
+    phi = Coordinate("rad", 0, typical(-2, 2))
+    psi = Coordinate("rad", 0, typical(-2, 2))
+    w1 = Coordinate("rad/s", 0, typical(-0.5, 0.5))
+    w2 = Coordinate("rad/s", "-1.5", typical(0.5, 3))
+    w3 = Coordinate("rad/s", 6, typical(-8, 8))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 15))
+    a = Parameter("m", "0.25", "radius of the disc", positive(0.2, 1))
+    rules = (
+        Rule(
+            "the disc rotates or rolls (w2 or w3 is not zero), else it falls flat",
+            _is_kept_off_the_plane,
         ),
     )
     variants = (
@@ -142,7 +170,7 @@ class RollingDisc(IntegratedCase):
             span="0.61",
         ),
     )
-    invariants: ClassVar = {"energy": Invariant(disc_energy)}
+    invariants = conserved(energy=disc_energy)
     forms = (FirstOrder(disc_equations),)
     scene = SCENE
     reversal = ("w1", "w2", "w3")
@@ -157,8 +185,7 @@ class RollingDisc(IntegratedCase):
 
     def natural_span(self) -> Number:
         """3.37 times 2 pi sqrt(a/g): the integration is expensive."""
-        g, a = map(float, self.parameter_values())
-        return 3.37 * tau * sqrt(a / g)
+        return 3.37 * tau * sqrt(float(self.a) / float(self.g))
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:
         """Limits of stability of an upright disc: `rolling_limit` of w3, `spinning_limit` of w2 (rad/s).
@@ -167,7 +194,7 @@ class RollingDisc(IntegratedCase):
         """
         with working(digits + 10) as mp:
             g, a = map(mp.mpf, self.parameter_values())
-            theta, w2 = mp.mpf(self.initial_state[2]), mp.mpf(self.initial_state[6])
+            theta, w2 = mp.mpf(self.theta), mp.mpf(self.w2)
             found = {"rolling_limit": mp.sqrt(g / (3 * a)), "spinning_limit": mp.sqrt(4 * g / (5 * a))}
             if w2:
                 found["circle_spin"] = (w2 * mp.cot(theta) - 4 * g / a * mp.cos(theta) / w2) / 6

@@ -3,18 +3,12 @@
 Cases: sliding_ladder, rigid_link_plane_motion.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
-from functools import cached_property
 from math import acos, atan2, cos, sin, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
 from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.sliding_rods import FallingRod, SlidingLadder
 from mpmath import mpf
@@ -122,11 +116,6 @@ def rod_reading(readings: Readings, parameters: Values) -> Values:
 
 LADDER_SCENE = SceneForm(ladder_scene, rod_reading, frozenset({"thin_rod_contact"}), conservative=False)
 FLOOR_SCENE = SceneForm(floor_scene, rod_reading, frozenset({"thin_rod_contact"}), conservative=False)
-ROD = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
-NUMBERS = (
-    Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-    Parameter("L", "m", 2, "length of the rod"),
-)
 LIE = Transition("lies", "floor", upright_share, -1, come_to_lie, "flat", floor_state)
 REST = (Mode("flat", flat_on_floor), Mode("stands", flat_on_floor))
 
@@ -139,63 +128,45 @@ class SlidingLadderCase(Case):
         "theta from the vertical; the rod touches the wall while (3g/2L) cos(theta) > omega^2, from rest until cos(theta) = "
         "(2/3) cos(theta0); then it slides on the floor alone, and comes to rest at pi/2 in a plastic impact."
     )
-    state = ROD
-    parameter_list = NUMBERS
-    default_state = ("0.3", 0)
-    domain = Domain(
-        {
-            "g": positive(),
-            "L": positive(),
-            "theta": Range(0.0, math.pi / 2, typical=(0.0, 1.2)),
-            "omega": Range(low=0.0, typical=(0.0, 1.0)),
-        },
-        (
-            Rule(
-                "the rod starts in contact with the wall: 2 L omega^2 < 3 g cos(theta)",
-                lambda n: 2 * n["L"] * n["omega"] ** 2 < 3 * n["g"] * Fraction(math.cos(n["theta"])),
-            ),
+    theta = Coordinate("rad", "0.3", Range(0.0, math.pi / 2, typical=(0.0, 1.2)))
+    omega = Coordinate("rad/s", 0, nonnegative(0, 1))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    L = Parameter("m", 2, "length of the rod", positive())
+    rules = (
+        Rule(
+            "the rod starts in contact with the wall: 2 L omega^2 < 3 g cos(theta)",
+            lambda n: 2 * n["L"] * n["omega"] ** 2 < 3 * n["g"] * Fraction(math.cos(n["theta"])),
         ),
     )
+    exact_motion = bind(SlidingLadder)
     variants = (
         Variant("upright", "released 1e-9 rad from the vertical: a long exponential phase", initial_state=("1e-9", 0)),
         Variant("never", "released exactly upright: must not move", initial_state=(0, 0), span=10),
         Variant("pushed", "starts at the vertical with speed", initial_state=(0, "0.5")),
         Variant("low", "released nearly flat", initial_state=("1.4", 0)),
     )
-    invariants: ClassVar = {"energy_on_floor_frame": Invariant(ladder_energy, "decays")}
+    invariants = decaying(energy_on_floor_frame=ladder_energy)
     scene = LADDER_SCENE
-
-    @cached_property
-    def _exact(self) -> SlidingLadder:
-        return SlidingLadder(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> SlidingLadder:
-        return self._exact
+    forms = (
+        Hybrid(
+            modes=(Mode("wall", on_wall_and_floor), Mode("floor", on_floor_alone), *REST),
+            start=ladder_mode,
+            transitions=(Transition("leaves_wall", "wall", wall_force, -1, unchanged_rod, "floor"), LIE),
+            terminal=frozenset({"flat", "stands"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """sqrt(2L/3g), the time of the inverted pendulum."""
-        return math.sqrt(2 * float(self.parameters["L"] / self.parameters["g"]) / 3)
+        return math.sqrt(2 * float(self.L / self.g) / 3)
 
     def natural_span(self) -> Number:
         """1.2 times the time of the whole fall."""
-        return 10 * self.time_scale if self._exact.stands else 1.2 * float(self._exact.floor_time())
+        return 10 * self.time_scale if self.exact_motion.stands else 1.2 * float(self.exact_motion.floor_time())
 
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        leave = Transition("leaves_wall", "wall", wall_force, -1, unchanged_rod, "floor")
-        return (
-            Hybrid(
-                modes=(Mode("wall", on_wall_and_floor), Mode("floor", on_floor_alone), *REST),
-                start=ladder_mode,
-                transitions=(leave, LIE),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"flat", "stands"}),
-            ),
-        )
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion, found = self._exact, list[Event]()
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion, found = self.exact_motion, list[Event]()
         if not motion.stands and motion.leaving_time(20) <= self.span:
             there = motion.leaving_state(digits)
             found.append(Event(motion.leaving_time(digits), "leaves_wall", there, there))
@@ -204,22 +175,13 @@ class SlidingLadderCase(Case):
         return tuple(found)
 
     def same_course(self, other: Case) -> bool:
-        return (not any(other.initial_state)) == self._exact.stands
+        return (not any(other.initial_state)) == self.exact_motion.stands
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
         """`centre_velocity`: the horizontal one, constant after the rod has left the wall (m/s)."""
-        motion = self._exact
-        if motion.stands:
-            return {}
-        angle, rate = motion.leaving_state(digits)
-        return {
-            "leaving_time": motion.leaving_time(digits),
-            "leaving_angle": angle,
-            "leaving_rate": rate,
-            "floor_time": motion.floor_time(digits),
-            "floor_rate": motion.floor_rate(digits),
-            "centre_velocity": motion.centre_velocity(digits),
-        }
+        leaving = ("leaving_time", "leaving_angle leaving_rate=leaving_state")
+        return () if self.exact_motion.stands else (*leaving, "floor_time", "floor_rate", "centre_velocity")
 
 
 class RigidLinkPlaneMotion(Case):
@@ -230,66 +192,47 @@ class RigidLinkPlaneMotion(Case):
         "theta from the vertical; the lower end slides without friction, the centre falls straight down, and the rod "
         "comes to rest at pi/2 in a plastic impact."
     )
-    state = ROD
-    parameter_list = NUMBERS
-    default_state = ("0.3", 0)
-    domain = Domain(
-        {
-            "g": positive(),
-            "L": positive(),
-            "theta": Range(0.0, math.pi / 2, typical=(0.0, 1.4)),
-            "omega": Range(0.0, 0.0, typical=(0.0, 0.0)),
-        }
-    )
+    theta = Coordinate("rad", "0.3", Range(0.0, math.pi / 2, typical=(0.0, 1.4)))
+    omega = Coordinate("rad/s", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
+    L = Parameter("m", 2, "length of the rod", positive())
+    exact_motion = bind(lambda c: FallingRod(c.g, c.L, c.initial_state[0]))
     variants = (
         Variant("upright", "released 1e-9 rad from the vertical: a long exponential phase", initial_state=("1e-9", 0)),
         Variant("never", "released exactly upright: must not move", initial_state=(0, 0), span=10),
         Variant("low", "released nearly flat", initial_state=("1.5", 0)),
     )
-    invariants: ClassVar = {"energy": Invariant(rod_energy, "decays")}
+    invariants = decaying(energy=rod_energy)
     scene = FLOOR_SCENE
-
-    @cached_property
-    def _exact(self) -> FallingRod:
-        g, length = self.parameter_values()
-        return FallingRod(g, length, self.initial_state[0])
-
-    def motion(self) -> FallingRod:
-        return self._exact
+    forms = (
+        Hybrid(
+            modes=(Mode("floor", on_floor_alone), *REST),
+            start=rod_mode,
+            transitions=(LIE,),
+            terminal=frozenset({"flat", "stands"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """sqrt(L/6g), the time in which the angle grows by e close to the vertical."""
-        return math.sqrt(float(self.parameters["L"] / self.parameters["g"]) / 6)
+        return math.sqrt(float(self.L / self.g) / 6)
 
     def natural_span(self) -> Number:
         """1.2 times the time of the fall."""
-        return 10 * self.time_scale if self._exact.stands else 1.2 * float(self._exact.floor_time())
+        return 10 * self.time_scale if self.exact_motion.stands else 1.2 * float(self.exact_motion.floor_time())
 
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("floor", on_floor_alone), *REST),
-                start=rod_mode,
-                transitions=(LIE,),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"flat", "stands"}),
-            ),
-        )
-
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        if self._exact.stands or self._exact.floor_time(20) > self.span:
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        if self.exact_motion.stands or self.exact_motion.floor_time(20) > self.span:
             return ()
-        return (lying(self._exact, digits),)
+        return (lying(self.exact_motion, digits),)
 
     def same_course(self, other: Case) -> bool:
-        return (other.initial_state[0] == 0) == self._exact.stands
+        return (other.initial_state[0] == 0) == self.exact_motion.stands
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        if self._exact.stands:
-            return {}
-        return {"floor_time": self._exact.floor_time(digits), "floor_rate": self._exact.floor_rate(digits)}
+    @property
+    def quantity_names(self) -> tuple[str, ...]:
+        return () if self.exact_motion.stands else ("floor_time", "floor_rate")
 
 
 def lying(motion: SlidingLadder | FallingRod, digits: int) -> Event:

@@ -1,19 +1,12 @@
 """The torque-free axisymmetric body: regular precession."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
-from functools import cached_property
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Variant
-from gnomon.cases.core.forms import Equations, RigidBody, Values
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
+from gnomon.cases.core.forms import Equations, RigidBody
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.euler_top import (
-    ORTHOGONAL,
-    EulerTopCase,
     momentum_size,
     momentum_x,
     momentum_y,
@@ -22,7 +15,7 @@ from gnomon.cases.rigid_bodies.euler_top import (
     spinning,
     twice_energy,
 )
-from gnomon.cases.rigid_bodies.euler_top_scene import euler_top_reading, euler_top_scene
+from gnomon.cases.scenes.attitude import euler_top_reading, euler_top_scene
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 
@@ -64,18 +57,15 @@ class SymmetricTopTorqueFree(Case):
         "C is the moment about the third axis, A the transverse one. w are body components; R, row by row, maps them to space, "
         "R' = R hat(w). R(0) need not be orthogonal."
     )
-    state = EulerTopCase.state
-    parameter_list = (
-        Parameter("A", "kg m^2", 2, "transverse moment of inertia"),
-        Parameter("C", "kg m^2", 3, "axial moment of inertia"),
-    )
-    default_state = spinning("0.4", "0.3", 2)
-    domain = Domain(
-        {"A": positive(0.8, 1.5), "C": positive(0.5, 1.6)}
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("w1", "w2", "w3")}
-        | {f"R{i}{j}": ORTHOGONAL for i in (1, 2, 3) for j in (1, 2, 3)},
-        (Rule("the triangle inequality C <= 2 A", lambda n: n["C"] <= 2 * n["A"]),),
-    )
+    w1 = Coordinate("rad/s", "0.4", typical(-2, 2))
+    w2 = Coordinate("rad/s", "0.3", typical(-2, 2))
+    w3 = Coordinate("rad/s", 2, typical(-2, 2))
+    attitude = Attitude()
+    A = Parameter("kg m^2", 2, "transverse moment of inertia", positive(0.8, 1.5))
+    C = Parameter("kg m^2", 3, "axial moment of inertia", positive(0.5, 1.6))
+    rules = (Rule("the triangle inequality C <= 2 A", lambda n: n["C"] <= 2 * n["A"]),)
+    exact_motion = bind(EulerTop, moments="A A C", rates="w1 w2 w3")
+    quantity_names = ("precession_rate=precession", "body_period")
     variants = (
         Variant("prolate", "a rod-like body: it precesses in the same sense as it spins", {"A": 3, "C": "0.3"}),
         Variant("disc", "a flat disc, C = 2 A: wobbles twice as fast as it spins", {"C": 4}, spinning("0.01", 0, 2)),
@@ -90,26 +80,17 @@ class SymmetricTopTorqueFree(Case):
         Variant("turns_1e5", "1e5 turns in space: drift by round-off", span=200000),
         Variant("engines", "the parameters of engine tests", initial_state=spinning("0.5", 0, 3), span=10),
     )
-    invariants: ClassVar = {
-        "twice_energy": Invariant(of_three_moments(twice_energy)),
-        "momentum": Invariant(of_three_moments(momentum_size)),
-        "momentum_x": Invariant(of_three_moments(momentum_x)),
-        "momentum_y": Invariant(of_three_moments(momentum_y)),
-        "momentum_z": Invariant(of_three_moments(momentum_z)),
-        "axial_spin": Invariant(axial_spin),
-    }
+    invariants = conserved(
+        twice_energy=of_three_moments(twice_energy),
+        momentum=of_three_moments(momentum_size),
+        momentum_x=of_three_moments(momentum_x),
+        momentum_y=of_three_moments(momentum_y),
+        momentum_z=of_three_moments(momentum_z),
+        axial_spin=axial_spin,
+    )
     forms = (RigidBody(axial_moments, no_torque),)
     scene = SCENE
     reversal = ("w1", "w2", "w3")
-
-    @cached_property
-    def _exact(self) -> EulerTop:
-        w1, w2, w3, *attitude = self.initial_state
-        across, along = self.parameter_values()
-        return EulerTop((across, across, along), (w1, w2, w3), tuple(attitude))
-
-    def motion(self) -> EulerTop:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
@@ -119,10 +100,5 @@ class SymmetricTopTorqueFree(Case):
 
     def natural_span(self) -> Number:
         """10.37 turns about the angular momentum."""
-        precession = float(self._exact.precession())
+        precession = float(self.exact_motion.precession())
         return 10.37 * 2 * math.pi / precession if precession else 10.0
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        found = {"precession_rate": self._exact.precession(digits)}
-        period = self._exact.body_period(digits)
-        return found if period is None else found | {"body_period": period}

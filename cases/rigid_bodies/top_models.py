@@ -3,31 +3,12 @@
 Cases: lagrange_top_fast, lagrange_top_small_nutation.
 """
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
 from math import cos, sin
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Variant
-from gnomon.cases.core.forms import FirstOrder, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
+from gnomon.cases.declare import *
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.top_models import FastTop, SmallNutation
-
-ANGLES = (
-    Coordinate("theta", "rad", "angle", "tilt"),
-    Coordinate("omega_theta", "rad/s", "angular velocity"),
-    Coordinate("phi", "rad", "angle", "precession"),
-    Coordinate("psi", "rad", "angle", "spin"),
-)
-MOMENTS = (
-    Parameter("I1", "kg m^2", "0.02", "transverse moment about the point"),
-    Parameter("I3", "kg m^2", "0.01", "axial moment"),
-    Parameter("W", "N m", "0.5", "weight times distance of the centre of mass from the point"),
-)
-SPIN = Parameter("a", "kg m^2/s", "0.6", "p_psi, momentum of the spin, I3 w3")
 
 
 def fast_top(t: Any, state: Values, parameters: Values) -> Values:
@@ -60,38 +41,22 @@ class LagrangeTopFast(Case):
     title = "Fast top: steady slow precession at W/a"
     section = "11.12.4"
     conventions = "As lagrange_top; theta is constant, phi' = W/a, psi' = a/I3 - (W/a) cos(theta)."
-    state = ANGLES
-    parameter_list = (*MOMENTS[1:], SPIN)
-    default_state = ("0.6", 0, 0, 0)
-    domain = Domain(
-        {
-            "I3": positive(0.5, 2.0),
-            "W": positive(0.2, 4.0),
-            "a": Range(typical=(0.5, 4.0)),
-            "theta": Range(0.0, math.pi, typical=(0.1, 3.0)),
-            "omega_theta": Range(0.0, 0.0, typical=(0.0, 0.0)),
-        },
-        (Rule("the top spins (a is not 0)", lambda n: n["a"] != 0),),
-    )
+    theta = Coordinate("rad", "0.6", Range(0.0, math.pi, typical=(0.1, 3.0)), group="tilt")
+    omega_theta = Coordinate("rad/s", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
+    phi = Coordinate("rad", 0, group="precession")
+    psi = Coordinate("rad", 0, group="spin")
+    I3 = Parameter("kg m^2", "0.01", "axial moment", positive(0.5, 2))
+    W = Parameter("N m", "0.5", "weight times distance of the centre of mass from the point", positive(0.2, 4))
+    a = Parameter("kg m^2/s", "0.6", "p_psi, momentum of the spin, I3 w3", typical(0.5, 4))
+    rules = (Rule("the top spins (a is not 0)", lambda n: n["a"] != 0),)
+    exact_motion = bind(FastTop, start="theta omega_theta phi psi")
+    default_span = Span(65.3, "time scale")
     forms = (FirstOrder(fast_top),)
-
-    @cached_property
-    def _exact(self) -> FastTop:
-        axial, weight, a = self.parameter_values()
-        return FastTop(axial, weight, a, self.initial_state)
-
-    def motion(self) -> FastTop:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """The time of a radian of the spin."""
-        axial, _weight, a = map(float, self.parameter_values())
-        return axial / abs(a)
-
-    def natural_span(self) -> Number:
-        """65.3 radians of the spin."""
-        return 65.3 * self.time_scale
+        return float(self.I3) / abs(float(self.a))
 
 
 class LagrangeTopSmallNutation(Case):
@@ -101,41 +66,29 @@ class LagrangeTopSmallNutation(Case):
     title = "Top with small nutation about a tilt"
     section = "11.12.4"
     conventions = "The equations of lagrange_top to first order in theta - tilt."
-    state = ANGLES
-    parameter_list = (
-        *MOMENTS,
-        SPIN,
-        Parameter("b", "kg m^2/s", "0.52", "p_phi, momentum about the vertical"),
-        Parameter("tilt", "rad", "0.6", "the angle about which the equations are linear"),
+    theta = Coordinate("rad", "0.6", typical(0.4, 2.1), group="tilt")
+    omega_theta = Coordinate("rad/s", 0, typical(-0.5, 0.5))
+    phi = Coordinate("rad", 0, group="precession")
+    psi = Coordinate("rad", 0, group="spin")
+    I1 = Parameter("kg m^2", "0.02", "transverse moment about the point", positive(0.5, 2))
+    I3 = Parameter("kg m^2", "0.01", "axial moment", positive(0.5, 2))
+    W = Parameter("N m", "0.5", "weight times distance of the centre of mass from the point", positive(0.2, 4))
+    a = Parameter("kg m^2/s", "0.6", "p_psi, momentum of the spin, I3 w3", typical(2, 4))
+    b = Parameter("kg m^2/s", "0.52", "p_phi, momentum about the vertical", typical(1, 2))
+    tilt = Parameter(
+        "rad",
+        "0.6",
+        "the angle about which the equations are linear",
+        Range(0.0, math.pi, low_open=True, typical=(0.5, 2.0)),
     )
-    default_state = ("0.6", 0, 0, 0)
-    domain = Domain(
-        {
-            "I1": positive(0.5, 2.0),
-            "I3": positive(0.5, 2.0),
-            "W": positive(0.2, 4.0),
-            "a": Range(typical=(2.0, 4.0)),
-            "b": Range(typical=(1.0, 2.0)),
-            "tilt": Range(0.0, math.pi, low_open=True, typical=(0.5, 2.0)),
-            "theta": Range(typical=(0.4, 2.1)),
-            "omega_theta": Range(typical=(-0.5, 0.5)),
-        }
-    )
+    exact_motion = bind(SmallNutation, start="theta omega_theta phi psi")
+    default_span = Span(10.37, "nutation")
+    quantity_names = ("nutation_rate",)
     variants = (
         Variant("fast", "a^2/(I1 W) = 1e6: a fast small nutation on the precession", {"a": 100, "b": 82}),
-        Variant("long_1e4", "10,000 nutations: phase errors"),
+        Variant("long_1e4", "10,000 nutations: phase errors", periods=10000.37),
     )
     forms = (FirstOrder(nutating_top),)
-
-    _CYCLES: ClassVar[dict[str, float]] = {"long_1e4": 10000.37}
-
-    @cached_property
-    def _exact(self) -> SmallNutation:
-        moment, axial, weight, a, b, tilt = self.parameter_values()
-        return SmallNutation(moment, axial, weight, a, b, tilt, self.initial_state)
-
-    def motion(self) -> SmallNutation:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
@@ -145,10 +98,5 @@ class LagrangeTopSmallNutation(Case):
 
     def natural_span(self) -> Number:
         """10.37 nutations; ten time scales if the tilt is unstable."""
-        rate = self._exact.nutation_rate()
-        cycles = self._CYCLES.get(self.variant or "", 10.37)
-        return 10 * self.time_scale if rate is None else cycles * 2 * math.pi / float(rate)
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        rate = self._exact.nutation_rate(digits)
-        return {} if rate is None else {"nutation_rate": rate}
+        rate = self.exact_motion.nutation_rate()
+        return 10 * self.time_scale if rate is None else self.periods * 2 * math.pi / float(rate)

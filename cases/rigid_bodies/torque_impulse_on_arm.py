@@ -1,15 +1,10 @@
 """A torque impulse on an arm: its rate jumps, its angle does not."""
 
-from __future__ import annotations
-
-from functools import cached_property
 from math import sin, sqrt
-from typing import Any
 
-from gnomon.cases.core.case import Case, Event, Variant
-from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, positive
-from gnomon.cases.pendulums.blow_scene import ARM
+from gnomon.cases.core.scene import Body, Hinge, Scene, SceneForm
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.pendulum import pendulum_reading
 from gnomon.reference.numerics.precision import Number, publish, working
 from gnomon.reference.pendulums.kicked_pendulum import KickedPendulum
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
@@ -37,6 +32,26 @@ def arm_mode(t: Any, state: Values, parameters: Values) -> str:
     return "before" if t < parameters[4] else "after"
 
 
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+ACROSS = (0.0, -1.0, 0.0)
+"""The hinge axis about which a positive angle turns a hanging body towards +x."""
+
+
+def arm_scene(state: Values, parameters: Values) -> Scene:
+    """A uniform rod; the blow is an impulse at a given time (token `impulse`)."""
+    theta, omega = state
+    g, m, length, _H, _blow = parameters
+    moment = m * length * length / 12
+    rod = Body("arm", m, (moment, moment, 0.0))
+    hinge = Hinge("pivot", "arm", ORIGIN, ACROSS, (0.0, 0.0, -length / 2), theta, omega)
+    return Scene((0.0, 0.0, -g), (rod,), hinges=(hinge,))
+
+
+ARM = SceneForm(arm_scene, pendulum_reading, frozenset({"hinge", "impulse"}), conservative=False)
+
+
 class TorqueImpulseOnArm(Case):
     name = "torque_impulse_on_arm"
     title = "Torque impulse on a swinging arm"
@@ -45,25 +60,15 @@ class TorqueImpulseOnArm(Case):
         "A uniform rod hinged at one end in a vertical plane, theta from the downward vertical; at t1 a torque impulse H "
         "acts about the hinge, positive towards growing theta."
     )
-    state = (Coordinate("theta", "rad", "angle"), Coordinate("omega", "rad/s", "angular velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity"),
-        Parameter("m", "kg", 3, "mass of the arm"),
-        Parameter("l", "m", 1, "length of the arm"),
-        Parameter("H", "N m s", 3, "torque impulse"),
-        Parameter("t1", "s", "1.3", "time of the impulse"),
-    )
-    default_state = ("0.8", 0)
-    domain = Domain(
-        {
-            "g": positive(1.0, 10.0),
-            "m": positive(0.5, 3.0),
-            "l": positive(0.5, 3.0),
-            "H": Range(typical=(-5.0, 5.0)),
-            "t1": positive(0.1, 2.0),
-            "theta": Range(typical=(-3.0, 3.0)),
-            "omega": Range(typical=(-3.0, 3.0)),
-        }
+    theta = Coordinate("rad", "0.8", typical(-3, 3))
+    omega = Coordinate("rad/s", 0, typical(-3, 3))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(1, 10))
+    m = Parameter("kg", 3, "mass of the arm", positive(0.5, 3))
+    l = Parameter("m", 1, "length of the arm", positive(0.5, 3))
+    H = Parameter("N m s", 3, "torque impulse", typical(-5, 5))
+    t1 = Parameter("s", "1.3", "time of the impulse", positive(0.1, 2))
+    exact_motion = bind(
+        lambda c: KickedPendulum(Pendulum(c.g, c.l * 2 / 3, *c.initial_state), c.t1, 3 * c.H / (c.m * c.l**2))
     )
     variants = (
         Variant("at_rest", "at rest until the impulse", {"H": 4}, (0, 0)),
@@ -84,43 +89,31 @@ class TorqueImpulseOnArm(Case):
     )
     autonomous = False
     scene = ARM
-
-    @cached_property
-    def _exact(self) -> KickedPendulum:
-        g, m, length, H, blow = self.parameter_values()
-        return KickedPendulum(Pendulum(g, length * 2 / 3, *self.initial_state), blow, 3 * H / (m * length**2))
-
-    def motion(self) -> KickedPendulum:
-        return self._exact
-
-    @property
-    def forms(self) -> tuple[Hybrid, ...]:
-        return (
-            Hybrid(
-                modes=(Mode("before", arm_swings), Mode("after", arm_swings)),
-                start=arm_mode,
-                transitions=(Transition("blow", "before", until_the_blow, 1, arm_is_struck, "after"),),
-                settle=1e-9 * self.time_scale,
-                terminal=frozenset({"after"}),
-            ),
-        )
+    forms = (
+        Hybrid(
+            modes=(Mode("before", arm_swings), Mode("after", arm_swings)),
+            start=arm_mode,
+            transitions=(Transition("blow", "before", until_the_blow, 1, arm_is_struck, "after"),),
+            terminal=frozenset({"after"}),
+        ),
+    )
 
     @property
     def time_scale(self) -> float:
         """sqrt(2 l/3 g), or the time of a radian at the largest rate after the impulse if that is shorter."""
-        small = sqrt(float(self._exact.before.length / self._exact.before.g))
-        fastest = float(self._exact.after().top_speed())
+        small = sqrt(float(self.exact_motion.before.length / self.exact_motion.before.g))
+        fastest = float(self.exact_motion.after().top_speed())
         return min(small, 1 / fastest) if fastest else small
 
     def natural_span(self) -> Number:
-        """2.37 periods after the impulse; 4 times sqrt(2 l/3 g) if there is no period."""
-        after = self._exact.after()
-        small = sqrt(float(self._exact.before.length / self._exact.before.g))
+        """2.37 periods after the impulse; 4 times sqrt(2 l/3 g) without a period."""
+        after = self.exact_motion.after()
+        small = sqrt(float(self.exact_motion.before.length / self.exact_motion.before.g))
         periodic = after.regime in (Pendulum.LIBRATION, Pendulum.ROTATION)
-        return float(self._exact.blow) + (2.37 * float(after.period()) if periodic else 4 * small)
+        return float(self.exact_motion.blow) + (2.37 * float(after.period()) if periodic else 4 * small)
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion = self._exact
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion = self.exact_motion
         if motion.blow > self.span:
             return ()
         with working(digits + 5) as mp:
@@ -128,14 +121,12 @@ class TorqueImpulseOnArm(Case):
         theta, before, after = motion.at_the_blow(digits)
         return (Event(time, "blow", (theta, before), (theta, after)),)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """`jump` of the rate, H/I (rad/s); `work` of the impulse, H times the mean of the rates before and after (J)."""
-        motion = self._exact
-        H, after = self.parameters["H"], motion.after(digits + 60)
-        mean = after.omega0 - motion.jump / 2
+        motion, after = self.exact_motion, self.exact_motion.after(digits + 60)
         return {
-            "jump": motion._rational(digits, motion.jump),
-            "work": motion._rational(digits, H * mean),
+            "jump": motion.jump,
+            "work": self.H * (after.omega0 - motion.jump / 2),
             "amplitude_before": motion.before.amplitude(digits),
             "amplitude_after": after.amplitude(digits),
         }

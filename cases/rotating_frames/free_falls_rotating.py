@@ -3,18 +3,14 @@
 Cases: free_fall_rotating_earth, free_fall_rotating_frame_centrifugal, free_fall_first_order, inertial_straight_line.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
-from functools import cached_property
 from math import cos, sin
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from gnomon.cases.core.case import Case, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Charged, SecondOrder, SemiLinear, Values
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Coordinate, Domain, Parameter, Range
-from gnomon.cases.core.point_scene import SPACE, free_point
+from gnomon.cases.core.forms import Charged
+from gnomon.cases.declare import *
+from gnomon.cases.scenes.point import SPACE, free_point
 from gnomon.reference.flight.gyration import RotatingFall
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rotating_frames.inertial_straight_line import FirstOrderFall, StraightLine
@@ -118,27 +114,16 @@ class FreeFallRotatingEarth(Case):
         "x east, y north, z up; the constant g includes the centrifugal acceleration. The eastward coordinate, the small "
         "deflection of a fall, has its own scale."
     )
-    state = (
-        Coordinate("x", "m", "length", "eastward"),
-        Coordinate("y", "m", "length"),
-        Coordinate("z", "m", "length"),
-        Coordinate("vx", "m/s", "velocity", "eastward velocity"),
-        Coordinate("vy", "m/s", "velocity"),
-        Coordinate("vz", "m/s", "velocity"),
-    )
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "apparent gravity"),
-        Parameter("Om", "rad/s", EARTH, "rate of rotation of the Earth"),
-        Parameter("lat", "rad", LATITUDE, "latitude"),
-    )
-    default_state = (0, 0, "158.5", 0, 0, 0)
-    domain = Domain(
-        {
-            "g": Range(low=0.0, typical=(0.1, 10.0)),
-            "Om": Range(typical=(-3.0, 3.0)),
-            "lat": Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)),
-        }
-    )
+    x = Coordinate("m", 0, group="eastward")
+    y = Coordinate("m", 0)
+    z = Coordinate("m", "158.5")
+    vx = Coordinate("m/s", 0, group="eastward velocity")
+    vy = Coordinate("m/s", 0)
+    vz = Coordinate("m/s", 0)
+    g = Parameter("m/s^2", "9.81", "apparent gravity", nonnegative(0.1, 10))
+    Om = Parameter("rad/s", EARTH, "rate of rotation of the Earth", typical(-3, 3))
+    lat = Parameter("rad", LATITUDE, "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
+    exact_motion = bind(lambda c: RotatingFall((c.x, c.y, c.z), (c.vx, c.vy, c.vz), c.g, c.Om, c.lat, c._centrifugal))
     variants: ClassVar[tuple[Variant, ...]] = (
         Variant(
             "day", "thrown upward for 24 h: the velocity turns twice in the frame", {}, (0, 0, 0, 100, 200, 300), 86400
@@ -154,51 +139,39 @@ class FreeFallRotatingEarth(Case):
         ),
         Variant("equator", "no northward deflection: a component that stays exactly zero", {"lat": 0}),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(fall_energy),
-        "east_momentum": Invariant(east_momentum),
-        "north_momentum": Invariant(north_momentum),
-        "upward_momentum": Invariant(upward_momentum),
-    }
+    invariants = conserved(
+        energy=fall_energy, east_momentum=east_momentum, north_momentum=north_momentum, upward_momentum=upward_momentum
+    )
     forms = (Charged(coriolis_fall, fields=earth_fields),)
-    """The equations are those of a charge in crossed fields."""
+    """A charge in crossed fields has these equations."""
     scene = EARTH_SCENE
     reversal = ("vx", "vy", "vz", "Om")
 
     _centrifugal: ClassVar[bool] = False
 
-    @cached_property
-    def _exact(self) -> RotatingFall:
-        x, y, z, vx, vy, vz = self.initial_state
-        g, rate, latitude = self.parameter_values()
-        return RotatingFall((x, y, z), (vx, vy, vz), g, rate, latitude, self._centrifugal)
-
-    def motion(self) -> RotatingFall:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """The time of the fall or of the throw, or of half a radian of the frame's rotation if that is shorter."""
-        rate = abs(float(self.parameters["Om"]))
+        rate = abs(float(self.Om))
         return min(self._fall_time(), 1 / (2 * rate) if rate else math.inf)
 
     def _fall_time(self) -> float:
         """The longer of sqrt(2 z/g) and v/g; 1 s if both are zero."""
-        g = float(self.parameters["g"])
-        z, speed = abs(float(self.initial_state[2])), math.hypot(*map(float, self.initial_state[3:]))
+        g = float(self.g)
+        z, speed = abs(float(self.z)), math.hypot(*map(float, self.initial_state[3:]))
         return max(math.sqrt(2 * z / g), speed / g) or 1.0 if g else 1.0
 
     def natural_span(self) -> Number:
         """The time of the fall, or of ten turns of the velocity if that is shorter."""
         return min(self._fall_time(), 10.37 * 2 * math.pi * self.time_scale)
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """For a drop from rest: when and where it reaches z = 0; to first order g Om cos(lat) t^3/3 east."""
-        if any(self.initial_state[3:]) or self.initial_state[2] <= 0 or not self.parameters["g"]:
+        if any(self.initial_state[3:]) or self.z <= 0 or not self.g:
             return {}
-        time, east, north = self._exact.strike(self._fall_time(), digits)
-        found = {"fall_time": time, "east_deflection": east, "north_deflection": north}
-        return found | {"first_order_deflection": self._exact.first_order_deflection(digits)}
+        names = ("fall_time", "east_deflection", "north_deflection")
+        found = dict(zip(names, self.exact_motion.strike(self._fall_time(), digits), strict=True))
+        return found | {"first_order_deflection": self.exact_motion.first_order_deflection(digits)}
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -223,7 +196,7 @@ class FreeFallCentrifugal(FreeFallRotatingEarth):
         Variant("day", "thrown upward for 24 h", {}, (0, 0, 0, 100, 200, 300), 86400),
         Variant("thrown", "thrown north at 424 m/s", {}, (0, 0, 0, 0, 300, 300), 60),
     )
-    invariants: ClassVar = {"jacobi": Invariant(jacobi_integral), "axial_momentum": Invariant(axial_momentum)}
+    invariants = conserved(jacobi=jacobi_integral, axial_momentum=axial_momentum)
     forms = (Charged(centrifugal_fall, fields=centrifugal_fields),)
     scene = CENTRIFUGAL_SCENE
 
@@ -255,29 +228,28 @@ class FreeFallFirstOrder(Case):
     title = "Fall on the rotating Earth, Coriolis force of the unperturbed velocity"
     section = "6.18"
     conventions = "As free_fall_rotating_earth, with the Coriolis force of u + g t; to first order in Om u = v(0)."
-    state = FreeFallRotatingEarth.state
-    parameter_list = (
-        *FreeFallRotatingEarth.parameter_list,
-        *(Parameter(f"u{name}", "m/s", 0, f"unperturbed starting velocity along {name}") for name in "xyz"),
-    )
-    default_state = FreeFallRotatingEarth.default_state
-    domain = FreeFallRotatingEarth.domain
+    x = Coordinate("m", 0, group="eastward")
+    y = Coordinate("m", 0)
+    z = Coordinate("m", "158.5")
+    vx = Coordinate("m/s", 0, group="eastward velocity")
+    vy = Coordinate("m/s", 0)
+    vz = Coordinate("m/s", 0)
+    g = Parameter("m/s^2", "9.81", "apparent gravity", nonnegative(0.1, 10))
+    Om = Parameter("rad/s", EARTH, "rate of rotation of the Earth", typical(-3, 3))
+    lat = Parameter("rad", LATITUDE, "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
+    ux = Parameter("m/s", 0, "unperturbed starting velocity along x")
+    uy = Parameter("m/s", 0, "unperturbed starting velocity along y")
+    uz = Parameter("m/s", 0, "unperturbed starting velocity along z")
+    exact_motion = bind(FirstOrderFall, thrown="ux uy uz", position="x y z", velocity="vx vy vz")
+    default_span = Span(1, "time scale")
     autonomous = False
     forms = (SecondOrder(first_order_fall),)
     scene = FIRST_ORDER_SCENE
 
-    def motion(self) -> FirstOrderFall:
-        x, y, z, vx, vy, vz = self.initial_state
-        g, rate, lat, *thrown = self.parameter_values()
-        return FirstOrderFall(g, rate, lat, (thrown[0], thrown[1], thrown[2]), (x, y, z), (vx, vy, vz))
-
     @property
     def time_scale(self) -> float:
-        g, z = float(self.parameters["g"]), abs(float(self.initial_state[2]))
+        g, z = float(self.g), abs(float(self.z))
         return math.sqrt(2 * z / g) if g * z else 1.0
-
-    def natural_span(self) -> Number:
-        return self.time_scale
 
 
 def turning_line(t: Any, state: Values, parameters: Values) -> Values:
@@ -319,10 +291,14 @@ class InertialStraightLine(Case):
     title = "Uniform straight motion seen from a rotating frame"
     section = "5.5.2, 5.13"
     conventions = "The axes x, y rotate at Om about the origin; no force acts in the inertial frame."
-    state = POINT_IN_A_PLANE
-    parameter_list = (Parameter("Om", "rad/s", 2, "rate of rotation of the frame"),)
-    default_state = (1, 0, "0.5", 0)
-    domain = Domain({"Om": Range(typical=(-5.0, 5.0))})
+    x = Coordinate("m", 1)
+    y = Coordinate("m", 0)
+    vx = Coordinate("m/s", "0.5")
+    vy = Coordinate("m/s", 0)
+    Om = Parameter("rad/s", 2, "rate of rotation of the frame", typical(-5, 5))
+    exact_motion = bind(StraightLine)
+    default_span = Span(10.37, "turn")
+    quantity_names = ("closest_distance",)
     variants = (
         Variant(
             "turns_1e5",
@@ -332,27 +308,13 @@ class InertialStraightLine(Case):
         Variant("at_rest", "at rest in space: a circle in the frame, no secular growth", initial_state=(1, 0, 0, -2)),
         Variant("slow_frame", "Om = 1e-9: nearly an inertial frame", {"Om": "1e-9"}, span=10),
     )
-    invariants: ClassVar = {"jacobi": Invariant(line_jacobi), "inertial_moment": Invariant(inertial_moment)}
+    invariants = conserved(jacobi=line_jacobi, inertial_moment=inertial_moment)
     forms = (SemiLinear(turning_line, linear=turning_line_matrix, rest=no_force),)
     scene = LINE_SCENE
     reversal = ("vx", "vy", "Om")
 
-    @cached_property
-    def _exact(self) -> StraightLine:
-        return StraightLine(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> StraightLine:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """One radian of the frame's rotation."""
-        rate = abs(float(self.parameters["Om"]))
+        rate = abs(float(self.Om))
         return 1 / rate if rate else 1.0
-
-    def natural_span(self) -> Number:
-        """10.37 turns."""
-        return 10.37 * 2 * math.pi * self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        return {"closest_distance": self._exact.closest_distance(digits)}

@@ -1,18 +1,13 @@
 """A fall through a straight tunnel in a planet of uniform density, and above its surface."""
 
-from __future__ import annotations
-
 import math
-from functools import cached_property
 from math import sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Event, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Form, Hybrid, Mode, Separable, Transition, Values
-from gnomon.cases.core.numbers import Coordinate, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.point_scene import railed_pull
+from gnomon.cases.core.forms import Form
+from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
+from gnomon.cases.scenes.point import railed_pull
 from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rotating_frames.planet_tunnel import PlanetTunnel
 from mpmath import fneg
@@ -98,22 +93,18 @@ class PlanetTunnelCase(Case):
         "x from the centre along a straight tunnel through it; g at the surface; no rotation, no air. The default falls from "
         "1000 km above the surface. At the surface the force is continuous, its slope is not."
     )
-    state = (Coordinate("x", "m", "length"), Coordinate("v", "m/s", "velocity"))
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "acceleration of gravity at the surface"),
-        Parameter("R", "m", 6_371_000, "radius of the planet"),
-    )
-    default_state = (7_371_000, 0)
-    domain = Domain(
-        {"g": positive(), "R": positive(1.0, 5.0), "x": Range(typical=(-8.0, 8.0)), "v": Range(typical=(-3.0, 3.0))},
-        (
-            Rule("the speed is below the escape speed", below_escape_speed),
-            Rule(
-                "a motion that starts at the surface stays inside (|x| = R only with v = 0)",
-                lambda n: abs(n["x"]) != n["R"] or n["v"] == 0,
-            ),
+    x = Coordinate("m", 7_371_000, typical(-8, 8))
+    v = Coordinate("m/s", 0, typical(-3, 3))
+    g = Parameter("m/s^2", "9.81", "acceleration of gravity at the surface", positive())
+    R = Parameter("m", 6_371_000, "radius of the planet", positive(1, 5))
+    rules = (
+        Rule("the speed is below the escape speed", below_escape_speed),
+        Rule(
+            "a motion that starts at the surface stays inside (|x| = R only with v = 0)",
+            lambda n: abs(n["x"]) != n["R"] or n["v"] == 0,
         ),
     )
+    exact_motion = bind(PlanetTunnel)
     variants = (
         Variant("inside", "released at the surface: harmonic, no event", initial_state=(6_371_000, 0)),
         Variant("high", "released at ten radii: short passages between long falls", initial_state=(63_710_000, 0)),
@@ -121,21 +112,14 @@ class PlanetTunnelCase(Case):
         Variant("long_1e5", "100,000 periods inside: phase error", {}, (6_371_000, 0), "506364732"),
     )
 
-    invariants: ClassVar = {"energy": Invariant(tunnel_energy)}
+    invariants = conserved(energy=tunnel_energy)
     scene = SCENE
     reversal = ("v",)
-
-    @cached_property
-    def _exact(self) -> PlanetTunnel:
-        return PlanetTunnel(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> PlanetTunnel:
-        return self._exact
 
     @property
     def forms(self) -> tuple[Form, ...]:
         """Without modes if the motion stays inside."""
-        if self._exact.inside:
+        if self.exact_motion.inside:
             return (Separable(tunnel_pull, tunnel_potential),)
         return (
             Hybrid(
@@ -151,7 +135,6 @@ class PlanetTunnelCase(Case):
                     Transition("leaves_down", "inside", lower_end, -1, at_lower_end, "below"),
                     Transition("enters_up", "below", lower_end, 1, at_lower_end, "inside"),
                 ),
-                settle=1e-9 * self.time_scale,
             ),
         )
 
@@ -163,24 +146,24 @@ class PlanetTunnelCase(Case):
         flat = ProjectileParabola(initial_state=(0, side * x, 0, side * v), span=self.span, g=g)
         linear = HarmonicOscillator(initial_state=(x, v), span=self.span, m=radius, k=g)
         uniform = Level(flat, lambda states: side * states[:, [1, 3]], "uniform gravity")
-        if self._exact.inside:
+        if self.exact_motion.inside:
             return (uniform,)
         return (uniform, Level(linear, same, "the force inside the planet, used above the surface too"))
 
     @property
     def time_scale(self) -> float:
         """sqrt(R/g)."""
-        return math.sqrt(float(self.parameters["R"] / self.parameters["g"]))
+        return math.sqrt(float(self.R / self.g))
 
     def natural_span(self) -> Number:
         """10.37 periods; 3.37 if the surface is crossed."""
-        return (10.37 if self._exact.inside else 3.37) * float(self._exact.period())
+        return (10.37 if self.exact_motion.inside else 3.37) * float(self.exact_motion.period())
 
-    def _listed(self, digits: int) -> tuple[Event, ...]:
-        motion, found = self._exact, list[Event]()
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        motion, found = self.exact_motion, list[Event]()
         if motion.inside:
             return ()
-        self._few(4 * float(self.span) / float(motion.period()))
+        self.limit_events(4 * float(self.span) / float(motion.period()))
         ends = {side: motion.number(side * motion.R, digits) for side in (1, -1)}
         speed = motion.surface_speed(digits)
         for time, enters, side in motion.crossings(self.span, digits):
@@ -191,12 +174,12 @@ class PlanetTunnelCase(Case):
         return tuple(found)
 
     def same_course(self, other: Case) -> bool:
-        theirs, mine = PlanetTunnel(*other.parameter_values(), *other.initial_state), self._exact
+        theirs, mine = PlanetTunnel(*other.parameter_values(), *other.initial_state), self.exact_motion
         return theirs.inside == mine.inside and (mine.inside or len(other.events()) == len(self.events()))
 
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """The period, which inside the planet is 2 pi sqrt(R/g) for a tunnel along any chord, and others."""
-        motion = self._exact
+        motion = self.exact_motion
         found = {"period": motion.period(digits)}
         if motion.inside:
             return found

@@ -1,19 +1,13 @@
 """Free fall inside a rotating planet: the fullest model in the hierarchy of the tunnel."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant
-from gnomon.cases.core.forms import SemiLinear, Values
-from gnomon.cases.core.numbers import POINT_IN_A_PLANE, Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.point_scene import free_point
+from gnomon.cases.core.case import Floats
+from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
-from gnomon.reference.numerics.precision import Number
+from gnomon.cases.scenes.point import free_point
 from gnomon.reference.rotating_frames.planet_tunnel_rotating import TurningPlanet
 
 
@@ -64,19 +58,18 @@ class PlanetTunnelRotating(Case):
         "x, y from the centre in the plane of the equator, rotating with the planet at Om; g is gravitation at the surface. "
         "No wall holds the body: the shaft is as wide as its path."
     )
-    state = POINT_IN_A_PLANE
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.81", "gravitation at the surface"),
-        Parameter("R", "m", 6_371_000, "radius of the planet"),
-        Parameter("Om", "rad/s", "7.292115e-5", "rate of the planet"),
-    )
-    default_state = (6_371_000, 0, 0, 0)
-    domain = Domain(
-        {"g": positive(), "R": positive(4.0, 8.0), "Om": Range(typical=(-0.3, 0.3))}
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y")}
-        | {name: Range(typical=(-1.0, 1.0)) for name in ("vx", "vy")},
-        (Rule("the body stays inside the planet", _inside),),
-    )
+    x = Coordinate("m", 6_371_000, typical(-2, 2))
+    y = Coordinate("m", 0, typical(-2, 2))
+    vx = Coordinate("m/s", 0, typical(-1, 1))
+    vy = Coordinate("m/s", 0, typical(-1, 1))
+    g = Parameter("m/s^2", "9.81", "gravitation at the surface", positive())
+    R = Parameter("m", 6_371_000, "radius of the planet", positive(4, 8))
+    Om = Parameter("rad/s", "7.292115e-5", "rate of the planet", typical(-0.3, 0.3))
+    rules = (Rule("the body stays inside the planet", _inside),)
+    exact_motion = bind(TurningPlanet)
+    default_span = Span(10.37, lambda motion: motion.period())
+    quantity_names = ("period", "farthest closest=half_axes")
+    """`closest`: the least distance from the centre (m)."""
     variants = (
         Variant("day", "24 h: the path turns once", span=86400),
         Variant(
@@ -88,38 +81,21 @@ class PlanetTunnelRotating(Case):
         ),
         Variant("long_1e5", "100,000 periods: phase error", span="506364732"),
     )
-    invariants: ClassVar = {"jacobi": Invariant(shaft_jacobi), "momentum": Invariant(shaft_momentum)}
+    invariants = conserved(jacobi=shaft_jacobi, momentum=shaft_momentum)
     forms = (SemiLinear(shaft_equations, linear=shaft_matrix, rest=shaft_load),)
     scene = SCENE
     reversal = ("vx", "vy", "Om")
 
-    @cached_property
-    def _exact(self) -> TurningPlanet:
-        return TurningPlanet(*self.parameter_values(), *self.initial_state)
-
-    def motion(self) -> TurningPlanet:
-        return self._exact
-
     @property
     def time_scale(self) -> float:
         """One radian of the faster of the two circular motions, sqrt(g/R) + |Om|."""
-        g, radius, rate = map(float, self.parameter_values())
-        return 1 / (math.sqrt(g / radius) + abs(rate))
-
-    def natural_span(self) -> Number:
-        """10.37 periods."""
-        return 10.37 * float(self._exact.period())
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
-        """`closest`: the least distance from the centre (m)."""
-        farthest, closest = self._exact.half_axes(digits)
-        return {"period": self._exact.period(digits), "farthest": farthest, "closest": closest}
+        return 1 / (math.sqrt(float(self.g) / float(self.R)) + abs(float(self.Om)))
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
         x, y, vx, vy = self.initial_state
         still = self.with_numbers(self.initial_state, self.parameters | {"Om": Fraction(0)})
-        flat = ProjectileParabola(initial_state=(y, x, vy, vx), span=self.span, g=self.parameters["g"])
+        flat = ProjectileParabola(initial_state=(y, x, vy, vx), span=self.span, g=self.g)
 
         def as_here(states: Floats) -> Floats:
             return states

@@ -1,18 +1,13 @@
 """A fall from a tower on a rotating planet: the fullest model in the hierarchy of falls."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cached_property
 from math import cos, sin, sqrt
-from typing import Any, ClassVar
 
-from gnomon.cases.core.case import Case, Floats, Invariant, Level, Variant, same
-from gnomon.cases.core.forms import Charged, Values
-from gnomon.cases.core.numbers import Domain, Parameter, Range, Rule, positive
-from gnomon.cases.core.point_scene import SPACE, free_point
+from gnomon.cases.core.case import Floats
+from gnomon.cases.core.forms import Charged
+from gnomon.cases.declare import *
 from gnomon.cases.rotating_frames.free_falls_rotating import (
     EARTH,
     LATITUDE,
@@ -20,8 +15,8 @@ from gnomon.cases.rotating_frames.free_falls_rotating import (
     FreeFallFirstOrder,
     FreeFallRotatingEarth,
 )
+from gnomon.cases.scenes.point import SPACE, free_point
 from gnomon.reference.flight.gyration import strike
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rotating_frames.tower_drop import TowerDrop
 
 
@@ -75,11 +70,7 @@ def orbit_axial_momentum(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def _bound(n: Mapping[str, Fraction]) -> bool:
-    return n["z"] > -n["R"] and _motion(n).bound
-
-
-def _motion(n: Mapping[str, Fraction]) -> TowerDrop:
-    return TowerDrop(n["g"], n["R"], n["Om"], n["lat"], (n["x"], n["y"], n["z"]), (n["vx"], n["vy"], n["vz"]))
+    return bool(n["z"] > -n["R"] and TowerFall.motion_of(n).bound)
 
 
 SCENE = free_point(tower_equations, SPACE)
@@ -93,25 +84,19 @@ class TowerFall(Case):
         "x east, y north, z up from the tower's foot, at R from the centre of a spherical planet; g is gravitation alone, at "
         "the foot. The eastward coordinate has its own scale. The ground is not part of the motion."
     )
-    state = FreeFallRotatingEarth.state
-    parameter_list = (
-        Parameter("g", "m/s^2", "9.825", "gravitation at the foot"),
-        Parameter("R", "m", 6_371_000, "distance of the foot from the centre"),
-        Parameter("Om", "rad/s", EARTH, "rate of rotation of the planet"),
-        Parameter("lat", "rad", LATITUDE, "latitude"),
-    )
-    default_state = FreeFallRotatingEarth.default_state
-    domain = Domain(
-        {
-            "g": positive(1.0, 10.0),
-            "R": positive(10.0, 100.0),
-            "Om": Range(typical=(0.01, 0.2)),
-            "lat": Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)),
-            "z": Range(typical=(0.5, 3.0)),
-        }
-        | {name: Range(typical=(-2.0, 2.0)) for name in ("x", "y", "vx", "vy", "vz")},
-        (Rule("the start is above the centre, its speed below the escape speed", _bound),),
-    )
+    x = Coordinate("m", 0, typical(-2, 2), group="eastward")
+    y = Coordinate("m", 0, typical(-2, 2))
+    z = Coordinate("m", "158.5", typical(0.5, 3))
+    vx = Coordinate("m/s", 0, typical(-2, 2), group="eastward velocity")
+    vy = Coordinate("m/s", 0, typical(-2, 2))
+    vz = Coordinate("m/s", 0, typical(-2, 2))
+    g = Parameter("m/s^2", "9.825", "gravitation at the foot", positive(1, 10))
+    R = Parameter("m", 6_371_000, "distance of the foot from the centre", positive(10, 100))
+    Om = Parameter("rad/s", EARTH, "rate of rotation of the planet", typical(0.01, 0.2))
+    lat = Parameter("rad", LATITUDE, "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
+    rules = (Rule("the start is above the centre, its speed below the escape speed", _bound),)
+    exact_motion = bind(TowerDrop, position="x y z", velocity="vx vy vz")
+    default_span = Span(1, "time scale")
     variants = (
         Variant(
             "high", "from 1000 km: gravity changes by a third during the fall", initial_state=(0, 0, 10**6, 0, 0, 0)
@@ -127,44 +112,30 @@ class TowerFall(Case):
         Variant("still_planet", "Om = 0: straight down, two components that stay exactly zero", {"Om": 0}),
         Variant("small_drop", "from 1 mm: a deflection of 4e-10 m", initial_state=(0, 0, "1e-3", 0, 0, 0)),
     )
-    invariants: ClassVar = {
-        "energy": Invariant(orbit_energy),
-        "momentum_squared": Invariant(orbit_momentum),
-        "axial_momentum": Invariant(orbit_axial_momentum),
-    }
+    invariants = conserved(energy=orbit_energy, momentum_squared=orbit_momentum, axial_momentum=orbit_axial_momentum)
     forms = (Charged(tower_equations, fields=tower_fields),)
     scene = SCENE
     reversal = ("vx", "vy", "vz", "Om")
-
-    @cached_property
-    def _exact(self) -> TowerDrop:
-        return _motion(self.numbers)
-
-    def motion(self) -> TowerDrop:
-        return self._exact
 
     @property
     def time_scale(self) -> float:
         """The time of the fall or of the throw, at most a radian of the orbit."""
         g, radius, rate, _lat = map(float, self.parameter_values())
-        z, speed = abs(float(self.initial_state[2])), math.hypot(*map(float, self.initial_state[3:]))
+        z, speed = abs(float(self.z)), math.hypot(*map(float, self.initial_state[3:]))
         return min(max(math.sqrt(2 * z / g), speed / g) or 1.0, math.sqrt(radius / g), 1 / abs(rate or 1e-300))
 
-    def natural_span(self) -> Number:
-        return self.time_scale
-
-    def quantities(self, digits: int = 15) -> dict[str, Any]:
+    def derived(self, digits: int) -> dict[str, Any]:
         """For a drop from rest: when and where it reaches z = 0."""
         g, radius, _rate, _lat = map(float, self.parameter_values())
-        z = float(self.initial_state[2])
+        z = float(self.z)
         if any(self.initial_state[3:]) or not 0 < z < radius / 5:
             return {}
-        time, east, north = strike(self._exact, math.sqrt(2 * z / g) * (1 + z / radius), digits)
-        return {"fall_time": time, "east_deflection": east, "north_deflection": north}
+        found = strike(self.exact_motion, math.sqrt(2 * z / g) * (1 + z / radius), digits)
+        return dict(zip(("fall_time", "east_deflection", "north_deflection"), found, strict=True))
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        """Levels below that of the centrifugal force use the apparent gravity without its small southward part."""
+        """Levels below the centrifugal force use the apparent gravity without its small southward part."""
         g, radius, rate, lat = self.parameter_values()
         x, y, z, *thrown = self.initial_state
         weight = float(g) - float(rate) ** 2 * float(radius) * cos(float(lat)) ** 2

@@ -2,23 +2,25 @@
 
 How it is driven, and why:
 
-- The methods that its manual names: Tsit5 for usual problems, Dopri8 at tight tolerances, Kvaerno5 for stiff ones, each with its
-  controller of step sizes. Its leapfrog and fixed steps are meant for other tasks (learning, noise).
-- The setting is `rtol`; `atol` = .01 `rtol`, as in its example of accurate solutions (1e-7 and 1e-9). Arithmetic is binary64.
-- Samples come from its interpolants, of the order of the method but for Kvaerno5, whose interpolant is of order 3. On
-  the oscillator that of Dopri8 leaves 170 times the error of its steps at a tolerance of 1e-9, that of Tsit5 nothing.
-- The case's own equations are evaluated in JAX's arithmetic. Compilation, about a second a method and case, is preparation; the
-  tolerance is an argument of what is compiled, so that it is paid once.
+- The methods that its manual names: Tsit5 for usual problems, Dopri8 at tight tolerances, Kvaerno5 for stiff ones, each
+  with its controller of step sizes. Its leapfrog and fixed steps are meant for other tasks (learning, noise).
+- The setting is `rtol`; `atol` = .01 `rtol`, as in its example of accurate solutions (1e-7 and 1e-9). Arithmetic is
+  binary64.
+- Samples come from its interpolants, which have the order of the method, but order 3 for Kvaerno5. On the oscillator,
+  at a tolerance of 1e-9, the interpolant of Dopri8 leaves 170 times the error of its steps, the interpolant of Tsit5
+  adds no error.
+- The case's own equations are evaluated in JAX's arithmetic. Compilation, about a second for a method and a case, is
+  preparation. The tolerance is an argument of the compiled function, so that one compilation serves all tolerances.
 - Ensembles by `vmap`: all trajectories of an ensemble in one loop.
 - Right-hand sides are not called one by one, so they are not counted.
 
-Traps: its default of 4096 steps would end long intervals early. Where no step is accepted (a state that is not finite, a
-singularity) it halves steps up to that limit, whatever its least step. After a failure the samples not reached are infinite.
+Traps: its default of 4096 steps would end long intervals early. If it accepts no step (a state that is not finite, a
+singularity), it halves the step up to that limit and ignores its least step. After a failure the samples that were not
+reached are infinite.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache
-from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
@@ -32,10 +34,11 @@ from gnomon.harness.kernels.equations import gather
 ABSOLUTE = 0.01
 """atol over rtol."""
 STEPS = 500_000
-"""The limit of steps: some seconds."""
+"""The largest number of steps: some seconds."""
 ENSEMBLE = 8
-"""From so many trajectories on they are integrated together, which is another compilation. Two together took Dopri8 3.5 times
-as long as one by one, eight 1.1 times, a hundred less than half (pendulum, 1e-6, processor time)."""
+"""The least number of trajectories that are integrated together, by a function that is compiled for this. Dopri8 took
+for two trajectories 3.5 times as long as one by one, for eight 1.1 times, for a hundred less than half (pendulum, 1e-6,
+processor time)."""
 
 
 class Tsit5(Installed):
@@ -48,9 +51,6 @@ class Tsit5(Installed):
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-14)
     counts_rhs = False
-
-    def versions(self) -> Mapping[str, str]:
-        return {name: version(name) for name in ("diffrax", "jax")}
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         import diffrax  # without the library the status is `not_installed`
@@ -98,11 +98,11 @@ class Kvaerno5(Tsit5):
 def compiled(
     method: str, equations: Callable[..., Any], text: str, sizes: tuple[int, int, int], ensemble: int = 0
 ) -> Any:
-    """A compiled function of (start, times with that of the start, parameters, tolerance): states, steps, success, result.
+    """A compiled function (start, times, parameters, tolerance) -> states, steps, success, result.
 
-    `text`: the source of the equations, with the numbers that it uses: with other numbers it is another function. `sizes`: the
-    numbers of components, samples and parameters. `ensemble`: so many starts at once, 0 for one that is no array of starts.
-    Raises Unsupported where JAX cannot evaluate the equations.
+    The times begin with the time of the start. `text`: the source of the equations with the numbers that it uses, as
+    part of the cache's key. `sizes`: the numbers of components, samples and parameters. `ensemble`: the number of
+    starts that are solved at once; 0: the start is one state. Raises Unsupported if JAX cannot evaluate the equations.
     """
     import diffrax
     import jax

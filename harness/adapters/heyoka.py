@@ -4,21 +4,22 @@ How it is driven, and why:
 
 - The case's own equations are evaluated once in heyoka's expressions, with the parameters as numbers, which it folds.
 - Samples by `propagate_grid`: each comes from the Taylor polynomial of its step, as accurate as the step itself.
-- The setting is `tol`: the size of the remainder, relative to the largest component of the state, absolute while all of
-  them are below 1. The order follows from it (12 at 1e-9, 20 at the default, the epsilon of binary64).
+- The setting is `tol`: the size of the remainder, relative to the largest component of the state, absolute while all
+  components are below 1. The order follows from it (12 at 1e-9, 20 at the default, the epsilon of binary64).
 - Ensembles in batch mode, one batch integrator a core. A batch has a separate step size for each trajectory.
 - Two policies: the defaults, and `fast math`, the fastest that its manual documents. `fast_math` lets the compiler
-  contract and reassociate, and 1/(u sqrt(u)) is written u^(-3/2), as in its own model of N bodies: one recurrence instead
-  of three. Its time over that of the defaults, best of 40 alternating runs: pendulum .73 to .81, Kepler .72 to .76,
-  oscillator .72 to .87, heavy top .94 to 1.18, rigid body .94 to .99 (AMD EPYC, tolerances 1e-12 to 1e-6, a loaded machine).
-- Plain mode, not compact mode: its manual recommends that for large systems; on five problems of the catalogue it was
-  slower, up to 7 times, `parallel_mode` 35 to 100 times. `high_accuracy` gained nothing beyond noise, `slp_vectorize` lost
-  up to a third; `force_avx512` was only tried on a processor without these instructions.
+  contract and reassociate, and 1/(u sqrt(u)) is written u^(-3/2), as in its own model of N bodies: one recurrence
+  instead of three. Its time over the time with the defaults, best of 40 alternating runs: pendulum .73 to .81, Kepler
+  .72 to .76, oscillator .72 to .87, heavy top .94 to 1.18, rigid body .94 to .99 (AMD EPYC, tolerances 1e-12 to 1e-6, a
+  loaded machine).
+- Plain mode, not compact mode, which its manual recommends for large systems: on five problems of the catalogue compact
+  mode was slower, up to 7 times, and `parallel_mode` 35 to 100 times. `high_accuracy` gained nothing beyond noise,
+  `slp_vectorize` lost up to a third; `force_avx512` was only tried on a processor without these instructions.
 - Compilation, .03 to .4 s for each tolerance, is preparation. Right-hand sides are not called one by one, so they are
   not counted; the work of a step grows with its order.
 
-Traps, seen in 7.13: the first point of the grid must be the present time. Where a state is not finite the samples from
-there on are missing, and only the outcome shows it. `hypot` has no counterpart.
+Traps, seen in 7.13: the first point of the grid must be the present time. If a state is not finite, this sample and all
+later ones are missing, and only the outcome shows it. `hypot` has no counterpart.
 """
 
 import copy
@@ -40,7 +41,7 @@ from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels import traced
 
 ENSEMBLE, BATCH = 16, 8
-"""From ENSEMBLE trajectories on they are integrated in batches of BATCH: the lanes of its vectors, 8 with AVX-512."""
+"""At least ENSEMBLE trajectories are integrated in batches of BATCH, the lanes of heyoka's vectors: 8 with AVX-512."""
 
 
 class Taylor(Installed):
@@ -121,7 +122,7 @@ class FastTaylor(Taylor):
 def system(problem: Problem, powers: bool) -> list[tuple[Any, Any]]:
     """The problem's equations as pairs (variable, derivative) of heyoka's expressions.
 
-    With `powers` every 1/(u sqrt(u)) is written u^(-3/2). Raises Unsupported where the equations cannot be evaluated in
+    With `powers` every 1/(u sqrt(u)) is written u^(-3/2). Raises Unsupported if the equations cannot be evaluated in
     expressions: they branch, use abs or a function that heyoka does not have, or raise an exception.
     """
     import heyoka
@@ -147,7 +148,7 @@ def system(problem: Problem, powers: bool) -> list[tuple[Any, Any]]:
         frames = extract_tb(error.__traceback__)
         line = [frame.line for frame in frames if frame.filename not in (arithmetic.__file__, traced.__file__)][-1]
         raise Unsupported(f"heyoka has no expression for `{line}`: {type(error).__name__}: {error}") from None
-    # A derivative may be a plain number: that of a clock, a constant force.
+    # A derivative may be a plain number, as for a clock or a constant force.
     found = [dy if isinstance(dy, heyoka.expression) else heyoka.expression(float(dy)) for dy in derivatives]
     if powers:
         found = heyoka.subs(found, {1 / (u * root(u)): u**-1.5 for u in under_roots})
@@ -155,7 +156,7 @@ def system(problem: Problem, powers: bool) -> list[tuple[Any, Any]]:
 
 
 def either(symbolic: Callable[..., Any], name: str) -> Callable[..., Any]:
-    """A function of numbers (the sine of a latitude) or of symbols."""
+    """A function that takes numbers (the sine of a latitude) as well as symbols."""
     numeric = getattr(math, name)
 
     def function(*arguments: Any) -> Any:

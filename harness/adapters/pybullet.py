@@ -20,8 +20,8 @@ class PyBullet(Installed):
 
     Coumans, pybullet.org.
 
-    Bodies are multibodies in reduced coordinates (Featherstone), except where a body bounces: a multibody gains energy at
-    impacts, so those scenes are in maximal coordinates.
+    Bodies are multibodies in reduced coordinates (Featherstone). Scenes with bouncing bodies are in maximal
+    coordinates, as a multibody gains energy at impacts.
     """
 
     name, library = "stepSimulation", "pybullet"
@@ -64,7 +64,7 @@ class PyBullet(Installed):
 
 
 class PyBulletStaggered(PyBullet):
-    """PyBullet with velocities taken as those half a step before the positions: leapfrog, order 2.
+    """PyBullet as a leapfrog: its velocities belong to a time half a step before its positions. Order 2.
 
     It starts from v0 - dt/2 a(q0) and reads v + dt/2 a(q), both from the change of the velocity over one step.
     """
@@ -90,9 +90,9 @@ class PyBulletMaximal(PyBullet):
 
 
 class PyBulletAsShipped(PyBullet):
-    """PyBullet with its defaults: only what the scene declares is set.
+    """PyBullet with its defaults: only the properties that the scene declares are set.
 
-    It converges, but to a motion with its damping and its joints' motors: it has no order against the exact one.
+    It converges to a motion with its damping and its joints' motors, so it has no order against the exact motion.
     """
 
     policy, configured, order = "as shipped", False, None
@@ -104,7 +104,7 @@ INTEGRATORS = (PyBullet, PyBulletStaggered, PyBulletMaximal, PyBulletAsShipped)
 
 
 class Run(Solver):
-    """One world: from each initial state to the states at the sample times."""
+    """A solver with one world, which it runs from each initial state to the sample times."""
 
     def __init__(self, policy: PyBullet, problem: Problem, dt: float) -> None:
         import pybullet  # without the library the status is `not_installed`
@@ -117,7 +117,8 @@ class Run(Solver):
         self.parameters = tuple(map(float, problem.parameters))
         self.at_zero = self.form.build((0.0,) * problem.dimension, self.parameters)
         maximal = bool(self.form.needs & policy.maximal)
-        # A staggered start first takes a step for the accelerations, in a separate world, because steps leave state behind.
+        # A staggered start first takes a step for the accelerations, in a separate world, because steps leave state
+        # behind.
         self.worlds = [
             World(pybullet, self.form, dt, policy.configured, maximal) for _ in range(2 if self.staggered else 1)
         ]
@@ -167,7 +168,7 @@ class Run(Solver):
 
 
 def step_counts(times: Floats, dt: float) -> list[int]:
-    """The number of steps from the start to each time. Raises Refused where a time is no multiple of the step."""
+    """The number of steps from the start to each time. Raises Refused if a time is not a multiple of the step."""
     counts = np.rint(times / dt)
     # 1e-6 of a step: far above the rounding of times and step, far below any error of order 1.
     if np.any(np.abs(counts * dt - times) > 1e-6 * dt) or np.any(np.diff(counts, prepend=0.0) < 1):
@@ -197,7 +198,7 @@ def backed_up(scene: Scene, start: Readings, after: Readings) -> Scene:
 
 
 def with_mean_rates(now: Readings, after: Readings) -> Readings:
-    """The positions of `now`, with rates at that time: the mean of those half a step before and half a step after."""
+    """The positions of `now` with the rates at this time: the mean of the rates half a step before and after it."""
     joints = {name: (q, (rate + after.joints[name][1]) / 2) for name, (q, rate) in now.joints.items()}
     bodies = {
         name: (position, attitude, _mean(v, after.bodies[name][2]), _mean(w, after.bodies[name][3]))

@@ -26,7 +26,7 @@ BREAKING_THRESHOLD = 0.02
 UNDAMPED = {"linearDamping": 0.0, "angularDamping": 0.0}
 """The defaults are 0.04: a damping that no scene declares."""
 UNLIMITED = {"maxJointVelocity": 1e9}
-"""By default all velocities of a multibody, those of its base too, are limited to 100."""
+"""By default all velocities of a multibody, also of its base, are limited to 100."""
 IMPACT = {"restitutionVelocityThreshold": 0.0, "contactERP": 0.0, "contactSlop": 0.0}
 IMPACT_BODY = {"contactProcessingThreshold": 0.0}
 """By default contacts act before they close, and restitution vanishes as the step size decreases."""
@@ -35,15 +35,15 @@ FRICTION = {"contactSlop": 0.0, "solverResidualThreshold": 0.0, "numSolverIterat
 
 
 class World:
-    """One world of the engine: `build` creates the bodies of a scene, `place` sets its start, then `advance` and `read`.
+    """A world of the engine: `build` creates the bodies of a scene, `place` sets its start, then `advance` and `read`.
 
     A charge is pushed by Boris' method (Buneman 1967; Boris 1970): the engine adds force times step over mass to the
-    velocity, so the force mass (Boris' new velocity - velocity) / step gives that velocity. The engine's velocity is that
-    half a step before the position; `place` and `read` convert it. Order 2.
+    velocity, so the force mass (Boris' new velocity - velocity) / step gives Boris' new velocity. The engine's velocity
+    belongs to a time half a step before the position; `place` and `read` convert it. Order 2.
 
-    `configured`: what the engine adds to the scene is switched off; otherwise it keeps its defaults. `maximal`: six
-    coordinates for each body and constraints, instead of joint coordinates. `options`: those that differ from the engine's
-    defaults, apart from the step and what the scene declares.
+    `configured`: everything that the engine adds to the scene is switched off; otherwise the engine keeps its defaults.
+    `maximal`: six coordinates for each body and constraints, instead of joint coordinates. `options`: the options that
+    differ from the engine's defaults, apart from the step and the properties that the scene declares.
     """
 
     def __init__(self, pybullet: Any, form: SceneForm, dt: float, configured: bool, maximal: bool) -> None:
@@ -144,8 +144,8 @@ class World:
     def _constrained(self, body: Body, hinge: Hinge) -> None:
         """The body attached to a fixed one by a point-to-point constraint.
 
-        The engine needs positive inertia: a point mass at the arm's end moves like one at half the arm with the moment
-        m |arm|^2 / 4, at every angle of the hinge.
+        The engine needs positive inertia: a point mass at the arm's end moves like a body at half the arm with the
+        moment m |arm|^2 / 4, at every angle of the hinge.
         """
         arm, inertia = hinge.arm, body.inertia
         if not any(inertia):
@@ -203,7 +203,7 @@ class World:
             self._call("resetBasePositionAndOrientation", *pose)
         if (
             settling
-        ):  # the first step after a change of pose or inertia uses the old one: take it at rest, without gravity
+        ):  # the first step after a change of pose or inertia uses the old value: take it at rest, without gravity
             self._call("setGravity", *ORIGIN)
             self._step()
             self._call("setGravity", *scene.gravity)
@@ -263,7 +263,7 @@ class World:
         return push_body
 
     def _push_pair(self, force: Force) -> Callable[[float], None]:
-        """A function that applies a force at time t, and the opposite one to the partner."""
+        """A function that applies a force at time t, and the opposite force to the partner."""
         one, two, law = self.bodies[force.body], self.bodies[force.partner], force.law
         apply, frame = self._bound("applyExternalForce"), self.api.WORLD_FRAME
 
@@ -289,7 +289,10 @@ class World:
         return Readings(joints, bodies)
 
     def _pushed(self, name: str, t: float, position: Vector, velocity: Vector, steps: float) -> Vector:
-        """The velocity of a charge after `steps` steps in the fields at this time and position; others are unchanged."""
+        """The velocity of a charge after `steps` steps in the fields at this time and position.
+
+        The velocities of other bodies are returned unchanged.
+        """
         if name not in self.fields:
             return velocity
         electric, magnetic = self.fields[name](t, position)

@@ -6,16 +6,17 @@ How it is driven, and why:
   test particles (`N_active`).
 - Methods with a fixed step divide the sampling interval exactly and advance by `steps(n)`: the interval has 20
   significant bits, so every time of a step is exact. `integrate` would end with a shortened step.
-- Adaptive methods advance by `integrate(t)`, which shortens the last step before a sample and resumes with the full one.
+- Adaptive methods advance by `integrate(t)`, which shortens the last step before a sample and resumes with the full
+  one.
 - The simulation is made once; before each trajectory the integrator is set again, which clears its state (the predictor
   of IAS15, the order of BS, the unsynchronised state of WHFast). Tests verify that repeated runs give the same bits.
-- Positions and velocities are read through a view of REBOUND's own array: each attribute of it costs 1 us.
+- Positions and velocities are read through a view of REBOUND's own array, as reading an attribute takes 1 us.
 
 Traps, seen in 5.2.2:
 
-- Options of a method are in `sim.integrator` (`sim.integrator.epsilon`), not in `ri_ias15` and the like, as in REBOUND 4.
-  There is no `step()`; setting `sim.integrator` again resets the options.
-- `integrate` installs its own handler for SIGINT and leaves it there: afterwards Ctrl-C does nothing. It is put back.
+- Options of a method are in `sim.integrator` (`sim.integrator.epsilon`), not in structures such as `ri_ias15`, as in
+  REBOUND 4. There is no `step()`; setting `sim.integrator` again resets the options.
+- `integrate` replaces the handler of SIGINT: afterwards Ctrl-C does nothing. The adapter puts the old handler back.
 - The first step, 1e-3 by default, is in the units of the problem: here it is a hundredth of the time scale.
 - `steps_done` also counts the steps that IAS15 and BS rejected.
 - `integrate` may end within 1e-12 of the requested time; tests show that it is met to the bit.
@@ -35,7 +36,7 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refu
 from gnomon.harness.contract.validation import require_positive
 
 FIRST_STEP = 0.01
-"""First step of adaptive methods, in time scales; later ones come from their step-size control."""
+"""The first step of adaptive methods, in time scales; later steps come from their step-size control."""
 
 
 class Native(Installed):
@@ -128,9 +129,9 @@ class Leapfrog(FixedSteps):
 class WHFast(FixedSteps):
     """Wisdom and Holman's splitting. Rein and Tamayo, MNRAS 452 (2015) 376.
 
-    For two bodies the method is exact at any step: the error is that of its solver of Kepler's equation and the growth of
-    round-off with the number of steps, and shows no order. `safe_mode` = 0, as its manual recommends for speed, with
-    `synchronize()` before each sample is read.
+    For two bodies the method is exact at any step: its error comes from its solver of Kepler's equation and from
+    round-off, which grows with the number of steps, and shows no order. `safe_mode` = 0, as its manual recommends for
+    speed, with `synchronize()` before each sample is read.
     """
 
     name, engine = "WHFast", "whfast"
@@ -144,9 +145,9 @@ class WHFast(FixedSteps):
 class IAS15(Native):
     """Everhart's Gauss-Radau method with adaptive steps. Order 15. Rein and Spiegel, MNRAS 446 (2015) 1424.
 
-    The setting is `epsilon`, default 1e-9: not an error but the size of the last term of the acceleration's series, whose
-    seventh root the step follows. With the default the error is round-off, and the manual advises to keep it. Above 1e-3
-    its predictor does not converge, and on close approaches (e = 0.999999) it may never end.
+    The setting is `epsilon`, default 1e-9: not an error but the size of the last term of the acceleration's series,
+    whose seventh root the step follows. With the default the error is round-off, and the manual advises to keep it.
+    Above 1e-3 its predictor does not converge, and on close approaches (e = 0.999999) it may never end.
     """
 
     name, engine, order = "IAS15", "ias15", 15
@@ -172,7 +173,7 @@ class BulirschStoer(Native):
 
 
 def step_counts(times: Floats, step: float) -> list[int]:
-    """The numbers of steps from one sample to the next. Raises Refused where no multiple of the step meets a time."""
+    """The numbers of steps from one sample to the next. Raises Refused if a time is not a multiple of the step."""
     ends = np.rint(times / step) if step > 0 else np.zeros_like(times)
     if not np.allclose(ends * step, times, rtol=4 * np.finfo(float).eps, atol=0):
         raise Refused(

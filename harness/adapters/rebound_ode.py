@@ -8,12 +8,12 @@ How it is driven, and why:
 - That function gets the ODE structure, and reads the address of the parameters in its field `ref`, made for this.
 - No particles are needed (`needs_nbody=False`), with BS as the simulation's integrator.
 - One simulation and one ODE serve all trajectories: REBOUND does not free an ODE with its simulation. The state of BS
-  (order, rejection) is reset before each.
+  (order, rejection) is reset before each trajectory.
 - The setting is `eps_rel`; `eps_abs` equals it, as in the defaults (1e-8 both), in SI units.
 
-Traps, seen in 5.2.2: `ode.y` is another array after each step (BS swaps two), so it is read again for each sample. A NaN
-ends the run with an error only if it is in the last component; in others a maximum hides it, and the run succeeds until
-it spreads. For more see `rebound_nbody`.
+Traps, seen in 5.2.2: `ode.y` is another array after each step (BS swaps two), so it is read again for each sample. A
+NaN ends the run with an error only if it is in the last component; in other components a maximum hides it, and the run
+succeeds until it spreads. For more see `rebound_nbody`.
 """
 
 import ctypes

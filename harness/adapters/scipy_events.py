@@ -17,10 +17,11 @@ PROBE = 1e-9
 class SolveIvpEvents(SolveIvp):
     """A method of `scipy.integrate.solve_ivp` with terminal events.
 
-    SciPy detects a sign change of a guard between the ends of a step. Right after an event the guard is zero at the restart
-    and would fire at once, so its value there is replaced by one with the sign of the side that it comes from. SciPy tests
-    the states, but brackets the root on its interpolant: where both differ in sign by round-off it raises `f(a) and f(b)
-    must have different signs`, an error of SciPy that stays `crashed` (Radau, two starts of forty from rest).
+    SciPy detects a sign change of a guard between the ends of a step. Right after an event the guard is zero at the
+    restart and would fire at once, so its value there is replaced by a number with the sign of the side from which it
+    comes. SciPy tests the states, but brackets the root on its interpolant. If round-off gives the two different signs,
+    it raises `f(a) and f(b) must have different signs`, an error of SciPy that stays `crashed` (Radau, two starts of
+    forty from rest).
     """
 
     accepts = (Hybrid,)
@@ -45,7 +46,7 @@ class SolveIvpEvents(SolveIvp):
 
 
 class Side:
-    """One mode as SciPy calls it: its right-hand side, its Jacobian where it is used, the guards of its transitions."""
+    """A mode as SciPy calls it: right-hand side, Jacobian if the method uses it, the guards of its transitions."""
 
     def __init__(self, method: SolveIvp, problem: Problem, form: Hybrid, mode: Mode) -> None:
         dimension, numbers = problem.dimension, len(problem.parameters)
@@ -91,7 +92,7 @@ class Guard:
 def trajectory(
     problem: Problem, form: Hybrid, sides: Mapping[str, Side], options: Mapping[str, Any], start: Floats, out: Floats
 ) -> tuple[str | None, list[tuple[float, str]]]:
-    """Fill `out` (64, dim) from one start; returns why it ended early, if it did, and the located events."""
+    """Fill `out` (64, dim) from one start; returns the reason for an early end, or None, and the located events."""
     from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
 
     times, parameters = problem.times, tuple(problem.parameters.tolist())

@@ -2,22 +2,22 @@
 
 How it is driven, and why:
 
-- Samples through `t_eval`, as SciPy's manual recommends: steps stay as long as the tolerance allows and each sample comes
-  from the interpolant of its step (order 4 for RK45, 7 for DOP853, 3 for Radau). `dense_output=True` would build an
-  interpolant for every step, sampled or not.
+- Samples through `t_eval`, as SciPy's manual recommends: steps stay as long as the tolerance allows and each sample
+  comes from the interpolant of its step (order 4 for RK45, 7 for DOP853, 3 for Radau). `dense_output=True` would build
+  an interpolant for every step, sampled or not.
 - The setting is `rtol`; `atol` = 1e-3 `rtol`, the ratio of SciPy's defaults (1e-3 and 1e-6), in SI units.
-- The right-hand side is compiled. SciPy calls it from Python, which takes 3 to 5 us a call: that belongs to the library's
-  time, since it takes no C function here (`LowLevelCallable` is for its quadratures).
+- The right-hand side is compiled. SciPy calls it from Python, which takes 3 to 5 us a call: that belongs to the
+  library's time, since it takes no C function here (`LowLevelCallable` is for its quadratures).
 - Radau, BDF and LSODA get the compiled Jacobian, as the manual recommends; it is differentiated from the equations as
-  for the in-house Radau IIA. Where these cannot be traced (a branch, abs), SciPy uses finite differences: `jac` = None.
+  for the in-house Radau IIA. If these cannot be traced (a branch, abs), SciPy uses finite differences: `jac` = None.
 
 Traps:
 
 - SciPy raises an `rtol` below 100 ulp with only a warning; here it is refused.
-- A right-hand side that is not finite at the start gives a first step that is NaN, and RK45 and DOP853 then never return;
-  it is evaluated before (LSODA returns NaN and reports success).
-- Towards a singularity LSODA takes ever smaller steps without end, where the others stop with too small a step: the time
-  limit of the trial ends it.
+- A right-hand side that is not finite at the start gives a first step that is NaN, and RK45 and DOP853 then never
+  return; it is evaluated before (LSODA returns NaN and reports success).
+- Towards a singularity LSODA takes ever smaller steps without end, until the time limit of the trial; the other methods
+  stop with too small a step.
 - Radau does not test whether a Jacobian is finite: off the domain of the equations (a step past a pericentre at a loose
   tolerance) LAPACK's wrapper raises `array must not contain infs or NaNs`, and the trial counts as crashed.
 - Without a Jacobian Radau and BDF evaluate at columns of a matrix, which are not contiguous, and do not count these
@@ -43,7 +43,7 @@ SMALLEST = 100 * float(np.finfo(float).eps)
 """The smallest rtol that SciPy does not change."""
 
 Function = Callable[[float, Floats], Floats]
-"""Of (t, y)."""
+"""A function of (t, y)."""
 
 
 class SolveIvp(Installed):
@@ -59,7 +59,7 @@ class SolveIvp(Installed):
     def given(
         self, kernel: Kernel, form: FirstOrder, dimension: int, buffer: Floats
     ) -> tuple[Function, dict[str, Function | None]]:
-        """The equations as SciPy calls them, and the option `jac` where the method takes a Jacobian."""
+        """The equations as SciPy calls them, and the option `jac` if the method takes a Jacobian."""
         function = called_from_python(kernel, dimension, buffer)
         if not self.takes_jacobian:
             return function, {}
@@ -91,7 +91,7 @@ class SolveIvp(Installed):
 
 
 def options_of(method: str, setting: float) -> dict[str, Any]:
-    """Method and tolerances for `solve_ivp`. Raises Refused for a tolerance that it would change, or hang with."""
+    """Method and tolerances for `solve_ivp`. Raises Refused for a tolerance that SciPy would change, or hang with."""
     require_positive(setting, "tolerance")
     if setting < SMALLEST:
         raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
@@ -121,7 +121,7 @@ def called_from_python(kernel: Kernel, size: int, buffer: Floats) -> Function:
 def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Function | None:
     """The compiled Jacobian (dim, dim) of equations whose parameters are all of `buffer` but its last element.
 
-    None where the equations cannot be traced.
+    None if the equations cannot be traced.
     """
     kernel = jacobian_kernel(form, dimension, len(buffer) - 1)
     if kernel is None:
@@ -136,7 +136,7 @@ def recorded(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def reason(message: str, said: list[warnings.WarningMessage]) -> str:
-    """Why SciPy stopped: its message, and the last warning, which has the cause for LSODA."""
+    """The reason for the stop of SciPy: its message, and the last warning, which has the cause for LSODA."""
     return " ".join([message, *(str(entry.message) for entry in said[-1:])])
 
 
@@ -163,7 +163,10 @@ class Radau(SolveIvp):
 
 
 class BDF(SolveIvp):
-    """Backward differentiation of orders 1 to 5, for stiff problems. Shampine, Reichelt, SIAM J. Sci. Comput. 18 (1997) 1."""
+    """Backward differentiation of orders 1 to 5, for stiff problems.
+
+    Shampine, Reichelt, SIAM J. Sci. Comput. 18 (1997) 1.
+    """
 
     name = method = "BDF"
     takes_jacobian = True

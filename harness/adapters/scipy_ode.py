@@ -6,11 +6,12 @@ How they are driven, and why:
   the samples, not the tolerance, determine the step. VODE steps past a sample and interpolates.
 - The setting is `rtol`; `atol` = 1e-6 `rtol`, the ratio of its defaults (1e-6 and 1e-12), in SI units.
 - `nsteps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
-- Adams' methods iterate without a Jacobian, VODE's default where none is given.
+- Adams' methods iterate without a Jacobian, as is VODE's default.
 
-Traps: where it fails it warns, returns the state that it reached, and continues in the next call; only `successful()`
-shows it. Here the remaining samples are NaN and the reason is kept. With `atol` = 0 every start with a component at 0 is
-refused. VODE halves its step without end where values are not finite: the time limit of the trial ends it.
+Traps: after a failure it warns, returns the state that it reached, and continues in the next call; only `successful()`
+shows the failure. Here the remaining samples are NaN and the reason is kept. With `atol` = 0 every start with a
+component at 0 is refused. If values are not finite, VODE halves its step without end, until the time limit of the
+trial.
 """
 
 import warnings
@@ -39,7 +40,7 @@ class Ode(Installed):
     accepted: ClassVar[int]
     """The index of the number of accepted steps in the solver's work array (IWORK in its manual, from 1)."""
     accumulates: ClassVar[bool]
-    """Whether that number counts all calls since the start, or only the last one."""
+    """Whether the number of accepted steps counts all calls since the start, or only the last call."""
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import ode  # slow to load: only the trials of this library wait

@@ -2,17 +2,17 @@
 
 How it is driven, and why:
 
-- The same algorithm as `solve_ivp`'s LSODA, 3 to 4 times faster on the pendulum: only the right-hand side is called from
-  Python. It takes no C function (`LowLevelCallable` is refused), so the compiled one is called from Python.
+- The same algorithm as `solve_ivp`'s LSODA, 3 to 4 times faster on the pendulum: only the right-hand side is called
+  from Python. It takes no C function (`LowLevelCallable` is refused), so the compiled function is called from Python.
 - The setting is `rtol`; `atol` is equal to it, as the defaults are (1.5e-8), in SI units. With 1e-3 `rtol`, as in
-  `scipy_ivp`, the steps shrink where a component passes 0, LSODA then takes the pendulum for stiff, and at 1e-13 it makes
-  52 of 64 samples with BDF: 175,450 steps in place of 31,944, and 7 times the error.
+  `scipy_ivp`, the steps shrink where a component passes 0, LSODA then takes the pendulum for stiff, and at 1e-13 it
+  makes 52 of 64 samples with BDF: 175,450 steps in place of 31,944, and 7 times the error.
 - It gets the compiled Jacobian, which it evaluates only while it treats the problem as stiff.
 - `mxstep`, the limit of steps between two samples, is 500 by default, which ends long intervals early.
 
-Traps: where it fails it warns, and all samples from there on are uninitialised memory; for `rtol` below 100 ulp (LSODA's
-own limit) that is all but the initial state. Such tolerances are refused; `tcur` shows which samples were reached. Values
-that are not finite it reports as a success.
+Traps: after a failure it warns, and all further samples are uninitialised memory; for `rtol` below 100 ulp (LSODA's own
+limit) these are all samples but the initial state. Such tolerances are refused; `tcur` shows which samples were
+reached. It reports values that are not finite as a success.
 """
 
 import warnings

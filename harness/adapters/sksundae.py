@@ -1,20 +1,24 @@
-"""SUNDIALS through its binding scikit-sundae, in Python: CVODE's Adams methods of orders 1 to 12 and BDF of orders 1 to 5, and
-IDA's BDF. `sundials` drives the same libraries by their C interface, which takes a tenth of the time.
+"""SUNDIALS through its Python binding scikit-sundae: CVODE's Adams methods and BDF, and IDA's BDF.
+
+Adams methods have orders 1 to 12, BDF 1 to 5. `sundials` drives the same libraries by their C interface, which takes a
+tenth of the time.
 
 How it is driven, and why:
 
-- Samples from `solve` with all times: steps go past a sample, which comes from the polynomial of the step, of its order.
+- Samples from `solve` with all times: steps go past a sample, which the polynomial of the step gives, with its order.
 - The setting is `rtol`; `atol` = .1 `rtol`, the ratio of its defaults (1e-5 and 1e-6), in SI units.
 - All iterate by Newton's method with a dense matrix: the binding has no option for the fixed point, which the manual of
-  SUNDIALS names for Adams. They get the compiled Jacobian, as it recommends; where equations cannot be traced it takes differences.
+  SUNDIALS names for Adams. They get the compiled Jacobian, as the manual recommends; if equations cannot be traced,
+  SUNDIALS takes differences.
 - IDA solves F(t, y, y') = 0, here y' - f(t, y) with the Jacobian c - df/dy and the slope at the start.
-- The right-hand side is compiled. It is called through Python, with the state as an array that may not be written, which the
-  compiled function does not take: the state is copied.
-- `max_num_steps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
+- The right-hand side is compiled. It is called through Python with a read-only array as the state, which the compiled
+  function does not take, so the state is copied.
+- `max_num_steps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is
+  raised.
 
-Traps: where it fails, the last row is the state at which it stopped, at none of the sample times. Of two times it returns its own
-steps, without a limit of their number: a time between is added. It does not tell how many steps it took. Towards a singularity it
-takes ever smaller steps: the time limit of the trial ends it.
+Traps: after a failure the last row is the state at which it stopped, not at a sample time. If it is given two times
+only, it returns its own steps, without a limit of their number: a time between the two is added. It does not tell the
+number of its steps. Towards a singularity it takes ever smaller steps, until the time limit of the trial.
 """
 
 from abc import abstractmethod
@@ -31,9 +35,9 @@ from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.equations import right_hand_side
 
 Equations = Callable[[float, Floats, Floats], None]
-"""Of (t, y, out), which it fills."""
+"""A function of (t, y, out), which fills `out`."""
 Solve = Callable[[Floats, Floats], Any]
-"""Of (times, start); returns what scikit-sundae does."""
+"""A function of (times, start), which returns scikit-sundae's result."""
 
 
 class Binding(Sundials):

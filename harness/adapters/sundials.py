@@ -1,22 +1,26 @@
 """SUNDIALS by its C interface: CVODE's Adams methods of orders 1 to 12 and BDF of orders 1 to 5, and IDA's BDF.
 
-The libraries are those in the wheel of scikit-sundae. `sksundae` drives the same ones through that binding, from Python.
+The libraries come from the wheel of scikit-sundae. `sksundae` drives them through that binding, from Python.
 
 How it is driven, and why:
 
-- Right-hand side and Jacobian are compiled, with the signatures of C, and so is the loop over samples: Python is entered once a solve.
-- Adams iterates by the fixed point, BDF and IDA by Newton's method with a dense matrix, as the manual of SUNDIALS recommends
-  for problems that are not stiff and for stiff ones. Where equations cannot be traced the Jacobian is by its differences.
-- Samples in the mode `CV_NORMAL`: steps go past a sample, which comes from the polynomial of the step, of its order.
-- The setting is `rtol`; `atol` = .1 `rtol`, the ratio of the binding's defaults, in SI units; SUNDIALS has none.
+- Right-hand side and Jacobian are compiled, with the signatures of C, and so is the loop over samples: Python is
+  entered once a solve.
+- Adams iterates by the fixed point, BDF and IDA by Newton's method with a dense matrix, as the manual of SUNDIALS
+  recommends for problems that are not stiff and for stiff ones. If equations cannot be traced, SUNDIALS computes the
+  Jacobian by differences.
+- Samples in the mode `CV_NORMAL`: steps go past a sample, which the polynomial of the step gives, with its order.
+- The setting is `rtol`; `atol` = .1 `rtol`, the ratio of the binding's defaults, in SI units; SUNDIALS has no defaults.
 - IDA solves F(t, y, y') = 0, here y' - f(t, y) with the Jacobian c - df/dy and the slope at the start.
 - A derivative that is not finite is returned as an error from which SUNDIALS recovers by a shorter step.
-- `max_num_steps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is raised.
+- `max_num_steps` is the limit of steps between two samples; its default of 500 ends long intervals early, so it is
+  raised.
 
-Compiled functions read addresses in `N_Vector` and `SUNMatrix` as the macros of SUNDIALS do, NV_DATA_S and SM_DATA_D. Both
-places are compared with what the library says before the first call, and only the VERSIONS that were tried are driven.
+Compiled functions read addresses in `N_Vector` and `SUNMatrix` as the macros of SUNDIALS do, NV_DATA_S and SM_DATA_D.
+Before the first call both places are compared with the library's answers, and only the VERSIONS that were tried are
+driven.
 
-Traps: towards a singularity it takes ever smaller steps, up to the limit: the time limit of the trial ends it.
+Traps: towards a singularity it takes ever smaller steps, up to the limit, until the time limit of the trial.
 """
 
 import ctypes
@@ -26,7 +30,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from functools import cache
-from importlib.metadata import files, version
+from importlib.metadata import files
 from importlib.util import find_spec
 from typing import Any, ClassVar
 
@@ -45,7 +49,7 @@ ABSOLUTE = 0.1
 VERSIONS = ("7.5.0", "7.9.0")
 """The versions of SUNDIALS whose C interface was tried."""
 DATA = 1
-"""The word of the content of a vector and of a matrix that is the address of its numbers, where indices have 32 bits."""
+"""The word with the address of the numbers, in the content of a vector and of a matrix, for indices of 32 bits."""
 
 SIGNATURES = {
     "SUNDIALSGetVersion": "i pi", "SUNContext_Create": "i ip", "SUNContext_ClearErrHandlers": "i p",
@@ -60,9 +64,9 @@ SIGNATURES = {
         "SetLinearSolver": "i ppp", "SetJacFn": "i pp", "GetNumSteps": "i pp", "GetReturnFlagName": "p l",
     }.items()
 }  # fmt: skip
-"""Of the functions called: the type of the result and those of the arguments."""
+"""The types of the C functions that are called: of the result, then of the arguments."""
 NORMAL = 1
-"""The mode of calls: steps up to a time or past it, and the state there."""
+"""The mode of calls: steps up to a time or past it, and the state at this time."""
 TYPES = {"i": ctypes.c_int, "l": ctypes.c_long, "d": ctypes.c_double, "p": ctypes.c_void_p, "v": None}
 
 FUNCTION = """\
@@ -83,14 +87,14 @@ def function({arguments}):
             return 1
     return 0
 """
-"""A function that SUNDIALS calls: a compiled kernel, and what remains to be done with the numbers that it wrote."""
+"""A function that SUNDIALS calls: a compiled kernel, then statements about the numbers that it wrote."""
 
 TRANSPOSED = """\
     for i in range({dimension}):
         for j in range(i):
             out[{dimension} * i + j], out[{dimension} * j + i] = out[{dimension} * j + i], out[{dimension} * i + j]
 """
-"""A matrix of SUNDIALS is stored by columns."""
+"""Transposes a matrix, as SUNDIALS stores it by columns."""
 MINUS_SLOPE = """\
     slopes = numbers(slope, {dimension})
     for i in range({dimension}):
@@ -128,7 +132,7 @@ def follow(function, memory, {rest}, times, state, samples):
 """The loop over samples: the C function at an address is called for each time, and the state copied."""
 
 Motion = tuple[Callable[[], None], tuple[int, ...]]
-"""What begins again from `state`, and the arguments of the function that advances, after the time."""
+"""A function that begins again from `state`, and the arguments, after the time, of the function that takes steps."""
 
 
 class Sundials(Installed):
@@ -139,12 +143,12 @@ class Sundials(Installed):
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
 
-    def versions(self) -> Mapping[str, str]:
-        return {"scikit-sundae": version("scikit-sundae")}
-
 
 class Native(Sundials):
-    """A solver driven by its C interface; its functions begin with `solver`, and `advance` is the one that takes steps."""
+    """A solver driven by its C interface.
+
+    The names of its functions begin with `solver`; `advance` is the function that takes steps.
+    """
 
     policy = "native"
     solver: ClassVar[str]
@@ -155,7 +159,7 @@ class Native(Sundials):
 
     @abstractmethod
     def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
-        """Create the solver's memory and give it the equations; the options are those that differ from its defaults."""
+        """Create the solver's memory and give it the equations; returns the options that differ from its defaults."""
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         if find_spec("sksundae") is None:
@@ -248,7 +252,7 @@ class Ida(Native):
 
 
 class Session:
-    """What SUNDIALS holds for one problem: freed by `close`, or where nothing refers to it any more.
+    """The objects of SUNDIALS for one problem, which `close` frees, or the end of the last reference to the session.
 
     `state` (dimension,) is the memory of the vector `y`. `reached`: the time at which the last call ended.
     """
@@ -266,7 +270,7 @@ class Session:
         self.y = self.vector(self.state)
 
     def created(self, name: str, *arguments: Any, free: str) -> int:
-        """The address that a constructor returns. Raises MemoryError where it returns none."""
+        """The address that a constructor returns. Raises MemoryError if it does not return an object."""
         found: int | None = self.c[name](*arguments, self.context)
         if not found:
             raise MemoryError(f"SUNDIALS: {name} returned no object")
@@ -294,7 +298,7 @@ class Session:
         self._held.callback(self.c[f"{self.solver}Free"], ctypes.byref(self.memory))
 
     def newton(self, dense: tuple[int, int], problem: Problem, arguments: str, then: str) -> str | None:
-        """Iterate by Newton's method, with the compiled Jacobian: "compiled", None where the equations have none."""
+        """Iterate by Newton's method; returns "compiled" for a compiled Jacobian, None if it cannot be compiled."""
         self.set("SetLinearSolver", *dense)
         assert isinstance(problem.form, FirstOrder)
         kernel = jacobian_kernel(problem.form, problem.dimension, len(problem.parameters))
@@ -304,7 +308,7 @@ class Session:
         return "compiled"
 
     def set(self, name: str, *arguments: Any) -> None:
-        """Call a function of the solver. Raises RuntimeError where it does not return 0."""
+        """Call a function of the solver. Raises RuntimeError if it does not return 0."""
         verify(f"{self.solver}{name}", self.c[f"{self.solver}{name}"](self.memory, *arguments))
 
     def steps(self) -> int:
@@ -314,7 +318,7 @@ class Session:
         return found.value
 
     def named(self, code: int) -> str:
-        """The name that the solver has for what it returned."""
+        """The solver's name of a return code."""
         return name_of(self.solver, code)
 
 
@@ -324,7 +328,7 @@ def verify(name: str, code: int) -> None:
 
 
 def verify_place(structure: int, data: int) -> None:
-    """Raise RuntimeError where the numbers of a vector or a matrix are not where compiled functions read them."""
+    """Raise RuntimeError if compiled functions would read the numbers of a vector or a matrix at a wrong place."""
     words = ctypes.POINTER(ctypes.c_void_p)
     content = ctypes.cast(structure, words)[0]
     if ctypes.cast(content, words)[DATA] != data:
@@ -332,7 +336,7 @@ def verify_place(structure: int, data: int) -> None:
 
 
 def c_function(kernel: Kernel, problem: Problem, arguments: str, out: str, then: str = "") -> int:
-    """The address of a C function that computes the kernel at (t, y) into `out`, and then goes on with it.
+    """The address of a C function that computes the kernel at (t, y) into `out`, and then runs the statements `then`.
 
     `out` is the name of a vector or of the matrix among the `arguments`.
     """
@@ -355,14 +359,14 @@ def c_function(kernel: Kernel, problem: Problem, arguments: str, out: str, then:
 
 
 def silence() -> None:
-    """SUNDIALS repeats on standard error what its return code says; its log is chosen before it is loaded."""
+    """Switch off the log of SUNDIALS, which repeats return codes on standard error; call this before it is loaded."""
     for level in ("ERROR", "WARNING"):
         os.environ.setdefault(f"SUNLOGGER_{level}_FILENAME", os.devnull)
 
 
 @cache
 def interface(solver: str) -> tuple[dict[str, Any], str]:
-    """The functions of a solver's library, and the version of SUNDIALS. Raises ImportError where it cannot be driven."""
+    """The functions of a solver's library, and the version of SUNDIALS. Raises ImportError if it cannot be driven."""
     silence()
     part = {"CVode": "cvode", "IDA": "ida"}[solver]
     found = [
@@ -391,7 +395,7 @@ def interface(solver: str) -> tuple[dict[str, Any], str]:
 
 @cache
 def name_of(solver: str, code: int) -> str:
-    """The name of a return code. SUNDIALS allocates it; each is asked for once."""
+    """The name of a return code, kept because SUNDIALS allocates it at each call."""
     found: bytes = ctypes.string_at(interface(solver)[0][f"{solver}GetReturnFlagName"](code))
     return found.decode()
 

@@ -70,8 +70,8 @@ def series_field(equations: Equations, values: Sequence[Fraction], offset: Fract
 def residual(case: Case, equations: Equations, t: Fraction, constants: tuple[float, ...] = ()) -> float:
     """Number of digits to which x'(t) = f(t, x), relative to size over time scale.
 
-    A central difference over h time scales loses log10(1/h) digits by cancellation and has an error of h^2: log10(1/h)
-    is a third of the digits.
+    A central difference over h time scales loses log10(1/h) digits by cancellation and has an error of h^2, so
+    log10(1/h) is a third of the digits.
     """
     digits = RESIDUAL_DIGITS if case.certified_digits >= REQUIRED else 2 * asked(case)
     h = exact(case.time_scale) / 10 ** (digits // 3)

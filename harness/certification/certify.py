@@ -1,12 +1,12 @@
-"""Certificates: how many digits of each exact motion are confirmed, and in which independent ways.
+"""Certificates: the number of confirmed digits of each exact motion, and the independent ways that confirm them.
 
 - `residual`: the equations of motion at random times, with the derivative of the exact motion by central differences in
   more than twice the precision; and the initial state.
 - `taylor`: a Taylor integration of the equations from the initial state in high precision, which shares no formula with
   the exact motion. A hybrid motion is integrated flight by flight, and guard and reset are verified at each event.
-- for long spans `windows`: the same from the exact states at 0 and at random times, over ten of the fastest times;
-  `group`: x(2t) equals the motion over t from x(t), for t from half the span down to the width of a window; `seams`:
-  the residual across the places where formulas change their branch.
+- for long spans `windows`: Taylor integrations from the exact states at 0 and at random times, over ten of the fastest
+  times; `group`: x(2t) equals the motion over t from x(t), for t from half the span down to the width of a window;
+  `seams`: the residual across the places where formulas change their branch.
 - `extrapolation`: for motions that are Taylor integrations themselves, the extrapolated midpoint rule of Gragg.
 - `ball`: elliptic motions enclosed in ball arithmetic by other formulas, which proves the digits.
 - `invariants`: the conserved quantities at random times.
@@ -29,7 +29,7 @@ from gnomon.harness.certification import agreement
 from gnomon.harness.certification.certify_hybrid import flight_ways
 from gnomon.harness.certification.certify_long import long_ways
 from gnomon.harness.certification.enclosures import enclosure
-from gnomon.harness.contract import environment
+from gnomon.harness.registry import environment
 from gnomon.harness.results import measured_rows
 from gnomon.reference.numerics.certified import CertifiedMotion
 from gnomon.reference.numerics.extrapolation import extrapolate
@@ -47,7 +47,8 @@ INTEGRATED_SCALES = 300
 class Certificate:
     """The confirmed digits of one case. `ways` holds the digits of each way; `worst` is the way with the fewest.
 
-    `note` says what limits the digits, or why there are none; `seconds` is the processor time of the certificate.
+    `note` gives the limit of the digits, or the reason for a missing way or missing digits; `seconds` is the processor
+    time of the certificate.
     """
 
     case: str
@@ -66,7 +67,7 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """At least the required digits, by the evaluation itself and two independent ways."""
+        """Whether the evaluation itself and two independent ways confirm at least the required digits."""
         return self.digits >= self.required and len(self.ways) >= 3
 
 

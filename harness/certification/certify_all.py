@@ -15,7 +15,7 @@ Subject = tuple[str, str | None]
 
 
 def subjects(named: Sequence[str], variants: bool) -> list[Subject]:
-    """The cases and checks with these names: case, case/variant, check or check/variant; all of them for no names.
+    """The cases and checks with these names: case, case/variant, check or check/variant; without names all.
 
     With `variants`, a name without a variant means all its variants too. Raises ValueError for an unknown name.
     """

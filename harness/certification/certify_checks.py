@@ -19,7 +19,7 @@ class CheckCertificate(Certificate):
 
     @property
     def passed(self) -> bool:
-        """At least the required digits, by both ways."""
+        """Whether both ways confirm at least the required digits."""
         return self.digits >= REQUIRED and set(self.ways) == {"independent", "rounding"}
 
 

@@ -26,7 +26,7 @@ def flight_ways(case: Case, hybrid: Hybrid) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class _Flight:
-    """One smooth part of a hybrid motion: from the state after an event to the next event, or to the end of the span."""
+    """A smooth part of a hybrid motion: from the state after an event to the next event, or to the end of the span."""
 
     mode: Mode
     begin: Fraction

@@ -63,8 +63,10 @@ def group(case: Case) -> float | None:
 
 
 def seams(case: Case) -> float | None:
-    """Digits of the residual across the last places of the span where formulas may change their branch; None without
-    such places."""
+    """Digits of the residual across the last places of the span where formulas may change their branch.
+
+    None without such places.
+    """
     width = _width(case)
     times = [case.span - width * k / GRID for k in range(GRID + 1, 0, -1)]
     marks = [_marks(case, t, 20) for t in times]

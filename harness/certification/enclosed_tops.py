@@ -1,5 +1,4 @@
-"""Encloses tops and the spherical pendulum in balls: the tilt by theta functions, precession and spin by rigorous
-quadrature."""
+"""Enclose tops and the spherical pendulum in balls: tilt by theta functions, precession and spin by quadrature."""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -16,7 +15,10 @@ Balls = list[Any]
 
 
 def heavy_top(motion: LagrangeTop, t: Fraction, digits: int) -> Balls | None:
-    """theta by theta functions, precession and spin by quadrature; None for upright, hanging, steady and homoclinic."""
+    """theta by theta functions, precession and spin by quadrature.
+
+    None for upright, hanging, steady and homoclinic motions.
+    """
     top = motion._top()
     if _special(top):
         return None
@@ -26,7 +28,7 @@ def heavy_top(motion: LagrangeTop, t: Fraction, digits: int) -> Balls | None:
 
 
 def top_attitude(motion: TopAttitude, t: Fraction, digits: int) -> Balls | None:
-    """The same angles, converted to rates in the body and a product of rotation matrices."""
+    """The angles of the heavy top, converted to rates in the body and a product of rotation matrices."""
     top = motion._top() if motion._square else None
     if top is None or _special(top):
         return None
@@ -56,7 +58,7 @@ def _turned(top: Any, axial: Any, tilt: Callable[[Callable[[Any, Any], Any]], An
 
 
 def _euler(phi: Any, theta: Any, psi: Any) -> Any:
-    """Rz(phi) Rx(theta) Rz(psi)."""
+    """The rotation matrix Rz(phi) Rx(theta) Rz(psi)."""
     zero = flint.arb(0)
     axes = [[zero, zero, phi], [theta, zero, zero], [zero, zero, psi]]
     first, second, third = (hat(axis).exp() for axis in axes)

@@ -1,4 +1,4 @@
-"""Encloses elliptic motions: balls that contain the state, by formulas that the motions themselves do not use.
+"""Enclose elliptic motions in balls that contain the state, by formulas that the motions themselves do not use.
 
 Jacobi's functions are quotients of theta functions, the initial state enters by addition theorems, and the angles of
 precession and spin are rigorous quadratures of their rates. `gnomon certify` compares `Motion.state` with these balls.
@@ -21,7 +21,7 @@ from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop, SphericalPen
 from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 
 SPARE = 5
-"""Digits of a quadrature beyond those required of the state."""
+"""Digits of a quadrature beyond the digits required of the state."""
 
 
 def enclosure(motion: Motion, t: Fraction, digits: int) -> tuple[tuple[Fraction, Fraction], ...] | None:
@@ -139,7 +139,7 @@ def _asymmetric(motion: EulerTop, time: Any, digits: int) -> tuple[Balls, Any]:
 
 
 def _frame(momentum: Balls, axis: int) -> Any:
-    """Rows: a unit vector perpendicular to L and to a body axis, one that completes the triad, and that of L."""
+    """A triad as rows: a unit vector perpendicular to L and to a body axis, the third one, the unit vector along L."""
     size = sum(x * x for x in momentum).sqrt()
     unit = [x / size for x in momentum]
     i, j = (axis + 1) % 3, (axis + 2) % 3

@@ -11,8 +11,11 @@ Quantities = dict[str, Any]
 
 @dataclass(frozen=True)
 class IndependentComputation:
-    """A numerical way to quantities of a check. `compute(parameters)` returns them by name, a number or its components
-    in the order of the check; the parameters are binary64."""
+    """A numerical computation of quantities of a check.
+
+    `compute(parameters)` returns them by name, each as a number or as components in the order of the check; the
+    parameters are binary64.
+    """
 
     name: str
     library: str

@@ -18,9 +18,9 @@ import pandas
 from gnomon.cases import check_names, get_check
 from gnomon.cases.core.check import Check
 from gnomon.harness.certification.independent import IndependentComputation
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Unsupported
 from gnomon.harness.contract.status import Status
+from gnomon.harness.registry import environment
 from gnomon.harness.results import measured_rows
 from gnomon.reference.numerics.precision import working
 
@@ -93,7 +93,7 @@ def _measure(check: Check, computation: IndependentComputation, repeats: int) ->
         return [row(status=Status.NOT_INSTALLED, reason=f"{computation.library} is not installed")]
     numbers = {name: float(value) for name, value in check.parameters.items()}
     try:
-        # Warnings of libraries are suppressed: the error shows the same.
+        # Warnings of libraries are suppressed, as the error shows their cause.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             found = computation.compute(numbers)

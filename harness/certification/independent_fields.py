@@ -1,5 +1,4 @@
-"""Independent computations of fields and path integrals: SciPy's special functions and quadratures, formulas in
-binary64."""
+"""Independent computations of fields and path integrals: special functions, quadratures, formulas in binary64."""
 
 import itertools
 import math
@@ -23,7 +22,7 @@ def ring_special(p: Numbers) -> Quantities:
 
 @independent("ellipkm1, ellipe", "scipy", FIELD)
 def ring_special_complement(p: Numbers) -> Quantities:
-    """scipy.special.ellipkm1 of 1 - m, computed without cancellation; K - E in the field still cancels near the axis."""
+    """scipy.special.ellipkm1 of 1 - m, computed without cancellation; in the field K - E cancels near the axis."""
     a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
     far, near = (a + rho) ** 2 + z * z, (a - rho) ** 2 + z * z
     return _ring(p, ellipkm1(near / far), ellipe(4 * a * rho / far), far, near, mu)
@@ -149,8 +148,10 @@ def impulse_solve(p: Numbers) -> Quantities:
 
 @independent("quad over round bodies", "scipy", FIELD)
 def round_bodies_quad(p: Numbers) -> Quantities:
-    """scipy.integrate.quad over particles of the rod, and over rings and discs of shell and sphere, perpendicular to the
-    line to the point."""
+    """scipy.integrate.quad over particles of the rod, and over rings and discs of shell and sphere.
+
+    Rings and discs are perpendicular to the line to the point.
+    """
     mu, a, r, length = p["mu"], p["a"], p["r"], p["L"]
 
     def ring(cosine: float) -> float:

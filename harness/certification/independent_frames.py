@@ -134,7 +134,7 @@ def rides_as_written(p: Numbers) -> Quantities:
 
 @independent("brentq", "scipy", "amusement_rides")
 def rides_by_roots(p: Numbers) -> Quantities:
-    """scipy.optimize.brentq for zeros of the torque about the chair's hinge and of the rider's weight along the bank."""
+    """scipy.optimize.brentq: zeros of the torque about the chair's hinge and of the rider's weight along the bank."""
     g, radius, beta, mu = p["g"], p["R"], p["beta"], p["mu"]
 
     def torque(angle: float) -> float:

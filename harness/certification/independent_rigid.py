@@ -1,5 +1,4 @@
-"""Independent computations of rigid bodies: an unbalanced rotor by SciPy's Rotation and cubature, work and energy by
-SciPy's integrator."""
+"""Independent computations of rigid bodies by SciPy: an unbalanced rotor, work and energy."""
 
 import math
 from typing import Any
@@ -51,8 +50,7 @@ def rotor_cubature(p: Numbers) -> Quantities:
 
 
 def _rotor(p: Numbers, product: float, torque: float, force: float) -> Quantities:
-    """Bearing forces at z = d and z = -d with this force and torque, and the products of mass and radius there that balance
-    the rotor."""
+    """Bearing forces at z = d and z = -d for a force and a torque, and masses times radius that balance the rotor."""
     arms = [[1.0, 1.0], [p["d"], -p["d"]]]
     bearing = np.linalg.solve(arms, [force, torque])
     correction = np.linalg.solve(arms, [-p["m"] * p["e"], product])
@@ -61,13 +59,13 @@ def _rotor(p: Numbers, product: float, torque: float, force: float) -> Quantitie
 
 @independent("solve_ivp, quad", "scipy", "work_energy_rigid_body")
 def energies_ivp(p: Numbers) -> Quantities:
-    """scipy.integrate.solve_ivp (DOP853, rtol 1e-12) of Euler's equations; energies from the rates, work as integral."""
+    """scipy.integrate.solve_ivp (DOP853, rtol 1e-12) of Euler's equations; energies from rates, work as integral."""
     weight = np.array([0.0, 0.0, -p["m"] * p["g"]])
     inertia, heavy = (np.array([p[name] for name in names]) for names in (("I1", "I2", "I3"), ("A", "A", "C")))
     axis = np.array([0.0, 0.0, 1.0])
 
     def motion(_: float, y: Floats) -> Floats:
-        """Derivatives of: velocity, rates and work of the free body; rates, upward vertical and work of the top."""
+        """Time derivatives: velocity, rates and work of the free body; rates, upward vertical and work of the top."""
         v, w, top, up = y[0:3], y[3:6], y[7:10], y[10:13]
         torque = p["W"] * np.cross(up, axis)
         return np.concatenate(

@@ -18,9 +18,9 @@ LOCAL = "local"
 CONNECT_SECONDS, CLOSE_SECONDS = 20.0, 2.0
 LOST = "the connection to the scheduler was lost"
 AHEAD = 2
-"""Calls under way for each worker, so that none waits for the client. More would fill the scheduler's memory."""
+"""Calls under way for each worker, so that no worker waits for the client. More would fill the scheduler's memory."""
 FEWEST_AHEAD = 8
-"""Calls under way at least: a cluster that adapts starts workers when there are tasks."""
+"""The least number of calls under way: a cluster that adapts starts workers when there are tasks."""
 COUNT_SECONDS = 1.0
 """Time between two counts of the workers, which come and go."""
 
@@ -28,7 +28,7 @@ Item = TypeVar("Item")
 
 
 class Lost(Exception):  # noqa: N818 (it names what happened)
-    """The scheduler ended, or tasks failed; what came back before is recorded."""
+    """Raised after the scheduler ended or tasks failed; results that came back before are recorded."""
 
 
 @dataclass
@@ -37,10 +37,10 @@ class Cluster:
 
     client: Any
     completed: Any
-    """Dask's iterator over futures in the order of their ends."""
+    """Dask's iterator over futures in the sequence in which they end."""
 
     def compare(self, wanted: Mapping[str, str]) -> None:
-        """Raise ValueError unless the workers that are there have what the client has; it names the first other one."""
+        """Raise ValueError, which names a worker, if its versions or sources differ from the client's in `wanted`."""
         found = self.client.run(difference, dict(wanted), on_error="return")
         for worker, different in sorted(found.items()):
             if isinstance(different, BaseException):
@@ -53,9 +53,10 @@ class Cluster:
     def map(
         self, function: Callable[..., bytes], calls: Iterable[tuple[tuple[Any, ...], Item]], name: str
     ) -> Iterator[tuple[Item, bytes | Exception]]:
-        """The result of each call (arguments, item) with its item, as they come; an exception if the call raised it.
+        """Yield the item of each call (arguments, item) with its result, in the sequence in which calls end.
 
-        A call whose worker ends is repeated by Dask. Raises Lost if the scheduler ends.
+        The result is an exception if the call raised one. Dask repeats a call whose worker ends. Raises Lost if the
+        scheduler ends.
         """
         calls, number = iter(calls), 0
         waiting: dict[Any, Item] = {}
@@ -92,7 +93,7 @@ class Cluster:
 
 @contextmanager
 def connected(address: str, workers: int) -> Iterator[Cluster]:
-    """The cluster at the address of a scheduler, or for `local` one of `workers` processes on this machine.
+    """Connect to the cluster at the address of a scheduler, or for `local` start `workers` processes on this machine.
 
     Raises ValueError if Dask is not installed, or if no scheduler answers.
     """
@@ -106,7 +107,7 @@ def connected(address: str, workers: int) -> Iterator[Cluster]:
     with ExitStack() as stack:
         place: Any = address
         if address == LOCAL:
-            # Nobody looks at the dashboards, whose ports would be in use by a second run.
+            # Without dashboards, whose ports a second run would find in use.
             stack.enter_context(dask.config.set({"distributed.worker.daemon": False}))
             with interrupts_ignored():
                 place = stack.enter_context(
@@ -123,15 +124,15 @@ def connected(address: str, workers: int) -> Iterator[Cluster]:
                 with ThreadPoolExecutor(1) as pool:  # a notebook has a loop in this thread
                     pool.submit(asyncio.run, _greet(address)).result()
             client = Client(place, timeout=CONNECT_SECONDS, set_as_default=False)
-        except Exception as error:  # what answers may be anything
+        except Exception as error:  # any program may answer
             why = " ".join(str(error).split()) or f"none within {CONNECT_SECONDS:g} s"
             raise ValueError(f"--dask {address}: no scheduler answers there ({why}); give tcp://host:port") from None
-        stack.callback(client.close, CLOSE_SECONDS)  # it would wait as long as a new connection may take
+        stack.callback(client.close, CLOSE_SECONDS)  # without this limit it waits as long as a new connection may take
         yield Cluster(client, as_completed)
 
 
 async def _greet(address: str) -> None:
-    """Raise an exception unless a scheduler answers: a client that was not made whole waits at the end of the process."""
+    """Raise an exception unless a scheduler answers: an incomplete client would wait at the end of the process."""
     from distributed.comm.addressing import get_address_host_port
     from distributed.comm.core import connect
     from distributed.security import Security

@@ -1,7 +1,7 @@
 """How a run would scale on a cluster: simulates its tasks from the times that a run on one machine took.
 
-`python -m gnomon.harness.cluster.simulation RESULTS` prints the table of docs/cluster.md, from the results file of a run
-with two processes.
+`python -m gnomon.harness.cluster.simulation RESULTS` prints the table of docs/cluster.md, from the results file of a
+run with two processes.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from pathlib import Path
 from typing import NamedTuple
 
 from gnomon.harness.cluster.connection import AHEAD, FEWEST_AHEAD
-from gnomon.harness.cluster.run import TASK_SECONDS
+from gnomon.harness.cluster.dask_run import TASK_SECONDS
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.results import opening
 from gnomon.harness.running.cost import divided, kind_of, seconds_of
 
 WORKERS = (1, 10, 100, 1000)
 START_SECONDS = 3.0
-"""From the start of a worker to its first trial: imports, and those of the server that its processes are forked from."""
+"""Seconds from the start of a worker to its first trial: imports of the worker and of the server of its processes."""
 SCHEDULER_SECONDS = 1e-3
-"""The scheduler's part in a task: what Dask's documentation gives."""
+"""The scheduler's time for a task, from Dask's documentation."""
 RECORD_SECONDS = 0.28e-3
-"""The client's part in a measurement, with its states: measured by tests/benchmarks/test_cluster.py."""
+"""The client's time for a measurement with its states, measured by tests/benchmarks/test_cluster.py."""
 
 
 class Measured(NamedTuple):
-    """A series of a run: seconds of all its launches, what these were predicted to be, and its measurements."""
+    """A series of a run: the seconds of all its launches, the predicted seconds, and the number of measurements."""
 
     seconds: float
     predicted: float
@@ -38,7 +38,7 @@ class Measured(NamedTuple):
 
 
 class Scaling(NamedTuple):
-    """Seconds of a simulated run, and those in which its scheduler and its client are busy."""
+    """Seconds of a simulated run, and the seconds in which its scheduler and its client are busy."""
 
     seconds: float
     scheduler: float
@@ -48,8 +48,8 @@ class Scaling(NamedTuple):
 def measured(path: Path, processes: int = 2) -> list[Measured]:
     """The series of a results file in the order of their names.
 
-    A launch took from the end of the one before it in the same process to its last measurement. Which process that was
-    is not recorded: each launch is given to the process that had ended first when it began.
+    The time of a launch is counted from the end of the launch before it in the same process to its last measurement.
+    The file does not record the process: each launch is assigned to the process whose last launch ended first.
     """
     marks = ", ".join("?" * (len(CANNOT_RUN) + 1))
     with opening.reading(path, ("runs", "trials", "measurements")) as db:
@@ -79,9 +79,9 @@ def measured(path: Path, processes: int = 2) -> list[Measured]:
 
 
 def simulated(tasks: Sequence[tuple[float, int]], workers: int) -> Scaling:
-    """A run of tasks (seconds, measurements) in this order: the client keeps a number of them under way.
+    """Simulate a run of tasks (seconds, measurements), of which the client keeps a limited number under way.
 
-    Scheduler and client each do one thing at a time. Workers take the tasks in their order.
+    Scheduler and client each do one thing at a time. Workers take the tasks in sequence.
     """
     waiting, ahead = deque(tasks), max(FEWEST_AHEAD, AHEAD * workers)
     free = [START_SECONDS] * workers
@@ -111,7 +111,7 @@ def main() -> None:
     tasks = [(sum(one.seconds for one in part), sum(one.rows for one in part)) for part in parts if part]
     longest, total = max(seconds for seconds, _ in tasks), sum(seconds for seconds, _ in tasks)
     print(f"{len(series)} series, {total:.0f} s in {len(tasks)} tasks, the longest {longest:.1f} s\n")
-    print("| workers | run | of the work, on each worker | scheduler busy | client busy |\n|---|---|---|---|---|")
+    print("| workers | run | workers busy | scheduler busy | client busy |\n|---|---|---|---|---|")
     for workers in WORKERS:
         found = simulated(tasks, workers)
         print(

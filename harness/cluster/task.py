@@ -1,4 +1,4 @@
-"""A task of a cluster: a group of series, which a Dask worker runs in the same killable processes as one machine does."""
+"""A task of a cluster: a group of series, which a Dask worker runs in processes that can be killed."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from gnomon.harness.cluster.identity import difference
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.registry import environment
 from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.store import Known
 from gnomon.harness.running.messages import Garbled, Inbox, Message, encode
 from gnomon.harness.running.plan import Series, Suite
+from gnomon.harness.running.planned_run import PlannedRun
 from gnomon.harness.running.pool import Pool
 from gnomon.harness.running.progress import Progress
-from gnomon.harness.running.run import PlannedRun
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
 
 History = dict[tuple[str, int], Known]
@@ -45,10 +45,11 @@ class Packed(NamedTuple):
 
 @dataclass(frozen=True)
 class Group:
-    """The series of a task as plain data: a worker builds them from its own sources, which are those of the client.
+    """The series of a task as plain data: a worker builds them from its own sources, which equal the client's.
 
-    A series is the `reference` of its integrator, its case and formulation, and its label. `history` and `interruptions`
-    are what the client's file has of their trials, `again` the launches that run whatever the suite.
+    A series is the `reference` of its integrator, its case and formulation, and its label. `history` and
+    `interruptions` hold the entries of the client's file about their trials, `again` the launches that run in any
+    suite.
     """
 
     suite: Suite
@@ -60,15 +61,15 @@ class Group:
     again: dict[str, set[int]]
 
 
-def packed(solution: ReferenceSolution) -> Packed:
-    """A reference solution as data that `unpacked` verifies."""
+def pack(solution: ReferenceSolution) -> Packed:
+    """A reference solution as data that `unpack` verifies."""
     arrays = {name: np.asarray(getattr(solution, name)) for name in ReferenceSolution.__dataclass_fields__}
     content = encode(Message(0, "exact", {}, arrays))
     return Packed(content, hashlib.sha256(content).hexdigest())
 
 
-def unpacked(given: Packed) -> ReferenceSolution:
-    """Raises ValueError for content that does not have its hash."""
+def unpack(given: Packed) -> ReferenceSolution:
+    """The reference solution in packed data. Raises ValueError if the content does not have its hash."""
     if hashlib.sha256(given.content).hexdigest() != given.digest:
         raise ValueError("an exact motion arrived damaged: its hash is another one")
     (message,) = Inbox().take(given.content)
@@ -79,7 +80,7 @@ def unpacked(given: Packed) -> ReferenceSolution:
 
 @dataclass
 class _Recorder:
-    """Takes the measurements of a run in place of a file."""
+    """Takes the measurements of a run, instead of a file."""
 
     known: History
     interrupted: dict[tuple[str, int], int]
@@ -92,10 +93,10 @@ class _Recorder:
         return self.interrupted
 
     def plan(self, run: int, trials: Iterable[Mapping[str, Any]]) -> None:
-        """The client records the plan."""
+        """Do nothing: the client records the plan."""
 
     def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None:
-        """The client records pairs that cannot run."""
+        """Do nothing: the client records pairs that cannot run."""
 
     def add(self, run: int, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None:
         row = {name: v.item() if isinstance(v, np.generic) else v for name, v in measurement.items()}
@@ -104,12 +105,12 @@ class _Recorder:
 
 
 def execute(client: Mapping[str, str], content: bytes) -> bytes:
-    """Run a pickled Group; returns its measurements, to be read by `rows`. A Dask worker calls this.
+    """Run a pickled Group; returns its measurements, which `rows` reads. A Dask worker calls this.
 
-    A trial may allocate the memory that Dask gives to the worker. Raises Differs if versions or sources are not those of
-    the `client`.
+    A trial may allocate the memory that Dask gives to the worker. Raises Differs if versions or sources differ from the
+    `client`.
     """
-    from distributed import get_worker  # optional, and there in a worker
+    from distributed import get_worker  # optional, but present in a worker
 
     worker, different = get_worker(), difference(client)
     if different is not None:
@@ -123,7 +124,7 @@ def execute(client: Mapping[str, str], content: bytes) -> bytes:
         process.current_process()._config["daemon"] = False  # type: ignore[attr-defined]
         group: Group = pickle.loads(content)
         recorder = _Recorder(dict(group.history), dict(group.interruptions))
-        known = {spec: unpacked(one) for spec, one in group.exact.items()}
+        known = {spec: unpack(one) for spec, one in group.exact.items()}
         progress, again = Progress(quiet=True), dict(group.again)
         run = PlannedRun(recorder, 0, group.suite, known, progress, group.near_duplicates, again=again)
         run.plan([_series(*one) for one in group.series])
@@ -137,9 +138,9 @@ def _series(integrator: Reference, spec: CaseSpec, label: str) -> Series:
 
 
 def rows(content: bytes) -> tuple[dict[str, str], list[Row]]:
-    """The environment of the worker and the measurements in what `execute` returned.
+    """Read the result of `execute`: the environment of the worker and the measurements.
 
-    Raises ValueError for anything else.
+    Raises ValueError for other content.
     """
     try:
         first, *others = Inbox().take(content)

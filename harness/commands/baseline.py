@@ -1,4 +1,4 @@
-"""`gnomon baseline write`: what an integrator does today, as a text file to commit and to compare with."""
+"""`gnomon baseline write`: the present results of an integrator, as a text file to commit and to compare with."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The command line. Exit codes: 0 success, 1 failure of what was run or compared, 2 wrong usage, 130 interrupted."""
+"""The command line. Exit codes: 0 success, 1 failure of a run or a comparison, 2 wrong usage, 130 interrupted."""
 
 import errno
 import io
@@ -62,15 +62,15 @@ USAGE: Any = typer.BadParameter.__mro__[1]
 """The exception for wrong usage; releases of Typer keep it in different modules."""
 
 COMPLETION = {"_GNOMON_COMPLETE", "--show-completion", "--install-completion"}
-"""What asks for the completion of the shell: an environment variable, or the first word."""
+"""Signs of a request for the completion of the shell: an environment variable, or the first word."""
 FULL = (errno.ENOSPC, errno.EDQUOT)
 WRITING = (*FULL, errno.EACCES, errno.EROFS, errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR)
 
 
 def main() -> None:
-    """Run the command line. Wrong usage prints one line and exits with 2, without a traceback; Ctrl-C exits with 130."""
+    """Run the command line. Wrong usage prints one line, not a traceback, and exits with 2; Ctrl-C exits with 130."""
     open_standard_streams()
-    sys.path.append(os.getcwd())  # a user's own module:Class is looked for in the working directory
+    sys.path.append(os.getcwd())  # a user's module:Class is imported from the working directory
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # not every output is UTF-8
     warnings.showwarning = _warning
@@ -84,7 +84,7 @@ def _exit_code() -> int:
     try:
         return int(app(prog_name="gnomon", standalone_mode=False) or 0)
     except SystemExit as end:
-        if COMPLETION & {*os.environ, *sys.argv[1:2]}:  # Typer ends so
+        if COMPLETION & {*os.environ, *sys.argv[1:2]}:  # Typer ends with this exception
             return int(end.code or 0)
         # Raised by imported code: Typer returns its other exit codes.
         told = f"SystemExit: code that was imported or called ended with sys.exit({end.code!r}); there is no result"
@@ -108,10 +108,10 @@ def _exit_code() -> int:
 
 
 def _line(text: str) -> str:
-    """On one line, without control characters for a terminal."""
+    """The text on one line, without control characters for a terminal."""
     return visible(" ".join(text.split()))
 
 
 def _warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    """Print a warning on one line, without the source line that it comes from."""
+    """Print a warning on one line, without the source line that gave it."""
     problems.print(f"[bold yellow]warning:[/] {escape(_line(str(message)))}", highlight=False)

@@ -16,7 +16,7 @@ MOST_SHARDS = 10**6
 
 
 class Timing(StrEnum):
-    """What `gnomon run` records of times."""
+    """The times that `gnomon run` records."""
 
     full = "full"
     none = "none"
@@ -35,7 +35,7 @@ Dask = Annotated[
 
 
 def part(suite: Suite, shard: str | None, timing: Timing) -> Suite:
-    """The part of a suite that these options ask for; ValueError for a shard that is none."""
+    """The part of a suite that these options ask for; ValueError for an invalid shard."""
     found = suite if timing == Timing.full else suite.untimed()
     if shard is None:
         return found

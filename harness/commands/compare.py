@@ -1,4 +1,4 @@
-"""`gnomon compare`: whether a run got worse."""
+"""`gnomon compare`: find out whether a run is worse than an earlier one."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -23,9 +23,9 @@ def compare(
     """Compare a run with an earlier one: status, order, errors and right-hand sides.
 
     Exit code 1 if the run is worse, if trials of one of the two are outstanding (planned, and interrupted or not run
-    yet), or if a setting of the base is not compared: it has no result in the run, unless --allow-missing is given, or an
-    error, a bound or a count is missing. 2 if nothing can be compared. A timeout counts as worse only after three tries,
-    which limits below half a second allow.
+    yet), or if a setting of the base is not compared: it has no result in the run, unless --allow-missing is given, or
+    an error, a bound or a count is missing. 2 if nothing can be compared. A timeout counts as worse only after three
+    tries, which limits below half a second allow.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.results.regression import compare as compare_
@@ -46,7 +46,7 @@ def compare(
 
 
 def _read(path: Path) -> tuple[Any, str]:
-    """The measurements of one state of a file, and what is outstanding there, in words."""
+    """The measurements of one state of a file, and its outstanding trials, in words."""
     from gnomon.harness.results import opening
     from gnomon.harness.results.outstanding import outstanding
     from gnomon.harness.results.store import load

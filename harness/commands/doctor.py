@@ -1,4 +1,4 @@
-"""`gnomon doctor`: what gnomon finds on this machine."""
+"""`gnomon doctor`: show the machine, the libraries, and the reasons why a library is missing."""
 
 from gnomon.harness.commands.options import out
 from rich.markup import escape
@@ -12,11 +12,11 @@ def doctor() -> None:
 
 
 def environment_table() -> Table:
-    """Machine, versions, and where results are cached."""
+    """The machine, versions, and the folders of caches."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.contract import environment
-    from gnomon.harness.kernels import numba_cache
+    from gnomon.harness.kernels import numba_fallback
     from gnomon.harness.kernels.generated_modules import cache_folder
+    from gnomon.harness.registry import environment
     from gnomon.harness.system.limitations import limitations
     from gnomon.reference.storage import diskcache
 
@@ -24,7 +24,7 @@ def environment_table() -> Table:
     for name, value in environment.describe().items():
         table.add_row(name, value)
     slower = "; numba's own cache, which loads more slowly: this version of numba is not known"
-    table.add_row("compiled equations", f"{cache_folder()}{'' if numba_cache.known() else slower}")
+    table.add_row("compiled equations", f"{cache_folder()}{'' if numba_fallback.known() else slower}")
     table.add_row("exact results", str(diskcache.folder()))
     for what, consequence in limitations().items():
         table.add_row(what, consequence)

@@ -17,7 +17,7 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from gnomon.harness.ensembles.distribution import Distribution, Start
-    from gnomon.harness.ensembles.run import Cost, Job
+    from gnomon.harness.ensembles.ensemble_run import Cost, Job
     from gnomon.harness.ensembles.samples import Ensemble
 
 MOST_TIMES, MOST_KEPT = 10_000, 1000
@@ -57,16 +57,16 @@ def ensemble(
     """Measure an integrator from many starts of a case. Exit code 1 if all samples failed, or a cluster was lost."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.cluster.connection import Lost
-    from gnomon.harness.ensembles import run
+    from gnomon.harness.ensembles import ensemble_run
 
     options.validate_workers(workers)
     _validate(seed, times, worst)
     chosen = _ensemble(case, integrator, setting, vary or [], seed, times, parameters)
-    job = run.Job(
+    job = ensemble_run.Job(
         chosen, _samples(samples), worst, _sides(chosen, sides), None if parquet is None else str(parquet.resolve())
     )
     _ensure_places(out_path, parquet, sides is not None)
-    _announce(job, run.probe_apart(chosen), workers)
+    _announce(job, ensemble_run.probe_apart(chosen), workers)
     try:
         found = _measured(job, workers, dask)
     except Lost as error:
@@ -86,15 +86,15 @@ def ensemble(
 
 
 def _measured(job: Job, workers: int, dask: str | None) -> Distribution:
-    from gnomon.harness.ensembles import run
+    from gnomon.harness.ensembles import ensemble_run
     from gnomon.harness.ensembles.on_dask import on_cluster
     from gnomon.harness.running.progress import Progress
 
     with ExitStack() as stack:
-        mapper = run.in_processes(workers)
+        mapper = ensemble_run.in_processes(workers)
         if dask is not None:
             mapper = stack.enter_context(on_cluster(dask, workers, job.ensemble))
-        return run.run(job, mapper, stack.enter_context(Progress()))
+        return ensemble_run.run(job, mapper, stack.enter_context(Progress()))
 
 
 def _validate(seed: int, times: int, worst: int) -> None:
@@ -109,7 +109,7 @@ def _validate(seed: int, times: int, worst: int) -> None:
 
 def _samples(text: str) -> int:
     from gnomon.harness.ensembles.draws import MOST_SAMPLES
-    from gnomon.harness.ensembles.run import samples_of
+    from gnomon.harness.ensembles.ensemble_run import samples_of
 
     found = samples_of(text)
     if not 1 <= found <= MOST_SAMPLES:
@@ -136,7 +136,7 @@ def _ensemble(
     for name in {one.name for one in varied} & set(options.given_parameters(set_)):
         raise ValueError(f"--set {name}: it varies; give --set or --vary")
     own = tuple(options.given_parameters(set_).items())
-    # A name of a user's own may be short; an id names one of gnomon in every process.
+    # A user's name may be short; an id names one of gnomon's integrators in every process.
     return Ensemble(case, integrator if ":" in integrator else method.id, setting, varied, seed, times, own)
 
 
@@ -170,7 +170,7 @@ def _ensure_places(out_path: Path | None, parquet: Path | None, mapped: bool) ->
 
 
 def _announce(job: Job, cost: Cost, workers: int) -> None:
-    """What will be measured, and how long it takes."""
+    """Print the ensemble that will be measured, and the time that it takes."""
     chosen = job.ensemble
     ranges = ", ".join(f"{one.name} from {one.low:g} to {one.high:g}" for one in chosen.vary)
     out.print(f"{chosen.case}, {chosen.integrator} at {chosen.setting:g}: {ranges}", highlight=False, markup=False)
@@ -221,9 +221,9 @@ def _line(chosen: Ensemble, start: Start) -> str:
 
 
 def _write(job: Job, found: Distribution, path: Path) -> None:
-    from gnomon.harness.contract import environment
     from gnomon.harness.ensembles import picture
     from gnomon.harness.ensembles.distribution import as_data
+    from gnomon.harness.registry import environment
     from gnomon.reference.storage import diskcache
 
     chosen = job.ensemble

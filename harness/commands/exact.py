@@ -10,7 +10,7 @@ from rich.markup import escape
 
 
 class ExactFormat(StrEnum):
-    """What `gnomon exact` prints."""
+    """The formats that `gnomon exact` prints."""
 
     json = "json"
     csv = "csv"

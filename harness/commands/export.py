@@ -10,7 +10,7 @@ from gnomon.harness.commands.options import out
 
 
 class ExportFormat(StrEnum):
-    """What `gnomon export` writes."""
+    """The formats that `gnomon export` writes."""
 
     csv = "csv"
     json = "json"

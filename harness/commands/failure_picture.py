@@ -28,20 +28,21 @@ from gnomon.harness.verification.verify import CaseJob, Row
 MOST_ROWS = 5000
 """Altair refuses longer tables."""
 WIDTH, MARGIN = 640, 48
-"""Pixels of a panel, and of the labels to the left of it."""
+"""Pixels of a panel, and of the labels to its left."""
 LEAST = 1e-17
-"""Errors of zero are drawn here: below every floor."""
+"""Errors of zero are drawn at this value, which is below every floor."""
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#B0508A", "#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
 DRAWN_SCALES = 400.0
-"""Over more time scales the oscillations of a line could not be told apart: the exact motion is then drawn as points."""
+"""Over more time scales the exact motion is drawn as points, as the oscillations of a line would merge."""
 TICKS = 6
-"""Labels on an axis of decades, at most."""
+"""The largest number of labels on an axis of decades."""
 
 
 def draw(integrator: Integrator, depth: str, row: Row, path: Path) -> None:
-    """Draw what a claim on a case is about to a file with an ending of `DRAWINGS`, at the setting that the row names.
+    """Draw the motion and the errors behind a claim on a case, at the setting that the row names.
 
-    The integrator runs in a process of its own. Raises ValueError where that hangs or ends.
+    `path`: a file with an ending of `DRAWINGS`. The integrator runs in its own process. Raises ValueError if this
+    process hangs or ends.
     """
     ((case, _),) = plan.choose([row.case], variants=False)
     found: list[Row] = []
@@ -58,7 +59,7 @@ def draw(integrator: Integrator, depth: str, row: Row, path: Path) -> None:
 
 
 def _measured(trials: Trials, text: str) -> dict[str, Any]:
-    """The solution at the setting of a finding, and the errors at all settings, as JSON can hold them."""
+    """The solution at the setting of a finding, and the errors at all settings, as data for JSON."""
     setting = _setting(trials, text)
     answers = trials.answers()
     answer = trials.whole(setting)
@@ -77,7 +78,7 @@ def _measured(trials: Trials, text: str) -> dict[str, Any]:
 
 
 def _setting(trials: Trials, text: str) -> float:
-    """The setting of the sweep nearest to the first one that a finding names, the usual one where it names none."""
+    """The setting of the sweep nearest to the first setting that a finding names; without one the usual setting."""
     named = re.search(r"(?:h =|tolerances?) ([0-9.]+(?:e[+-]?[0-9]+)?)", text)
     if named is None:
         return trials.usual()
@@ -157,7 +158,7 @@ def _decades(values: Any) -> Any:
 
 
 def _axis(values: Any, extent: int = 0) -> dict[str, Any]:
-    """Axis and scale from whole decade to whole decade, each label a power of ten."""
+    """Axis and scale between whole decades, with powers of ten as labels."""
     low, high = math.floor(np.min(values)), math.ceil(np.max(values) + 1e-9)
     labels = list(range(low, high + 1, math.ceil((high - low) / TICKS)))
     text = "datum.value == 0 ? '1' : '1e' + datum.value"
@@ -166,7 +167,7 @@ def _axis(values: Any, extent: int = 0) -> dict[str, Any]:
 
 
 def _errors(table: Any, x: Any) -> Any:
-    """Lines of errors, named in the column `line`: the first in colour, the others grey."""
+    """Lines of errors, named in the column `line`: the first in colour, the other lines grey."""
     names = list(dict.fromkeys(table["line"]))
     y = alt.Y("decades:Q", title="error / size", **_axis(table["decades"], MARGIN))
     chart = alt.Chart(table, width=WIDTH, height=150)
@@ -196,7 +197,7 @@ def _over_time(found: dict[str, Any]) -> list[Any]:
 
 
 def _over_settings(integrator: Integrator, found: dict[str, Any]) -> list[Any]:
-    """The largest error at each setting, with the line that the declared order, or the tolerance itself, would give."""
+    """The largest error at each setting, with the line of the declared order, or of errors equal to the tolerance."""
     sweep = [(setting, error) for setting, error in found["sweep"] if math.isfinite(error)]
     if len(sweep) < 2:
         return []

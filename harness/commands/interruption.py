@@ -1,4 +1,4 @@
-"""Ctrl-C: acknowledged at once, and the process ends within seconds, even during a long call into compiled code."""
+"""Acknowledge Ctrl-C at once and end the process within seconds, even during a long call into compiled code."""
 
 import os
 import select
@@ -10,31 +10,31 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 ENDING_SECONDS = 3.0
-"""Seconds that work has to stop after Ctrl-C, before the process ends anyway. Results files are valid at any moment."""
+"""Seconds after Ctrl-C in which work can stop before the process ends anyway. Results files are always valid."""
 INTERRUPTED = 130
 """The exit code: 128 plus the number of the signal, as in shells."""
 
 
 _allowed = 0.0
-"""The time of `time.monotonic` up to which work may go on after Ctrl-C, if that is later than `ENDING_SECONDS`."""
+"""The time of `time.monotonic` until which work may go on after Ctrl-C, if that is later than `ENDING_SECONDS`."""
 
 
 def allow(seconds: float) -> None:
-    """Give work that ends an interrupted command `seconds` from now. A second Ctrl-C ends the process all the same."""
+    """Give work that ends an interrupted command `seconds` from now. A second Ctrl-C still ends the process."""
     global _allowed
     _allowed = time.monotonic() + seconds
 
 
 @contextmanager
 def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
-    """In this context the first Ctrl-C prints "stopping ..." and raises KeyboardInterrupt in the main thread; `seconds`
-    later, or at a second Ctrl-C, the process ends. Yields the event that is set by the first.
+    """A context in which the first Ctrl-C prints "stopping ..." and raises KeyboardInterrupt in the main thread.
 
-    A separate thread, woken through a socket, does this: a compiler or a renderer may block the main thread. (Windows
-    can wait for a socket, and not for a pipe.)
+    The process ends `seconds` later, or at a second Ctrl-C. The context gives an event, which the first Ctrl-C sets. A
+    separate thread does this, woken through a socket, as a compiler or a renderer may block the main thread. (Windows
+    can wait for a socket, but not for a pipe.)
     """
     asked, told = threading.Event(), threading.Lock()
-    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # shells start background jobs so
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # as shells start background jobs
     if ignored or threading.current_thread() is not threading.main_thread():
         yield asked
         return
@@ -58,7 +58,7 @@ def acknowledged(seconds: float = ENDING_SECONDS) -> Iterator[threading.Event]:
         yield asked
     finally:
         if asked.is_set():
-            writing.detach()  # it stays open and the thread goes on: the exit of the interpreter may take long too
+            writing.detach()  # stays open for the thread, as the exit of the interpreter may take long too
         else:
             signal.signal(signal.SIGINT, before)
             signal.set_wakeup_fd(woken)

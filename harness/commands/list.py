@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from gnomon.cases import Case, Check
+    from gnomon.cases.core.registry import Entry
     from gnomon.harness.contract.integrator import Integrator
 
 INTEGRATORS_WIDTH = 96
@@ -22,7 +22,7 @@ INTEGRATORS_WIDTH = 96
 
 
 class Listed(StrEnum):
-    """What `gnomon list` lists."""
+    """The things that `gnomon list` can list."""
 
     cases = "cases"
     checks = "checks"
@@ -39,8 +39,7 @@ def list_(
     """List cases, checks (rows without motion) and integrators."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.cases.core.numbers import matching
-    from gnomon.harness.registry import lookup
-    from gnomon.harness.running import selection
+    from gnomon.cases.core.registry import entry
 
     from gnomon import cases
 
@@ -51,26 +50,33 @@ def list_(
     if what and (library or family or kind) and not narrowed[what]:
         raise ValueError(f"{what}: --family narrows cases, --library integrators, --kind both; leave out the others")
     if Listed.cases in shown:
-        named = [(cases.get(name), "") for name in matching(pattern, cases.names())]
-        found = [type(case) for case, _ in selection.cases_of(named, family, kind)]
-        out.print(_variants_table("Cases", "case", found))
+        named = matching(pattern, cases.names())
+        if family or kind:
+            from gnomon.harness.running import selection  # imports the cases, whose forms it reads
+
+            found = selection.cases_of([(cases.get(name), name) for name in named], family, kind)
+            named = [name for _, name in found]
+        out.print(_variants_table("Cases", "case", map(entry, named)))
     if Listed.checks in shown:
-        checks = [cases.check_class(name) for name in matching(pattern, cases.check_names())]
+        checks = map(entry, matching(pattern, cases.check_names()))
         out.print(_variants_table("Checks, without motion", "check", checks))
     if Listed.integrators in shown:
+        from gnomon.harness.registry import lookup
+        from gnomon.harness.running import selection
+
         known = lookup.everything()
         chosen = selection.integrators_of([known[name] for name in matching(pattern, known)], library, kind)
         Output(width=max(out.width, INTEGRATORS_WIDTH), emoji=False).print(integrators_table(chosen))
 
 
-def _variants_table(title: str, column: str, kinds: Iterable[type[Case] | type[Check]]) -> Table:
-    """Cases, or checks: name, title and variants of each."""
+def _variants_table(title: str, column: str, entries: Iterable[Entry]) -> Table:
+    """A table of cases or checks with their names, titles and variants."""
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column(column, no_wrap=True)
     table.add_column("title")
     table.add_column("variants")
-    for kind in kinds:
-        table.add_row(kind.name, kind.title, ", ".join(variant.name for variant in kind.variants))
+    for each in entries:
+        table.add_row(each.name, each.title, ", ".join(each.variants))
     return table
 
 

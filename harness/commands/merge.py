@@ -1,4 +1,4 @@
-"""`gnomon merge`: results files of one plan, as those of shards, in one file."""
+"""`gnomon merge`: put results files of one plan, such as the files of shards, into one file."""
 
 import shlex
 import sys

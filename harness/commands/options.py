@@ -1,4 +1,4 @@
-"""What the commands share: consoles, common options, and the validation of arguments."""
+"""Parts that the commands share: consoles, common options, and the validation of arguments."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from gnomon.harness.contract.integrator import Integrator
 
 UNREAD = 141
-"""The exit code if the program that reads the output ends first (`gnomon list | head`): that of a shell for SIGPIPE."""
+"""The exit code if the program that reads the output ends first (`gnomon list | head`), as in a shell for SIGPIPE."""
 
 
 class Shown(Console):
-    """A console on which no text has control characters, and none is a command of the log that it is written to."""
+    """A console that shows no control characters, and no text that the log of a CI service would take as a command."""
 
     def render_str(self, text: str, **how: Any) -> Text:
         return super().render_str(shown(text, lines=True), **how)
@@ -36,7 +36,7 @@ class Output(Shown):
     def on_broken_pipe(self) -> None:
         """End the command without a message; Rich would end it as if the command itself had failed."""
         self.quiet = True
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is buffered goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # discards buffered text
         raise typer.Exit(UNREAD)
 
 
@@ -57,7 +57,7 @@ Kinds = Annotated[
 OUTSTANDING = "Exit with 0 although trials are outstanding: planned, and interrupted or not run yet."
 MOST_WORKERS = 256
 PART = ".part.1234567.123456789012345."
-"""A prefix of the same length as that of the temporary name under which a file is written."""
+"""A prefix as long as the prefix of the temporary name under which a file is written."""
 
 
 def as_path(given: str | Path) -> Path:
@@ -122,7 +122,7 @@ def ensure_writable(path: Path, option: str) -> None:
 
 
 def ensure_folder(folder: Path, option: str, file: Path | None = None) -> None:
-    """Make a folder to write to; raise ValueError if `file`, or any file without it, cannot be written there."""
+    """Make a folder to write to; raise ValueError if `file`, or without it any file, cannot be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         # Permissions are not enough: system folders and full disks refuse files too.
@@ -141,7 +141,7 @@ def ensure_results(path: Path) -> None:
     file = path if path.suffix == ".sqlite" else path / "results.sqlite"
     if file.is_file() and file.stat().st_size:
         with opening.reading(file, ()):
-            pass  # raises if these are no results of gnomon
+            pass  # raises if the file does not hold results of gnomon
     else:
         ensure_writable(file, "--out")
 
@@ -162,7 +162,7 @@ def given_parameters(parameters: list[str] | None) -> dict[str, str]:
 def integrator_or_program(integrator: str | None, command: str | None) -> tuple[Integrator, str]:
     """The integrator that a command line names, by an argument or by --command, and the words that name it."""
     from gnomon.harness.registry import lookup
-    from gnomon.harness.verification.command_door import from_command
+    from gnomon.harness.verification.program_adapter import from_command
 
     if (integrator is None) == (command is None):
         raise ValueError("name one integrator: package.module:object, an id, a name, or a program with --command")

@@ -1,4 +1,4 @@
-"""`gnomon report`: the page of a run."""
+"""`gnomon report`: write the page of a run."""
 
 from pathlib import Path
 from typing import Annotated
@@ -30,7 +30,7 @@ def report(
 
     database, given = results_file(run), {name: case_class(name) for name in case or ()}
     with opening.reading(database, ()):
-        pass  # raises before a folder is made if these are no results of gnomon
+        pass  # raises, before a folder is made, if the file does not hold results of gnomon
     options.ensure_folder(to, "--to")
     if figures:
         from gnomon.harness.reporting.report import write_report

@@ -1,4 +1,4 @@
-"""`gnomon run`: integrators on cases, into a results file."""
+"""`gnomon run`: run integrators on cases and write a results file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 TABLE_WIDTH = 150
 LAST_PAGE_SECONDS = 120.0
-"""The time that the page of an interrupted run may take: of a whole standard run it is some 10 s of processor time."""
+"""Seconds that the page of an interrupted run may take; for a standard run it takes some 10 s of processor time."""
 SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
 """Seconds: about the resolution of a clock, and eleven days."""
 WORKERS = "Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal shares."
@@ -93,7 +93,7 @@ def run(
 
 
 def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:
-    """The integrators that are named, else those of the suite; ValueError for a named one that cannot run here."""
+    """The integrators that are named, or else the suite's; ValueError for a named integrator that cannot run here."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup
 
@@ -118,13 +118,15 @@ def _measured(
     near_duplicates: bool,
     page: LivePage | None,
 ) -> Path:
-    """Run the trials, unless one of the first crashes, and write the page, after Ctrl-C or an error too; returns the file of
-    the results."""
+    """Run the trials and write the page, also after Ctrl-C or an error; returns the file of the results.
+
+    Nothing runs if one of the first trials crashes.
+    """
     from gnomon.harness.cluster.connection import Lost
-    from gnomon.harness.cluster.run import run as run_on_cluster
+    from gnomon.harness.cluster.dask_run import run as run_on_cluster
     from gnomon.harness.running import first_trials
+    from gnomon.harness.running.planned_run import run as run_
     from gnomon.harness.running.progress import Progress
-    from gnomon.harness.running.run import run as run_
 
     try:
         crashes = first_trials.crashes(chosen, integrators, suite)
@@ -163,8 +165,8 @@ def _page(folder: Path | None, out_path: Path, chosen: Sequence[tuple[Case, str]
 
 
 def _programs(commands: Sequence[str]) -> list[Integrator]:
-    """The integrators that are programs; ValueError for two with one name."""
-    from gnomon.harness.verification.command_door import from_command
+    """The integrators that are programs; ValueError for two programs with one name."""
+    from gnomon.harness.verification.program_adapter import from_command
 
     found: dict[str, Integrator] = {}
     for command in commands:
@@ -178,7 +180,7 @@ def _programs(commands: Sequence[str]) -> list[Integrator]:
 
 
 def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Suite:
-    """The suite with what the command line changes of it; ValueError for checks and for a limit that is no time."""
+    """The suite with the changes of the command line; ValueError for checks and for an invalid limit."""
     from gnomon.harness.running import plan
 
     from gnomon import cases
@@ -200,7 +202,7 @@ def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Sui
 
 
 def _same_command(suite: Suite) -> str:
-    """What resumes a run that was interrupted: with --repeat it would begin again."""
+    """The words for the command that resumes an interrupted run; --repeat would make it begin again."""
     return f"the same command{' without --repeat' if suite.repeat else ''}"
 
 
@@ -212,7 +214,7 @@ def _summarize(
     page: LivePage | None,
     allow_missing: bool,
 ) -> None:
-    """Print what the file has of the run, and what it lacks; the exit code says whether the run failed."""
+    """Print the results of the run, and its missing trials; the exit code says whether the run failed."""
     from gnomon.harness.commands.run_table import ended_from_outside, interrupted, run_table, shortcomings
     from gnomon.harness.registry.lookup import users_own
     from gnomon.harness.reporting.tables import waited_text

@@ -18,9 +18,9 @@ from rich.table import Table
 MOST_SERIES = 40
 """With more series than these the table has one row an integrator, with medians over its series."""
 REASON = 100
-"""Characters of a reason that are shown."""
+"""The number of characters of a reason that are shown."""
 NAMED = 3
-"""The most trials that are named."""
+"""The largest number of trials that are named."""
 
 
 def run_table(frame: pd.DataFrame) -> Table:
@@ -69,7 +69,7 @@ def _words(rows: pd.DataFrame) -> tuple[str, str]:
 
 
 def shortcomings(frame: pd.DataFrame, own: Sequence[Integrator]) -> list[str]:
-    """Why a run fails, one line a reason: nothing was measured, or a user's own integrator never succeeded."""
+    """The reasons why a run fails, a line each: nothing was measured, or a user's integrator never succeeded."""
     why = analysis.nothing_ran(frame)
     if why is not None:
         return [f"nothing ran ({why})"]
@@ -86,8 +86,10 @@ def shortcomings(frame: pd.DataFrame, own: Sequence[Integrator]) -> list[str]:
 
 
 def interrupted(frame: pd.DataFrame) -> pd.DataFrame:
-    """The rows of launches that the same run would measure: interrupted ones that no machine has measured. Later launches
-    repeat what the first one scored."""
+    """The rows of interrupted launches that a repeated run would measure: no machine has measured them.
+
+    Launches after the first repeat only trials that the first launch scored.
+    """
     place = ["series", "setting", "launch"]
     ended = frame[frame["status"] == Status.INTERRUPTED]
     rest = frame[frame["status"] != Status.INTERRUPTED]
@@ -101,7 +103,7 @@ def interrupted(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def ended_from_outside(frame: pd.DataFrame) -> str | None:
-    """Which trials a cause outside their integrator may have ended, by name; None if there are none."""
+    """A sentence that names trials which a cause outside the integrator may have ended; None if there are none."""
     ended = [row for row in frame.itertuples() if from_outside(row.status, row.reason)]
     if not ended:
         return None

@@ -1,4 +1,4 @@
-"""`gnomon show`: what a case or a check is."""
+"""`gnomon show`: print a case or a check, and draw a motion."""
 
 from pathlib import Path
 from typing import Annotated

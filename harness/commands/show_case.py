@@ -1,4 +1,4 @@
-"""What `gnomon show` prints of a case or a check, and the drawing of a motion."""
+"""Print a case or a check for `gnomon show`, and draw a motion."""
 
 import inspect
 import sys
@@ -22,7 +22,7 @@ from rich.table import Table
 DRAWINGS = (".svg", ".png", ".html")
 POINTS = 1200
 DRAWN_SCALES = 80.0
-"""A drawing covers at most this many time scales; more oscillations could not be told apart."""
+"""The largest number of time scales in a drawing, as more oscillations would merge."""
 
 
 FUNCTIONS = (
@@ -40,7 +40,7 @@ FUNCTIONS = (
     (forms.SemiLinear, "linear", "y' = L y + rest: L, row by row"),
     (forms.SemiLinear, "rest", "the rest"),
 )
-"""The functions that state each form, and what they are."""
+"""The functions that state each form, with their meanings."""
 
 
 def describe(case: Case, out: Console) -> None:
@@ -125,7 +125,7 @@ def _code(title: str, functions: Iterable[tuple[str, Callable[..., Any]]], out: 
 
 
 def equations_in_latex(case: Case) -> Iterator[str]:
-    """The equations of motion as LaTeX; those of each mode after a comment with its name."""
+    """The equations of motion as LaTeX; for a hybrid case, the equations of each mode after a comment with its name."""
     coordinates, parameters = [x.name for x in case.state], [x.name for x in case.parameter_list]
     if case.hybrid is None:
         traceable = (forms.FirstOrder, forms.SecondOrder, forms.RigidBody)

@@ -1,4 +1,4 @@
-"""`gnomon stability`: limits, resonances and robustness of integrators, measured through their public contract."""
+"""`gnomon stability`: measure limits, resonances and robustness of integrators through their public contract."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from rich.markup import escape
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from gnomon.harness.stability.run import Row
+    from gnomon.harness.stability.panel_run import Row
 
 NOTHING = 2
 """The exit code if nothing was measured."""
 WRITE_SECONDS = 60.0
-"""The result is written so often, so that little is lost."""
+"""Seconds between two writings of the result, so that little is lost."""
 
 
 def stability(
@@ -48,18 +48,18 @@ def stability(
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup
     from gnomon.harness.running.progress import Progress
-    from gnomon.harness.stability import run
+    from gnomon.harness.stability import panel_run
 
     options.validate_workers(workers)
     if update and to is None:
         raise ValueError("--update: name the file with --out")
-    run.seconds_of(depth)
-    chosen = run.chosen_panels(panel)
+    panel_run.seconds_of(depth)
+    chosen = panel_run.chosen_panels(panel)
     found = lookup.find_all(integrator)
     if to is not None:
         options.ensure_writable(to, "--out")
     again = {(each.id, name) for each in found for name in panel or ()} if update else None
-    rows = run.kept(to, depth, again) if to is not None else []
+    rows = panel_run.kept(to, depth, again) if to is not None else []
     written = monotonic()
 
     def add(row: Row) -> None:
@@ -67,19 +67,19 @@ def stability(
         rows.append(row)
         progress.advance()
         if to is not None and monotonic() - written > WRITE_SECONDS:
-            run.write(rows, depth, to)
+            panel_run.write(rows, depth, to)
             written = monotonic()
 
     done = {(row.integrator, row.panel) for row in rows}
     with Progress() as progress:
         progress.begin("panels", sum((each.id, name) not in done for each in found for name in chosen))
         try:
-            rows = run.measured(found, panel, depth, workers, add, former=list(rows))
+            rows = panel_run.measured(found, panel, depth, workers, add, former=list(rows))
         finally:
             if to is not None and rows:
-                run.write(rows, depth, to)
+                panel_run.write(rows, depth, to)
     rows = [row for row in rows if row.integrator in {each.id for each in found} and row.panel in chosen]
-    _show(rows, {name: each.title for name, each in chosen.items()}, run.tiers_of(rows))
+    _show(rows, {name: each.title for name, each in chosen.items()}, panel_run.tiers_of(rows))
     if all(row.reason is not None for row in rows):
         problems.print("nothing was measured: no panel applies, or every integrator refused")
         raise typer.Exit(NOTHING)
@@ -95,7 +95,7 @@ def _show(rows: Sequence[Row], titles: Mapping[str, str], tiers: Mapping[str, An
 
 
 def panel_table(title: str, rows: Iterable[Row]) -> Table:
-    """An integrator a row, with the sentences that follow from its numbers, or why nothing was measured."""
+    """A table with a row for each integrator: the sentences from its numbers, or the reason for their absence."""
     table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column("integrator", no_wrap=True)
     table.add_column("what follows from the numbers")

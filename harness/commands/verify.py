@@ -1,4 +1,4 @@
-"""`gnomon verify`: the claims about an integrator, against exact motions."""
+"""`gnomon verify`: test the claims about an integrator against exact motions."""
 
 from __future__ import annotations
 
@@ -132,9 +132,10 @@ def _verified(
     workers: int,
     versions: tuple[str | None, str | None],
 ) -> Report:
-    """The report; each row is printed when it is there. Exits with 1 and the traceback if the first trial raises.
+    """Verify and give the report; prints each row as soon as it is measured.
 
-    `versions`: the integrator as it was named, and the requirement of the other version, None if time is not compared.
+    Exits with 1 and the traceback if the first trial raises. `versions`: the integrator as it was named, and the
+    requirement of the other version, None if time is not compared.
     """
     from gnomon.harness.verification.claims import Outcome
     from gnomon.harness.verification.other_version import installed
@@ -200,7 +201,7 @@ def _show(report: Report, known: Known, how: str) -> None:
 
 
 def _worse(base: Baseline, names: list[str], integrator: Integrator, workers: int) -> bool:
-    """Run an integrator on the cases of a baseline, print what is worse or not compared, and return whether anything is."""
+    """Run an integrator on the cases of a baseline and print the differences; True if it is worse or not compared."""
     from gnomon.harness.verification.baseline import compared, measure
 
     verdict = compared(base, measure(integrator, names, base.depth, runs=1, workers=workers))

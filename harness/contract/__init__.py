@@ -1,1 +1,1 @@
-"""The contract of integrators: what one implements and is given, and the validation of what it returns."""
+"""The contract of integrators: their interface, the problem that they are given, the validation of their solutions."""

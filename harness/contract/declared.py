@@ -1,4 +1,4 @@
-"""Reads what a package of the harness declares as data."""
+"""Read the data that a package of the harness declares in TOML files."""
 
 import tomllib
 from importlib.resources import files

@@ -1,4 +1,4 @@
-"""The contract between the harness and an integrator: what it declares, is given and returns."""
+"""The contract between the harness and an integrator: its declaration, the problem it is given, its solution."""
 
 import math
 from abc import ABC, abstractmethod
@@ -21,12 +21,25 @@ class Refused(Exception):  # noqa: N818 - named for the status that it becomes
 
 
 class Unsupported(Refused):
-    """Raised by an integrator that lacks what a problem needs; the message names it. Status `unsupported`."""
+    """Raised by an integrator that lacks a property of the problem; the message names it. Status `unsupported`."""
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """The setting is a relative tolerance; the sweep goes from `loosest` to `tightest`, `per_decade` settings a decade."""
+    """The sweep of an integrator whose setting is a relative tolerance.
+
+    Attributes
+    ----------
+    loosest, tightest : float
+        The first and the last tolerance of the sweep, without unit.
+    per_decade : int
+        The number of tolerances in a decade.
+
+    Examples
+    --------
+    >>> Tolerance(loosest=1e-3, tightest=1e-12)
+    Tolerance(loosest=0.001, tightest=1e-12, per_decade=1)
+    """
 
     loosest: float = 1e-3
     tightest: float = 1e-13
@@ -36,9 +49,19 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Steps:
-    """The setting is a step size: the sampling interval over a power of two.
+    """The sweep of an integrator whose setting is a step size: the sampling interval over a power of two.
 
-    The sweep starts at the largest such step not above `coarsest` time scales and halves it `halvings` times.
+    Attributes
+    ----------
+    coarsest : float
+        An upper limit of the first step, in time scales of the problem: the sweep starts at the largest step up to it.
+    halvings : int
+        The number of times that the sweep halves the first step.
+
+    Examples
+    --------
+    >>> Steps(coarsest=0.125, halvings=7)
+    Steps(coarsest=0.125, halvings=7)
     """
 
     coarsest: float = 0.5
@@ -48,7 +71,15 @@ class Steps:
 
 @dataclass(frozen=True)
 class Names:
-    """The names of a problem's numbers, and of its case, for programs in other languages."""
+    """The names of a problem's case, coordinates and parameters, for programs in other languages.
+
+    Attributes
+    ----------
+    case : str
+        The name of the case.
+    coordinates, parameters : tuple of str
+        Names in the sequence of the state and of `Problem.parameters`.
+    """
 
     case: str
     coordinates: tuple[str, ...]
@@ -57,11 +88,43 @@ class Names:
 
 @dataclass(frozen=True)
 class Problem:
-    """What `prepare` is given: the equations, the parameters, the sample times. Never the initial state.
+    """The problem that `prepare` is given: equations, parameters and sample times, but not the initial state.
 
-    `form` is of a type that the integrator accepts. `dimension`: the number of components of the state. `parameters`:
-    float64, those of the case. `times`: float64 (64,), the values of the independent variable at the samples, from the
-    start on multiples of an exact interval unless the formulation has a clock. `time_scale`: in the units of `times`.
+    All numbers are in the units of the case. Times are absolute: `times`, the t of the equations, times of events.
+
+    Attributes
+    ----------
+    form : Form or SceneForm
+        The equations or the scene, of a type that the integrator accepts.
+    dimension : int
+        The number of components of the state.
+    parameters : float64 array, shape (m,)
+        The parameters of the case.
+    times : float64 array, shape (s,)
+        The values of the independent variable at the samples, 64 for a case. Since the start they are multiples of an
+        exact interval, unless the formulation has a clock.
+    time_scale : float
+        A time in which the motion changes by its own size, in the unit of `times`.
+    counted : bool
+        True in the untimed run that counts right-hand sides: the kernels of `gnomon.harness.kernels.equations` then
+        count their calls.
+    groups : tuple of int
+        For each component the index of its group, from 0. The components of a group have one unit and one size, which
+        divides their errors, as in the case's metric. Empty: each component is a group.
+    names : Names or None
+        Names of the case, coordinates and parameters; None for a problem that was made without a case.
+    t0 : float
+        The time of the initial state.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gnomon.cases.core.forms import FirstOrder
+    >>> def decay(t, y, p):
+    ...     return (-p[0] * y[0],)
+    >>> problem = Problem(FirstOrder(decay), 1, np.array([2.0]), np.array([0.5, 1.0]), time_scale=0.5)
+    >>> problem.interval, problem.uniform
+    (0.5, True)
     """
 
     form: Form | SceneForm
@@ -70,31 +133,24 @@ class Problem:
     times: Floats
     time_scale: float
     counted: bool = False
-    """True in the untimed run that counts right-hand sides: the kernels of `gnomon.harness.kernels.equations` then count
-    their calls."""
     groups: tuple[int, ...] = ()
-    """For each component the index of its group, from 0. The components of a group have one unit and one size, by which
-    errors are divided, as in the case's metric. Empty: each component is a group."""
     names: Names | None = None
-    """None for a problem that was made without a case."""
     t0: float = 0.0
-    """The time of the initial state. Times are absolute: `times`, the t of the equations, and those of events."""
 
     @property
     def elapsed(self) -> Floats:
-        """The times since the start, float64 (64,)."""
+        """The times since the start, float64 array of shape (s,)."""
         return self.times - self.t0
 
     @property
     def uniform(self) -> bool:
-        """True where the times since the start are exact multiples of `interval` (always, unless the formulation has a
-        clock)."""
+        """Whether the times since the start are exact multiples of `interval`; always without a clock."""
         elapsed = self.elapsed
         return bool(np.array_equal(elapsed, np.arange(1, len(elapsed) + 1) * elapsed[0]))
 
     @property
     def interval(self) -> float:
-        """The sampling interval; with a clock the mean one, rounded down to 20 bits."""
+        """The sampling interval; with a clock the mean interval, rounded down to 20 bits."""
         elapsed = self.elapsed
         if self.uniform:
             return float(elapsed[0])
@@ -103,8 +159,10 @@ class Problem:
         return math.floor(mean / unit) * unit
 
     def since_start(self) -> Self:
-        """The same motion by a clock that shows 0 at the start, for methods that start at 0: f(t0 + t, y) in place of
-        f(t, y). Right-hand sides are counted in the same `buffer`; itself where t0 is 0."""
+        """The problem with times that begin at 0, for methods that start at 0: f(t0 + t, y) replaces f(t, y).
+
+        Both problems count right-hand sides in one `buffer`. Returns the problem itself if t0 is 0.
+        """
         if self.t0 == 0:
             return self
         found = replace(self, form=from_start(self.form, self.t0), times=self.elapsed, t0=0.0)
@@ -113,7 +171,7 @@ class Problem:
 
     @cached_property
     def grouping(self) -> NDArray[np.int64]:
-        """`groups` as an array (dimension,). Raises ValueError where `groups` has another length."""
+        """`groups` as an array of shape (dimension,). Raises ValueError if `groups` has another length."""
         if self.groups and len(self.groups) != self.dimension:
             raise ValueError(
                 f"{len(self.groups)} numbers of groups for {self.dimension} components; state one for each"
@@ -122,17 +180,30 @@ class Problem:
 
     @cached_property
     def buffer(self) -> Floats:
-        """The argument `p` of kernels: the parameters and one more element, to which counting kernels add 1 each call."""
+        """The argument `p` of kernels, shape (m + 1,): the parameters, then the number of calls of counting kernels."""
         return np.append(self.parameters, 0.0)
 
 
 @dataclass
 class Solution:
-    """What `solve` returns for initial states (n, dim).
+    """The result of `solve` for n initial states.
 
-    `states`: float64 (n, len(problem.times), dim). `steps`: the number of steps taken, None where not defined. `stopped`:
-    why the integration ended early, None where it did not (remaining states are nan). `events`: for hybrid problems with
-    n = 1, the (time, transition name) pairs that were located.
+    Attributes
+    ----------
+    states : float64 array, shape (n, len(problem.times), dimension)
+        The states at the sample times, in the units of the case.
+    steps : int or None
+        The number of steps of all trajectories; None if it is not defined.
+    stopped : str or None
+        The reason for an early end of the integration, after which states are nan; None without an early end.
+    events : tuple of (float, str), or None
+        For hybrid problems with n = 1, the time and the transition's name of each event that was located.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Solution(np.zeros((1, 64, 2)), steps=640).states.shape
+    (1, 64, 2)
     """
 
     states: Floats
@@ -143,11 +214,26 @@ class Solution:
 
 @dataclass
 class Solver:
-    """What `prepare` returns: called with initial states (n, dim), which are copies, it returns a Solution.
+    """The result of `prepare`: a function that solves from initial states, with the options of its engine.
 
-    `solve` is the function that does it, and what is timed. `options`: the engine's options that differ from its defaults.
-    `reset`: called before each call, timed and shown separately; None where nothing is to be reset. `close`: called once,
-    at the end.
+    Attributes
+    ----------
+    solve : callable
+        The function that is timed: it takes copies of initial states, float64 array of shape (n, dimension), and
+        returns a Solution.
+    options : mapping of str to any
+        The options of the engine that differ from its defaults.
+    reset : callable or None
+        Called before each call of `solve`, and timed separately; None without a reset.
+    close : callable
+        Called once, at the end.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> solver = Solver(lambda starts: Solution(np.repeat(starts[:, None], 64, axis=1)), options={"rtol": 1e-9})
+    >>> solver(np.ones((1, 2))).states.shape
+    (1, 64, 2)
     """
 
     solve: Callable[[Floats], Solution]
@@ -156,21 +242,78 @@ class Solver:
     close: Callable[[], None] = lambda: None
 
     def __call__(self, initial_states: Floats) -> Solution:
+        """Call `solve` with initial states, float64 array of shape (n, dimension)."""
         return self.solve(initial_states)
 
 
 class Integrator(ABC):
-    """An integrator: a declaration of what it is and accepts, and `prepare`.
+    """An integrator: a declaration in class attributes, and the method `prepare`.
 
-    1. `prepare(problem, setting)` is not timed: build, compile, switch off what is not needed. It sees no initial
-       state.
-    2. It returns a plain function `solve`, which is timed: it takes copies of initial states, float64 (n, dim), and
-       returns a Solution. It changes neither these nor the arrays of the problem.
-    3. Or it returns a `Solver`, where an engine has options, is to be reset before each call, or holds what must be freed.
-    4. Raise `Refused` for a problem or setting that it declines. Any other exception is status `crashed`.
-    5. `counts_rhs` is False where the library has its own equations: right-hand sides are then not counted.
-    6. Times since the start, `problem.t0`, are multiples of `problem.interval` where `problem.uniform`; with a clock or
+    1. `prepare(problem, setting)` is not timed: build, compile, switch off everything that is not needed. It does not
+       see an initial state.
+    2. It returns a plain function `solve`, which is timed: it takes copies of initial states, float64 (n, dimension),
+       and returns a Solution. It changes neither these nor the arrays of the problem.
+    3. Or it returns a `Solver`, if an engine has options, needs a reset before each call, or holds resources that must
+       be freed.
+    4. Raise `Refused` for a problem or setting that the integrator declines. Any other exception is status `crashed`.
+    5. `counts_rhs` is False if the library has its own equations: right-hand sides are then not counted.
+    6. If `problem.uniform`, times since the start, `problem.t0`, are multiples of `problem.interval`; with a clock or
        decimal times they are not. Runs start at 0; `problem.since_start()` is the same motion from 0.
+
+    Attributes
+    ----------
+    name, library, policy : str
+        The method, its library, and the way in which it is driven, if there are several ways; `id` joins them.
+    order : int or None
+        The order of convergence; None if the method has no fixed order.
+    accepts : tuple of types
+        The forms that it takes, from `gnomon.cases.core.forms`, or `SceneForm`.
+    sampling : str
+        The origin of samples: "dense output", "stops at samples" or "grid".
+    dense_order : int or None
+        The order q of the dense output, whose error in a step is proportional to h^(q + 1); None: not declared.
+    sweep : Tolerance or Steps
+        The kind of setting, and the settings of a sweep.
+    counts_rhs : bool
+        Whether right-hand sides are counted.
+    conserves : tuple of str
+        Quantities that the method claims to conserve to round-off at any step size: "symplectic" (the symplectic form),
+        "volume" (in phase space), "reversible" (reversal of time), "momentum" (linear and angular, if the forces
+        conserve them), "attitude" (rotations stay rotations), "constraint".
+    jacobian : str
+        The origin of Jacobians: "exact", also for a method that uses no Jacobian, or "differences".
+    compensated : bool
+        Whether its sums over steps are compensated, so that their rounding does not grow with the number of steps.
+    primary : bool
+        False for a near-duplicate method: a suite runs it only on the default variants, in one launch, unless it is
+        named.
+
+    Examples
+    --------
+    >>> from math import sin
+    >>> from gnomon.cases.core.forms import FirstOrder
+    >>> from gnomon.harness import solve
+    >>> from gnomon.harness.kernels.equations import right_hand_side
+    >>> class Euler(Integrator):
+    ...     name, library, order = "Euler", "mine", 1
+    ...     accepts, sweep = (FirstOrder,), Steps(coarsest=0.125, halvings=7)
+    ...
+    ...     def prepare(self, problem, setting):
+    ...         f, p = right_hand_side(problem).array, problem.buffer
+    ...         substeps = round(problem.interval / setting)
+    ...
+    ...         def solve_one(y, out):
+    ...             for k in range(len(out)):
+    ...                 for i in range(substeps):
+    ...                     y = y + setting * f(problem.t0 + problem.interval * k + setting * i, y, p)
+    ...                 out[k] = y
+    ...             return substeps * len(out), None
+    ...
+    ...         return each_start(problem, solve_one)
+    >>> def swing(t, y):
+    ...     return y[1], -9.81 * sin(y[0])
+    >>> solve(swing, 0.0, [0.1, 0.0], [0.5, 1.0], 2**-10, Euler()).shape
+    (2, 2)
     """
 
     name: ClassVar[str]
@@ -178,46 +321,80 @@ class Integrator(ABC):
     order: ClassVar[int | None] = None
     accepts: ClassVar[tuple[type, ...]]
     sampling: ClassVar[str] = "grid"
-    """How samples are made: dense output | stops at samples | grid."""
     dense_order: ClassVar[int | None] = None
-    """The order q of the dense output, whose error in a step is proportional to h^(q + 1); None: not declared."""
     sweep: ClassVar[Tolerance | Steps]
     policy: ClassVar[str] = ""
     counts_rhs: ClassVar[bool] = True
     conserves: ClassVar[tuple[str, ...]] = ()
-    """What the method claims to conserve to round-off at any step size: the symplectic form (symplectic), volume in phase
-    space, reversal of time (reversible), linear and angular momentum where the forces conserve them, rotations on their
-    group (attitude), the constraint."""
     jacobian: str = "exact"
-    """How the method gets Jacobians: exact, which includes none, or differences (of one side or both)."""
     compensated: ClassVar[bool] = False
-    """Whether its sums over steps are compensated, so that their rounding does not grow with the number of steps."""
     primary: ClassVar[bool] = True
-    """False for a near-duplicate method: a suite runs it only on the default variants, in one launch, unless it is
-    named."""
 
     @abstractmethod
-    def prepare(self, problem: Problem, setting: float) -> Solver | Callable[[Floats], Solution]: ...
+    def prepare(self, problem: Problem, setting: float) -> Solver | Callable[[Floats], Solution]:
+        """Build and compile everything that does not depend on the initial state; not timed.
+
+        Parameters
+        ----------
+        problem : Problem
+            The equations, parameters and sample times.
+        setting : float
+            The relative tolerance, or the step size in the unit of `problem.times`: see `sweep`.
+
+        Returns
+        -------
+        Solver or callable
+            The function that is timed: initial states, float64 array of shape (n, dimension), to a Solution.
+
+        Raises
+        ------
+        Refused
+            If the integrator declines the problem or the setting.
+        """
+        ...
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        """Why this integrator cannot run a form that it accepts by type (a missing token), None where it can."""
+        """Say why this integrator cannot run a form whose type it accepts.
+
+        Parameters
+        ----------
+        form : Form or SceneForm
+            A form of a type in `accepts`.
+
+        Returns
+        -------
+        str or None
+            The reason, such as a missing token of a scene; None if the integrator can run the form.
+        """
         return None
 
     @property
     def id(self) -> str:
+        """The name of the integrator in results: `library:name`, with the policy in brackets if there is one."""
         return f"{self.library}:{self.name}" + (f" [{self.policy}]" if self.policy else "")
 
     def versions(self) -> Mapping[str, Any]:
-        """Versions of the libraries that its results depend on, by name. They are in the keys of its trials, which run again
-        where one has changed; what changes unseen, as a native library that is rebuilt, stands here, as a hash of its file.
+        """Versions of the libraries on which its results depend.
+
+        Returns
+        -------
+        mapping of str to any
+            Versions by name. They are in the keys of its trials, which run again after a version has changed. For a
+            change that gnomon cannot see, such as a native library that is rebuilt, give a hash of the file.
+
+        Raises
+        ------
+        ImportError
+            If a library is not installed: its trials then have the status `not_installed`.
         """
         return {}
 
 
 def solver_of(integrator: Integrator, problem: Problem, setting: float) -> Solver:
-    """What an integrator prepares, as a Solver: a plain function with its attributes `options`, `reset` and `close`, if any.
+    """Prepare an integrator, and give the result as a Solver.
 
-    Raises TypeError where it is neither.
+    A plain function becomes a Solver with the function's attributes `options`, `reset` and `close`, if it has them.
+    Raises TypeError for any other result.
     """
     found = integrator.prepare(problem, setting)
     if isinstance(found, Solver):
@@ -231,10 +408,22 @@ def solver_of(integrator: Integrator, problem: Problem, setting: float) -> Solve
 def each_start(
     problem: Problem, solve_one: Callable[[Floats, Floats], tuple[int | None, str | None]]
 ) -> Callable[[Floats], Solution]:
-    """A function for `prepare` that solves from one start after the other.
+    """Make the function that `prepare` returns from a function that solves from one start.
 
-    `solve_one(start, out)` writes the states that it reaches into `out` (len(times), dim), which is nan, and returns the
-    number of steps and why it ended early, each None where there is none.
+    Parameters
+    ----------
+    problem : Problem
+        The problem that `prepare` was given.
+    solve_one : callable
+        `solve_one(start, out)` writes the states that it reaches into `out`, float64 array of shape
+        (len(problem.times), dimension), which is filled with nan. It returns the number of steps, or None, and the
+        reason for an early end, or None.
+
+    Returns
+    -------
+    callable
+        A function of initial states, float64 array of shape (n, dimension), that calls `solve_one` for one start after
+        the other and returns a Solution. Its `steps` is None unless every call gave a number.
     """
 
     def solve(initial_states: Floats) -> Solution:

@@ -1,4 +1,4 @@
-"""From a case to a Problem, what an integrator is given: equations in an accepted form, parameters, sample times."""
+"""Make the Problem for an integrator from a case: equations in an accepted form, parameters, sample times."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -20,7 +20,7 @@ DIGITS = 40
 def accepted_form(
     case: Case, accepts: tuple[type, ...], formulation: Formulation | None = None
 ) -> Form | SceneForm | None:
-    """The most structured form of a case, or of a formulation of it, that is of an accepted type; None if there is none."""
+    """The most structured form of a case, or of a formulation of it, of an accepted type; None without such a form."""
     offered: tuple[Form | SceneForm, ...] = case.all_forms() if formulation is None else _with_first_order(formulation)
     if formulation is None and case.scene is not None:
         offered = (*offered, case.scene)
@@ -28,12 +28,12 @@ def accepted_form(
 
 
 def first_taken(integrator: Integrator, forms: Iterable[Form | SceneForm | None]) -> Any:
-    """The first of these forms that an integrator takes; None if it takes none of them."""
+    """The first of several forms that an integrator takes; None if it does not take any."""
     return next((form for form in forms if form is not None and _takes_form(integrator, form)), None)
 
 
 def takes(integrator: Integrator, case: Case) -> bool:
-    """Whether an integrator takes the form of a case that it would be given."""
+    """Whether an integrator takes the form in which it would be given a case."""
     form = accepted_form(case, integrator.accepts)
     return form is not None and _takes_form(integrator, form)
 
@@ -47,7 +47,7 @@ def problem_of(
 ) -> Problem:
     """The problem that an integrator with `accepts` is given; `case` has binary64 numbers (Case.rounded).
 
-    Raises ValueError where the case has no such form.
+    Raises ValueError if the case does not have an accepted form.
     """
     form = accepted_form(case, accepts, formulation)
     if form is None:
@@ -63,13 +63,13 @@ def problem_of(
 
 
 def groups_of(case: Case, formulation: Formulation | None = None) -> tuple[int, ...]:
-    """`Problem.groups`: the groups of the case's coordinates, numbered as they first appear; () for a formulation."""
+    """The value of `Problem.groups`: the case's groups, numbered as they first appear; () for a formulation."""
     names = list(dict.fromkeys(coordinate.group for coordinate in case.state))
     return () if formulation is not None else tuple(names.index(coordinate.group) for coordinate in case.state)
 
 
 def names_of(case: Case, formulation: Formulation | None = None) -> Names:
-    """`Problem.names`. A formulation has coordinates and parameters of its own: y1, y2, ..., and another case name."""
+    """The value of `Problem.names`. A formulation has other coordinates, y1, y2, ..., and another case name."""
     parameters = tuple(parameter.name for parameter in case.parameter_list)
     if formulation is None:
         return Names(case.name, tuple(coordinate.name for coordinate in case.state), parameters)
@@ -89,7 +89,7 @@ def initial_state(case: Case, formulation: Formulation | None = None) -> Floats:
 
 
 def counting(problem: Problem) -> Problem:
-    """The same problem, to be run once, untimed, with its right-hand sides counted."""
+    """The problem for an untimed run in which right-hand sides are counted."""
     return replace(problem, counted=True)
 
 

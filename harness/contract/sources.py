@@ -1,4 +1,4 @@
-"""The text of what a result depends on: a form, its functions, and all that these read."""
+"""Texts and hashes of the content on which a result depends: a form, its functions, and all values that these read."""
 
 import dataclasses
 import hashlib
@@ -25,18 +25,18 @@ def digest(parts: Iterable[str]) -> str:
 
 
 def of_value(value: Any) -> str:
-    """The text of a form or of any value in it: functions as their source with all that they read, the rest as repr."""
+    """The text of a form or of a value in it: functions by their source and the values they read, others by repr."""
     parts: list[Any] = []
     _collect(value, parts, set(), _source)
     return "\n".join(parts)
 
 
 def cached_by_content(function: Callable[..., Result]) -> Callable[..., Result]:
-    """A cache whose key holds all that the functions among the arguments read, at any depth.
+    """Cache a function by the content of its arguments; for functions among these, by everything that they read.
 
-    That is their code, numbers at module level, closures and default values: where one of these has changed since the
-    last call, the result is computed again. Raises ValueError for a function that reads a value whose changes cannot be
-    detected.
+    This is, at any depth, their code, numbers at module level, closures and default values: if one of these has changed
+    since the last call, the result is computed again. Raises ValueError for a function that reads a value whose changes
+    cannot be detected.
     """
     kept: dict[tuple[Any, ...], Result] = {}
 
@@ -53,7 +53,10 @@ def cached_by_content(function: Callable[..., Result]) -> Callable[..., Result]:
 
 
 def _collect(value: Any, parts: list[Any], seen: set[int], text: Callable[[types.CodeType], str] | None) -> None:
-    """Append the content of a value: functions as `text` gives them; with None as code, and unknown types are an error."""
+    """Append the content of a value to `parts`; `text` gives the content of functions.
+
+    Without `text` the content of a function is its code, and a value of an unknown type raises ValueError.
+    """
     if isinstance(value, types.FunctionType):
         if id(value) in seen:
             return

@@ -1,10 +1,13 @@
-"""What became of a trial: the one word of each measurement, the same in memory, in results files and on the page."""
+"""The status of a trial: one word for each measurement, in memory, in results files and on the page."""
 
 from enum import StrEnum
 
 
 class Status(StrEnum):
-    """A member is a `str`, equal to its word. The page lists them in this sequence; `MEANINGS` there explains each."""
+    """The statuses of trials. A member is a `str`, equal to its word.
+
+    The page lists them in this sequence and explains each in `MEANINGS`.
+    """
 
     OK = "ok"
     INACCURATE = "inaccurate"
@@ -20,19 +23,22 @@ class Status(StrEnum):
 
 
 SCORED = (Status.OK, Status.INACCURATE, Status.DIVERGED)
-"""The integrator answered, so that the trial has an error; from the best to the worst."""
+"""Statuses of trials with an error, as the integrator answered; from the best to the worst."""
 STOPPED = (Status.TIMEOUT, Status.SKIPPED)
-"""The time limit ended the trial or kept it from starting: a run with a higher limit repeats it."""
+"""Statuses of trials that the time limit ended or kept from starting: a run with a higher limit repeats them."""
 NOT_BROKEN = (Status.OK, Status.SKIPPED, Status.INTERRUPTED)
-"""The integrator did not fail: it answered well, was not started, or was ended from outside."""
+"""Statuses of trials in which the integrator did not fail: it answered, did not start, or was ended from outside."""
 CANNOT_RUN = (Status.UNSUPPORTED, Status.NOT_INSTALLED)
-"""The pair of case and integrator cannot run on this machine: it has one row, without a setting."""
+"""Statuses of pairs of case and integrator that cannot run on this machine: each has one row, without a setting."""
 AGAIN = "times before"
-"""The end of the reason of a trial that crashed because it was interrupted again and again. Results files hold this text: it
-must not change."""
+"""The last words of the reason of a trial that crashed because it was interrupted again and again. Results files hold
+this text, so it must not change."""
 
 
 def from_outside(status: str, reason: object) -> bool:
-    """Whether a cause outside the integrator may have ended a trial: the memory that it was allowed or, again and again, a
-    signal, a full disk or the loss of the server of the workers."""
+    """Whether a cause outside the integrator may have ended a trial.
+
+    Such causes are the limit of its memory or, again and again, a signal, a full disk, or the loss of the server of the
+    workers.
+    """
     return status == Status.OUT_OF_MEMORY or (status == Status.CRASHED and str(reason).endswith(AGAIN))

@@ -1,4 +1,4 @@
-"""Validation of settings, and of what an integrator returned before it is used: types, shapes, real numbers, counts."""
+"""Validate settings, and the answer of an integrator before it is used: types, shapes, real numbers, counts."""
 
 import math
 from numbers import Integral, Real
@@ -13,7 +13,7 @@ LEAST_SECONDS = 1e-11
 """Every right-hand side and every step takes more: this is a twentieth of a processor's cycle."""
 RESOLUTION_SECONDS = 1e-6
 DID_NOT_MOVE = "did not move: every sample equals the initial state"
-"""The reason of a refusal where the exact motion leaves its start."""
+"""The reason for the refusal of states that rest although the exact motion leaves its start."""
 TEXT = 300
 """Reasons are cut to this number of characters."""
 
@@ -23,7 +23,10 @@ class Unusable(Exception):  # noqa: N818 - it names an answer
 
 
 def require_positive(setting: float, kind: str) -> None:
-    """Raise Refused unless a setting, a `kind` such as "tolerance", is a positive number: libraries then hang, or go on."""
+    """Raise Refused unless a setting is a positive number: with others libraries hang, or go on.
+
+    `kind` names the setting in the message, such as "tolerance".
+    """
     if not (math.isfinite(setting) and setting > 0):
         raise Refused(f"{kind} {setting} is not a positive number")
 
@@ -41,12 +44,12 @@ def checked(solution: Any, shape: tuple[int, ...]) -> Solution:
         real_states(solution.states, shape),
         None if solution.steps is None else count(solution.steps, "steps"),
         solution.stopped and solution.stopped[:TEXT],
-        None if solution.events is None else tuple(_event(event) for event in _listed(solution.events)),
+        None if solution.events is None else tuple(_event(event) for event in _as_list(solution.events)),
     )
 
 
 def real_states(states: Any, shape: tuple[int, ...]) -> Floats:
-    """States as a new float64 array of this shape. Complex states are accepted where every imaginary part is zero."""
+    """States as a new float64 array of this shape. Complex states are accepted if every imaginary part is zero."""
     found = np.asarray(states)
     if found.dtype.kind not in "iufc":
         raise Unusable(f"returned states of type {found.dtype}, not real numbers")
@@ -61,12 +64,12 @@ def real_states(states: Any, shape: tuple[int, ...]) -> Floats:
 
 
 def still(states: Floats, starts: Floats) -> bool:
-    """Whether states (n, times, dim) equal their start (n, dim) at all samples, from any of the starts."""
+    """Whether, for any start of `starts` (n, dim), its `states` (n, times, dim) equal the start at all samples."""
     return bool(np.any(np.all(states == starts[:, np.newaxis], axis=(1, 2))))
 
 
 def count(value: Any, name: str) -> int:
-    """A count as an int. Raises Unusable where it is not a whole number from 0 to 2^53."""
+    """A count as an int. Raises Unusable if it is not a whole number from 0 to 2^53."""
     whole = isinstance(value, Integral | Real) and not isinstance(value, bool | np.bool_) and math.isfinite(value)
     if not whole or value != math.floor(value) or not 0 <= value <= MOST:
         raise Unusable(f"returned {name} = {short(value)}: a count is a whole number from 0 to 2^53")
@@ -74,12 +77,12 @@ def count(value: Any, name: str) -> int:
 
 
 def possible(count: int | None, seconds: float, name: str) -> None:
-    """Raises Unusable for more steps or right-hand sides than a processor can do in that time."""
+    """Raise Unusable for more steps or right-hand sides than a processor can do in this time."""
     if count is not None and count * LEAST_SECONDS > seconds + RESOLUTION_SECONDS:
         raise Unusable(f"claims {count} {name} in {seconds:.2g} s: one takes {LEAST_SECONDS:g} s at least")
 
 
-def _listed(events: Any) -> list[Any]:
+def _as_list(events: Any) -> list[Any]:
     try:
         return list(events)
     except TypeError:

@@ -1,7 +1,7 @@
-"""The distribution of the errors of an ensemble: counts, of which any partition of the samples gives the same.
+"""The distribution of the errors of an ensemble, as counts that do not depend on the partition of the samples.
 
-All of it is integers, or the largest few: results of parts are added, in any order, without rounding. Its size does not
-depend on the number of samples.
+It holds integers and the few largest errors, so that the results of parts are added in any sequence without rounding.
+Its size does not depend on the number of samples.
 """
 
 from __future__ import annotations
@@ -24,13 +24,14 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 PER_DECADE = 64
 LOWEST, HIGHEST = -20, 20
-"""Decades that are divided into bins. Errors below are in the first bin, as an error of 0; above, in the last."""
+"""Limits of the decades that are divided into bins. Smaller errors, and 0, are in the first bin, larger ones in the
+last."""
 CELLS = 48
 """The map has CELLS by CELLS cells."""
 LEVELS = (0.5, 0.9, 0.99, 0.999, 0.9999, 0.99999, 0.999999)
 CONFIDENCE = 0.95
 LEAST_BEYOND = 10
-"""A quantile is given where at least so many samples are expected beyond it."""
+"""A quantile is given only if at least this number of samples is expected beyond it."""
 
 with mpmath.workdps(30):
     EDGES: Floats = np.array(
@@ -39,7 +40,7 @@ with mpmath.workdps(30):
             for k in range(PER_DECADE * LOWEST, PER_DECADE * HIGHEST + 1)
         ]
     )
-"""Edges of the bins; bin i has the errors from EDGES[i - 1] to below EDGES[i], bin 0 all below EDGES[0]."""
+"""Edges of the bins. Bin i has the errors from EDGES[i - 1] to below EDGES[i], bin 0 has all errors below EDGES[0]."""
 
 
 @dataclass(frozen=True, order=True)
@@ -57,10 +58,10 @@ class Start:
 
 @dataclass(frozen=True)
 class Distribution:
-    """Samples by status; of those with status ok the counts of their errors in bins; the worst; the map.
+    """Counts of samples by status, counts of errors by bin (of samples with status ok), the worst samples, the map.
 
-    `cells` (3, CELLS, CELLS): for each cell of two varied numbers its samples that are ok, the sum of their bins, and its
-    samples that failed. `failed`: the first failed samples of each status, at most `keep`.
+    `cells` (3, CELLS, CELLS): for each cell of two varied numbers the number of samples that are ok, the sum of their
+    bins, and the number of samples that failed. `failed`: the first failed samples of each status, at most `keep`.
     """
 
     keep: int
@@ -71,7 +72,7 @@ class Distribution:
     failed: Mapping[str, tuple[Start, ...]] = field(default_factory=dict)
 
     def merged(self, other: Distribution) -> Distribution:
-        """The distribution of the samples of both."""
+        """The distribution of the samples of both distributions."""
         failed = {
             name: tuple(sorted((*self.failed.get(name, ()), *other.failed.get(name, ())), key=lambda one: one.index))
             for name in {*self.failed, *other.failed}
@@ -98,9 +99,9 @@ class Distribution:
     def quantiles(self) -> list[dict[str, float | None]]:
         """Quantiles of the error with their confidence bands; samples that failed count as the largest errors.
 
-        A band is between order statistics whose ranks are binomial quantiles, and so it is right for any distribution of
-        independent samples; Sobol points are spread more evenly. A value is an edge of a bin, hence outward; None: among
-        those that failed.
+        A band lies between order statistics whose ranks are binomial quantiles, so it is right for any distribution of
+        independent samples; Sobol points are spread more evenly. Values are rounded outward to edges of bins; None: the
+        quantile lies among the samples that failed.
         """
         total, found = self.inside, []
         for level in LEVELS:
@@ -122,7 +123,7 @@ class Distribution:
         return float(EDGES[place - 1]) if place else 0.0
 
     def tail(self) -> list[tuple[float, int]]:
-        """(limit, number of errors at or above it) for the powers of ten above the median."""
+        """Pairs (limit, number of errors at or above it) for the powers of ten above the median."""
         beyond = np.cumsum(self.bins[::-1])[::-1]
         pairs = [(float(EDGES[k]), int(beyond[k + 1])) for k in range(0, len(EDGES), PER_DECADE)]
         return [pair for pair in pairs if 0 < pair[1] <= self.scored / 2]
@@ -162,7 +163,7 @@ def counted(samples: Samples, sides: tuple[int, int], keep: int) -> Distribution
 
 
 def as_data(found: Distribution) -> dict[str, Any]:
-    """The distribution as JSON has it; of bins and cells those that are not empty."""
+    """The distribution as data for JSON, without empty bins and cells."""
     full = np.flatnonzero(found.bins)
     cells = np.argwhere(found.cells[[0, 2]].sum(axis=0))
     return {

@@ -1,8 +1,8 @@
-"""The numbers of samples, drawn from a case's domain: sample i has the same bits in whatever part it is drawn.
+"""Draw the numbers of samples from a case's domain: sample i has the same bits in every partition into parts.
 
-A scrambled Sobol sequence (Owen, Journal of Complexity 14, 1998; SciPy) gives the first 32 bits of each number, Philox
-(Salmon et al., SC11, 2011) with the sample's index as counter the other 21: numbers of few bits are multiplied without
-rounding, which would flatter a method at its round-off.
+A scrambled Sobol sequence (Owen, Journal of Complexity 14, 1998; SciPy) gives the first 32 bits of each number. Philox
+(Salmon et al., SC11, 2011), with the sample's index as counter, gives the other 21: numbers of few bits are multiplied
+without rounding, which would flatter a method at its round-off.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from scipy.stats import qmc
 Floats = NDArray[np.float64]
 SOBOL_BITS, OTHER_BITS = 32, 21
 MOST_SAMPLES = 2**30
-"""SciPy steps through the sequence to the first sample of the first part of a process: 20 s to the last of these."""
+"""The largest number of samples. Each process steps through SciPy's sequence to its first sample: 20 s to the last."""
 MOST_SEED = 2**63 - 1
 
 
@@ -35,10 +35,10 @@ class Varied:
 
 
 def varied(case: Case, given: Sequence[str] = ()) -> tuple[Varied, ...]:
-    """The numbers that vary: those that `given` names, as NAME or NAME=LOW:HIGH, else all of the start.
+    """The numbers that vary: the numbers in `given`, each NAME or NAME=LOW:HIGH, or else all numbers of the start.
 
     Without limits a number is drawn from the interval that its domain calls typical. Raises ValueError for an unknown
-    name and for limits that are none.
+    name and for invalid limits.
     """
     numbers = [*(c.name for c in case.state), *case.parameters]
     found: dict[str, Varied] = {}
@@ -68,7 +68,7 @@ def _limits(text: str, limits: str) -> tuple[float, float]:
 
 @lru_cache(maxsize=4)
 def _sequence(seed: int, dimension: int) -> qmc.Sobol:
-    """The sequence, which the next part continues: SciPy steps through all points before it."""
+    """The Sobol sequence, kept so that the next part continues it: SciPy steps through all points before a part."""
     return qmc.Sobol(dimension, bits=SOBOL_BITS, seed=np.random.default_rng(seed))
 
 

@@ -1,7 +1,7 @@
-"""Exact states of many motions: by compiled formulas for some cases, else by the exact motion of each case.
+"""Exact states of many motions: by compiled formulas for some cases, otherwise by the exact motion of each sample.
 
-Each formula is in double-double: where it calls a motion known, each value is the nearest double, or within 0.51 ulp of it
-away from zeros. What it does not call known is computed by the exact motion.
+A formula computes in double-double and tells which motions it knows. Each value of a known motion is the nearest
+double, or within 0.51 ulp away from zeros. The exact motion computes all motions that the formula does not know.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from gnomon import cases
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Formula = Callable[[Floats, Floats, Floats], tuple[Floats, Bools]]
-"""(parameters (n, p), starts (n, dim), times (k,)) -> (states (n, k, dim), which motions are known (n,)). Numbers that break
-a joint rule of the domain are not known."""
+"""A function (parameters (n, p), starts (n, dim), times (k,)) -> (states (n, k, dim), flags of known motions (n,)). A
+motion whose numbers break a joint rule of the domain is not known."""
 
 OUTSIDE, NO_EXACT_STATE = "outside", "no_exact_state"
 """Statuses of samples that no integrator is given: outside the domain, or with an exact motion out of reach."""
 
 SMALL, LARGE = 1e-100, 1e100
-"""Between these the products in a formula, and their low parts, neither underflow nor overflow."""
+"""Limits of a formula's numbers: between them its products, and their low parts, neither underflow nor overflow."""
 
 FORMULAS: dict[str, Formula] = {
     "pendulum_simple": pendulum_ensemble.states,
@@ -39,13 +39,13 @@ FORMULAS: dict[str, Formula] = {
 
 
 def formula(case: Case) -> Formula | None:
-    """The formula of a case of gnomon; None where there is none."""
+    """The formula of a case of gnomon; None for a case without a formula."""
     found = FORMULAS.get(case.name)
     return found if found is not None and type(case) is cases.case_class(case.name) else None
 
 
 def admitted(case: Case, parameters: Floats, starts: Floats) -> Bools:
-    """Which rows of parameters (n, p) and starts (n, dim) are in the domain, by ranges alone."""
+    """Flags of the rows of parameters (n, p) and starts (n, dim) that lie within the ranges of the domain."""
     found = np.ones(len(starts), dtype=np.bool_)
     columns = zip([*case.parameters, *(c.name for c in case.state)], [*parameters.T, *starts.T], strict=True)
     for name, column in columns:
@@ -57,7 +57,7 @@ def admitted(case: Case, parameters: Floats, starts: Floats) -> Bools:
 
 
 def exact_states(case: Case, parameters: Floats, starts: Floats, times: Floats) -> tuple[Floats, list[str]]:
-    """Exact states (n, k, dim), nan where there is none; and for each motion why: OUTSIDE, NO_EXACT_STATE or ""."""
+    """Exact states (n, k, dim), and for each motion OUTSIDE or NO_EXACT_STATE if its states are nan, otherwise ""."""
     states = np.full((len(starts), len(times), len(case.state)), np.nan)
     inside = admitted(case, parameters, starts)
     reasons = ["" if one else OUTSIDE for one in inside.tolist()]

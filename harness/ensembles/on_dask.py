@@ -9,18 +9,18 @@ from contextlib import contextmanager
 
 from gnomon.harness.cluster.connection import connected
 from gnomon.harness.cluster.identity import difference, identity
-from gnomon.harness.ensembles.run import Job, Mapper, execute
+from gnomon.harness.ensembles.ensemble_run import Job, Mapper, execute
 from gnomon.harness.ensembles.samples import Ensemble
 
 _ONE_AT_A_TIME = threading.Lock()
-"""Integrators are not called by two threads of a worker."""
+"""Prevents calls of an integrator by two threads of a worker at a time."""
 
 
 @contextmanager
 def on_cluster(address: str, workers: int, ensemble: Ensemble) -> Iterator[Mapper]:
-    """A mapper for the cluster at the address of its scheduler, or `local` for one of `workers` processes.
+    """A mapper for the cluster at the address of a scheduler, or for `local` a cluster of `workers` processes.
 
-    Raises ValueError where Dask is missing, no scheduler answers, or a worker has other versions or sources. The mapper
+    Raises ValueError if Dask is missing, no scheduler answers, or a worker has other versions or sources. The mapper
     raises ChildProcessError for a part that failed, and Lost if the scheduler ends.
     """
     with connected(address, workers) as cluster:
@@ -38,7 +38,7 @@ def on_cluster(address: str, workers: int, ensemble: Ensemble) -> Iterator[Mappe
 
 
 def execute_there(client: Mapping[str, str], job: Job, first: int) -> bytes:
-    """`execute` in a worker. Raises ValueError in one that came later and has other versions or sources."""
+    """Call `execute` in a worker. Raises ValueError in a worker that came later with other versions or sources."""
     different = difference(client)
     if different is not None:
         raise ValueError(f"a worker {different}; start the workers with the client's versions and sources")

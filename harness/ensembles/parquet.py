@@ -1,4 +1,4 @@
-"""The samples of an ensemble as Parquet files, one a part, and their reading: `gnomon.harness.load_ensemble`."""
+"""Write the samples of an ensemble as Parquet files, one a part, and read them (`gnomon.harness.load_ensemble`)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ STATUSES = (*Status, OUTSIDE, NO_EXACT_STATE)
 
 def write(folder: Path, ensemble: Ensemble, samples: int, part: Samples) -> None:
     """Write a part: columns index, status, error and the varied numbers, with units in the fields' metadata."""
-    import pyarrow as pa  # slow to load, and only where samples are kept
+    import pyarrow as pa  # slow to load, and needed only if samples are kept
     import pyarrow.parquet as pq
 
     schema = _schema(pa, ensemble, samples)
@@ -52,11 +52,32 @@ def _schema(pa: Any, ensemble: Ensemble, samples: int) -> Any:
 
 
 def load_ensemble(path: str | Path, dask: bool = False) -> Any:
-    """The samples that `gnomon ensemble --parquet` wrote into a folder, one row each, sorted by index.
+    """Read the samples that `gnomon ensemble --parquet` wrote into a folder.
 
-    A pandas DataFrame, whose `attrs` hold what was measured and the units; with `dask` a Dask dataframe, for samples that
-    do not fit into memory. Raises ValueError for a file that gnomon did not write, for parts of two ensembles, and for
-    missing parts.
+    Parameters
+    ----------
+    path : str or Path
+        The folder.
+    dask : bool
+        Whether to return a Dask dataframe, for samples that do not fit into memory.
+
+    Returns
+    -------
+    pandas.DataFrame or dask.dataframe.DataFrame
+        A row for each sample, sorted by index. Columns: index; status; error, relative to the size of the motion, nan
+        unless the status is ok; and `number NAME` for each number that varies, in the unit of the case. The `attrs` of
+        a pandas DataFrame hold the ensemble and the units of the columns.
+
+    Raises
+    ------
+    ValueError
+        For a file that gnomon did not write, for parts of two ensembles, and for missing parts.
+
+    Examples
+    --------
+    After `gnomon ensemble --case pendulum_simple --integrator gnomon:DOP853 --samples 1024 --parquet samples`:
+
+    >>> load_ensemble("samples")["error"].describe()  # doctest: +SKIP
     """
     import pandas as pd
     import pyarrow as pa
@@ -94,7 +115,7 @@ def load_ensemble(path: str | Path, dask: bool = False) -> Any:
 
 
 def _verify(file: Path, schema: Any, first: Any) -> None:
-    """Raise ValueError unless the schema is one of gnomon and equal to the first."""
+    """Raise ValueError unless gnomon wrote the schema and it equals the first schema."""
     metadata = schema.metadata or {}
     try:
         about = json.loads(metadata[KEY])

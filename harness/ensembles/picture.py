@@ -11,16 +11,16 @@ import numpy as np
 import vl_convert
 from gnomon.harness.ensembles.distribution import CELLS, LOWEST, PER_DECADE, Distribution
 from gnomon.harness.ensembles.draws import Varied
-from gnomon.harness.reporting.png import smaller
+from gnomon.harness.reporting.images import smaller
 from gnomon.harness.reporting.style import QUIET, dressed
 from gnomon.reference.storage import diskcache
 
 SIZE = 480
-"""Pixels of a side."""
+"""Pixels of a side of the map."""
 
 
 def error_map(found: Distribution, sides: tuple[Varied, Varied], units: tuple[str, str], title: str) -> alt.LayerChart:
-    """The geometric mean of the error in each cell; cells in which samples failed are framed, empty ones are left out."""
+    """The geometric mean of the error in each cell; cells with failed samples are framed, empty cells are left out."""
     count, total, failed = found.cells
     rows = []
     for i, j in np.argwhere(count + failed).tolist():

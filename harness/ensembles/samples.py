@@ -1,4 +1,4 @@
-"""One ensemble: which numbers vary, the integrator, and the errors of any of its samples."""
+"""An ensemble: the numbers that vary, the integrator, and the errors of any of its samples."""
 
 from __future__ import annotations
 
@@ -10,28 +10,33 @@ from functools import cached_property, lru_cache
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.metric import Metric
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Tolerance, Unsupported, solver_of
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import Status
-from gnomon.harness.contract.validation import checked
 from gnomon.harness.ensembles import draws
 from gnomon.harness.ensembles.draws import Varied
 from gnomon.harness.ensembles.exact_formulas import exact_states, with_numbers
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
+from gnomon.harness.scoring.failures import status_of
+from gnomon.harness.scoring.prepared import Prepared
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 BLOCK = 256
-"""Starts that are solved in one call. Vectors of eight starts may share their steps, so that the bits of an answer depend
-on its neighbours: blocks begin at multiples of BLOCK, always with the same neighbours."""
+"""The number of starts that are solved in one call. Vectors of eight starts may share their steps, so that the bits of
+an answer depend on its neighbours. So blocks begin at multiples of BLOCK, and a start always has the same
+neighbours."""
 USUAL_TOLERANCE, STEPS_EACH = 1e-9, 64
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Consecutive samples: the index of the first, their place in the unit cube and their varied numbers (n, d), their
-    errors (n,), nan where the status is not ok, and their statuses."""
+    """Consecutive samples: the index of the first, then arrays for all.
+
+    `units` and `numbers` (n, d): places in the unit cube, and varied numbers. `errors` (n,): nan unless the status is
+    ok.
+    """
 
     first: int
     units: Floats
@@ -42,10 +47,10 @@ class Samples:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Starts, and parameters where they vary, of a case; an integrator at one setting; errors at `times` equal intervals.
+    """A case with numbers that vary, an integrator at one setting, and errors at `times` equal intervals.
 
     `case`: a name, case/variant or package.module:Case, with `parameters` as pairs (name, text). Numbers are binary64.
-    The metric is that of the case with its own start, the same for every sample.
+    All samples have the metric of the case with its own start.
     """
 
     case: str
@@ -57,15 +62,18 @@ class Ensemble:
     parameters: tuple[tuple[str, str], ...] = ()
 
     @property
-    def prepared(self) -> Prepared:
-        """Made once in a process. Raises ValueError for a wrong name or a pair of case and integrator that cannot run."""
+    def prepared(self) -> PreparedEnsemble:
+        """The ensemble, prepared once in a process.
+
+        Raises ValueError for a wrong name or a pair of case and integrator that cannot run.
+        """
         return _prepared(self)
 
     def error(self, numbers: Mapping[str, float]) -> float:
-        """The error from one start alone, by the exact motion of the case; `numbers`: the varied ones.
+        """The error from one start alone, by the exact motion of the case; `numbers`: the varied numbers.
 
-        In its block the start may have neighbours that share its steps, so that its error there differs a little. Raises
-        ValueError outside the domain, and Refused where the integrator gives no finite answer.
+        In its block the start may have neighbours that share its steps, so that its error there differs a little.
+        Raises ValueError outside the domain, and Refused if the integrator gives no finite answer.
         """
         ready = self.prepared
         row = np.array([[numbers[one.name] for one in self.vary]])
@@ -78,8 +86,8 @@ class Ensemble:
 
 
 @dataclass(frozen=True)
-class Prepared:
-    """What the samples of an ensemble share."""
+class PreparedEnsemble:
+    """The parts that all samples of an ensemble share."""
 
     ensemble: Ensemble
     case: Case
@@ -89,8 +97,8 @@ class Prepared:
     metric: Metric
 
     @cached_property
-    def solver(self) -> Solver:
-        return solver_of(self.integrator, self.problem, self.ensemble.setting)
+    def solver(self) -> Prepared:
+        return Prepared(self.integrator, self.problem, self.ensemble.setting)
 
     @cached_property
     def places(self) -> list[int]:
@@ -116,14 +124,14 @@ class Prepared:
         return np.ascontiguousarray(rows[:, :count]), np.ascontiguousarray(rows[:, count:])
 
     def solved(self, parameters: Floats, starts: Floats) -> tuple[Floats, list[str]]:
-        """States (n, k, dim) and statuses of starts (n, dim): in one call where the parameters are those of the case.
+        """States (n, k, dim) and statuses of starts (n, dim), in one call unless parameters vary.
 
-        Where a call raises an exception each start is solved alone, so that the status of one is not that of its neighbours.
+        If a call raises an exception, each start is solved alone, so that its status does not depend on its neighbours.
         """
         if not self.parameters_vary:
             try:
                 return self._called(self.solver, starts)
-            except Exception as error:  # whatever an integrator raises is its status
+            except Exception as error:  # any exception of an integrator becomes its status
                 if len(starts) == 1:
                     return self._lost(error)
         alone = [self._alone(*one) for one in zip(parameters, starts, strict=True)]
@@ -134,35 +142,27 @@ class Prepared:
         try:
             if not self.parameters_vary:
                 return self._called(self.solver, start[np.newaxis])
-            solver = solver_of(self.integrator, self._problem(parameters, start), self.ensemble.setting)
-            try:
+            with Prepared(self.integrator, self._problem(parameters, start), self.ensemble.setting) as solver:
                 return self._called(solver, start[np.newaxis])
-            finally:
-                solver.close()
         except Exception as error:  # whatever an integrator raises is its status
             return self._lost(error)
 
     def _problem(self, parameters: Floats, start: Floats) -> Problem:
-        """The problem of a sample with parameters of its own, on which the forms of some cases depend."""
+        """The problem of a sample with its own parameters, on which the forms of some cases depend."""
         case = with_numbers(self.case, parameters, start)
         return replace(problem_of(case, self.integrator.accepts), times=self.times, time_scale=self.problem.time_scale)
 
-    def _called(self, solver: Solver, starts: Floats) -> tuple[Floats, list[str]]:
-        if solver.reset is not None:
-            solver.reset()
-        with np.errstate(all="ignore"):
-            states = checked(solver(starts.copy()), (len(starts), len(self.times), starts.shape[1])).states
+    def _called(self, solver: Prepared, starts: Floats) -> tuple[Floats, list[str]]:
+        states = solver(starts).states
         finite = np.all(np.isfinite(states), axis=(1, 2))
         return states, [str(Status.OK if one else Status.DIVERGED) for one in finite.tolist()]
 
     def _lost(self, error: Exception) -> tuple[Floats, list[str]]:
-        kind = Status.CRASHED
-        if isinstance(error, Refused):
-            kind = Status.UNSUPPORTED if isinstance(error, Unsupported) else Status.REFUSED
-        return np.full((1, len(self.times), len(self.case.state)), np.nan), [str(kind)]
+        status, _ = status_of(error)
+        return np.full((1, len(self.times), len(self.case.state)), np.nan), [str(status)]
 
     def errors(self, states: Floats, exact: Floats) -> Floats:
-        """The largest error of each sample over the times, infinite where a state is too large to measure."""
+        """The largest error of each sample over the times, infinite if a state is too large to measure."""
         n, k, dimension = states.shape
         with np.errstate(all="ignore"):
             found = self.metric.distance(states.reshape(-1, dimension), exact.reshape(-1, dimension))
@@ -174,7 +174,7 @@ class Prepared:
         return units, draws.numbers(units, self.ensemble.vary)
 
     def measured(self, first: int, count: int) -> Samples:
-        """Samples from `first`, a multiple of BLOCK."""
+        """Measure `count` samples from `first` on, a multiple of BLOCK."""
         units, numbers = self.drawn(first, count)
         parameters, starts = self.split(numbers)
         exact, statuses = exact_states(self.case, parameters, starts, self.times)
@@ -192,7 +192,7 @@ class Prepared:
 
 
 @lru_cache(maxsize=4)
-def _prepared(ensemble: Ensemble) -> Prepared:
+def _prepared(ensemble: Ensemble) -> PreparedEnsemble:
     ((case, _),) = plan.choose([ensemble.case], False, True, **dict(ensemble.parameters))
     integrator = lookup.find_one(ensemble.integrator)
     absent = lookup.missing(integrator)
@@ -204,7 +204,7 @@ def _prepared(ensemble: Ensemble) -> Prepared:
         raise ValueError(f"{integrator.id} does not support {case.id}: {lacks}")
     interval = short_interval(float(case.times[-1]) / ensemble.times)
     times: Floats = np.arange(1, ensemble.times + 1, dtype=np.float64) * np.float64(interval)
-    found = Prepared(ensemble, case, integrator, replace(problem, times=times), times, case.metric)
+    found = PreparedEnsemble(ensemble, case, integrator, replace(problem, times=times), times, case.metric)
     if found.parameters_vary and case.hybrid is not None:
         raise ValueError(
             f"{case.name} has events, whose guards depend on its parameters: vary numbers of its start only"
@@ -221,7 +221,7 @@ def short_interval(length: float) -> float:
 def setting_for(case: Case, integrator: Integrator, times: int, given: float | None = None) -> float:
     """The tolerance, or the step size shortened so that it divides the interval between times.
 
-    By default a tolerance of 1e-9, or a step of at most a 64th of the time scale, of a power of two in the interval.
+    The default is a tolerance of 1e-9, or a step of at most a 64th of the time scale, the interval over a power of two.
     Raises ValueError for a setting that is not positive.
     """
     if given is not None and not 0 < given < math.inf:

@@ -1,1 +1,1 @@
-"""A case's equations: traced, generated as source text, compiled; machine code kept on disk."""
+"""Trace the equations of a case, generate source text from them, compile it and keep the machine code on disk."""

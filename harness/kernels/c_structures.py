@@ -1,4 +1,4 @@
-"""Text for compiled functions that a C library calls: arrays behind the pointers in its structures."""
+"""Source text for compiled functions that a C library calls: it reads arrays behind pointers in a C structure."""
 
 from gnomon.harness.kernels.equations import INNER
 
@@ -21,4 +21,4 @@ def words_at(address, count):
 def floats_at(address, count):
     return carray(pointer_at(address), count, types.float64)
 """
-"""`words_at` and `floats_at`: arrays of addresses and of float64 at an address."""
+"""`words_at(address, count)` gives `count` addresses as an array, `floats_at(address, count)` gives float64 numbers."""

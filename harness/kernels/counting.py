@@ -1,4 +1,4 @@
-"""A function of compiled equations that counts its calls, without compiling the equations a second time."""
+"""Count the calls of compiled equations without compiling the equations a second time."""
 
 from functools import cache
 from typing import Any
@@ -14,7 +14,7 @@ define void @counting(double %t, ptr %y, ptr %p, ptr %out) {{
   ret void
 }}
 """
-"""LLVM's language: what numba would make of it, without the half second that numba takes."""
+"""The counting function in LLVM's language; numba would take half a second to generate it."""
 
 
 def address(function: int, place: int) -> int:

@@ -1,4 +1,4 @@
-"""Exact derivatives of traced equations: each operation by its rule."""
+"""Exact derivatives of traced equations, by the rule of differentiation of each operation."""
 
 from collections.abc import Callable, Sequence
 
@@ -6,7 +6,7 @@ from gnomon.harness.kernels.traced import ROUND, Node, Value, sequence
 
 
 def jacobian(values: Sequence[Value], by: Sequence[Node]) -> tuple[Value, ...]:
-    """d value / d y for each of `values` and each y of `by`, which are components of the state; row by row."""
+    """The exact derivatives of `values` with respect to `by`, components of the state; row by row."""
     zeros = [0] * len(by)
     known: dict[Node, list[Value]] = {y: [int(y is other) for other in by] for y in by}
 
@@ -21,7 +21,7 @@ def jacobian(values: Sequence[Value], by: Sequence[Node]) -> tuple[Value, ...]:
 
 
 def derivative(node: Node, d: Sequence[Value]) -> Value:
-    """The derivative of an operation from those of its arguments."""
+    """The derivative of an operation, from the derivatives `d` of its arguments."""
     a, b = (*node.arguments, None)[:2]
     match node.operation:
         case "+":
@@ -46,7 +46,7 @@ def derivative(node: Node, d: Sequence[Value]) -> Value:
 
 
 def slope(node: Node) -> Value:
-    """The derivative of a function of one argument, at its argument."""
+    """The derivative of a function of one argument with respect to that argument."""
     f, (u,) = node.trace.functions, node.arguments
     rules: dict[str, Callable[[], Value]] = {
         "sin": lambda: f["cos"](u),

@@ -1,4 +1,4 @@
-"""Equations of motion as plain arithmetic text, for readers and programs that know no Python."""
+"""Equations of motion as plain arithmetic, for readers and for programs in other languages than Python."""
 
 import math
 from collections import Counter
@@ -9,17 +9,19 @@ from gnomon.cases.core.forms import Form, SecondOrder
 from gnomon.harness.kernels.traced import Node, Trace, Value, reached, traced
 
 _STRENGTH = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3}
-"""How tightly an operation binds; all else is a name, a number or a call."""
+"""The precedence of each operation. Names, numbers and calls have the precedence ATOM."""
 ATOM = 4
 
 
 @dataclass(frozen=True)
 class EquationText:
-    """`where` defines, in sequence, values that are needed more than once ("name = expression"); `derivatives` has one
-    expression for each coordinate.
+    """The right-hand side of first-order equations as text.
 
-    Expressions have + - * /, parentheses, numbers, the names of coordinates, parameters and t, and calls of functions by
-    their names in `math`; powers are pow(base, exponent).
+    `where` holds lines "name = expression" for values that are used more than once, each after the lines that it uses.
+    `derivatives` holds an expression for each coordinate.
+
+    Expressions have + - * /, parentheses, numbers, the names of coordinates, parameters and t, and calls of functions
+    by their names in `math`; powers are pow(base, exponent).
     """
 
     where: tuple[str, ...]
@@ -27,9 +29,9 @@ class EquationText:
 
 
 def equation_text(form: Form, coordinates: Sequence[str], parameters: Sequence[str]) -> EquationText:
-    """The first-order equations of a form: FirstOrder, SecondOrder or RigidBody. Sums and products keep their sequence.
+    """Write a form (FirstOrder, SecondOrder or RigidBody) as first-order equations in plain text.
 
-    Raises ValueError for equations that branch.
+    Sums and products keep the sequence of the case's own function. Raises ValueError for equations that branch.
     """
     dimension = len(coordinates)
     values = traced(form, Trace(dimension, len(parameters)))
@@ -44,7 +46,7 @@ def equation_text(form: Form, coordinates: Sequence[str], parameters: Sequence[s
 
 
 class _Writer:
-    """Writes each value that is used more than once as a definition, and all others in their place."""
+    """Write a definition for each value that is used more than once, and all other values inside the expressions."""
 
     def __init__(self, values: Sequence[Value], names: dict[str, str]) -> None:
         self.names, self.where = names, list[str]()
@@ -60,7 +62,7 @@ class _Writer:
                 self.written[node] = name
 
     def text(self, value: Value) -> tuple[str, int]:
-        """The text of a value and how tightly its last operation binds."""
+        """The text of a value, and the precedence of its last operation."""
         if not isinstance(value, Node):
             negative = math.copysign(1.0, value) < 0
             return repr(value), _STRENGTH["neg"] if negative else ATOM

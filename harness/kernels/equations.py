@@ -1,7 +1,7 @@
-"""Compiling a case's equations: one generated module for each function, its machine code in the user's cache folder.
+"""Compile the equations of a case: each function becomes a generated module, with its machine code in the user's cache.
 
 The name of a module is a hash of its whole source, so that every edit makes another module. All compiled functions have
-the signature `void(t, y, parameters, out)`, so an integrator is compiled once and takes any case by function pointer.
+the signature `void(t, y, parameters, out)`, so an integrator is compiled once and calls any case by function pointer.
 """
 
 import ast
@@ -24,8 +24,8 @@ from gnomon.harness.kernels import counting
 
 OPTIONS = 'error_model="numpy", fastmath={"contract"}'
 INNER = f"{OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True"
-"""Options of a function that only compiled code calls: to make its entries for Python and C takes numba an eighth of the
-time of a compilation."""
+"""Options of a function that only compiled code calls. They omit its entry points for Python and C, which would take
+numba an eighth of the time of compilation."""
 SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
 ARRAY_SIGNATURE = "float64[::1](float64, float64[::1], float64[::1])"
 IMPORTS = ["import numpy as np", "from numba import carray, njit"]
@@ -33,10 +33,10 @@ C_SIGNATURE = "void(float64, CPointer(float64), CPointer(float64), CPointer(floa
 
 
 class Kernel:
-    """A compiled function of a problem, callable in three ways, each compiled or loaded on first use.
+    """A compiled function that can be called in three ways, each compiled or loaded on first use.
 
-    One that counts its calls (at the place `counts` of p) calls `plain`, the same function without counting: that one is
-    compiled for the timed calls too.
+    A kernel with `plain` adds 1 to p[counts] at each call and then calls `plain`. Both share the machine code of
+    `plain`, which the timed calls need in any case.
     """
 
     def __init__(self, source: str, plain: "Kernel | None" = None, counts: int = 0) -> None:
@@ -51,21 +51,21 @@ class Kernel:
 
     @property
     def pointer(self) -> Any:
-        """Compiled (t, y, p, out) -> None."""
+        """The compiled function (t, y, p, out) -> None."""
         if self.plain is not None:
             return _counted(self.plain.pointer, self.counts)
         return compiled(self.source, "kernel", SIGNATURE)
 
     @property
     def array(self) -> Any:
-        """Compiled (t, y, p) -> new array."""
+        """The compiled function (t, y, p) -> new array."""
         if self.plain is not None:
             return _counted(self.plain.array, self.counts)
         return compiled(self.source, "array", ARRAY_SIGNATURE)
 
 
 def _counted(function: Callable[..., Any], place: int) -> Callable[..., Any]:
-    """A function (t, y, p, ...) that adds 1 to p[place] besides."""
+    """A function (t, y, p, ...) that adds 1 to p[place] and then calls `function`."""
 
     def counted(t: float, y: Any, p: Any, *out: Any) -> Any:
         p[place] += 1.0
@@ -75,7 +75,7 @@ def _counted(function: Callable[..., Any], place: int) -> Callable[..., Any]:
 
 
 def compiled(source: str, name: str, signature: str = "") -> Any:
-    """The function `name` of a generated module, compiled for one signature: the one given, else that in the source."""
+    """The function `name` of a generated module, compiled for `signature`, or else for the signature in the source."""
     return keeper().function(source, name, signature)
 
 
@@ -87,18 +87,48 @@ def address(source: str, name: str, signature: str = C_SIGNATURE) -> int:
 
 @cache
 def keeper() -> Any:
-    """The module that compiles functions and keeps them: as machine code if this version of numba is known."""
-    from gnomon.harness.kernels import numba_cache  # loads numba
+    """The module that compiles and keeps functions: `machine_code` for known versions of numba, else `numba_fallback`."""
+    from gnomon.harness.kernels import numba_fallback  # loads numba
 
-    if not numba_cache.known():
-        return numba_cache
+    if not numba_fallback.known():
+        return numba_fallback
     from gnomon.harness.kernels import machine_code
 
     return machine_code
 
 
 def right_hand_side(problem: Problem) -> Kernel:
-    """The compiled first-order right-hand side of a problem; it counts its calls if `problem.counted`."""
+    """Compile the first-order right-hand side of a problem.
+
+    Parameters
+    ----------
+    problem : Problem
+        A problem with a form FirstOrder, SecondOrder or RigidBody.
+
+    Returns
+    -------
+    Kernel
+        Its function `array(t, y, problem.buffer)` returns the derivatives of a state y at a time t, as a float64 array
+        of shape (dimension,), in the units of the problem. It counts its calls if `problem.counted`.
+
+    Raises
+    ------
+    ValueError
+        If the equations cannot be compiled: a closure, a lambda, a `raise` statement, a global that is neither a number
+        nor a function, or another number of values than the form needs.
+    OSError
+        If the equations have no source text, as at the prompt of Python: write them in a file or a notebook.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from gnomon.cases.core.forms import FirstOrder
+    >>> def decay(t, y, p):
+    ...     return (-p[0] * y[0],)
+    >>> problem = Problem(FirstOrder(decay), 1, np.array([2.0]), np.array([0.5, 1.0]), time_scale=0.5)
+    >>> right_hand_side(problem).array(0.0, np.array([3.0]), problem.buffer)
+    array([-6.])
+    """
     return kernel(problem.form, len(problem.parameters), problem.dimension, problem.counted)
 
 
@@ -132,7 +162,7 @@ def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) ->
 def function_kernel(
     function: Callable[..., Any], states: int, parameters: int, outputs: int, counted: bool = False
 ) -> Kernel:
-    """Any plain function (t, state, parameters) -> tuple of `outputs` values, compiled."""
+    """Compile any plain function (t, state, parameters) -> tuple of `outputs` values."""
     return call_kernel({"function": function}, "function(t, y, p)", states, parameters, outputs, counted)
 
 
@@ -141,15 +171,15 @@ def call_kernel(
     functions: dict[str, Callable[..., Any]], call: str, states: int, parameters: int, outputs: int,
     counted: bool = False, lead: int = 0,
 ) -> Kernel:  # fmt: skip
-    """A compiled expression `call` of plain `functions`, by name, and t, y, p; it gives a tuple of values.
+    """Compile the expression `call`, whose value is a tuple: it may use the names of `functions`, and t, y and p.
 
-    The kernel writes into `out` (outputs,) the second half of y (`lead` values, for q' = v), then these values.
+    The kernel writes into `out` (outputs,) first the second half of y (`lead` values, for q' = v), then the tuple.
     """
     plain = call_kernel(functions, call, states, parameters, outputs, False, lead) if counted else None
     check_values(functions, call, states, parameters, outputs - lead)
     names = {alias: function.__name__ for alias, function in functions.items()}
     call = re.sub(r"\w+(?=\()", lambda found: names.get(found[0], found[0]), call)
-    lines = [*unpacked(states, parameters), f"r = {call}"]
+    lines = [*unpack_arguments(states, parameters), f"r = {call}"]
     lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
     lines += [f"out[{lead + i}] = r[{i}]" for i in range(outputs - lead)]
     if counted:
@@ -167,7 +197,7 @@ def call_kernel(
 
 
 def check_values(functions: dict[str, Any], call: str, states: int, parameters: int, wanted: int) -> None:
-    """Raises ValueError where `call` raises, or gives no tuple of `wanted` values."""
+    """Raise ValueError if the expression `call` raises an exception or does not give a tuple of `wanted` values."""
     nan = math.nan
     try:
         found = eval(call, dict(functions), {"t": nan, "y": (nan,) * states, "p": (nan,) * parameters})
@@ -181,8 +211,8 @@ def check_values(functions: dict[str, Any], call: str, states: int, parameters: 
         raise ValueError(f"{names} gives {count} where {wanted} {'is' if wanted == 1 else 'are'} wanted")
 
 
-def unpacked(states: int, parameters: int) -> list[str]:
-    """Lines that copy the arrays y_ and p_ into tuples y and p, which plain functions take."""
+def unpack_arguments(states: int, parameters: int) -> list[str]:
+    """Source lines that copy the arrays y_ and p_ into the tuples y and p, which plain functions take."""
     return [f"{name} = ({_items(f'{name}_', count)})" for name, count in (("y", states), ("p", parameters))]
 
 
@@ -191,7 +221,7 @@ def _items(name: str, count: int) -> str:
 
 
 def gather(functions: dict[str, Callable[..., Any]]) -> str:
-    """Source text that defines `functions`, under their own names, and all that they call, decorated for numba."""
+    """Source text that defines `functions` and all functions that they call, decorated for numba."""
     seen: dict[str, Callable[..., Any]] = {}
     parts = list(IMPORTS)
     for function in functions.values():
@@ -202,7 +232,8 @@ def gather(functions: dict[str, Callable[..., Any]]) -> str:
 def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[str]) -> None:
     """Append to `parts` the source of a function and of all that it uses, except names in `seen`.
 
-    Raises ValueError for what cannot be compiled: a closure, an exception, a global that is no number or function.
+    Raises ValueError for a function that numba cannot compile: a closure, a `raise` statement, or a global that is
+    neither a number nor a function.
     """
     name = function.__name__
     if name in seen:
@@ -235,7 +266,7 @@ def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[
 
 
 def with_defaults(function: Callable[..., Any], source: str) -> str:
-    """The source of a function with its default values as numbers: the names in them are not defined elsewhere."""
+    """The source of a function with its default values as numbers: generated modules do not define names in them."""
     values = function.__defaults__ or ()
     if not values:
         return source
@@ -249,7 +280,7 @@ def with_defaults(function: Callable[..., Any], source: str) -> str:
 
 
 def source_of(function: Callable[..., Any]) -> str:
-    """The source of a function, as inspect.getsource gives it in milliseconds: that tokenizes, and searches all modules."""
+    """The source of a function, faster than by inspect.getsource, which tokenizes the file and searches all modules."""
     code = function.__code__
     linecache.checkcache(code.co_filename)  # the module may have been edited and loaded again
     lines = linecache.getlines(code.co_filename, function.__globals__)

@@ -1,4 +1,4 @@
-"""Modules of generated source text: their names, loading, the folder of their machine code, watchers of compilations."""
+"""Name and load modules of generated source text, find the folder of their machine code, and announce compilations."""
 
 import hashlib
 import linecache
@@ -14,12 +14,12 @@ import platformdirs
 from gnomon.reference.storage import cachefolder
 
 WATCHERS: list[Callable[[bool], None]] = []
-"""Each is called with True before a compilation in this process and with False after it."""
+"""Functions that are called with True before each compilation in this process and with False after it."""
 
 
 @contextmanager
 def announced() -> Iterator[None]:
-    """Around a compilation: calls the watchers before and after it, also where it fails."""
+    """A context for a compilation: calls the watchers before it and after it, also after a compilation that fails."""
     for watcher in WATCHERS:
         watcher(True)
     try:
@@ -30,7 +30,7 @@ def announced() -> Iterator[None]:
 
 
 def cache_folder() -> Path:
-    """The folder of kept machine code: under NUMBA_CACHE_DIR where that is set, else in the user's cache folder."""
+    """The folder of kept machine code: under NUMBA_CACHE_DIR if that is set, else in the user's cache folder."""
     root = os.environ.get("NUMBA_CACHE_DIR")
     return Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
 
@@ -41,10 +41,10 @@ def module_name(source: str) -> str:
 
 @cache
 def load_module(source: str, path: str = "") -> types.ModuleType:
-    """A module of this text, named by its hash, whose lines tracebacks and numba's errors show.
+    """Load this text as a module that is named by its hash; tracebacks and numba's errors show its lines.
 
-    Its text is also in the cache's folder, for readers, debuggers and profilers. It is not read from that file, nor from
-    `path`: someone could edit it.
+    The text is also written to the cache folder, for readers, debuggers and profilers. It is never read from there or
+    from `path`, as someone could edit the file.
     """
     name, content = module_name(source), f"from __future__ import annotations\n{source}"
     folder, file = cache_folder(), f"{name}.py"

@@ -1,4 +1,4 @@
-"""Equations of motion in LaTeX, from their plain text."""
+"""Convert equations of motion from plain text to LaTeX."""
 
 import ast
 import re
@@ -13,11 +13,11 @@ GREEK = (
 NAMES = {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "log": r"\ln"}
 NAMES |= {name: rf"\operatorname{{{name}}}" for name in ("asinh", "acosh", "atanh", "atan2", "hypot")}
 SUM, PRODUCT, ATOM = 1, 2, 3
-"""How tightly the last operation of a text binds."""
+"""The precedence of the last operation of a text."""
 
 
 def latex(text: EquationText, coordinates: Sequence[str]) -> str:
-    """An `aligned` environment: the values that are needed more than once, then the derivative of each coordinate."""
+    """An `aligned` environment with the values that are used more than once, then the derivative of each coordinate."""
     lines = [(symbol(name), value) for name, value in (line.split(" = ") for line in text.where)]
     lines += [(rf"\dot{{{symbol(x)}}}", value) for x, value in zip(coordinates, text.derivatives, strict=True)]
     written = [f"{name} &= {expression(ast.parse(value, mode='eval').body)[0]}" for name, value in lines]
@@ -33,7 +33,7 @@ def symbol(name: str) -> str:
 
 
 def expression(node: ast.expr) -> tuple[str, int]:
-    """The LaTeX of a parsed expression, and how tightly its last operation binds."""
+    """The LaTeX of a parsed expression, and the precedence of its last operation."""
     match node:
         case ast.Constant(value):
             digits, _, power = repr(value).removesuffix(".0").partition("e")
@@ -62,6 +62,6 @@ def expression(node: ast.expr) -> tuple[str, int]:
 
 
 def within(node: ast.expr, least: int) -> str:
-    """The LaTeX of an operand, in parentheses where it binds less tightly than `least`."""
+    """The LaTeX of an operand, in parentheses if its precedence is lower than `least`."""
     text, strength = expression(node)
     return text if strength >= least else rf"\left({text}\right)"

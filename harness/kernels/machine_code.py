@@ -1,11 +1,11 @@
-"""Compiled functions kept on disk as machine code: a process loads one in half a millisecond.
+"""Keep compiled functions on disk as machine code, which a process loads in half a millisecond.
 
-numba's own cache takes several milliseconds: it first runs the generated module, which makes an object for each function
-and imports what they need, and beside the machine code it reads LLVM's form of the function, for inlining into others.
-The functions here are only called, from Python or by address, so a file holds machine code, the names of its two entry
-points and the types of the arguments. numba's compiler is not needed to load it.
+numba's own cache takes several milliseconds: it first runs the generated module, which makes an object for each
+function and runs its imports, and beside the machine code it reads LLVM's form of the function, for inlining into
+others. The functions here are only called, from Python or by address, so a file holds machine code, the names of its
+two entry points and the types of the arguments. Loading it does not need numba's compiler.
 
-This uses private parts of numba: `numba_cache.KNOWN` lists the versions that have them, and replaces this for others.
+This uses private parts of numba: `numba_fallback.KNOWN` lists the versions that have them, and replaces this for others.
 """
 
 import ctypes
@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.kernels.generated_modules import announced, cache_folder, load_module, module_name
-from gnomon.harness.kernels.numba_cache import machine
+from gnomon.harness.kernels.numba_fallback import machine
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding
 from numba import _dispatcher, _dynfunc, types
@@ -37,7 +37,7 @@ _NUMBERS = {kind.name: kind for kind in (types.boolean, types.int64, types.uint6
 class Compiled:
     """Machine code in memory: the address of the C function, and the closure that Python calls.
 
-    The closure takes arguments of exactly these types: only a `Function`, which verifies them, may call it.
+    The closure does not check the types of its arguments: only a `Function`, which does, may call it.
     """
 
     address: int
@@ -46,20 +46,20 @@ class Compiled:
 
 
 class Function(_dispatcher.Dispatcher):  # type: ignore[misc]
-    """The Python callable of compiled code: raises TypeError for arguments of other types than it was compiled for.
+    """The Python callable of compiled code; it raises TypeError for arguments of types that it was not compiled for.
 
-    numba's own dispatcher can also compile; constructing one takes as long as loading the code.
+    numba's own dispatcher can also compile, but its construction takes as long as loading the code.
     """
 
     def __init__(self, code: Compiled) -> None:
-        self.code = code  # numba's object holds no reference to what it calls
+        self.code = code  # numba's object holds no reference to the closure that it calls
         names = tuple(f"a{i}" for i in range(len(code.arguments)))
         super().__init__(default_type_manager.get_pointer(), len(names), True, names, (), False, False, False)
         self._insert([kind._code for kind in code.arguments], code.closure, False)  # type: ignore[attr-defined]
         self._can_compile = False
 
     def typeof_pyval(self, value: Any) -> Any:
-        """numba's type of an argument; called by numba for types outside its fast path."""
+        """numba's type of an argument. numba calls this for types outside its fast path."""
         return typeof(value, Purpose.argument)
 
     def _search_new_conversions(self, *_: Any) -> bool:
@@ -72,24 +72,24 @@ class Function(_dispatcher.Dispatcher):  # type: ignore[misc]
 
 @cache
 def function(source: str, name: str, signature: str = "") -> Any:
-    """The function `name` of a generated module, compiled for one signature: the one given, else that in the source."""
+    """The function `name` of a generated module, compiled for `signature`, or else for the signature in the source."""
     return Function(compiled(source, name, signature))
 
 
 def address(source: str, name: str, signature: str) -> int:
-    """The address of that function, for calls from C."""
+    """The address of the function `name` of a generated module, for calls from C."""
     return compiled(source, name, signature).address
 
 
 @cache
 def compiled(source: str, name: str, signature: str) -> Compiled:
-    """The function in memory: from its file if that is readable, else compiled by numba, and stored."""
+    """Load the function from its file; if the file cannot be read, compile the function and store it."""
     folder, file = cache_folder(), f"{module_name(source)}.{name}.{_of_this_machine(signature)}"
     with global_compiler_lock:
         kept = cachefolder.load(folder, file)
         if kept is not None:
             with suppress(ValueError):
-                return unpacked(kept)
+                return unpack(kept)
         with announced():
             dispatcher = getattr(load_module(source), name)
             if signature:
@@ -97,7 +97,7 @@ def compiled(source: str, name: str, signature: str) -> Compiled:
                 result = dispatcher.overloads[sigutils.normalize_signature(signature)[0]]
             else:
                 (result,) = dispatcher.overloads.values()
-            cachefolder.store_or_warn(folder, file, packed(result))
+            cachefolder.store_or_warn(folder, file, pack(result))
         begin = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
         return Compiled(begin, result.entry_point, result.signature.args)
 
@@ -107,7 +107,7 @@ def _of_this_machine(signature: str) -> str:
     return hashlib.sha256(f"{machine()} {way}\n{signature}".encode()).hexdigest()[:16]
 
 
-def packed(result: Any) -> bytes:
+def pack(result: Any) -> bytes:
     """The content of a file for a function that numba has compiled: a line of JSON, then machine code.
 
     Raises ValueError for a function that needs Python objects other than dtypes.
@@ -155,10 +155,10 @@ def _argument(kind: str, *rest: Any) -> Any:
     return {"array": types.Array, "pointer": types.CPointer, "tuple": types.UniTuple}[kind](inner, *rest[1:])
 
 
-def unpacked(content: bytes) -> Compiled:
+def unpack(content: bytes) -> Compiled:
     """The compiled function in the content of a file. Raises ValueError where it cannot be read.
 
-    Other content may crash the process: pass only what `cachefolder.load` returns, which verifies it.
+    Other content may crash the process: pass only bytes from `cachefolder.load`, which verifies them.
     """
     text, _, code = content.partition(b"\n")
     try:

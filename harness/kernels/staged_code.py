@@ -1,7 +1,7 @@
-"""Source of traced equations for vectors, in stages: what is computed once a run, once a step, once a round.
+"""Generate source code of traced equations for vectors in three stages: values for a run, for a step and for a round.
 
-Sine and cosine of one angle are computed together. A division of vectors by a number multiplies by its inverse, which is
-computed at an earlier stage, and corrects the quotient (`over`).
+Sine and cosine of one angle are computed together. To divide a vector by a number, the code multiplies by the inverse
+of the number, which an earlier stage computes, and corrects the quotient (`over`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,16 +13,17 @@ from gnomon.harness.kernels.straight_line import expression
 from gnomon.harness.kernels.traced import ROUND, RUN, STEP, Node, Value, level, reached
 
 EXPENSIVE = {"/", "**", *FUNCTIONS}
-"""Operations that take several times as long as a product."""
+"""Operations that take several times longer than a product."""
 
 
 def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = (), below: Sequence[Value] = ()) -> tuple[str, ...]:
     """Source of functions for numba: `constants(p)`, `forcing(t, k)` and `slopes(y, w, k)`, which returns the values.
 
-    `constants` returns the tuple k and `forcing` the tuple w of what later functions need; y holds vectors, k numbers. For
-    the n-th group of values `slopes_n(y, w, k)` returns only these; `poles(y, w, k)` returns the values `below`. Where both
-    the sine and the cosine of an angle are needed, `slopes_first(y, w, k)` also returns them, and `slopes_again(y, w, k,
-    near)` computes those at a nearby y from them; it also returns the ones for the next call.
+    `constants` returns a tuple k of numbers and `forcing` a tuple w for the later functions; y holds vectors.
+    `slopes_n(y, w, k)` returns only the n-th group of the values; `poles(y, w, k)` returns the values `below`. For
+    equations with both the sine and the cosine of an angle there are two more functions: `slopes_first(y, w, k)` also
+    returns these sines and cosines, and `slopes_again(y, w, k, near)` computes the sines and cosines at a nearby y from
+    `near`, the values of the previous call, and returns them for the next call.
     """
     stages = Stages(values)
     functions = [
@@ -48,8 +49,10 @@ def code(values: Sequence[Value], groups: Sequence[Sequence[int]] = (), below: S
 
 @dataclass(frozen=True)
 class Line:
-    """A statement: the names that it assigns, the text of their values, the nodes that it computes; for a sine and cosine
-    their angle."""
+    """A statement: the names that it assigns, the text of their values, and the nodes that it computes.
+
+    `angle`: the angle, if the statement computes a sine and a cosine.
+    """
 
     names: str
     text: str
@@ -85,7 +88,7 @@ class Stages:
                 self.lent[node.level][node] = len(self.lent[node.level])
 
     def _turn(self, i: int, pair: tuple[Node, Node]) -> None:
-        """The sine and cosine of an angle, where they are not yet computed."""
+        """Add the statement for the sine and cosine of an angle, unless it is there already."""
         if pair[0] not in self.local:
             argument, at = pair[0].arguments[0], pair[0].level
             angle = f"lanes({self.name(argument, at)})"
@@ -99,25 +102,25 @@ class Stages:
         return expression(node.operation, arguments)
 
     def name(self, value: Value, at: int) -> str:
-        """The text of a value where level `at` is computed."""
+        """The text of a value inside a statement of level `at`."""
         if not isinstance(value, Node):
             return f"({value!r})"
         return self.local[value] if value.level == at else f"{'kw'[value.level]}[{self.lent[value.level][value]}]"
 
     def text(self, at: int, wanted: AbstractSet[Node] | None = None) -> str:
-        """The statements of a level, or those that compute nodes in `wanted`."""
+        """The statements of a level; with `wanted` only the statements that compute one of these nodes."""
         lines = [x for x in self.lines[at] if wanted is None or x.makes & wanted]
         return "".join(f"    {x.names} = {x.text}\n" for x in lines)
 
     def by_turns(self, call: str) -> str:
-        """The statements of a round, with `call` for the n-th sine and cosine; it also gives what the next round takes."""
+        """The statements of a round in which `call` computes each sine and cosine, and `near` for the next round."""
         body = self.text(ROUND)
         for n, x in enumerate(x for x in self.lines[ROUND] if x.angle is not None):
             body = body.replace(f"{x.names} = {x.text}", f"{x.names}, near{n} = {call.format(angle=x.angle, n=n)}")
         return body
 
     def handed(self, at: int) -> str:
-        """What the function of a level returns; a number is added, so that the tuple is never empty."""
+        """The values that the function of a level returns; a number is added, so that the tuple is never empty."""
         return "".join(f"{self.local[x]}, " for x in self.lent[at]) + "0.0,"
 
     def results(self, values: Sequence[Value]) -> str:
@@ -125,12 +128,12 @@ class Stages:
 
 
 def inverses(node: Node) -> tuple[Value, ...]:
-    """The inverse of the divisor where that is a number and the quotient a vector."""
+    """The inverse of the divisor of a vector, if the divisor is a number of an earlier stage; else ()."""
     return (1 / node.arguments[1],) if by_number(node) else ()
 
 
 def by_number(node: Node) -> bool:
-    """Whether a vector is divided by a number that an earlier stage computes."""
+    """Whether an operation divides a vector by a number that an earlier stage computes."""
     if node.operation != "/" or node.level < ROUND:
         return False
     divisor = node.arguments[1]
@@ -142,15 +145,17 @@ def expensive(node: Node) -> bool:
 
 
 def pairs(nodes: Sequence[Node]) -> dict[Node, tuple[Node, Node]]:
-    """For each sine and cosine of vectors, or of numbers that depend on time: (sine, cosine) of its angle, where both are
-    needed."""
+    """Pairs (sine, cosine) of each angle whose sine and cosine are both used, by each of the two nodes.
+
+    Angles that depend on parameters alone are left out.
+    """
     found = {(x.operation, x.arguments[0]): x for x in nodes if x.operation in ("sin", "cos") and x.level > RUN}
     both = [(x, found["cos", angle]) for (name, angle), x in found.items() if name == "sin" and ("cos", angle) in found]
     return {x: pair for pair in both for x in pair}
 
 
 def poles(values: Sequence[Value]) -> tuple[Node, ...]:
-    """The divisors in values that may change their sign: where one passes 0 the values have a pole."""
+    """The divisors, in these values, that may change their sign: at the zero of a divisor the values have a pole."""
     signs: dict[Node, int | None] = {}
     found: dict[Node, None] = {}
     for node in reached(values):
@@ -168,7 +173,7 @@ def poles(values: Sequence[Value]) -> tuple[Node, ...]:
 
 
 def sign(value: Value, known: Mapping[Node, int | None]) -> int | None:
-    """1 if known to be >= 0, 0 if the sign is known to be constant, None if unknown."""
+    """1 if the value is known to be >= 0, 0 if its sign is known to be constant, None if its sign is not known."""
     if not isinstance(value, Node):
         return 1 if value >= 0 else 0
     if value in known:

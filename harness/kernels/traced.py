@@ -1,11 +1,11 @@
-"""The equations of a case as expressions: they are evaluated once on symbols, and each value is stored once.
+"""Trace the equations of a case: call its functions on symbols, and store each value once as an expression.
 
-From the expressions come exact derivatives (`derivatives.py`) and texts: a plain function and the Jacobian
-(`straight_line.py`), code in three parts for vectors (`staged_code.py`), the recurrences of Taylor's method, and
-equations for readers (`equation_text.py`).
+Other modules turn the expressions into exact derivatives (`derivatives.py`) and into text: a plain function and the
+Jacobian (`straight_line.py`), code in three stages for vectors (`staged_code.py`), the recurrences of Taylor's method,
+and equations for readers (`equation_text.py`).
 
-A `Trace` keeps arithmetic operation by operation, so that a text gives the same numbers as the case's own function; only
-+ 0, * 1, * 0, / 1 and x - x are removed. A `ReducedTrace` has fewer operations.
+A `Trace` keeps each arithmetic operation, so that its text gives the same numbers as the case's own function; it only
+removes + 0, * 1, * 0, / 1 and x - x. A `ReducedTrace` has fewer operations.
 """
 
 import math
@@ -18,7 +18,7 @@ from gnomon.cases.core.forms import FirstOrder, Form, RigidBody, SecondOrder, Va
 from gnomon.harness.kernels.equations import check_values
 
 RUN, STEP, ROUND = 0, 1, 2
-"""Levels: what a value depends on. RUN: parameters only; STEP: t too; ROUND: the state."""
+"""Levels of a value. RUN: it depends on parameters only; STEP: also on t; ROUND: also on the state."""
 
 Value = Any
 """A Node, or a plain number."""
@@ -74,7 +74,7 @@ class Node(Unbranching):
 class Trace:
     """Symbols for t, the state and the parameters, and every value computed from them, each stored once.
 
-    Components of the state in `frozen` are constant, and read from the parameters, after those of the case.
+    Components of the state in `frozen` are constants: they stand in the array p after the parameters of the case.
     """
 
     def __init__(self, dimension: int, parameters: int, frozen: tuple[int, ...] = ()) -> None:
@@ -89,7 +89,7 @@ class Trace:
         )
         self.parameters = tuple(self._variable(f"p[{i}]", RUN) for i in range(parameters))
         self.functions: dict[str, Callable[..., Node]] = {name: partial(self.node, name) for name in FUNCTIONS}
-        """Those of `math`; also of numbers they are nodes, so that other arithmetics than floats compute them exactly."""
+        """The functions of `math`. Even for a number they give a node, so that the text works in other arithmetics."""
 
     def _variable(self, name: str, level: int) -> Node:
         return self.nodes.setdefault((name,), Node(self, name, (), level))
@@ -126,15 +126,15 @@ class Trace:
         return self.node("**", a, b)
 
     def shared_quotient(self, a: Value, b: Value) -> Value:
-        """a / b to round-off, where many values are divided by the same b: with its inverse, computed once."""
+        """a / b to round-off as a times the inverse of b, computed once for all values that are divided by b."""
         return a * (1 / b)
 
 
 class ReducedTrace(Trace):
-    """A trace with fewer operations, each of which is a recurrence of Taylor's method.
+    """A trace with fewer operations, each of which becomes a recurrence of Taylor's method.
 
-    x y and y x are one value; u sqrt(u) is the power u^1.5, and a division by it a product with u^-1.5, one recurrence in
-    place of three; integer powers up to the eighth are products, hypot is written with sqrt.
+    x y and y x are one value. u sqrt(u) is the power u^1.5, and a division by it is a product with u^-1.5: one
+    recurrence instead of three. Integer powers up to the eighth are products; hypot is written with sqrt.
     """
 
     def __init__(self, dimension: int, parameters: int) -> None:
@@ -178,9 +178,9 @@ def number(value: Value, which: int) -> bool:
 
 
 def traced(form: Form, trace: Trace) -> tuple[Value, ...]:
-    """The first-order right-hand side of a form on the symbols of a trace; for SecondOrder only the accelerations.
+    """Trace the first-order right-hand side of a form; for SecondOrder trace only the accelerations.
 
-    Raises ValueError for what has no expression: a branch on a value, abs, floor.
+    Raises ValueError for code that has no expression: a branch on a value, abs, floor.
     """
     try:
         return _right_hand_side(form, trace.t, trace.state, trace.parameters, trace.functions)
@@ -204,7 +204,7 @@ def _right_hand_side(form: Form, t: Node, y: Values, p: Values, functions: dict[
 
 
 def reached(values: Iterable[Value]) -> list[Node]:
-    """All nodes that values depend on, each after its arguments."""
+    """All nodes on which `values` depend, each after its arguments."""
     found: dict[Node, None] = {}
 
     def visit(value: Value) -> None:
@@ -219,5 +219,5 @@ def reached(values: Iterable[Value]) -> list[Node]:
 
 
 def sequence(values: Iterable[Value]) -> list[Node]:
-    """The same in the sequence in which they were traced."""
+    """All nodes on which `values` depend, in the sequence in which they were traced."""
     return sorted(reached(values), key=lambda x: x.index)

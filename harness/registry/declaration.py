@@ -1,4 +1,4 @@
-"""Validation of what an integrator declares, when it is loaded: errors appear before anything runs."""
+"""Validate the declaration of an integrator when it is loaded, so that errors appear before anything runs."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -14,7 +14,7 @@ MOST_ORDER, MOST_HALVINGS, MOST_PER_DECADE = 1000, 60, 100
 def validate(integrator: Integrator, origin: str = "") -> None:
     """Raise ValueError with one line that names the integrator, the attribute, its value and the rule.
 
-    `origin`: the path that the user gave; where it is empty the message has the name of the class.
+    `origin`: the path that the user gave; if it is empty, the message has the name of the class.
     """
     kind = type(integrator)
     who = origin or f"{kind.__module__}:{kind.__qualname__}"
@@ -75,7 +75,7 @@ _RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
 
 
 def _wrong_sweep(sweep: Tolerance | Steps) -> str | None:
-    """Why a sweep gives no settings, None where it does."""
+    """The rule that a sweep without settings breaks; None for a valid sweep."""
     if isinstance(sweep, Tolerance):
         if not (_positive(sweep.tightest) and _positive(sweep.loosest) and sweep.tightest < sweep.loosest):
             return "tolerances are finite, positive, and the tightest is below the loosest"

@@ -1,4 +1,4 @@
-"""Integrators by id, name, library or path. Their modules are imported on first use."""
+"""Find integrators by id, name, library or path. Their modules are imported on first use."""
 
 import importlib
 import importlib.util
@@ -10,21 +10,17 @@ from importlib.metadata import entry_points
 from pathlib import PurePath
 
 from gnomon.cases.core.numbers import is_pattern, matching, nearest
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import declaration
 from gnomon.reference.storage.importing import confined
 
-MODULES: list[str] = declared("registry", "modules.toml")["modules"]
+ADAPTERS = [f"gnomon.harness.adapters.{name}" for library in LIBRARIES.values() for name in library.modules]
+MODULES: list[str] = [*declared("registry", "modules.toml")["modules"], *ADAPTERS]
 """Modules with a tuple `INTEGRATORS`."""
 
 GROUP = "gnomon.integrators"
-
-OPTIONAL = {"heyoka": "heyoka", "sksundae": "scikit-sundae", "diffrax": "diffrax"}
-"""Libraries that are not installed with gnomon, and the packages that have them."""
-
-LAST_WHEELS = {"pybullet": (3, 11)}
-"""The newest Python for which a library has wheels."""
 
 
 @cache
@@ -41,7 +37,7 @@ def own() -> dict[str, Integrator]:
 
 
 def registered() -> dict[str, Integrator]:
-    """The integrators of the entry point group `gnomon.integrators`, by id; one that cannot be loaded is a warning."""
+    """The integrators of the entry point group `gnomon.integrators`, by id; those that fail to load give warnings."""
     found: dict[str, Integrator] = {}
     for point in dict.fromkeys(entry_points(group=GROUP)):
         try:
@@ -62,10 +58,11 @@ def everything() -> dict[str, Integrator]:
 
 
 def find(name: str, known: Mapping[str, Integrator] | None = None) -> tuple[Integrator, ...]:
-    """The integrators that `name` selects: an id, a name (all policies), a library, a pattern of ids with * and ?, or
-    `package.module:Class`. `known`: those to select from, by default `everything`.
+    """The integrators that `name` selects.
 
-    Raises ValueError for an unknown name, with the nearest valid ones, and for a name in several libraries.
+    `name`: an id, a name (all policies), a library, a pattern of ids with * and ?, or `package.module:Class`. `known`:
+    the integrators to select from, by default `everything`. Raises ValueError for an unknown name, with the nearest
+    valid names, and for a name in several libraries.
     """
     known = everything() if known is None else known
     if name in known:
@@ -97,7 +94,7 @@ def find_one(name: str) -> Integrator:
 
 
 def find_all(chosen: Sequence[str | Integrator | type[Integrator]] | None) -> tuple[Integrator, ...]:
-    """The integrators that several names select, and those given as an object or a class, each once; all for None.
+    """The integrators that several names, objects and classes select, each once; all integrators for None.
 
     Raises ValueError as `find`, `made` and `require_distinct` do.
     """
@@ -113,7 +110,7 @@ def find_all(chosen: Sequence[str | Integrator | type[Integrator]] | None) -> tu
 
 
 def require_distinct(integrators: Iterable[Integrator]) -> None:
-    """Raise ValueError where an id comes twice: results could not tell which of the two ran."""
+    """Raise ValueError if two integrators have one id: results could not show which of them ran."""
     seen = set[str]()
     for one in integrators:
         if one.id in seen:
@@ -128,7 +125,7 @@ def from_path(path: str) -> Integrator:
         with confined():
             found = getattr(importlib.import_module(module), attribute)
             found = found() if isinstance(found, type) and issubclass(found, Integrator) else found
-    except BaseException as error:  # of a user's module while it is imported
+    except BaseException as error:  # a user's module may raise anything when it is imported
         wanted = "package.module:Class of a subclass of Integrator"
         if module.endswith(".py"):
             wanted = f"the module and not its file: {PurePath(module).stem}:{attribute or 'Class'}"
@@ -137,7 +134,7 @@ def from_path(path: str) -> Integrator:
 
 
 def missing(integrator: Integrator) -> str | None:
-    """Why an integrator's library cannot be used here, or None where it can."""
+    """The reason why an integrator's library cannot be used here; None if it can."""
     if type(integrator).__module__.startswith("gnomon.harness.adapters.") and not _importable(integrator.library):
         return absent(integrator.library)
     try:
@@ -148,16 +145,18 @@ def missing(integrator: Integrator) -> str | None:
 
 
 def absent(library: str) -> str:
-    """Why a library is missing, and the command that installs it."""
-    last = LAST_WHEELS.get(library)
-    if last is not None and sys.version_info[:2] > last:
-        return f"{library} has wheels up to CPython {last[0]}.{last[1]} only"
-    return f"{library} is {'optional' if library in OPTIONAL else 'not installed'}: pip install {OPTIONAL.get(library, library)}"
+    """The reason why a library is missing, and the command that installs it."""
+    known = LIBRARIES[library]
+    if known.last_wheels is not None and sys.version_info[:2] > known.last_wheels:
+        return f"{library} has wheels up to CPython {known.last_wheels[0]}.{known.last_wheels[1]} only"
+    return f"{library} is {'optional' if known.extra else 'not installed'}: pip install {known.package}"
 
 
 def made(item: object, origin: str) -> Integrator:
-    """An integrator from its class or an object of it, which `origin` names; ValueError for a wrong declaration, and for a
-    user's own with the id of one that comes with gnomon."""
+    """Make an integrator from its class, or take it as an object; `origin` names it in messages.
+
+    Raises ValueError for a wrong declaration, and for a user's integrator with an id of gnomon's own.
+    """
     found = item() if isinstance(item, type) and issubclass(item, Integrator) else item
     if not isinstance(found, Integrator):
         raise ValueError(
@@ -168,7 +167,7 @@ def made(item: object, origin: str) -> Integrator:
             f"{origin}: {type(found).__name__} does not declare {', '.join(undeclared)}; "
             "a base class that several integrators share is no integrator: name a subclass that declares them"
         )
-    if users_own(found):  # a test validates those of gnomon
+    if users_own(found):  # a test validates gnomon's own
         declaration.validate(found, origin if ":" in origin else "")
         if found.id in own():
             raise ValueError(f"{origin}: {found.id} comes with gnomon; give yours a name or a library of its own")
@@ -176,7 +175,7 @@ def made(item: object, origin: str) -> Integrator:
 
 
 def users_own(integrator: Integrator) -> bool:
-    """Whether an integrator does not come with gnomon: `verification` makes integrators of what a user brings."""
+    """Whether an integrator is a user's: it does not come with gnomon, or `verification` made it for a user."""
     module = type(integrator).__module__
     return not module.startswith("gnomon.") or module.startswith("gnomon.harness.verification.")
 

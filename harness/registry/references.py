@@ -1,4 +1,4 @@
-"""What a worker process gets of an integrator: a pickle, from which it makes the same object again."""
+"""Hand an integrator to a worker process: as a pickle, from which the process makes the same object again."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from types import FunctionType
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.validation import TEXT
+from gnomon.harness.registry import environment
 
 MAIN = "__main__"
-"""The module of a notebook, or of the script that runs. Only a fork of its process has what it defines."""
+"""The module of a notebook, or of the script that runs. Only a fork of its process has its classes and functions."""
 
 Reference = bytes | Integrator
-"""A pickle; or the object itself, of which MAIN defines a part: a forked process has it."""
+"""A pickle; or the object itself if MAIN defines a part of it, for forked processes, which have the object."""
 
-_VERSIONED = {*sys.stdlib_module_names, *environment.LIBRARIES}
-"""Packages whose versions results depend on, so that their sources need not be compared."""
+_VERSIONED = {*sys.stdlib_module_names, *environment.DISTRIBUTIONS}
+"""Packages whose versions are part of results, so that their sources need not be compared."""
 _PROTOCOL = 5
 _GIVEN: WeakKeyDictionary[Integrator, bytes] = WeakKeyDictionary()
-"""The pickle that an integrator was made from. A second pickle of equal content may have other bytes."""
+"""The pickle from which an integrator was made. A second pickle of equal content may have other bytes."""
 
 
 class _Pickler(pickle.Pickler):
@@ -57,7 +57,7 @@ def _held(module: str, name: str, place: int | None = None) -> Any:
 
 
 def _holder(integrator: Integrator) -> _Held | None:
-    """Where a module holds an integrator; None where none does."""
+    """The place at which a module holds an integrator; None if no module holds it."""
     for module in dict.fromkeys((type(integrator).__module__, *sys.modules)):
         variables: dict[str, Any] = dict(getattr(sys.modules.get(module), "__dict__", {}))
         for name, value in variables.items() if module != MAIN else ():
@@ -71,10 +71,10 @@ def _holder(integrator: Integrator) -> _Held | None:
 
 
 def pickled(integrator: Integrator) -> tuple[bytes | None, tuple[str, ...]]:
-    """A pickle of an integrator, and the modules that define its class and what it holds.
+    """A pickle of an integrator, and the modules that define its class and the classes of its parts.
 
-    An integrator that cannot be pickled is named by the module that holds it; where MAIN defines a part of it, the pickle
-    is None. Raises ValueError for any other that cannot.
+    For an integrator that cannot be pickled, the pickle names the module variable that holds it; if MAIN defines a part
+    of it, the pickle is None. Raises ValueError for any other integrator that cannot be pickled.
     """
     file, kind = io.BytesIO(), type(integrator)
     pickler = _Pickler(file)
@@ -93,7 +93,7 @@ def pickled(integrator: Integrator) -> tuple[bytes | None, tuple[str, ...]]:
 
 
 def reference(integrator: Integrator) -> Reference:
-    """What `dereference` makes the integrator from. Raises ValueError as `pickled` does."""
+    """The reference from which `dereference` makes the integrator. Raises ValueError as `pickled` does."""
     content, modules = pickled(integrator)
     return integrator if content is None or MAIN in modules else content
 
@@ -113,7 +113,7 @@ def start_method(integrators: Iterable[Integrator]) -> str:
 
 
 def require_rebuilt(integrator: Integrator) -> None:
-    """Raise ValueError, which names the integrator, unless a worker process gets it as it is here."""
+    """Raise ValueError, which names the integrator, if a worker process would make another object from its pickle."""
     given = reference(integrator)
     if isinstance(given, Integrator):
         return
@@ -136,12 +136,12 @@ def _same(first: Any, second: Any) -> bool:
             return True
     try:
         return _settled(first) == _settled(second)
-    except Exception:  # what cannot be pickled, as a lock, is made anew
+    except Exception:  # a value that cannot be pickled, such as a lock, is made anew
         return True
 
 
 def _settled(value: Any) -> bytes:
-    """A pickle of a value that was pickled before, as its second side was: pickles of equal texts depend on which are one."""
+    """A pickle of a value after one more way through a pickle, so that shared objects in it do not change the bytes."""
     return pickle.dumps(pickle.loads(pickle.dumps(value, _PROTOCOL)), _PROTOCOL)
 
 

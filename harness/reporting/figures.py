@@ -1,6 +1,6 @@
 """Charts as Vega-Lite specifications through Altair: one specification is the interactive and the printed figure.
 
-Logarithmic axes are linear axes of decades, whose logarithm is taken here, so that every tick is a power of ten with a
+A logarithmic axis is a linear axis of logarithms that are taken here, so that every tick is a power of ten with a
 readable label. Data are aggregated here, so that the number of marks does not grow with the run.
 """
 
@@ -25,10 +25,10 @@ def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
 
 
 def broken_problems(matrix: pd.DataFrame) -> pd.DataFrame:
-    """Case x integrator: on how many problems no setting was ok, and the most frequent status of those.
+    """The number of problems without an ok setting, and their most frequent status, by case and integrator.
 
-    `matrix`: case, integrator_id, verdict, settings_ok. One row a pair that ran, with columns problems (problems that
-    ran), broken, verdict; if nothing failed and a hard variant was not run, the verdict is `not_run`.
+    `matrix`: case, integrator_id, verdict, settings_ok. A row for each pair that ran, with the columns problems
+    (problems that ran), broken, verdict; if nothing failed and a hard variant was not run, the verdict is `not_run`.
     """
     ran = matrix[~matrix["verdict"].isin(NEVER_RAN)]
     missing = set(
@@ -44,7 +44,7 @@ def broken_problems(matrix: pd.DataFrame) -> pd.DataFrame:
 
 
 def break_map(broken: pd.DataFrame, look: pd.DataFrame, cases: list[str]) -> alt.LayerChart:
-    """Case x integrator: on how many of its problems no setting was ok. `broken` is what `broken_problems` returns."""
+    """Case x integrator: the number of problems without an ok setting. `broken`: from `broken_problems`."""
     table = broken.assign(problem=broken["case"], cell=[f"{n}" if n else "" for n in broken["broken"]])
     present = [name for name in STATUS_COLOURS if name in set(table["verdict"])]
     base = _grid(table, look, cases)
@@ -62,7 +62,7 @@ def break_map(broken: pd.DataFrame, look: pd.DataFrame, cases: list[str]) -> alt
 
 
 def trust_map(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> alt.LayerChart:
-    """Problem x integrator: the digits at the best setting, coloured by how many more binary64 would allow.
+    """Problem x integrator: the digits at the best setting, coloured by the digits short of the attainable.
 
     `table` has the columns problem, integrator_id, best, attainable.
     """
@@ -119,7 +119,7 @@ def tolerance_spread(points: pd.DataFrame) -> pd.DataFrame:
 
 
 def tolerance_chart(spread: pd.DataFrame, look: pd.DataFrame) -> alt.LayerChart:
-    """Achieved error over tolerance of each adaptive integrator. `spread` is what `tolerance_spread` returns."""
+    """Achieved error over tolerance of each adaptive integrator. `spread`: from `tolerance_spread`."""
     look = look[look["series"].isin(set(spread["integrator_id"]))]
     base = alt.Chart(alt.NamedData("spread")).encode(
         y=alt.Y("integrator_id:N", title=None, sort=list(look["series"]), axis=alt.Axis(grid=True, labelLimit=220))

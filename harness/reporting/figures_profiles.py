@@ -1,4 +1,4 @@
-"""Integrators over all cases: performance profiles of the libraries, and by kind of system a row for each integrator."""
+"""Integrators over all cases: performance profiles of libraries, and a row for each integrator by kind of system."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -18,15 +18,15 @@ TARGETS = {"1e-3": 1e-3, "1e-6": 1e-6, "1e-9": 1e-9}
 FACTORS = 10 ** np.linspace(0, 3, 61)
 DIGITS = np.arange(0.5, 15.01, 0.25)
 FEWEST = 12
-"""A profile of fewer problems says little: a share of all of them, or of none, is uncertain by 3 over their number."""
+"""Smallest number of problems in a profile: a share of all, or of zero, problems is uncertain by 3 over the number."""
 KIND_TARGET, KIND_WIDTH = 1e-6, 104
 
 
 def profile_charts(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, alt.LayerChart]:
-    """By name: `profile_1e-3`, `profile_1e-6`, `profile_1e-9` and `profile_digits`; without those of few problems.
+    """The charts `profile_1e-3`, `profile_1e-6`, `profile_1e-9` and `profile_digits`, unless they have few problems.
 
-    `equal`: `rankings.ranked`; `reduced`: `analysis.settings`. Names that end in `_others` are of third-party
-    libraries alone, where there are in-house integrators too.
+    `equal`: from `rankings.ranked`; `reduced`: from `analysis.settings`. Charts whose names end in `_others` show
+    third-party libraries alone, if there are in-house integrators too.
     """
     charts = _charts(equal, reduced)
     ours = reduced["library"] == OURS
@@ -95,7 +95,7 @@ def _chart(found: Sequence[Profile], places: np.ndarray, title: str, labels: str
 def kinds_charts(
     equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, Sequence[str]]
 ) -> dict[str, alt.TopLevelMixin]:
-    """By name: `kinds`, and `kinds_others` without in-house methods; empty if nothing reaches the error.
+    """The charts `kinds`, and `kinds_others` without in-house methods; empty if no integrator reaches the error.
 
     `equal`: `rankings.ranked`, `matrix`: `analysis.status_matrix`, `members`: the cases of each kind.
     """
@@ -114,8 +114,11 @@ def kinds_charts(
 
 
 def kind_marks(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, Sequence[str]]) -> list[dict[str, Any]]:
-    """For each integrator and kind: the median, least and largest ratio of its time to the least at 1e-6, ties being equal,
-    over the default cases that it reaches, and of how many that it can run; no mark where it can run none."""
+    """For each integrator and kind: the median, least and largest ratio of its time to the least time at 1e-6.
+
+    Ties count as equal. The ratios are over the default cases that the integrator reaches; the text gives the number
+    of cases that it can run. An integrator that can run no case of a kind has no mark there.
+    """
     kind_of = {case: kind for kind, cases in members.items() for case in cases}
     rows = own(equal[equal["target"] == KIND_TARGET])
     rows = rows.assign(ratio=drawn(rows), ranked=rows["cell"] == RANKED)

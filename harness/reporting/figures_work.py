@@ -24,7 +24,7 @@ MARGIN = 0.45
 """Errors above 10**MARGIN (nearly 3 times the motion) are drawn in the margin of failed trials."""
 TOP = 2.6
 EXACT = -17.0
-"""The decade at which an error of exactly zero is drawn: below every floor."""
+"""The decade at which an error of exactly zero is drawn, below every floor."""
 OTHERS = "#c4c1b8"
 PROBLEM = ["case", "variant", "formulation"]
 
@@ -71,9 +71,8 @@ def work_points(reduced: pd.DataFrame, look: pd.DataFrame) -> pd.DataFrame:
 def front(kept: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
     """The fastest integrators of each kind at each of the errors 1e-3 to 1e-12.
 
-    `kinds` says the library and family of each. A kind that reaches none of the errors shows its most accurate
-    integrator. `kept`: series, time and error in decades (infinite where it diverged), the loosest setting of a series
-    first.
+    `kinds`: the library and family of each integrator. A kind that reaches no error shows its most accurate integrator.
+    `kept`: series, time and error in decades (infinite where it diverged), the loosest setting of a series first.
     """
     sweeps: dict[str, list[tuple[float, float]]] = {}
     for name, time, error in zip(kept["series"], kept["time"], kept["error"], strict=True):
@@ -100,8 +99,8 @@ def front(kept: pd.DataFrame, kinds: dict[str, str]) -> set[str]:
 def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     """Error against time or right-hand sides (`axis` "time" or "calls"), failed trials in the margin above.
 
-    The specification without data; its scales name the integrators of `look`, in that order. `drawn` makes a diagram
-    of it, here as in the page.
+    The specification has no data; its scales name the integrators of `look`, in that order. `drawn` makes a diagram
+    from it, as the page does.
     """
     title = {"time": "time of one solve", "calls": "right-hand sides evaluated"}[axis]
     domain = list(look["series"])
@@ -176,8 +175,10 @@ def _axes(axis: str, title: str) -> tuple[alt.X, alt.Y]:
 
 
 def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: bool) -> alt.Chart:
-    """The label of a limit, that of the floor below its line, because both may be close. A pale edge (`halo`) separates
-    letters from lines."""
+    """The label of a limit; the floor's label is below its line, because both lines may be close.
+
+    A pale edge (`halo`) separates letters from lines.
+    """
     place = {"baseline": "top", "dy": 4} if floor else {"baseline": "bottom", "dy": -2}
     edge = {"stroke": "white", "strokeWidth": 3, "strokeOpacity": 0.85} if halo else {}
     chosen = rules.transform_filter(f"(indexof(datum.limit, 'floor') == 0) == {str(floor).lower()}")
@@ -186,9 +187,10 @@ def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: boo
 
 
 def drawn(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str, float]) -> dict[str, Any]:
-    """A diagram: `specification` is what `work_precision` returns; the legend has the integrators in colour.
+    """A diagram from the `specification` of `work_precision`; the legend has the integrators in colour.
 
-    If none is, because all failed, the legend has all, as on the page: a figure with an empty legend has no width.
+    If all failed, and so no integrator is in colour, the legend has all, as on the page: a figure with an empty legend
+    has no width.
     """
     data = {
         "points": records(points),
@@ -200,7 +202,7 @@ def drawn(specification: dict[str, Any], points: pd.DataFrame, limits: dict[str,
 
 
 def _restricted(node: Any, kept: Collection[str]) -> Any:
-    """A copy whose scales of integrators have only those that are kept."""
+    """A copy whose scales of integrators have only the names in `kept`."""
     if isinstance(node, list):
         return [_restricted(each, kept) for each in node]
     if not isinstance(node, dict):

@@ -1,4 +1,4 @@
-"""A run in a few sentences, each counted from the same rows as the tables of the page."""
+"""A run in a few sentences, each counted from the rows of the page's tables."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.reporting.tables import Cell, counted, error_text, ratio_text, short_text
+from gnomon.harness.reporting.tables import Cell, counted, error_text, join_words, ratio_text, short_text
 from gnomon.harness.results.analysis import TARGETS
 from gnomon.harness.results.rankings import (
     ALONE,
@@ -30,9 +30,9 @@ def findings(
     reduced: pd.DataFrame,
     trusted: pd.DataFrame,
 ) -> list[str]:
-    """The run in a few sentences, each counted from its rows. `equal`: `rankings.ranked`, `reduced`: `analysis.settings`.
+    """The run in a few sentences, each counted from its rows.
 
-    No integrator is named as faster or more reliable than another unless the measurements separate the two.
+    `equal`: `rankings.ranked`, `reduced`: `analysis.settings`. No integrator is named as faster or more reliable than another unless the measurements separate the two.
     """
     return [
         *_fastest(own(equal)),
@@ -45,7 +45,7 @@ def findings(
 
 
 def _fastest(equal: pd.DataFrame) -> list[str]:
-    """How many cells are ranked, and why others are not; who is separated from all others in some."""
+    """The number of ranked cells, why others are not ranked, and the integrators separated from all others."""
     said = []
     for target in (TARGETS[1], TARGETS[-1]):
         rows = equal[equal["target"] == target]
@@ -76,7 +76,7 @@ def _power(error: float) -> str:
 
 
 def _by_kind(kinds: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Who is separated from all others in the count of cells, kinds with the same answer together."""
+    """The integrators separated from all others in the count of cells; kinds with one answer are joined."""
     answers: dict[str, list[str]] = {}
     for row in kinds:
         cell: Cell = row["cells"][1]
@@ -85,19 +85,15 @@ def _by_kind(kinds: Sequence[Mapping[str, Any]]) -> list[str]:
             answers.setdefault(cell.text, []).append(head[:1].lower() + head[1:])
     if not answers:
         return []
-    words = [f"{name} for {_listed(heads)}" for name, heads in answers.items()]
+    words = [f"{name} for {join_words(heads)}" for name, heads in answers.items()]
     return [
         "By kind of system, the fastest or tied with it at 1e-6 on more cases than any other, where the cases separate"
         f" them: {'; '.join(words)}."
     ]
 
 
-def _listed(words: Sequence[str]) -> str:
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
-
-
 def _most_reliable(reduced: pd.DataFrame) -> list[str]:
-    """Of the integrators of which at least half of the hard variants are known, who solves more of them than all others."""
+    """The integrator that solves most hard variants, if at least half of the variants are known of it."""
     table = telling(solved(reduced), exact(reduced))
     found = foremost({"": table})[""]
     if len(found.counts) < 2:
@@ -105,7 +101,7 @@ def _most_reliable(reduced: pd.DataFrame) -> list[str]:
     first = found.first
     near = [*first[:3], f"{len(first) - 3} more"] if len(first) > 3 else first
     alone = f"{first[0]} is separated from all others, by the variants that are known of both"
-    claim = f"{_listed(near)} are not separated" if len(first) > 1 else alone
+    claim = f"{join_words(near)} are not separated" if len(first) > 1 else alone
     shown = found.counts.loc[list(dict.fromkeys([*first, *found.counts.index]))[:3]]
     words = [f"{name} {held} of {known}" for name, held, known in shown.itertuples()]
     cases = table.index.get_level_values("case").nunique()
@@ -131,7 +127,7 @@ def _tolerances(trusted: pd.DataFrame) -> list[str]:
 
 
 def _libraries(equal: pd.DataFrame) -> list[str]:
-    """On how many ranked cases the best integrator of a library is slower than the fastest, and by what median factor."""
+    """The number of ranked cases on which each library's best integrator is slower than the fastest; median factor."""
     rows = equal[(equal["target"] == TARGETS[1]) & (equal["cell"] == RANKED)]
     words = []
     for library, part in rows.groupby("library"):
@@ -152,7 +148,7 @@ def _engines(policies: pd.DataFrame) -> list[str]:
         return []
     step = float(policies.groupby("step")["problem"].nunique().idxmax())  # the step with the most problems
     at = policies[np.isclose(policies["step"], step)]
-    at = at.assign(error=at["error"].fillna(np.inf))  # diverged to what is no number
+    at = at.assign(error=at["error"].fillna(np.inf))  # diverged to nan
     wide = at.pivot_table(index=["engine", "problem"], columns="policy", values="error", aggfunc="min")
     both = wide.reindex(columns=["as shipped", "configured"]).dropna()
     if both.empty:

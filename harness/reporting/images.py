@@ -1,5 +1,6 @@
 """The printed figures: SVG and PNG files of Vega-Lite specifications, made small, on all cores."""
 
+import io
 import itertools
 import os
 import re
@@ -8,11 +9,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness.reporting.png import smaller
 from gnomon.harness.system.child_process import interrupts_ignored, main_hidden, process_pool
 from gnomon.reference.storage import diskcache
 
 PNG_SCALE = 1.0
+COLOURS = 64
+"""Of a PNG file: a drawing has few colours."""
 SVG = "{http://www.w3.org/2000/svg}"
 INHERITED = (
     *("fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-miterlimit"),
@@ -22,7 +24,7 @@ INHERITED = (
 
 
 def write_images(specifications: Mapping[str, dict[str, Any]], folder: Path) -> None:
-    """Each specification as `folder`/name.svg and name.png."""
+    """Write each specification as `folder`/name.svg and name.png."""
     folder.mkdir(parents=True, exist_ok=True)
     names = sorted(specifications)
     workers = min(os.cpu_count() or 1, len(names) or 1)
@@ -40,8 +42,23 @@ def _write(specification: dict[str, Any], path: Path) -> None:
     diskcache.replace(path.with_suffix(".png"), smaller(vl_convert.svg_to_png(svg, scale=PNG_SCALE)))
 
 
+def smaller(png: bytes) -> bytes:
+    """The picture with a palette, in fewer bytes; `png` itself unless it is opaque and without one."""
+    from PIL import Image  # only printed figures need it
+
+    with Image.open(io.BytesIO(png)) as picture:
+        if picture.mode != "RGBA" or picture.getchannel("A").getextrema() != (255, 255):
+            return png
+        # Maximum coverage finds colours as different as possible, so that a thin line keeps its own beside a large area.
+        method = Image.Quantize.MAXCOVERAGE
+        palette = picture.convert("RGB").quantize(COLOURS, method, dither=Image.Dither.NONE)
+        found = io.BytesIO()
+        palette.save(found, "PNG", optimize=True)
+    return found.getvalue()
+
+
 def leaner(svg: str) -> str:
-    """The same drawing in a third of the characters.
+    """The drawing in a third of the characters.
 
     Coordinates are rounded to a tenth of a pixel; invisible elements are removed; attributes that all children share
     move to their group; a mark that is drawn several times is defined once.
@@ -70,7 +87,7 @@ def leaner(svg: str) -> str:
 
 
 def _strip(element: ET.Element) -> None:
-    """Remove what is not visible: roles, classes, default opacity, empty groups and paths."""
+    """Remove invisible parts: roles, classes, default opacity, empty groups and paths."""
     for name in ("class", "role", "aria-hidden", "aria-label", "aria-roledescription", "pointer-events"):
         element.attrib.pop(name, None)
     if element.attrib.get("opacity") == "1":
@@ -85,7 +102,7 @@ def _strip(element: ET.Element) -> None:
 
 
 def _hoist(element: ET.Element) -> None:
-    """Move attributes that all children share to their group; consecutive children with equal attributes become a group."""
+    """Move attributes of all children to their group; consecutive children with equal attributes become a group."""
     for child in element:
         _hoist(child)
     if element.tag != f"{SVG}g" or len(element) < 2:

@@ -1,4 +1,4 @@
-"""Parts of a report that are kept on disk between reports: those that are expensive and rarely change."""
+"""Parts of a report that are kept on disk between reports, because they are expensive and rarely change."""
 
 import hashlib
 from collections.abc import Callable
@@ -9,12 +9,12 @@ from gnomon.reference.storage.import_closure import closure
 
 
 def kept(modules: tuple[str, ...], given: str | bytes, build: Callable[[], Any]) -> Any:
-    """What `build` returns, as JSON has it. It depends on nothing but the sources of `modules` and what is `given`.
+    """The result of `build` as JSON gives it back. It must depend only on the sources of `modules` and on `given`.
 
     An exception of `build` is raised, and nothing is kept.
     """
     sources = closure(*modules, within=())
-    if sources is None:  # edited since they were loaded
+    if sources is None:  # the sources were edited after they were loaded
         return build()
     digest = hashlib.sha256(given.encode() if isinstance(given, str) else given).hexdigest()
     return diskcache.cached(f"part of a report\n{sources}\n{digest}", lambda: diskcache.Entry(notes=build())).notes

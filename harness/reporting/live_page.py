@@ -8,13 +8,12 @@ from gnomon.cases.core.case import Case
 from gnomon.harness.reporting.up_to_date import refreshed
 
 FIRST_SECONDS = 30.0
-"""The time from the beginning of a run to that of its first page: with the start, the end of the trials under way and the
+"""Seconds from the beginning of a run to its first page. With the start, the end of the trials under way and the
 writing, 8 s of a processor from empty caches, a page is there within 60 s."""
 EVERY_SECONDS = 90.0
-"""The time from one page to the beginning of the next: with the end of the trials under way and the writing, less than
-two minutes."""
+"""Seconds from one page to the beginning of the next: under two minutes with the end of trials and the writing."""
 MOST_SHARE = 1 / 5
-"""The most of a run's time that writing may take; on a slow machine pages are rarer."""
+"""Largest share of a run's time that writing may take; on a slow machine pages are rarer."""
 
 
 class LivePage:
@@ -36,7 +35,7 @@ class LivePage:
         return monotonic() > self._next
 
     def take(self) -> None:
-        """Write the page. Whatever goes wrong is told: a page must not end the run that it is of."""
+        """Write the page, and print any failure: a page must not end its run."""
         try:
             self.write()
         except Exception as error:

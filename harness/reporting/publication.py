@@ -7,11 +7,13 @@ import argparse
 import json
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Set
 from pathlib import Path
 
+from gnomon.harness.certification import certify_all, independent_checks
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import report
+from gnomon.harness.registry import lookup
+from gnomon.harness.reporting import report, sidecars
 from gnomon.harness.results import store
 from gnomon.reference.storage import diskcache
 
@@ -23,35 +25,82 @@ MADE_BY = {
     "checks.json": "make report",
 }
 """The files that the page shows beside the results, and the command that makes each."""
+KEPT = {"stability.json": "make stability", "verification.json": "make verification"}
+"""Files that take hours. A new one is published; without one, the published file stays, of the revision that made it."""
+PARTS = {
+    "certificates.json": ("case", "variant"),
+    "checks.json": ("check", "variant", "computation"),
+    "stability.json": ("integrator",),
+}
+"""Files that may hold a part of what there is to measure, and the keys of a row that name its subject."""
 SUITE = "full"
 SOURCES = ("reference", "cases", "harness", "src", "pyproject.toml")
-"""What must be equal in a revision and the working tree; documents and tests may differ."""
+"""The paths that must be equal in a revision and the working tree; documents and tests may differ."""
 
 
-def publish(results: Path, local: Path, to: Path) -> Path:
+Subjects = Mapping[str, Set[tuple[str, ...]]]
+"""By file, the subjects that it must have, as the values of the keys in PARTS."""
+
+
+def publish(results: Path, local: Path, to: Path, wanted: Subjects | None = None) -> Path:
     """Write the published report and the JSON files beside it into `to`, and return the page's path.
 
-    Raises ValueError, and writes nothing, if something is missing, unfinished, or was made with other sources than those
-    in the working tree.
+    `wanted`: the subjects of the files, by default all that there are. Raises ValueError, and writes nothing, if something
+    is missing, unfinished, or was made with other sources than the working tree has.
     """
     database = store.results_file(results)
     named = {str(database): _finished(database)}
-    for name, command in MADE_BY.items():
-        path = local / name
-        if not path.is_file():
-            raise ValueError(f"{path}: missing; `{command}` makes it")
-        named[str(path)] = list(_revisions(path))
-    for made, revisions in named.items():
+    made = {name: local / name for name in MADE_BY}
+    made |= {name: (local if (local / name).is_file() else to) / name for name in KEPT}
+    for name, command in (MADE_BY | KEPT).items():
+        if not made[name].is_file():
+            raise ValueError(f"{made[name]}: missing; `{command}` makes it")
+        if name in MADE_BY:
+            named[str(made[name])] = list(_revisions(made[name]))
+    for path, revisions in named.items():
         for revision in dict.fromkeys(revisions):
             if revision is None or not is_current(revision):
                 raise ValueError(
-                    f"{made}: of revision {revision or 'unknown'}, which is not that of these sources;"
+                    f"{path}: of revision {revision or 'unknown'}, which is not that of these sources;"
                     " remove it and measure again, from sources that are committed"
                 )
+    for name, subjects in (all_subjects() if wanted is None else wanted).items():
+        _require_all(made[name], subjects, (MADE_BY | KEPT)[name])
+    verified = json.loads(made["verification.json"].read_text(encoding="utf-8"))
+    for key in ("not_measured", "survivors_without_reason"):
+        if verified[key]:
+            raise ValueError(f"{made['verification.json']}: {key}: {len(verified[key])}; `make verification` resumes")
     to.mkdir(parents=True, exist_ok=True)
-    for name in MADE_BY:
-        diskcache.replace(to / name, (local / name).read_bytes())
+    for name, file in made.items():
+        diskcache.replace(to / name, file.read_bytes())
     return report.write_report(database, to, beside=(to,), figures=True)
+
+
+def all_subjects() -> Subjects:
+    """The subjects that the published files must have: every case and check with its variants, every integrator."""
+    checks = independent_checks.everything()
+    return {
+        "certificates.json": {(name, variant or "default") for name, variant in certify_all.subjects((), True)},
+        "checks.json": {
+            (check.name, check.variant or "default", computation.name)
+            for check in checks
+            for computation in independent_checks.COMPUTATIONS
+            if computation.check == check.name
+        },
+        "stability.json": {(name,) for name in lookup.own()},
+    }
+
+
+def _require_all(path: Path, subjects: Set[tuple[str, ...]], command: str) -> None:
+    """Raise ValueError, with the first subjects that a file lacks, if it lacks any."""
+    found = sidecars.read(path)
+    rows = found["rows"] if isinstance(found, dict) else found
+    lacking = sorted(subjects - {tuple(row[key] for key in PARTS[path.name]) for row in rows})
+    if lacking:
+        some = ", ".join("/".join(subject) for subject in lacking[:3])
+        raise ValueError(
+            f"{path}: lacks {len(lacking)} of {len(subjects)} subjects ({some}); `{command}` measures them"
+        )
 
 
 def _finished(database: Path) -> list[str | None]:
@@ -83,7 +132,7 @@ def _revisions(path: Path) -> Iterator[str | None]:
 
 
 def is_current(revision: str, folder: Path | None = None) -> bool:
-    """Whether the sources in the working tree of `folder` (the current one without it) are those of a revision.
+    """Whether the sources in the working tree of `folder`, by default the current one, equal a revision.
 
     A revision that ends in "+" had uncommitted changes and is never current.
     """

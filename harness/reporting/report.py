@@ -1,5 +1,6 @@
 """The report of a run: one self-contained page, a summary for CI, and the figures as files."""
 
+import re
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -15,11 +16,11 @@ from gnomon.harness.reporting.report_charts import (
     work_problems,
     write_figures,
 )
-from gnomon.harness.reporting.report_pack import packed_json, packed_vega
+from gnomon.harness.reporting.report_pack import pack_json, pack_vega
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
 from gnomon.harness.results import opening, store
-from gnomon.harness.results.visible import code, markdown
+from gnomon.harness.results.visible import Verbatim, code, markdown
 from gnomon.reference.storage import diskcache
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup, escape
@@ -36,11 +37,11 @@ def write_report(
 
     The page draws its figures itself; their files take most of the time.
 
-    `database` is a results file, or a folder that has one. Certificates, checks, claims of speed, orders and growth laws
-    are read from JSON files in the first of the folders `beside` that has them; by default the folder of the results,
-    `folder`, and the one above (reports/local/ is in the published reports/). `cases`: classes that are not installed, by
-    the name under which they ran; nothing that the file names is imported. Raises ValueError for a file that is no
-    results file, or an empty one.
+    `database` is a results file, or a folder that has one. Certificates, checks, claims of speed, orders and growth
+    laws are read from JSON files in the first of the folders `beside` that has them; by default the folder of the
+    results, `folder`, and the one above (reports/local/ is in the published reports/). `cases`: classes that are not
+    installed, by the name under which they ran; code that the file names is not imported. Raises ValueError for a file
+    without results.
     """
     database = store.results_file(database)
     with opening.one_state(database):
@@ -54,20 +55,29 @@ def write_report(
     with diskcache.whole(page) as part:
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")
     plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=markdown)
-    plain.filters |= {"counted": tables.counted, "code": code}
+    plain.filters |= {
+        "counted": tables.counted,
+        "code": code,
+        "joined": lambda words: Verbatim(tables.join_words(words)),
+    }
     with diskcache.whole(folder / "summary.md") as part:
         part.write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")
     if figures:
         write_figures(run, work, charts, folder / "figures")
     else:
-        remove_figures(folder / "figures")  # of an earlier report, which this page would contradict
+        remove_figures(folder / "figures")  # figures of an earlier report would contradict this page
     return page
 
 
 def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     """The page. Tables of single cases are compressed, and inserted when their case is chosen."""
     environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"breakable": _breakable, "counted": tables.counted, "grouped": tables.grouped}
+    environment.filters |= {
+        "breakable": _breakable,
+        "counted": tables.counted,
+        "grouped": tables.grouped,
+        "joined": _joined,
+    }
     panel = environment.from_string(_source("report_case.html.j2")).module
     panels = {
         case["name"]: {
@@ -93,8 +103,8 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         profiles=[name for name in charts["others"] if name.startswith("profile_") and not name.endswith("_others")],
         css=_source("report.css"),
         script=_source("report.js"),
-        data=packed_json(charts | carried),
-        vega=packed_vega(),
+        data=pack_json(charts | carried),
+        vega=pack_vega(),
     )
 
 
@@ -104,6 +114,12 @@ def _breakable(name: str) -> Markup:
     for separator in (":", "_", "/"):
         text = text.replace(separator, separator + "<wbr>")
     return Markup(text)
+
+
+def _joined(words: Sequence[str]) -> Markup:
+    """The words of declarations as a sentence lists them; what stands there between backticks is emphasised."""
+    text = str(escape(tables.join_words(words).replace("'", "’")))
+    return Markup(re.sub(r"`(.+?)`", r"<em>\1</em>", text))
 
 
 def _source(name: str) -> str:

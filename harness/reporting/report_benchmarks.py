@@ -1,4 +1,4 @@
-"""The results of `make bench` as rows: claims of speed in pairs, times of calls, measured orders, growth of energy errors."""
+"""The results of `make bench` as rows: claims of speed, times of calls, measured orders, growth of energy errors."""
 
 import math
 from collections.abc import Sequence
@@ -19,13 +19,13 @@ KEPT = {
     "attitude": "rotations",
     "constraint": "constraint",
 }
-"""What integrators claim to conserve, in words."""
+"""Words for the properties that integrators claim to conserve."""
 
 
 def benchmarks(*folders: Path) -> dict[str, Any] | None:
-    """Rows of pairs and of single times, from the first of the folders that has them; None if none has.
+    """Rows of pairs and of single times, from the first folder that has the file; None without a file.
 
-    For a file of an earlier revision, which did not name both sides of a pair, `earlier` is True and there are no rows.
+    A file of an earlier revision, which did not name both sides of a pair, has `earlier` True and no rows.
     """
     found = sidecars.first("benchmarks.json", *folders)
     if found is None:
@@ -42,13 +42,13 @@ def benchmarks(*folders: Path) -> dict[str, Any] | None:
 
 
 def growth(*folders: Path) -> dict[str, Any] | None:
-    """Growth laws of energy errors in words, from the first of the folders that has them; None if none has."""
+    """Growth laws of energy errors in words, from the first folder that has the file; None without a file."""
     found = sidecars.first("growth.json", *folders)
     return None if found is None else found | {"rows": [_law(row) for row in found["rows"]]}
 
 
 def orders(*folders: Path) -> dict[str, Any] | None:
-    """Measured orders in words, from the first of the folders that has them; None if none has."""
+    """Measured orders in words, from the first folder that has the file; None without a file."""
     found = sidecars.first("orders.json", *folders)
     return None if found is None else found | {"rows": [_measured(row) for row in found["rows"]]}
 
@@ -69,7 +69,7 @@ def _measured(row: dict[str, Any]) -> dict[str, str]:
 
 
 def _pairs(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
-    """The rows in words; a difference is claimed where the launches separate the two, at the false discovery rate of all."""
+    """The rows in words. A difference is claimed if launches separate the two sides, at one false discovery rate."""
     tested = [row for row in rows if row["median"] is not None and not _nulls(row)]
     holds = discoveries([paired([math.log(ratio) for ratio in row.get("ratios", ())]) for row in tested])
     claimed = [row for row, true in zip(tested, holds, strict=True) if true]
@@ -77,7 +77,7 @@ def _pairs(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
 
 
 def _nulls(row: dict[str, Any]) -> list[str]:
-    """Sides whose null call takes more of the time than what a rank allows, in words."""
+    """The sides whose null call takes more of the time than a rank allows, in words."""
     sides = [side for side in ("first", "second") if row[side] is not None]
     shares = [(side, (row[f"{side}_null"] or 0.0) / row[side]) for side in sides]
     return [
@@ -135,7 +135,7 @@ def _law(row: dict[str, Any]) -> dict[str, str]:
 
 
 def _interval(row: dict[str, Any]) -> tuple[float, float]:
-    """The 95 % interval of the power of time; for older files, which lack it, two standard errors to either side."""
+    """The 95 % interval of the power of time; two standard errors to either side for older files, which lack it."""
     if "low" in row and "high" in row:
         return row["low"], row["high"]
     return row["power"] - 2 * row["uncertainty"], row["power"] + 2 * row["uncertainty"]

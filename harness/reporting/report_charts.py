@@ -34,9 +34,9 @@ Problems = dict[str, dict[str, Any]]
 
 
 def work_problems(run: Run) -> dict[str, Problems]:
-    """The work-precision data of every problem by case: points, limits, and what it stresses; default variants first.
+    """The work-precision data of every problem by case: points, limits and stress; default variants first.
 
-    A default variant that is timed over a longer span is there over both.
+    A default variant that is timed over a longer span is there over both spans.
     """
     longer = analysis.settings(run.timed[run.timed["longer"]]).assign(variant=TIMED)
     reduced = pd.concat([run.reduced, longer], ignore_index=True) if len(longer) else run.reduced
@@ -63,7 +63,7 @@ def work_problems(run: Run) -> dict[str, Problems]:
 
 
 def map_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
-    """The maps of failures and of digits as charts, for files: the page has tables in their place."""
+    """The maps of failures and of digits as charts, for files; the page has tables instead."""
     charts: dict[str, alt.TopLevelMixin] = {}
     broken = figures.broken_problems(run.matrix)
     if len(broken):
@@ -79,12 +79,12 @@ Specifications = dict[str, dict[str, Any]]
 
 
 def specifications(charts: Mapping[str, alt.TopLevelMixin]) -> Specifications:
-    """Those of these charts. They are not validated against the schema of Vega-Lite, which would take most of the time."""
+    """The specifications of charts by name, not validated against Vega-Lite's schema, which would take longest."""
     return {name: chart.to_dict(validate=False) for name, chart in charts.items()}
 
 
 def run_charts(run: Run) -> Specifications:
-    """Every chart of a run but the work-precision diagrams; charts without data are left out."""
+    """All charts of a run except the work-precision diagrams; charts without data are left out."""
     with schemapi.debug_mode(False):  # else Altair validates every part of a chart
         return specifications(_run_charts(run))
 
@@ -112,7 +112,7 @@ def _run_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
 
 
 def panel_charts(found: Mapping[str, Any] | None) -> Specifications:
-    """`stability_charts`, kept on disk: Altair takes seconds for them."""
+    """`stability_charts`, kept on disk because Altair takes seconds for them."""
     if found is None:
         return {}
     given = json.dumps([alt.__version__, found.get("figures"), found["rows"]])
@@ -123,7 +123,7 @@ def panel_charts(found: Mapping[str, Any] | None) -> Specifications:
 def page_charts(run: Run, work: dict[str, Problems], charts: Specifications) -> dict[str, Any]:
     """The data of the page's script: specifications, the points of each problem, and the map of verdicts.
 
-    The two work-precision specifications have all integrators; the page reduces them to those of a problem.
+    The two work-precision specifications have all integrators; the page reduces them to the integrators of a problem.
     """
     specs = {axis: columnar(_work_precision(run.look, axis)) for axis in ("time", "calls")}
     cases = {
@@ -143,7 +143,7 @@ def page_charts(run: Run, work: dict[str, Problems], charts: Specifications) -> 
 
 
 def _work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
-    """`work_precision`, kept on disk: Altair takes half a second for it."""
+    """`work_precision`, kept on disk because Altair takes half a second for it."""
     given = json.dumps([axis, alt.__version__, style.STYLE, style.STATUSES, look.to_dict("list")])
     modules = (work_precision.__module__, style.__name__)
     found: dict[str, Any] = kept(modules, given, lambda: work_precision(look, axis))
@@ -162,7 +162,7 @@ def _map(run: Run) -> dict[str, Any]:
     """Verdicts of every problem, run or not, and integrator: one string a problem, with three characters an integrator.
 
     These are the verdict (its index in the list), the digits reached and the digits short of the attainable, both in
-    base 36, `-` where there are none. `why` has the first failure of cells without an ok setting.
+    base 36, or `-`. `why` has the first failure of cells without an ok setting.
     """
     looks = run.look
     verdicts = list(style.STATUS_COLOURS)
@@ -199,7 +199,7 @@ def _map(run: Run) -> dict[str, Any]:
 def write_figures(run: Run, work: dict[str, Problems], charts: Specifications, folder: Path) -> None:
     """Write every chart as SVG and PNG: work-precision of the default variants against time, and all others.
 
-    Figures of an earlier report that this one does not have are removed: the files that its manifest lists, no others.
+    Figures that only an earlier report has are removed, if its manifest lists them.
     """
     specification = work_precision(run.look, "time")
     wanted = charts | specifications(map_charts(run))
@@ -218,23 +218,23 @@ def write_figures(run: Run, work: dict[str, Problems], charts: Specifications, f
 
 
 def remove_figures(folder: Path, but: Set[str] = frozenset()) -> None:
-    """Remove the figures of an earlier report from a folder, which are those that its manifest lists."""
-    for name in _listed(folder) - but:
+    """Remove the figures of an earlier report, which its manifest lists, from a folder, except the names `but`."""
+    for name in _read_manifest(folder) - but:
         for suffix in SUFFIXES:
             (folder / (name + suffix)).unlink(missing_ok=True)
     (folder / MANIFEST).unlink(missing_ok=True)
 
 
 def slug(text: str) -> str:
-    """A file name for any text: its letters, digits and underscores in lower case, with a hash if that is another text."""
+    """A file name for any text: its lower-case letters, digits and underscores, with a hash if the text has others."""
     plain = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")
     if plain == text.replace(" ", "_") and 0 < len(plain) <= 60:
         return plain
     return f"{plain[:60] or 'unnamed'}_{hashlib.sha256(text.encode()).hexdigest()[:8]}"
 
 
-def _listed(folder: Path) -> set[str]:
-    """The figures that the manifest in a folder names; none where it is missing or is not a list of plain names."""
+def _read_manifest(folder: Path) -> set[str]:
+    """The figures that the manifest in a folder names; empty if it is missing or is not a list of plain names."""
     try:
         names = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
     except (OSError, ValueError):

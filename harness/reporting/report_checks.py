@@ -1,7 +1,7 @@
 """The report's certificates of the exact motions, and the checks with their independent computations, from JSON files.
 
-certificates.json (`gnomon certify`) and checks.json (`--independent`) are looked for in several folders. If several have
-a certificate of the same case variant, that of the first folder counts.
+certificates.json (`gnomon certify`) and checks.json (`--independent`) are looked for in several folders. If several
+folders have a certificate of one case variant, the first folder counts.
 """
 
 from importlib.resources import files
@@ -17,7 +17,7 @@ SEVERITY = (Status.OK, Status.NOT_INSTALLED, Status.REFUSED, Status.INACCURATE, 
 
 
 def certified(*folders: Path) -> Markup:
-    """Both parts as HTML; empty where there are no files."""
+    """Both parts as HTML; empty without files."""
     environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     source = (files("gnomon.harness.reporting") / "templates" / "report_checks.html.j2").read_text(encoding="utf-8")
     rows = certificate_rows(*folders)
@@ -32,7 +32,7 @@ def certified(*folders: Path) -> Markup:
 
 
 def certified_lines(*folders: Path) -> list[str]:
-    """The lines of the summary on certificates: how many are confirmed, and each one that is not."""
+    """The lines of the summary on certificates: the number of confirmed ones, and each one that is not."""
     rows = certificate_rows(*folders)
     if not rows:
         return []
@@ -45,7 +45,7 @@ def certified_lines(*folders: Path) -> list[str]:
 
 
 def certificate_rows(*folders: Path) -> list[dict[str, Any]]:
-    """The certificates, those of a case together, its default first."""
+    """The certificates by case, the default variant first."""
     found: dict[tuple[str, str], dict[str, Any]] = {}
     for folder in reversed(folders):
         for row in sidecars.first("certificates.json", folder) or ():
@@ -58,7 +58,7 @@ def certificate_rows(*folders: Path) -> list[dict[str, Any]]:
 
 
 def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Default variants, and hard variants."""
+    """The parts for default variants and for hard variants."""
     parts = []
     for title, default in (("default variants", True), ("hard variants", False)):
         chosen = [row for row in rows if (row["variant"] == "default") is default]
@@ -72,7 +72,7 @@ def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def computation_rows(*folders: Path) -> list[dict[str, str]]:
-    """One row for each independent computation of a check: its worst quantity on the default and on the hard variants."""
+    """A row for each independent computation of a check: its worst quantity on the default and on the hard variants."""
     found: list[dict[str, Any]] = next(filter(None, (sidecars.first("checks.json", folder) for folder in folders)), [])
     groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in found:

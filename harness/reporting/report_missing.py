@@ -1,4 +1,4 @@
-"""What a report says of a run that is not complete: how many of the planned trials are missing, and where."""
+"""The part of a report about a run that is not complete: the number of missing trials, and where they are."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -6,13 +6,15 @@ from typing import Any
 from gnomon.harness.results.outstanding import Outstanding, Planned
 
 SHOWN = 12
-"""The most names in a list."""
+"""Largest number of names in a list."""
 
 
 def missing(found: Outstanding) -> dict[str, Any] | None:
-    """How many `trials` of the `planned` ones have no measurement; the cases of which none has one, those of which some
-    have, and the libraries with how many theirs are; `others` is what else is outstanding, `text` all of it. None if nothing
-    is.
+    """The trials without a measurement, counted by case and by library; None if nothing is outstanding.
+
+    `trials` of the `planned` trials are missing. `cases`: the cases without a measurement; `partly`: the cases with
+    some measurements; `libraries`: the libraries with their numbers of missing trials; `others`: outstanding shards and
+    repeated launches; `text`: all of it in words.
     """
     if not found.text:
         return None
@@ -23,14 +25,14 @@ def missing(found: Outstanding) -> dict[str, Any] | None:
         "others": found.others,
         "planned": sum(total for total, _ in libraries.values()),
         "trials": found.trials,
-        "cases": _listed([name for name, (_, done) in cases.items() if done == 0]),
-        "partly": _listed([name for name, (total, done) in cases.items() if 0 < done < total]),
-        "libraries": _listed([f"{name} ({count})" for name, count in lost.items()]),
+        "cases": _shorten([name for name, (_, done) in cases.items() if done == 0]),
+        "partly": _shorten([name for name, (total, done) in cases.items() if 0 < done < total]),
+        "libraries": _shorten([f"{name} ({count})" for name, count in lost.items()]),
     }
 
 
 def _by_name(planned: Sequence[Planned], field: str) -> dict[str, tuple[int, int]]:
-    """Planned and measured trials by case or by library."""
+    """The numbers of planned and measured trials by case or by library."""
     found: dict[str, tuple[int, int]] = {}
     for row in planned:
         total, done = found.get(getattr(row, field), (0, 0))
@@ -38,5 +40,5 @@ def _by_name(planned: Sequence[Planned], field: str) -> dict[str, tuple[int, int
     return found
 
 
-def _listed(names: Sequence[str]) -> dict[str, Any]:
+def _shorten(names: Sequence[str]) -> dict[str, Any]:
     return {"count": len(names), "names": list(names[:SHOWN]), "more": max(len(names) - SHOWN, 0)}

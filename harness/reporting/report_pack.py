@@ -1,4 +1,4 @@
-"""The data that the page contains for its script: as columns, then compressed, so that a hundred cases fit.
+"""The data that the page contains for its script, as columns and compressed, so that a hundred cases fit.
 
 The browser decompresses them with DecompressionStream (in all browsers since 2023); nothing is fetched.
 """
@@ -12,25 +12,25 @@ from typing import Any
 from gnomon.harness.reporting.kept_parts import kept
 
 
-def packed(text: str) -> str:
-    """Text as base64 of its gzip, the same bytes for the same text."""
+def pack(text: str) -> str:
+    """Text as base64 of its gzip; equal texts give equal bytes."""
     return base64.b64encode(gzip.compress(text.encode("utf-8"), 9, mtime=0)).decode("ascii")
 
 
-def packed_vega() -> str:
-    """The `packed` script that draws charts, kept on disk: making it takes 5 s."""
+def pack_vega() -> str:
+    """The script that draws charts, packed and kept on disk: making it takes 5 s."""
     return str(kept((__name__,), version("vl-convert-python"), _vega))
 
 
 def _vega() -> str:
     import vl_convert  # slow to load
 
-    return packed(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;"))
+    return pack(vl_convert.javascript_bundle("window.vegaEmbed = vegaEmbed;"))
 
 
-def packed_json(value: Any) -> str:
-    """`packed` JSON. Raises ValueError for nan and infinity, which JSON does not have: a browser would reject the whole."""
-    return packed(json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False))
+def pack_json(value: Any) -> str:
+    """JSON, packed. Raises ValueError for nan and infinity: JSON lacks them, and a browser would reject all of it."""
+    return pack(json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False))
 
 
 def columnar(spec: dict[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import report_card, style, tables
+from gnomon.harness.reporting import report_integrators, style, tables
 from gnomon.harness.results import analysis, rankings, store
 from gnomon.harness.results.outstanding import Outstanding, outstanding
 from gnomon.harness.results.profiles import OURS
@@ -23,7 +23,7 @@ from gnomon.harness.studies import model_hierarchy
 from gnomon.harness.studies.drift import rebuilt
 
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
-"""The steps (s) at which the policies of an engine are compared."""
+"""Step sizes (s) at which the policies of an engine are compared."""
 
 CHAPTERS: dict[str, str] = declared("reporting", "templates/page.toml")["chapters"]
 
@@ -36,13 +36,13 @@ class Run:
     frame: pd.DataFrame
     reduced: pd.DataFrame
     timed: pd.DataFrame
-    """The rows of which times are compared (`analysis.over_timing_spans`); the others are without series over these."""
+    """The rows whose times are compared, see `analysis.over_timing_spans`; `frame` lacks series over timing spans."""
     given: Mapping[str, type[Case]] = field(default_factory=dict)
     """Cases that are not installed, by the name under which they ran."""
 
     @classmethod
     def read(cls, path: Path, given: Mapping[str, type[Case]] | None = None) -> Self:
-        """Raises ValueError for a file that is no results file, or an empty one."""
+        """Load and reduce a results file. Raises ValueError for an empty file, or a file without results."""
         frame = analysis.tidy(store.load(path))
         # Pairs outside the suite are not failures of an integrator, and would fill the maps.
         frame = frame[frame["reason"] != NEAR_DUPLICATE[1]]
@@ -70,7 +70,7 @@ class Run:
     @cached_property
     def kinds(self) -> dict[str, list[str]]:
         """The cases of each kind of system."""
-        return report_card.kinds(self.forms, self.names)
+        return report_integrators.kinds(self.forms, self.names)
 
     @cached_property
     def matrix(self) -> pd.DataFrame:
@@ -83,7 +83,7 @@ class Run:
 
     @cached_property
     def classes(self) -> dict[str, type[Case]]:
-        """The classes of the cases that are installed or were given. Nothing that a results file names is imported."""
+        """The classes of the cases that are installed or were given. Code that a results file names is not imported."""
         installed = installed_names()
         own = {name: case_class(name) for name in self.names if name in installed}
         return own | {name: found for name, found in self.given.items() if name in self.names}
@@ -115,7 +115,7 @@ class Run:
 
     @cached_property
     def sections(self) -> dict[str, str]:
-        """Where each case stands in Beatty, Dynamics."""
+        """The section of each case in Beatty, Dynamics."""
         return dict(self.frame.drop_duplicates("case")[["case", "section"]].to_numpy())
 
     @cached_property
@@ -144,15 +144,14 @@ class Run:
 
     @cached_property
     def forms(self) -> dict[str, set[str]]:
-        """The forms that each case offers; for a case that is not known, those in which integrators accepted it."""
+        """The forms that each case offers; for an unknown case, the forms in which integrators accepted it."""
         taken = {str(name): set(forms) for name, forms in self.frame.groupby("case")["form"]}
         return taken | {case.name: {type(form).__name__ for form in case.all_forms()} for case in self.cases}
 
     @cached_property
     def hierarchies(self) -> pd.DataFrame:
-        """Model hierarchies; beside an in-house integrator with the shortest time, that of third parties: third,
-        third_seconds."""
-        # Each level looks up its times: only the rows that can be found, for a twentieth of the time.
+        """Model hierarchies. If the fastest integrator is in-house, third and third_seconds describe third parties."""
+        # Only rows that a level can look up: it takes a twentieth of the time.
         equal = self.equal[self.equal["target"] == model_hierarchy.COST_AT]
         default = self.timed[self.timed["variant"] == ""]
         spans = default.groupby("case", as_index=False)[["span", "time_scale"]].first().assign(variant="")
@@ -166,7 +165,7 @@ class Run:
 
     @cached_property
     def policies(self) -> pd.DataFrame:
-        """Engines under each policy at the decimal steps, where two policies gave an answer (diverged is one)."""
+        """Engines under each policy at the decimal steps, if two policies gave an answer (diverged is one)."""
         found = tables.with_problems(analysis.policies(self.reduced).assign(formulation=""))
         near = np.zeros(len(found), dtype=bool)
         for step in DECIMAL_STEPS:

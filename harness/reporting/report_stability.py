@@ -18,14 +18,14 @@ from gnomon.harness.reporting.style import INK, QUIET, dressed, hues
 from gnomon.harness.results.profiles import OURS
 
 ROW, WIDTH, CELL = 18, 170, 46
-"""Pixels: the height of a row, the width of a column, and that of a cell."""
+"""Pixels: the height of a row, the width of a column, the width of a cell."""
 REGIONS_IN_A_ROW, REGION_WIDTH = 4, 150
 DECADES = "datum.value % 1 ? '' : datum.value < -2 || datum.value > 3 ? '1e' + datum.value : format(pow(10, datum.value), '~g')"
 TOOLTIP = [alt.Tooltip("integrator:N"), alt.Tooltip("text:N", title="found")]
 
 
 def stability(*folders: Path) -> dict[str, Any] | None:
-    """The panels with their rows, from the first of the folders that has `stability.json`; None if none has."""
+    """The panels with their rows, from the first folder that has `stability.json`; None without a file."""
     found: dict[str, Any] | None = sidecars.first("stability.json", *folders)
     if found is None:
         return None
@@ -37,7 +37,7 @@ def stability(*folders: Path) -> dict[str, Any] | None:
 
 
 def _cards(found: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
-    """By library a card for each integrator: for each panel its sentences, or why there are none."""
+    """A card for each integrator, by library: for each panel its sentences, or the reason why it has none."""
     cards: dict[str, dict[str, Any]] = {}
     for row in found["rows"]:
         panel = {"id": row["panel"], "title": found["panels"].get(row["panel"], row["panel"])}
@@ -55,7 +55,7 @@ def _reason(row: Mapping[str, Any]) -> str | None:
 
 
 def _rows(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """The integrators that were measured, and how many were not, by reason."""
+    """The integrators that were measured, and the number of the others by reason."""
     left_out = Counter(reason for row in rows if (reason := _reason(row)) is not None)
     measured = [row for row in rows if _reason(row) is None]
     return {
@@ -65,9 +65,9 @@ def _rows(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def stability_charts(found: Mapping[str, Any] | None) -> dict[str, alt.TopLevelMixin]:
-    """By name, `stability_` and the panel: the figures of what `stability.json` holds, those without marks left out.
+    """The figures of `stability.json` by name, `stability_` and the panel; figures without marks are left out.
 
-    Names that end in `_others` are of third-party libraries alone, where there are in-house integrators too.
+    Figures whose names end in `_others` show third-party libraries alone, if there are in-house integrators too.
     """
     if found is None:
         return {}
@@ -112,7 +112,7 @@ def _names(names: Sequence[str], labels: bool = True, grid: bool = True) -> alt.
 def intervals(
     columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, Any]], width: int = WIDTH
 ) -> alt.HConcatChart:
-    """A row for each integrator: points with intervals; text alone where there is no number.
+    """A row for each integrator: points with intervals, or text alone if there is no number.
 
     `columns` and `marks` as in `stability.panel`, each mark with its "integrator"; `width` in pixels of a column.
     """
@@ -154,7 +154,7 @@ def _column(
 
 
 def _ends(column: Mapping[str, Any], marks: Sequence[Mapping[str, Any]]) -> tuple[float, float]:
-    """The ends of the axis, in decades where it is logarithmic."""
+    """The ends of the axis, in decades if it is logarithmic."""
     decades = column["decades"]
     if column["ends"] is not None:
         low, high = column["ends"]
@@ -174,7 +174,7 @@ def _ends(column: Mapping[str, Any], marks: Sequence[Mapping[str, Any]]) -> tupl
 
 
 def _placed(column: Mapping[str, Any], value: float | None, low: float, high: float) -> float | None:
-    """The value on the axis, at its end if it is beyond it."""
+    """The value on the axis; a value beyond the axis is at its end."""
     if value is None:
         return None
     if column["decades"]:
@@ -187,7 +187,7 @@ def _short(text: str) -> str:
 
 
 def _lines(title: str, width: int) -> list[str]:
-    """A title in lines of about equal length that fit into a column of so many pixels, a letter taking 6.5 of them."""
+    """A title in lines of about equal length that fit into a column of `width` pixels, with 6.5 pixels a letter."""
     count = len(textwrap.wrap(title, int(width / 6.5)))
     return next(
         lines
@@ -197,7 +197,7 @@ def _lines(title: str, width: int) -> list[str]:
 
 
 def _cells(columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, Any]]) -> alt.LayerChart:
-    """Cells from pale, nothing to object to, to dark, each with its text."""
+    """Cells from pale, no objection, to dark, each with its text."""
     names, titles = _integrators(marks), {column["id"]: column["title"] for column in columns}
     rows = [
         {
@@ -224,7 +224,7 @@ def _cells(columns: Sequence[Mapping[str, Any]], marks: Sequence[Mapping[str, An
 
 
 def _regions(rows: Sequence[Mapping[str, Any]]) -> alt.FacetChart | None:
-    """Small multiples: where |R(z)| is at most 1 in the upper half-plane, a bar for each Im z."""
+    """Small multiples: the region |R(z)| <= 1 in the upper half-plane, with a bar for each Im z."""
     bars = [{"integrator": row["integrator"]} | bar for row in rows for bar in _bars(row["data"].get("region"))]
     if not bars:
         return None
@@ -250,7 +250,7 @@ def _regions(rows: Sequence[Mapping[str, Any]]) -> alt.FacetChart | None:
 
 
 def _bars(region: Any) -> list[dict[str, float]]:
-    """The stable intervals of Re z in each row of a grid of |R|, edges interpolated; none where it is no such grid."""
+    """The stable intervals of Re z in each row of a grid of |R|, with interpolated edges; empty for anything else."""
     try:
         modulus = np.array(region["modulus"], dtype=float)
         (left, right), (_, top), spacing = region["real"], region["imaginary"], float(region["spacing"])
@@ -269,7 +269,7 @@ def _bars(region: Any) -> list[dict[str, float]]:
 
 
 def _crossing(real: Any, row: Any, inside: int, outside: int) -> float:
-    """Where |R| is 1 between a point inside and the next one outside; the point inside at the edge of the grid."""
+    """The place where |R| is 1 between a point inside and the next one outside; at the grid's edge the point inside."""
     if not 0 <= outside < len(real) or not math.isfinite(row[outside]) or row[outside] <= row[inside]:
         return round(float(real[inside]), 3)
     part = min(max((1 - row[inside]) / (row[outside] - row[inside]), 0.0), 1.0)

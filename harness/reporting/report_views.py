@@ -1,4 +1,4 @@
-"""The tables that compare integrators, twice: with all of them, and without those of gnomon itself.
+"""The tables that compare integrators, twice: with all integrators, and without gnomon's own.
 
 The page has a switch between the two. Without in-house integrators the third-party ones are ranked among themselves.
 """
@@ -6,7 +6,7 @@ The page has a switch between the two. Without in-house integrators the third-pa
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gnomon.harness.reporting import findings, report_card, tables
+from gnomon.harness.reporting import findings, report_integrators, tables
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import rankings
 from gnomon.harness.results.profiles import OURS
@@ -19,7 +19,7 @@ def views(
 ) -> dict[str, dict[str, Any]]:
     """The tables by view. There is one view if all integrators, or none, are gnomon's own.
 
-    `problems`: case and formulation of the rows of the table of cases; `growth` and `orders`: see `report_card.card`.
+    `problems`: case and formulation of the rows of the table of cases; `growth` and `orders`: see `report_integrators.integrator_rows`.
     """
     found = {ALL: _view(run, False, problems, growth, orders)}
     if run.equal["library"].eq(OURS).nunique() > 1:
@@ -38,13 +38,13 @@ def _view(
     if third:
         reduced, trusted, slopes = (table[table["library"] != OURS] for table in (reduced, trusted, slopes))
         equal = rankings.third_party(equal)
-    kinds = report_card.kind_rows(equal, reduced, run.kinds)
+    kinds = report_integrators.kind_rows(equal, reduced, run.kinds)
     return {
         "findings": findings.findings(equal, run.policies, kinds, reduced, trusted),
         "kinds": kinds,
-        "lines": report_card.lines_of(kinds),
+        "lines": report_integrators.lines_of(kinds),
         "overall": tables.overall(equal),
-        "card": report_card.card(equal, trusted, slopes, reduced, growth, orders),
+        "card": report_integrators.integrator_rows(equal, trusted, slopes, reduced, growth, orders),
         "fastest": tables.fastest(equal, problems),
         "libraries": tables.libraries(equal),
     }

@@ -8,8 +8,16 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import report_benchmarks, report_card, report_checks, report_stability, style, tables
+from gnomon.harness.reporting import (
+    report_benchmarks,
+    report_checks,
+    report_integrators,
+    report_stability,
+    style,
+    tables,
+)
 from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
@@ -24,12 +32,14 @@ TIMED = [
     *(*analysis.SERIES, "setting", "launch", "status", "error_max", "span", "limit_seconds"),
     *("prepare_seconds", "seconds_median"),
 ]
-"""The columns that the tables of times need: copies of all would take tens of megabytes."""
+"""The columns that the tables of times need; copies of all columns would take tens of megabytes."""
 
 
 def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> dict[str, Any]:
-    """The values of the templates of page and summary, without the charts. Certificates and benchmarks are read from the
-    first of `folders` that has them."""
+    """The values of the templates of page and summary, without the charts.
+
+    Certificates and benchmarks are read from the first of `folders` that has them.
+    """
     ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
     own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
     problems = [
@@ -49,7 +59,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "waited": tables.waited_text(run.frame),
         "views": views(run, problems, growth, orders),
         "own": f"{OURS}:",
-        "card_heads": report_card.CARD,
+        "card_heads": report_integrators.HEADS,
         "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
         "cases": _cases(run, work),
         "counts": {
@@ -68,6 +78,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
         "hierarchies": hierarchy_rows(run.hierarchies),
         "engine_settings": engine_settings(run.frame),
+        "calls": describe_calls(),
         "python_call": PYTHON_CALL,
         "meanings": style.MEANINGS,
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
@@ -79,6 +90,15 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "growth": growth,
         "stability": report_stability.stability(*folders),
     }
+
+
+def describe_calls() -> dict[str, list[str]]:
+    """The integrators that call equations in each of the ways of `Library.calls`, in words."""
+    found: dict[str, list[str]] = {"compiled": ["in-house methods"], "direct": [], "python": []}
+    for library in LIBRARIES.values():
+        for way, words in library.calls.items():
+            found[way].append(words)
+    return found
 
 
 def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
@@ -107,7 +127,7 @@ def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
 
 
 def machines_text(frame: pd.DataFrame) -> str:
-    """On how many machines the trials that ran were measured."""
+    """The number of machines that measured the trials that ran, in words."""
     count = frame.loc[~frame["status"].isin(analysis.NEVER_RAN), "machine"].nunique()
     if count == 1:
         return "one machine"
@@ -115,9 +135,9 @@ def machines_text(frame: pd.DataFrame) -> str:
 
 
 def spans_text(timed: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, str]:
-    """By case over which span its default variant is timed, and the time limit of a trial there.
+    """By case the span over which its default variant is timed, and the time limit of a trial there, in words.
 
-    `timed` and `reduced`: `analysis.settings` of the rows of which times are compared, and of the others.
+    `timed` and `reduced`: `analysis.settings` of the rows whose times are compared, and of the others.
     """
     columns = ["case", "span", "limit_seconds"]
     own = [table.loc[table["variant"] == "", columns].groupby("case") for table in (timed, reduced)]
@@ -132,7 +152,7 @@ def spans_text(timed: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, str]:
 
 
 def launches_text(frame: pd.DataFrame) -> str:
-    """In how many launches the default variants were timed, which may differ from case to case."""
+    """The number of launches in which the default variants were timed, in words; it may differ from case to case."""
     counts = frame[frame["variant"] == ""].groupby("case")["launch"].max()
     if counts.empty or counts.max() == 1:
         return "from one launch"
@@ -143,7 +163,7 @@ def launches_text(frame: pd.DataFrame) -> str:
 
 
 def scatter_text(frame: pd.DataFrame) -> str:
-    """The ratio of times of two launches of one setting in this run; empty if nothing was launched twice."""
+    """The ratio of times of two launches of one setting in this run, in words; empty without a second launch."""
     columns = [*analysis.SERIES, "setting", "seconds_median"]
     timed = frame.loc[(frame["status"] == Status.OK) & (frame["seconds_median"] > 0), columns]
     launches: dict[tuple[Any, ...], list[float]] = {}
@@ -160,7 +180,7 @@ def scatter_text(frame: pd.DataFrame) -> str:
 
 
 def together(environments: Sequence[dict[str, str | None]]) -> dict[str, str]:
-    """The environments of several runs in one file as one, with all values that a name had, in the order of the runs."""
+    """The environments of several runs in one file as one: each name has all its values, in the order of the runs."""
     found: dict[str, list[str]] = {}
     for each in environments:
         for name, value in each.items():
@@ -182,7 +202,7 @@ def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    """Engine settings changed, gathered by engine and setting: values and the policies that set them."""
+    """Changed engine settings, gathered by engine and setting: values and the policies that set them."""
     changed = frame.loc[~frame["settings_changed"].isin(("", "{}")), [*analysis.SERIES, "settings_changed"]]
     rows = [
         (one.library, one.integrator_id, name, str(value), one.case)

@@ -21,7 +21,7 @@ NAMES: tuple[str, ...] = tuple(name for name in _SCHEMA["$defs"] if name.endswit
 
 
 def first(name: str, *folders: Path) -> Any:
-    """What the file of this name in the first of the folders that has it holds; None if none has."""
+    """The contents of the file of this name in the first folder that has it; None without a file."""
     return next((read(folder / name) for folder in folders if (folder / name).is_file()), None)
 
 
@@ -36,7 +36,7 @@ def read(path: Path) -> Any:
 
 def _validated(path: Path, content: bytes) -> Any:
     try:
-        # NaN and Infinity, which are no JSON, become texts, which no number may be.
+        # NaN and Infinity are not JSON: they become texts, which no number may be.
         found = _visible(json.loads(content.decode(), parse_constant=str))
     except (ValueError, RecursionError) as error:
         told = "nested too deep" if isinstance(error, RecursionError) else str(error)
@@ -53,7 +53,7 @@ def _validated(path: Path, content: bytes) -> Any:
 
 
 def _visible(value: Any) -> Any:
-    """The same value with all texts, keys too, made visible."""
+    """The value with all texts, keys too, made visible."""
     if isinstance(value, dict):
         return {visible(key): _visible(member) for key, member in value.items()}
     if isinstance(value, list):

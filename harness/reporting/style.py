@@ -10,11 +10,12 @@ from collections.abc import Iterable
 from typing import Any
 
 import pandas as pd
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
 
 STYLE = declared("reporting", "templates/figures.toml")
 INK, QUIET, PALE, GRID = (STYLE["inks"][name] for name in ("ink", "quiet", "pale", "grid"))
-HUES: dict[str, str] = STYLE["hues"]
+HUES: dict[str, str] = STYLE["hues"] | {name: one.colour for name, one in LIBRARIES.items() if one.colour}
 _OTHER_HUES = ("#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
 FAMILIES: dict[str, dict[str, Any]] = STYLE["families"]
 STATUSES: dict[str, dict[str, str]] = declared("reporting", "templates/statuses.toml")
@@ -30,7 +31,7 @@ def hues(libraries: Iterable[str]) -> dict[str, str]:
 
 
 def family(row: pd.Series) -> str:
-    """The kind of method of a series, from what its integrator declares."""
+    """The kind of method of a series, from the declarations of its integrator."""
     if row["engine"]:
         return "physics engine"
     if row["setting_kind"] == "tolerance":
@@ -78,7 +79,7 @@ def _shade(colour: str, share: float) -> str:
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows as Vega reads them: null where there is no number."""
+    """Rows as Vega reads them, with null for a missing number."""
     return list(table.astype(object).where(table.notna(), None).to_dict("records"))
 
 

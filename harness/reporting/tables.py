@@ -27,6 +27,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun[:-1]}ies" if noun.endswith("y") else f"{number} {noun}s"
 
 
+def join_words(words: Sequence[str]) -> str:
+    """Words as a sentence lists them: one, two and three."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
 def grouped(number: int) -> str:
     """A number with its digits in groups of three."""
     return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")
@@ -37,7 +42,7 @@ def time_text(seconds: float) -> str:
     if not math.isfinite(seconds):
         return "–"
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= 0.9995 * size:  # what rounds to 1000 of a unit is 1 of the next
+        if seconds >= 0.9995 * size:  # a time that rounds to 1000 of a unit is 1 of the next
             return f"{_three(seconds / size)} {unit}"
     return f"{_three(seconds * 1e9)} ns"
 
@@ -62,7 +67,7 @@ def short_text(value: float) -> str:
 
 
 def share_text(share: float) -> str:
-    """The share of the null call in the time beside it; empty where none was measured."""
+    """The share of the null call in the time beside it; empty without a measurement."""
     if not math.isfinite(share):
         return ""
     return (
@@ -71,20 +76,19 @@ def share_text(share: float) -> str:
 
 
 def preparation_text(seconds: float, first_use: float = math.nan, case: str = "") -> str:
-    """The time of preparation, which the time beside it does not include, and of the first use, measured on a case; empty
-    where no preparation was measured."""
+    """The time of preparation, which the time beside it excludes, and of the first use; empty if not measured."""
     if not math.isfinite(seconds):
         return ""
     return f"prepared in {time_text(seconds)} with filled caches, {first_use_text(first_use, case)}"
 
 
 def first_use_text(seconds: float, case: str) -> str:
-    """The time of the first use of an integrator, which was measured on a case."""
+    """The time of the first use of an integrator, measured on a case."""
     return f"{time_text(seconds)} at first use (on {case})" if math.isfinite(seconds) else "first use not measured"
 
 
 def waited_text(frame: pd.DataFrame) -> str:
-    """How many measurements of a run waited for a processor."""
+    """The number of measurements of a run that waited for a processor, in words."""
     timed, delayed, unknown = waited(frame)
     text = (
         f"{delayed} of {counted(timed, 'timed measurement')} include more than {DELAYED:.0%} of waiting for a processor"
@@ -93,7 +97,7 @@ def waited_text(frame: pd.DataFrame) -> str:
 
 
 def spread_text(row: Mapping[str, Any]) -> str:
-    """The range of the error over turned starts, where the error is their median; else empty."""
+    """The range of the error over turned starts, if the error is their median; else empty."""
     if not row.get("turned_starts", 0) > 0:
         return ""
     worst = error_text(row["error_high"]) if math.isfinite(row["error_high"]) else "not finite"
@@ -101,7 +105,7 @@ def spread_text(row: Mapping[str, Any]) -> str:
 
 
 def digits(error: float) -> int:
-    """The number of correct decimal digits at this error; 17 where it is zero."""
+    """The number of correct decimal digits at this error; 17 if it is zero."""
     return 17 if error == 0 else max(math.floor(-math.log10(error)), 0)
 
 
@@ -151,11 +155,10 @@ class Row:
 
 
 def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Row]:
-    """Per case and formulation, at each error, the integrator that is separated from all others, or those that are tied; or
-    why the cell is not ranked, with the shortest times.
+    """Per case and formulation, at each error, the fastest integrator if it is separated, or the tied ones.
 
-    Beside a ranked integrator stands the fastest of the other side, third parties beside an in-house one, and the reverse.
-    `equal`: `rankings.ranked`.
+    A cell that is not ranked says why, with the shortest times. Beside a ranked in-house integrator stands the fastest
+    third party, and the reverse. `equal`: `rankings.ranked`.
     """
     default = equal[equal["variant"] == ""].sort_values("seconds")
     found: dict[tuple[str, str, float], list[dict[str, Any]]] = {}
@@ -171,7 +174,7 @@ def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Ro
 
 
 def _first_of(at: Sequence[Mapping[str, Any]]) -> Cell:
-    """What a cell says of its rows, the shortest time first."""
+    """The cell for these rows, the shortest time first."""
     first, tied = at[0], [row for row in at if row["tied"]]
     if first["cell"] not in (RANKED, ALONE):
         most = float(np.max([row["null_share"] for row in tied]))  # nan if one was not measured
@@ -193,7 +196,7 @@ def _times(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _beside(at: Sequence[Mapping[str, Any]]) -> str:
-    """The fastest of the side of which the first of these rows is not; empty if there is none."""
+    """The fastest in-house integrator if the first row is third-party, and the reverse; empty without one."""
     ours = at[0]["library"] == OURS
     found = next((row for row in at if (row["library"] == OURS) != ours), None)
     side = "third-party" if ours else "in-house"
@@ -201,11 +204,11 @@ def _beside(at: Sequence[Mapping[str, Any]]) -> str:
 
 
 def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
-    """Over all default variants, in how many ranked cells an integrator is the fastest, separated or tied.
+    """Over all default variants, the number of ranked cells in which an integrator is the fastest, separated or tied.
 
-    The `shown` with most at each error, of in-house and of third-party integrators each; the note says how many ranked cells
-    it reaches, and the median ratio of its time to the least, ties being equal. The row's note is the median time of a
-    preparation. Empty if no cell is ranked.
+    At each error the `shown` best in-house and the `shown` best third-party integrators are chosen. The note gives the
+    number of ranked cells that an integrator reaches, and the median ratio of its time to the least, ties being equal.
+    The row's note is the median time of a preparation. Empty if no cell is ranked.
     """
     rows_ = own(equal)
     if not (rows_["cell"] == RANKED).any():
@@ -227,7 +230,7 @@ def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
 
 
 def leads_cell(row: Mapping[str, Any] | None) -> Cell:
-    """In how many ranked cells an integrator is the fastest, from its row of `standings`."""
+    """The number of ranked cells in which an integrator is the fastest, from its row of `standings`."""
     if row is None:
         return Cell("–", kind="none", value=0)
     if not row["ranked"]:
@@ -237,8 +240,10 @@ def leads_cell(row: Mapping[str, Any] | None) -> Cell:
 
 
 def libraries(equal: pd.DataFrame) -> list[Row]:
-    """The time of each library's best integrator over the least of all: median over the default variants that it reaches,
-    ties being equal; and on how many ranked ones it is slower."""
+    """The time of each library's best integrator over the least, and the number of ranked cases on which it is slower.
+
+    The ratio is the median over the default variants that the library reaches, ties being equal.
+    """
     rows_ = own(equal)
     rows_ = rows_.assign(ratio=drawn(rows_), ranked=rows_["cell"] == RANKED)
     rows = []
@@ -259,10 +264,11 @@ def libraries(equal: pd.DataFrame) -> list[Row]:
 
 
 def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame, uses: pd.DataFrame) -> dict[str, list[Row]]:
-    """By case, time at equal error of every integrator that ran its default variant, the shortest at 1e-6 first.
+    """Times at equal error by case, for every integrator that ran the default variant; the shortest at 1e-6 is first.
 
-    Beside it stands its ratio to the fastest if it is separated from it, else why it is not; then the share of the null call
-    and the range over launches. The last cell is the median time of a preparation, which the other cells do not include.
+    Beside a time stands its ratio to the fastest if the two are separated, else why they are not; then the share of the
+    null call and the range over launches. The last cell is the median time of a preparation, which the other cells do
+    not include.
     """
     reached = _by_key(equal[equal["variant"] == ""], *PROBLEM_AND_NAME, "target")
     ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
@@ -291,7 +297,7 @@ def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame, uses: pd.DataFr
 
 
 def _compared(at: Mapping[str, Any]) -> str:
-    """How a time compares with the least of its cell."""
+    """The comparison of a time with the least of its cell, in words."""
     if at["cell"] != RANKED:
         return str(at["cell"])
     return f"{ratio_text(at['ratio'])} ×" if at["slower"] else "tied" if at["leaders"] > 1 else "fastest"
@@ -300,10 +306,9 @@ def _compared(at: Mapping[str, Any]) -> str:
 def stability_rows(
     matrix: pd.DataFrame, trusted: pd.DataFrame, orders: pd.DataFrame, laws: pd.DataFrame, parts: pd.DataFrame
 ) -> dict[str, list[Row]]:
-    """By case, status, smallest error, order or error over tolerance, parts of the error and drift of each integrator on
-    the default variant.
+    """By case the stability of each integrator on the default variant: status, error, order, parts of it and drift.
 
-    The frames are those of `analysis.status_matrix`, `trust`, `orders`, `drift.laws` and `analysis.anatomy`.
+    The frames are from `analysis.status_matrix`, `trust`, `orders`, `drift.laws` and `analysis.anatomy`.
     """
     chosen = matrix[(matrix["variant"] == "") & ~matrix["verdict"].isin(NEVER_RAN)]
     trusts, measured, anatomies = (_by_key(frame, *SERIES) for frame in (trusted, orders, parts))
@@ -330,7 +335,7 @@ def stability_rows(
 
 
 def _by_key(table: pd.DataFrame, *columns: str) -> dict[tuple[Any, ...], dict[str, Any]]:
-    """The rows by the values of these columns; of several rows with the same values the first."""
+    """The rows by the values of these columns; the first of several rows with equal values."""
     found: dict[tuple[Any, ...], dict[str, Any]] = {}
     for row in records(table):
         found.setdefault(tuple(row[column] for column in columns), row)
@@ -356,7 +361,7 @@ def _order(found: dict[str, Any] | None) -> Cell:
 
 
 def _parts(found: dict[str, Any] | None) -> Cell:
-    """The error along the motion and across it, lost turns of angles, events compared with the exact ones."""
+    """The error along the motion and across it, lost turns of angles, and events against the exact ones."""
     if found is None:
         return Cell("–", kind="none")
     words, note = [], ""
@@ -374,7 +379,7 @@ def _parts(found: dict[str, Any] | None) -> Cell:
 
 
 def _drift(laws: list[dict[str, Any]] | None) -> list[Cell]:
-    """Two cells: the growth law of the error, and those of the invariants."""
+    """Two cells: the growth law of the error, and the growth laws of the invariants."""
     if laws is None:
         return [Cell("–", kind="none"), Cell("–", kind="none")]
     words = {law["quantity"]: (*_growth(law), error_text(law["size"])) for law in laws}
@@ -399,7 +404,7 @@ def _growth(found: dict[str, Any]) -> tuple[str, str]:
 
 
 def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
-    """Failures by status, then integrator: how many trials, on which problems, and the first two reasons."""
+    """Failures by status, then integrator: the number of trials, the problems, and the first two reasons."""
     groups = []
     for status in Status:
         part = failed[failed["status"] == status]
@@ -417,7 +422,7 @@ def failure_groups(failed: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def status_shares(reduced: pd.DataFrame) -> list[dict[str, Any]]:
-    """How many trials ended in each status, of those that could run."""
+    """The number and share of trials in each status, of the trials that could run."""
     counts = reduced["status"].value_counts()
     ran = [name for name in Status if name in counts.index and name not in NEVER_RAN]
     total = float(np.sum([counts[name] for name in ran])) or 1.0

@@ -1,6 +1,6 @@
-"""Whether a report in a folder is that of these results, files and sources, so that nothing has to be written.
+"""Whether a report in a folder is up to date with results, files and sources, so that it need not be written.
 
-What a report depends on has one hash; the files that were written for it are kept under that hash, in the user's cache.
+One hash stands for all that a report depends on; hashes of the written files are kept under it, in the user's cache.
 """
 
 import gc
@@ -42,10 +42,10 @@ def refreshed(database: Path, folder: Path, cases: Mapping[str, type[Case]]) -> 
 
 
 def key_of(database: Path, folders: Sequence[Path]) -> str | None:
-    """The hash of all that the report of a results file depends on; None where installed packages add cases."""
+    """The hash of all that the report of a results file depends on; None if installed packages add cases."""
     if entry_points(group="gnomon.cases"):
         return None
-    database = database.resolve()  # a symbolic link is not beside what SQLite writes
+    database = database.resolve()  # SQLite writes beside the target of a symbolic link
     parts = [str(database.parts[-2:]), platform.python_version(), *map(version, LIBRARIES)]
     beside = [folder / name for folder in folders for name in sidecars.NAMES]
     for path in (database, database.with_name(database.name + "-wal"), *beside, *_sources()):
@@ -54,7 +54,7 @@ def key_of(database: Path, folders: Sequence[Path]) -> str | None:
 
 
 def _is_written(key: str, folder: Path) -> bool:
-    """Whether the files in `folder` are those that were written under this key."""
+    """Whether the files in `folder` were written under this key."""
     known = diskcache.load(_entry(key))
     return known is not None and known.notes == _state(folder)
 
@@ -77,7 +77,7 @@ def _sources() -> Iterator[Path]:
 
 
 def _digest(path: Path) -> str:
-    held = held_descriptor(path)  # during a run
+    held = held_descriptor(path)  # held open during a run
     with path.open("rb") if held is None else open(held, "rb", closefd=False) as file:
         file.seek(0)
         return hashlib.file_digest(file, "sha256").hexdigest()

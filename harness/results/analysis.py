@@ -28,18 +28,18 @@ ERRORS = [
 """Columns to ignore in later launches of a trial if its first launch has the median over turned starts."""
 
 NOT_RUN = "not_run"
-"""The verdict of a hard variant that was not run with an integrator that takes its case. No trial has this status."""
+"""The verdict of a hard variant that was not run with an integrator that accepts its case. No trial has this status."""
 PARTLY = "partly"
-"""The verdict of a series of which some settings are ok and others failed."""
+"""The verdict of a series in which some settings are ok and others failed."""
 NEVER_RAN = (*CANNOT_RUN, NOT_RUN)
 
 
 def tidy(rows: pd.DataFrame) -> pd.DataFrame:
     """The store's rows with empty strings for missing names, and columns of numbers as floats.
 
-    `null_seconds` becomes that of `null_calls`. Of a problem that ran on several machines the times of one count (see
-    `one_machine`). If one launch of a trial was solved from turned starts, the errors of its other launches become nan:
-    those are of one orientation only.
+    `null_seconds` is replaced by `null_calls`. If a problem ran on several machines, the times of one machine count
+    (see `one_machine`). If one launch of a trial was solved from turned starts, the errors of its other launches become
+    nan, because they are from one orientation only.
     """
     found = {
         column: rows[column].astype(object).where(rows[column].notna(), "")
@@ -65,8 +65,10 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def over_timing_spans(frame: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """The rows of `tidy` without the series over timing spans, and the rows of which times are compared: the default variants
-    of cases with such series are replaced by these. The column `longer` says which are over timing spans."""
+    """(the rows of `tidy` without series over timing spans, the rows whose times are compared).
+
+    In the second frame such series replace the default variants of their cases; the column `longer` marks them.
+    """
     longer = frame["variant"].str.startswith(f"default{TIMING_SPAN}")
     if not longer.any():
         return frame, frame.reset_index(drop=True).assign(longer=False)
@@ -76,9 +78,9 @@ def over_timing_spans(frame: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def one_machine(frame: pd.DataFrame) -> pd.DataFrame:
-    """The rows without the times from other machines than the one that timed most rows of the same problem.
+    """The rows without the times from other machines than the one that timed most rows of the problem.
 
-    A time is compared only with times of the same machine; errors do not depend on it, and stay.
+    Times of different machines are not compared. Errors do not depend on the machine, and stay.
     """
     if frame["machine"].nunique() < 2:
         return frame
@@ -91,11 +93,11 @@ def one_machine(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def null_calls(frame: pd.DataFrame) -> pd.Series:
-    """The times of the null calls without the work in them (`null_work`), at the cost of the work of the series.
+    """The times of the null calls without their own work (`null_work`), at the cost of the work in the series.
 
-    With a time a + c w for w right-hand sides (or steps), c is the slope from the null call to the setting with the most
-    work of the series, of those that did not wait for a processor and have at least twice the work of the null call. If
-    there is none, and where the work of a null call is not known, the time stays whole.
+    With a time a + c w for w right-hand sides (or steps), c is the slope from the null call to the setting with the
+    most work in the series, among settings that did not wait for a processor and have at least twice the work of the
+    null call. Without such a setting, or if the work of a null call is not known, the time stays whole.
     """
     null, work = frame["null_seconds"], frame["null_work"]
     if not (work > 0).any():
@@ -111,8 +113,10 @@ def null_calls(frame: pd.DataFrame) -> pd.Series:
 
 
 def waited(frame: pd.DataFrame) -> tuple[int, int, int]:
-    """The number of timed measurements; of those that are `delayed`; of those where the system did not tell, or the file is
-    older."""
+    """The numbers of timed measurements, `delayed` measurements, and measurements with an unknown delay.
+
+    A delay is unknown if the system did not provide it, or if the file is old.
+    """
     timed = frame.loc[frame["seconds_median"].notna(), ["seconds_median", "delay_seconds"]]
     return len(timed), int(delayed(timed).sum()), int(timed["delay_seconds"].isna().sum())
 
@@ -123,14 +127,14 @@ def delayed(frame: pd.DataFrame) -> pd.Series:
 
 
 def first_uses(rows: pd.DataFrame) -> pd.DataFrame:
-    """By integrator, the seconds of its first use, `first_use`, and the case that they were measured on, `first_case`."""
+    """By integrator, the seconds of its first use, `first_use`, and the case of this measurement, `first_case`."""
     known = rows[rows["first_seconds"].notna()].drop_duplicates("integrator_id", keep="last")
     known = known.rename(columns={"first_seconds": "first_use", "case": "first_case"})
     return known.set_index("integrator_id")[["first_use", "first_case"]]
 
 
 def nothing_ran(frame: pd.DataFrame) -> str | None:
-    """The most frequent status and reason if nothing in these rows ran; None if something ran."""
+    """The most frequent status and reason if no trial in these rows ran; None if one ran."""
     if not frame["status"].isin(NEVER_RAN).all():
         return None
     if frame.empty:
@@ -142,7 +146,7 @@ def nothing_ran(frame: pd.DataFrame) -> str | None:
 def settings(frame: pd.DataFrame) -> pd.DataFrame:
     """One row for each setting of a series, loosest first; `seconds` is the median over launches of the whole call.
 
-    `seconds_low` and `seconds_high`, quantiles over the calls of one launch, are those of the first launch.
+    `seconds_low` and `seconds_high`, quantiles over the calls of one launch, are from the first launch.
     """
     grouped = frame.sort_values("launch").groupby([*SERIES, "setting"], dropna=False, sort=False)
     reduced = grouped.first().assign(
@@ -157,8 +161,8 @@ def credited(errors: Sequence[float] | Floats) -> Floats:
 
     The error of a loose setting may be small by chance, where it changes sign. A setting is therefore credited with the
     largest error of all settings at least as tight. At still tighter settings round-off makes errors grow again; the
-    sweep is cut after the tightest setting within 3 times the second smallest error (the second, so that one small error
-    by chance cannot cut the sweep).
+    sweep is cut after the tightest setting within 3 times the second smallest error (the second, so that one small
+    error by chance cannot cut the sweep).
     """
     values = np.asarray(errors, dtype=float)
     found = np.sort(values[np.isfinite(values)])
@@ -183,7 +187,7 @@ def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats,
 
 
 def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
-    """`time_at` for errors that are `credited` already."""
+    """`time_at` for errors that are already `credited`."""
     reached = np.flatnonzero(held <= target)
     if len(reached) == 0:
         return math.nan, False
@@ -209,11 +213,11 @@ def preparations(rows: pd.DataFrame) -> pd.Series:
 def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
     """Time at equal error: one row for each series and target that it reaches.
 
-    `seconds` is the median over launches of the whole call, which a user waits for, `low` and `high` the range, and
-    `null_share` the share of the null call, nan if none was measured. `times` are the seconds by run and launch: a run
-    interleaves its launches, so that those with the same key are comparable in time. `at_loosest`: the loosest setting
-    reaches the target already, so the time is an upper bound. `preparation` is the time of `prepare`, which the other times
-    exclude (see `preparations`), `machine` where the times were measured.
+    `seconds` is the median over launches of the whole call, for which a user waits; `low` and `high` are its range, and
+    `null_share` is the share of the null call, nan without a measurement. `times` are the seconds by run and launch: a
+    run interleaves its launches, so that times with equal keys are comparable. `at_loosest`: the loosest setting
+    already reaches the target, so the time is an upper bound. `preparation` is the time of `prepare`, which the other
+    times exclude (see `preparations`). `machine` is the machine of the times.
 
     The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
@@ -228,8 +232,8 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
         for row in series:
             launches.setdefault(row["launch"], {})[row["setting"]] = row["seconds_median"]
             errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
-        # Slow settings are launched once: the errors are those of the launch with most settings, and a launch without
-        # times near the target is ignored.
+        # Slow settings are launched once: the errors are from the launch with most settings, and a launch without times
+        # near the target is ignored.
         sweep = errors[max(sorted(errors), key=lambda launch: len(errors[launch]))]
         held = credited(list(sweep.values()))
         runs = {row["launch"]: row["run"] for row in series}
@@ -252,10 +256,10 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
 def trust(reduced: pd.DataFrame) -> pd.DataFrame:
     """The reliability of each series: its best error, the attainable error, and achieved error over tolerance.
 
-    The attainable error is the larger of conditioning and floor. Achieved error over tolerance is that of every solution
-    with an error, the inaccurate and the diverged too, whose tolerance is above the attainable error: smaller ones cannot
-    be met. If the best error is a median over `turned_starts`
-    orientations, `error_low` and `error_high` are the range over these; else nan.
+    The attainable error is the larger of conditioning and floor. Achieved error over tolerance is taken over all
+    solutions with an error, also inaccurate and diverged ones, whose tolerance is above the attainable error, because
+    smaller ones cannot be met. If the best error is a median over `turned_starts` orientations, `error_low` and
+    `error_high` are its range, else nan.
     """
     rows = []
     spread = ("turned_starts", "error_low", "error_high")
@@ -285,7 +289,7 @@ def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
     """One row for each series: its statuses over the sweep, the first failure with its reason, and the best error.
 
     `verdict` is "ok" (every setting that ran), "partly" (some), or the most frequent status if no setting is ok.
-    `skipped` (a predicted time above the limit) and `interrupted` (ended from outside) are no failures of the
+    `skipped` (a predicted time above the limit) and `interrupted` (ended from outside) are not failures of the
     integrator, and count only if all settings ended so.
     """
     rows = []
@@ -306,9 +310,9 @@ def status_matrix(reduced: pd.DataFrame) -> pd.DataFrame:
 
 
 def not_run(matrix: pd.DataFrame, variants: Mapping[str, Iterable[str]]) -> pd.DataFrame:
-    """Rows like those of `status_matrix` for hard variants that were not run with an integrator that takes the case.
+    """Rows as in `status_matrix` for hard variants that were not run with an integrator that accepts the case.
 
-    `variants`: the hard variants of each case by name; those in `matrix` are added.
+    `variants`: the hard variants of each case by name; the variants in `matrix` are added.
     """
     ran = matrix[~matrix["verdict"].isin(NEVER_RAN)]
     takes = ran.drop_duplicates(["case", "library", "integrator_id"])
@@ -340,7 +344,7 @@ def _series(frame: pd.DataFrame, *columns: str) -> Iterator[tuple[tuple[str, ...
 
 
 def records(frame: pd.DataFrame, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
-    """The rows as dicts, of these columns or of all: as `to_dict("records")`, in a third of its time."""
+    """The rows as dicts, of these columns or of all: like `to_dict("records")`, in a third of its time."""
     names = [str(name) for name in columns or frame.columns]
     values = [frame[name].tolist() for name in columns or frame.columns]
     return (dict(zip(names, row, strict=True)) for row in zip(*values, strict=True))
@@ -373,7 +377,7 @@ def policies(reduced: pd.DataFrame) -> pd.DataFrame:
 
 
 def orders(reduced: pd.DataFrame) -> pd.DataFrame:
-    """Measured and declared order of every fixed-step series; nan if no four of its points lie on a line.
+    """Measured and declared order of every fixed-step series; nan without four points on a line.
 
     The order is fitted to the largest error over the samples, else to their root mean square, else to the error at the
     end, else to the largest over the first samples: if one of them passes through zero between two steps, another may

@@ -9,20 +9,20 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 LARGEST_ERROR = 1e-2
-"""Above this the error is not small, and its leading term does not dominate."""
+"""Above this an error is not small, and its leading term does not dominate."""
 
 ABOVE_FLOOR = 100.0
-"""Round-off changes an error this many times larger by 1 %, and the slope over four halvings by 0.005."""
+"""Least ratio of an error to round-off, which changes it by 1 % then, and the slope over four halvings by 0.005."""
 
 FEWEST, MOST = 4, 6
 """Minimum and maximum number of points of a fit: the finest in the range, where the leading term dominates most."""
 
 LARGEST_ON_A_LINE, ABOVE_FLOOR_ON_A_LINE = 5e-2, 20.0
-"""Wider bounds for `line`, whose points must agree: an error of 5e-2 with the slope of those below it is asymptotic.
+"""Wider bounds for `line`, whose points must agree: an error of 5e-2 on a line with smaller errors is asymptotic.
 Round-off changes an error 20 times larger by 5 %, and the slope over three halvings by 0.03."""
 
 STRAIGHT = 0.02
-"""A coarser point is added to the minimum number while it changes the slope by less than this."""
+"""A coarser point is added to the smallest number of points while it changes the slope by less than this."""
 
 
 def fit_order(
@@ -52,8 +52,8 @@ def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: 
     """The slope over the finest four successive steps on a line, and its margin from `mean_slope`.
 
     The steps are on a line if the slope between any two neighbours differs from their slope by at most `within`. Errors
-    are below 5e-2 and above 20 times `floor`. None without four such steps. The margin says how far the slope may still
-    be from the order.
+    are below 5e-2 and above 20 times `floor`. None without four such steps. The order may differ from the slope by the
+    margin.
     """
     points = [
         (math.log(step), math.log(error)) if ABOVE_FLOOR_ON_A_LINE * floor < error < LARGEST_ON_A_LINE else None
@@ -69,7 +69,7 @@ def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: 
 
 
 def mean_slope(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """The mean of the slopes between neighbouring points, and half of its 95 % interval from their spread (Student's t).
+    """The mean slope between neighbouring points, and half of its 95 % interval from the spread (Student's t).
 
     If the points scatter independently or follow a random walk, neighbouring slopes are uncorrelated or negatively
     correlated, and the interval is rather too wide. A line that bends has a wider interval.

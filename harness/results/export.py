@@ -9,7 +9,7 @@ from gnomon.harness.results.reading import load
 from gnomon.reference.storage import diskcache
 
 _FORMULA = re.compile(r"[=+\-@\t\r\n\uff1d\uff0b\uff0d\uff20]")
-"""What starts a formula in a spreadsheet."""
+"""The beginning of a formula in a spreadsheet."""
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
 
 

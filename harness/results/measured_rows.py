@@ -1,4 +1,4 @@
-"""Writes JSON files for the report. A study measures one row for each of its subjects, in a command of its own."""
+"""Writes JSON files for the report: a study has its own command, and measures one row for each of its subjects."""
 
 import argparse
 import json
@@ -17,7 +17,7 @@ def publish(
     description: str | None, measured: Callable[[Subject], dict[str, Any]], subjects: Sequence[Subject]
 ) -> None:
     """Measure all subjects on all cores, and write the rows to the file of the command `python -m MODULE --to FILE`."""
-    from gnomon.harness.contract import environment  # identifies the processor, which takes a tenth of a second
+    from gnomon.harness.registry import environment  # identifies the processor, which takes a tenth of a second
 
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--to", type=Path, required=True)

@@ -1,7 +1,7 @@
-"""Merges results files, as those of shards, into a new one; what was measured twice is refused, or counted as launches.
+"""Merges results files, such as shards, into a new one; trials measured twice are refused, or counted as launches.
 
-What is outstanding stays so: planned trials are copied with those that are measured, and an interrupted one as such unless
-another file has measured it.
+Outstanding trials stay outstanding: planned trials are copied with the measured ones, and an interrupted trial is
+copied unless another file has measured it.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness.contract.environment import VERSIONS
 from gnomon.harness.contract.status import Status
+from gnomon.harness.registry.environment import VERSIONS
 from gnomon.harness.results import opening, schema
 from gnomon.harness.results.outstanding import SHARD, Shards, shards, shards_text
 from gnomon.harness.results.reading import LAST_PLANNED, NOT_SUPERSEDED
@@ -26,22 +26,23 @@ KEYS = {
     "runs": "run", "environment": "run", "trials": "trial_key", "measurements": "measurement",
     "settings_changed": "measurement", "sampled_states": "measurement",
 }  # fmt: skip
-"""The tables that are copied, with the column that says which of their rows. `planned` is made anew."""
+"""The tables that are copied, with the column that selects their rows; `planned` is made anew."""
 _MEASURED = f"{NOT_SUPERSEDED} AND measurements.status != '{Status.INTERRUPTED.value}'"
-"""The measurements that may be there once: an interrupted trial was not measured."""
+"""The measurements that may exist once: an interrupted trial was not measured."""
 ROWS = 1000
 """Number of rows that are copied at a time."""
 
 Place = tuple[str, float | None, int]
-"""What is measured once: a series, a setting, a launch."""
+"""A series, a setting and a launch, which may be measured once."""
 
 
 def merge(sources: Sequence[Path], target: Path, count: bool = False, command: str = "gnomon merge") -> int:
-    """Write the measurements of all `sources` into the new file `target`; returns their number.
+    """Write the measurements of all `sources` into the new file `target`; return their number.
 
-    A trial that two files measured is refused; with `count` it is a further launch of the trial or, from another
-    machine, a trial of its own. Raises ValueError, which names the file, for that, for files of other versions or
-    sources, for a target that exists or cannot be written, and for what is no results file; nothing is written then.
+    A trial that two files measured is refused. With `count` it becomes a further launch of the trial or, from another
+    machine, a trial of its own. Raises ValueError, which names the file, for a refused trial, for files of other
+    versions or sources, for a target that exists or cannot be written, and for a file without results; nothing is
+    written then.
     """
     found = [opening.results_file(source) for source in sources]
     if target.exists():
@@ -66,7 +67,7 @@ def merge(sources: Sequence[Path], target: Path, count: bool = False, command: s
 
 @contextmanager
 def _writing(target: Path) -> Iterator[None]:
-    """Raises ValueError, which names the new file, where SQLite cannot write it: the disk may be full."""
+    """Raises ValueError, which names the new file, if SQLite cannot write it: the disk may be full."""
     try:
         yield
     except sqlite3.Error as error:
@@ -77,17 +78,17 @@ def _writing(target: Path) -> Iterator[None]:
 
 @dataclass
 class _Merged:
-    """The new file, with what is needed to compare the next one."""
+    """The new file, with the data to compare the next source with."""
 
     db: sqlite3.Connection
     target: Path
     count: bool
     versions: tuple[Path, dict[str, str | None]] | None = None
-    """Those of the first file."""
+    """The first file and its versions."""
     measured: dict[Place, dict[str, tuple[str, Path]]] = field(default_factory=dict)
-    """By machine, the key of each trial and the file that has it."""
+    """By place and machine, the key of each trial and the file that has it."""
     trials: dict[str, tuple[str, float | None]] = field(default_factory=dict)
-    """Series and setting by key."""
+    """Series and setting by key of a trial."""
     launches: dict[str, int] = field(default_factory=dict)
     """The number of launches of each trial so far."""
     suites: dict[str, None] = field(default_factory=dict)
@@ -95,7 +96,7 @@ class _Merged:
     unfinished: bool = False
 
     def add(self, path: Path, own: sqlite3.Connection) -> None:
-        """Copy what counts in a verified file."""
+        """Copy the rows that count in a verified file."""
         self._compare_versions(path, own)
         self._compare_keys(path, own)
         added = self._added(path, own)
@@ -121,7 +122,7 @@ class _Merged:
             self.shards.setdefault(plan, set()).update(places)
 
     def _compare_versions(self, path: Path, own: sqlite3.Connection) -> None:
-        """Raise ValueError if versions or sources of a run differ from those of the first file."""
+        """Raise ValueError if versions or sources of a run differ from the first file."""
         used = f"SELECT DISTINCT run FROM measurements WHERE {_MEASURED}"
         for (run,) in own.execute(used).fetchall():
             every = dict(own.execute("SELECT name, value FROM environment WHERE run = ?", (run,)))
@@ -136,7 +137,7 @@ class _Merged:
                     )
 
     def _compare_keys(self, path: Path, own: sqlite3.Connection) -> None:
-        """Raise ValueError if the key of a trial is that of another trial in a file before."""
+        """Raise ValueError if the key of a trial belongs to another trial in an earlier file."""
         query = f"SELECT trial_key, series, setting FROM trials WHERE trial_key IN ({LAST_PLANNED})"
         for key, series, setting in own.execute(query):
             if self.trials.setdefault(key, (series, setting)) != (series, setting):
@@ -144,7 +145,7 @@ class _Merged:
                 raise ValueError(f"{path}: {text}, has the key of another trial in another file; leave one out")
 
     def _added(self, path: Path, own: sqlite3.Connection) -> dict[str, int]:
-        """By trial, how many launches come before those of this file. Raises ValueError for what is measured twice."""
+        """By trial, the number of launches in earlier files. Raises ValueError for a trial that is measured twice."""
         before = dict(self.launches)
         query = (
             "SELECT series, setting, launch, machine, trial_key FROM measurements JOIN trials USING (trial_key)"
@@ -165,9 +166,9 @@ class _Merged:
         return before
 
     def end(self, command: str) -> int:
-        """Record the merging as the last run, which has planned all trials that were copied: none of them is superseded.
+        """Record the merging as the last run, which has planned all trials that were copied, so that they count.
 
-        Removes the interrupted ones that another file has measured; returns the number of measurements.
+        Remove interrupted trials that another file has measured; return the number of measurements.
         """
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         row = (now, None if self.unfinished else now, ", ".join(self.suites), command)
@@ -191,8 +192,10 @@ class _Merged:
 def _renumbered(
     rows: Iterable[Sequence[Any]], names: Sequence[str], runs: int, measurements: int, added: Mapping[str, int]
 ) -> Iterator[list[Any]]:
-    """The rows of a file with the numbers that follow those of the files before it. An interrupted launch keeps its number:
-    another file may have measured it."""
+    """The rows of a file with numbers that continue the numbers of the files before it.
+
+    An interrupted launch keeps its number, because another file may have measured it.
+    """
     places = {name: place for place, name in enumerate(names)}
     run, measurement, launch = (places.get(name) for name in ("run", "measurement", "launch"))
     for row in rows:

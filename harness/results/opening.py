@@ -1,8 +1,8 @@
 """Opens a results file to read it. The file may come from somebody else: all of it is verified before it is used.
 
-Only the tables and the index of `schema` may be in the file: a view in place of a table, a trigger or a generated column
-would execute SQL of its author. Then all pages are verified, and each row of the tables that are read: the row against
-its checksum, each value against the values that its column allows (`values`), each reference.
+Only the tables and the index of `schema` may be in the file: a view in place of a table, a trigger or a generated
+column would execute SQL of its author. Then all pages are verified, and each row of the tables that are read: the row
+against its checksum, each value against the values that its column allows (`values`), each reference.
 """
 
 import re
@@ -21,7 +21,7 @@ from gnomon.harness.results.visible import visible
 MOST_BYTES = 1 << 24
 """A row with a longer text or blob is refused: sampled states take some kilobytes."""
 CANNOT_OPEN, READ_ONLY = 14, 8
-"""SQLite's error codes for a file in WAL mode in a folder that cannot be written."""
+"""SQLite's error codes for a file in WAL mode in a folder without permission to write."""
 _NAMES_ANOTHER = bytes.fromhex("d9d505f920a163d7")
 """The last bytes of a rollback journal that names another file, which SQLite would delete after the rollback."""
 
@@ -30,7 +30,7 @@ _held: ContextVar[tuple[Path, sqlite3.Connection] | None] = ContextVar("_held", 
 
 
 def results_file(path: str | Path) -> Path:
-    """The results file itself, or the `results.sqlite` in a folder; raises ValueError if there is none."""
+    """The results file itself, or the `results.sqlite` in a folder; raises ValueError without one."""
     path = Path(path)
     found = path / "results.sqlite" if path.is_dir() else path
     if not found.is_file():
@@ -44,8 +44,8 @@ def results_file(path: str | Path) -> Path:
 def reading(path: str | Path, tables: Iterable[str]) -> Iterator[sqlite3.Connection]:
     """A connection that reads one state of a results file, after its `tables` are verified.
 
-    Raises ValueError, which names the file and, for damage, the table and the row. Works in a folder that cannot be
-    written too.
+    Raises ValueError, which names the file and, for damage, the table and the row. Works also in a folder without
+    permission to write.
     """
     found, held = results_file(path), _held.get()
     if held is not None and held[0] == found.resolve():
@@ -70,7 +70,7 @@ def reading(path: str | Path, tables: Iterable[str]) -> Iterator[sqlite3.Connect
 
 @contextmanager
 def one_state(path: str | Path) -> Iterator[None]:
-    """In this context all readings of a results file are of one state, which is verified once."""
+    """In this context all readings of a results file see one state, which is verified once."""
     with reading(path, schema.TABLES) as db:
         token = _held.set((results_file(path).resolve(), db))
         try:
@@ -82,7 +82,7 @@ def one_state(path: str | Path) -> Iterator[None]:
 def verify(db: sqlite3.Connection, tables: Iterable[str]) -> None:
     """Raise Damaged, which names the place, unless the file has the structure of `schema` and its tables are sound."""
     _verify_structure(db)
-    # For the whole file: where a table's first page was replaced by another, only the list of unused pages shows it.
+    # For the whole file: if a table's first page was replaced by another, only the list of unused pages shows it.
     ((found,),) = db.execute("PRAGMA integrity_check(1)")
     if found != "ok":
         raise Damaged(" ".join(visible(found, lines=True).replace("*** in database main ***", "").split()))
@@ -100,7 +100,7 @@ def verify(db: sqlite3.Connection, tables: Iterable[str]) -> None:
 def recover(path: Path) -> None:
     """Roll back a first write that was interrupted, if there is one, so that the file can be used again.
 
-    Raises ValueError for a journal that names another file: gnomon writes none, and SQLite would delete that file.
+    Raises ValueError for a journal that names another file: gnomon never writes one, and SQLite would delete that file.
     """
     journal = path.with_name(path.name + "-journal")
     if not journal.is_file() or journal.stat().st_size == 0 or not path.is_file():

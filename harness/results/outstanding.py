@@ -1,4 +1,4 @@
-"""What is outstanding in a results file: planned, and without a measurement because it was interrupted or is not run yet."""
+"""Finds outstanding trials of a results file: planned, but without a measurement, as interrupted or not run yet."""
 
 import re
 import sqlite3
@@ -13,9 +13,9 @@ from gnomon.harness.results.reading import LAST_PLANNED
 from gnomon.harness.results.visible import visible
 
 SHARD = "shard"
-"""The name under which the environment of a run has its shards, as `shard_text` writes them; a run of a whole plan has none."""
+"""The name of a run's shards in its environment, as `shard_text` writes them; a run of a whole plan lacks it."""
 SHOWN = 3
-"""The most shards of a plan, and plans, that are named."""
+"""Largest number of shards of a plan, and of plans, that are named."""
 _SCORED = ", ".join(repr(status.value) for status in SCORED)
 _PLANNED = f"""
 WITH latest AS (SELECT trial_key, launch, status, max(measurement) FROM measurements GROUP BY trial_key, launch),
@@ -32,7 +32,7 @@ settings AS (
 SELECT "case", library, count(*), sum(measured), sum(interrupted) FROM settings
 GROUP BY "case", library ORDER BY min(place)
 """
-"""Later launches repeat what the first one scored: those of other trials are not outstanding."""
+"""Later launches repeat trials that the first launch scored: missing launches of other trials are not outstanding."""
 _SHARDS = f"""
 WITH whole AS (SELECT run FROM runs WHERE run NOT IN (SELECT run FROM environment WHERE name = '{SHARD}'))
 SELECT value FROM environment AS own WHERE name = '{SHARD}' AND (
@@ -40,16 +40,15 @@ SELECT value FROM environment AS own WHERE name = '{SHARD}' AND (
     OR EXISTS (SELECT series FROM planned WHERE planned.run = own.run
         EXCEPT SELECT series FROM planned WHERE planned.run > own.run AND planned.run IN whole))
 """
-"""The shards of all runs, without those whose series a later run of a whole plan has planned too."""
+"""The shards of all runs, except those whose series a later run of a whole plan has also planned."""
 _TEXT = re.compile(r"([0-9]{1,7})/([0-9]{1,7}) of ([0-9a-f]{8})")
 
 Shards = dict[tuple[str, int], set[int]]
-"""By plan and number of its shards, those that were run."""
+"""The shards that were run, by plan and number of its shards."""
 
 
 class Planned(NamedTuple):
-    """The planned trials of one case and library: how many, how many of them are measured, and how many launches of these
-    were interrupted."""
+    """The planned trials of one case and library: the numbers of all, of measured ones, and of interrupted launches."""
 
     case: str
     library: str
@@ -60,14 +59,14 @@ class Planned(NamedTuple):
 
 @dataclass(frozen=True)
 class Outstanding:
-    """What is outstanding in a file."""
+    """The outstanding trials, shards and launches of a file."""
 
     planned: list[Planned]
     """In the order of the plan."""
     shards: list[str]
-    """A clause for each plan of which shards are missing."""
+    """A clause about the missing shards of each plan."""
     ended: bool
-    """Whether its last run has ended."""
+    """Whether the last run of the file has ended."""
 
     @property
     def trials(self) -> int:
@@ -75,7 +74,7 @@ class Outstanding:
 
     @property
     def others(self) -> list[str]:
-        """What else is outstanding, a clause each: shards, and repeated launches."""
+        """Outstanding shards and repeated launches, a clause each."""
         launches, found = sum(one.interrupted for one in self.planned), list(self.shards)
         if launches:
             found.append(f"{launches} repeated launches were interrupted")
@@ -85,16 +84,17 @@ class Outstanding:
 
     @property
     def text(self) -> str:
-        """All that is outstanding, in words; empty if nothing is."""
+        """All that is outstanding, in words; empty without anything."""
         planned = sum(one.trials for one in self.planned)
         trials = [f"{self.trials} of {planned} planned trials have no measurement"] if self.trials else []
         return "; ".join([*self.others, *trials])
 
 
 def outstanding(path: str | Path) -> Outstanding:
-    """What is outstanding in a results file; raises ValueError as `load` does.
+    """The outstanding trials, shards and launches of a results file. Raises ValueError as `load` does.
 
-    Of a series the last plan counts. A trial that is planned on several machines is measured if one of them measured it.
+    The last plan of a series counts. A trial that is planned on several machines is measured if one of them measured
+    it.
     """
     with opening.reading(path, ["runs", "environment", "trials", "planned", "measurements"]) as db:
         rows = [Planned(visible(case), visible(library), *counts) for case, library, *counts in db.execute(_PLANNED)]
@@ -103,7 +103,7 @@ def outstanding(path: str | Path) -> Outstanding:
 
 
 def shard_text(place: int, count: int, plan: str) -> str:
-    """A shard as the environment of a run has it; `plan` is 8 hexadecimal digits."""
+    """A shard in the form of a run's environment; `plan` is 8 hexadecimal digits."""
     return f"{place}/{count} of {plan}"
 
 
@@ -117,12 +117,12 @@ def shards(db: sqlite3.Connection) -> Shards:
 
 
 def shards_text(found: Shards) -> str:
-    """Shards of several files as the environment of the merged file has them."""
+    """Shards of several files in the form of the merged file's environment."""
     return ", ".join(shard_text(place, count, plan) for (plan, count), own in found.items() for place in sorted(own))
 
 
 def _missing(found: Shards) -> list[str]:
-    """A clause for each plan of which shards are missing; those after the first SHOWN are counted."""
+    """A clause about the missing shards of each plan; plans after the first SHOWN are counted."""
     clauses = []
     for (plan, count), own in found.items():
         number = count - sum(1 <= place <= count for place in own)

@@ -1,7 +1,7 @@
-"""Performance profiles: on what share of the problems a method, or a library's best one, is within a factor of the fastest.
+"""Performance profiles: the share of problems on which a method, or a library's best, is close to the fastest.
 
-After Dolan and Moré, Mathematical Programming 91, 201 (2002). What fails, takes too long or does not accept a problem is
-never left out: its time is infinite, so that it lowers the profile at every factor.
+After Dolan and Moré, Mathematical Programming 91, 201 (2002). A method that fails, takes too long or does not accept a
+problem is never left out: its time is infinite, so that it lowers the profile at every factor.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ from gnomon.harness.contract.status import Status
 DRAWS = 1000
 SEED = 20260101
 LEVEL = 0.95
-"""Bands hold pointwise at this level: over bootstrap samples of the cases, whose variants stay together."""
+"""Bands hold pointwise at this level, over bootstrap samples of the cases, whose variants stay together."""
 LARGEST_DIGITS = 16.0
 THIRD_PARTY = "best third-party"
 OURS = "gnomon"
@@ -33,17 +33,22 @@ class Profile:
 
 
 def times(equal: pd.DataFrame, target: float) -> pd.DataFrame:
-    """Seconds at an error: a row for each default case that some method brings to it, a column for each integrator; inf
-    where it does not reach the error. Those that are tied take the least time. `equal`: `rankings.ranked`."""
+    """Seconds at an error: a row for each default case that some method brings to it, a column for each integrator.
+
+    The time is inf if an integrator does not reach the error. Tied integrators take the least time. `equal`:
+    `rankings.ranked`.
+    """
     own = equal[(equal["target"] == target) & (equal["variant"] == "") & (equal["formulation"] == "")]
     own = own.assign(seconds=own["seconds"].where(~own["tied"], own["seconds"] / own["ratio"]))
     return own.pivot(index="case", columns="integrator_id", values="seconds").fillna(np.inf)
 
 
 def digits(reduced: pd.DataFrame) -> pd.DataFrame:
-    """Decimal digits that each integrator reaches at its best setting on each hard variant: a row for each (case,
-    variant) that was run, a column for each integrator; 0 where it has no setting with status ok. `reduced`:
-    `analysis.settings`."""
+    """Decimal digits that each integrator reaches at its best setting on each hard variant; 0 without an ok setting.
+
+    The table has a row for each (case, variant) that was run, a column for each integrator. `reduced`:
+    `analysis.settings`.
+    """
     hard = reduced[(reduced["variant"] != "") & (reduced["formulation"] == "")]
     good = hard["error_max"].where(hard["status"] == Status.OK)
     reached = (-np.log10(good.clip(lower=10**-LARGEST_DIGITS))).clip(lower=0.0).fillna(0.0)
@@ -62,14 +67,14 @@ def by_library(table: pd.DataFrame, library: Callable[[str], str], best: str = "
 
 
 def ratios(table: pd.DataFrame) -> pd.DataFrame:
-    """Times over the least of their row; rows that nothing solves are left out."""
+    """Times over the least of their row; rows that no method solves are left out."""
     least = table.min(axis=1)
     solved = np.isfinite(least)
     return table[solved].div(least[solved], axis=0)
 
 
 def profiles(values: pd.DataFrame, points: Sequence[float], above: bool = False) -> list[Profile]:
-    """For each column the share of rows with a value up to each of `points`, or with `above` at least it."""
+    """For each column the share of rows with a value of at most each of `points`, or with `above` of at least it."""
     codes, names = pd.factorize(values.index.get_level_values(0))
     held = np.stack([values.to_numpy() >= x if above else values.to_numpy() <= x for x in points])  # (points, rows, n)
     sums = np.stack([held[:, codes == case].sum(axis=1) for case in range(len(names))], axis=1)  # (points, cases, n)

@@ -1,7 +1,8 @@
-"""Which integrator is the fastest: rows of `analysis.equal_error`, ranked where the launches separate them.
+"""The fastest integrators: rows of `analysis.equal_error`, ranked if the launches separate them.
 
-A cell is a problem at one error. In each, the integrator with the least time is compared with every other; a claim is that
-it is faster. Chance can make any contender the one with the least time, so that a p value is multiplied by their number.
+A cell is a problem at one error. In each cell, the integrator with the least time is compared with every other one; a
+claim says that it is faster. By chance any contender can have the least time, so that a p value is multiplied by their
+number.
 """
 
 import math
@@ -19,31 +20,31 @@ from gnomon.harness.results.separation import discoveries, paired, signs
 MOST = 1e3
 """The largest ratio of a performance profile."""
 CONTENDER = 2.0
-"""An integrator whose time is within this factor of the least is a contender: as far apart as single launches of one
-program may be."""
+"""Largest ratio to the least time for a contender: single launches of one program may be as far apart."""
 LARGEST_NULL = 0.1
 """The largest share of the null call in the time of a contender with which a cell is ranked."""
 MOST_LAUNCHES = 10
-"""The launches after which an undecided pair is a tie."""
+"""Number of launches after which an undecided pair is a tie."""
 
 EXACT = 1e-12
-"""An error at the loosest setting of a sweep at most this, or CONDITIONED times the conditioning, is round-off: the method is
-exact there by construction, as Kepler's orbits are for one that moves bodies on them."""
+"""An error at the loosest setting of at most this, or CONDITIONED times the conditioning, is round-off. The method is
+then exact by construction, as on Kepler's orbits a method that moves bodies on them."""
 FEWEST = 5
-"""Cases on which a statement about integrators rests at least: variants of one are not independent."""
+"""Smallest number of cases for a statement about integrators, as variants of one case are not independent."""
 SOLVED, CONDITIONED = 1e-6, 1e3
-"""A setting solves a hard variant if its error is at most SOLVED, or CONDITIONED times the conditioning if that is larger."""
+"""A setting solves a hard variant if its error is at most SOLVED, or CONDITIONED times a larger conditioning."""
 
 RANKED, ONE_LAUNCH, TOO_SHORT, ALONE = "ranked", "not separated", "too short to rank", "one integrator"
-"""What a cell is: those are ranked that several launches timed, on a span that is long enough; one launch separates nothing,
-and where one integrator reaches the error there is nothing to separate."""
+"""Kinds of cells. A ranked cell has several integrators, timed in several launches on a span that is long enough: one
+launch cannot separate integrators."""
 
 
 def ranked(equal: pd.DataFrame) -> pd.DataFrame:
-    """The rows with `ratio`, of the time to the least of its cell; `cell`, what the cell is; `slower`, whether the launches
-    separate it from the one with the least time; `tied`, and how many of its cell are (`leaders`).
+    """The rows with the columns `ratio`, `cell`, `slower`, `tied` and `leaders`.
 
-    In a ranked cell, those are tied that are not separated; in another cell the contenders, of which none is ranked.
+    `ratio`: the time over the least of the cell. `cell`: the kind of the cell. `slower`: whether the launches separate
+    the integrator from the one with the least time. `tied`: in a ranked cell, whether it is not separated; in another
+    cell, whether it is a contender. `leaders`: the number of tied integrators of the cell.
     """
     least = equal.groupby([*PROBLEM, "target"])["seconds"].transform("min")
     table = equal.assign(ratio=equal["seconds"] / least, cell=ONE_LAUNCH).reset_index(drop=True)
@@ -75,7 +76,7 @@ def _cell(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _values(rows: Sequence[Mapping[str, Any]]) -> list[float]:
-    """The p value of each row's claim that the one with the least time is faster."""
+    """The p value of each row's claim that the integrator with the least time is faster."""
     first = min(rows, key=lambda row: row["ratio"])["times"]
     chosen = max(sum(row["ratio"] < CONTENDER for row in rows) - 1, 1)
     found = []
@@ -86,8 +87,10 @@ def _values(rows: Sequence[Mapping[str, Any]]) -> list[float]:
 
 
 def undecided(table: pd.DataFrame) -> list[tuple[str, str, str, float, str, str]]:
-    """Pairs to which further launches may go: case, variant, formulation, error, and two integrators of which the first has
-    the least time and the second is a contender, not separated from it in fewer than MOST_LAUNCHES. `table`: `ranked`."""
+    """Pairs for further launches: case, variant, formulation, error, the integrator with the least time, a contender.
+
+    The contender is not separated in fewer than MOST_LAUNCHES. `table`: `ranked`.
+    """
     found = []
     for key, rows in table[table["cell"] != TOO_SHORT].groupby([*PROBLEM, "target"]):
         first = rows.loc[rows["ratio"].idxmin()]
@@ -108,15 +111,16 @@ def third_party(equal: pd.DataFrame) -> pd.DataFrame:
 
 
 def drawn(table: pd.DataFrame) -> pd.Series:
-    """The ratios as figures and medians take them: ties are equal."""
+    """The ratios for figures and medians, in which ties are equal."""
     return table["ratio"].where(~table["tied"], 1.0)
 
 
 def standings(rows: pd.DataFrame) -> pd.DataFrame:
-    """By integrator, of rows at one error: ranked cells in which it `leads` alone, is `tied` for the fastest, and how many
-    `ranked` cells it reaches; cells `reached`, and the median `ratio` over these; sorted by these, then by name.
+    """Counts of cells by integrator, from rows at one error, sorted by these counts, then by name.
 
-    These are counts of separated cells, and no ranking of the integrators.
+    `leads`: ranked cells in which it is the fastest alone. `tied`: ranked cells in which it is tied for the fastest.
+    `ranked`: ranked cells that it reaches. `reached`: all cells that it reaches, with the median `ratio` over these.
+    These are counts of separated cells, and do not rank the integrators.
     """
     ranked_, alone = rows["cell"] == RANKED, rows["leaders"] == 1
     first = ranked_ & rows["tied"]
@@ -139,9 +143,10 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 class Foremost(NamedTuple):
-    """Who holds on most problems: `counts` has by integrator `held` and the problems `known` of it, the largest share first.
+    """The integrators that hold on most problems.
 
-    `first` are the integrator with the largest share and those that are not separated from it.
+    `counts`: by integrator `held` and the number of problems `known` of it, the largest share first. `first`: the
+    integrator with the largest share, and the ones that are not separated from it.
     """
 
     counts: pd.DataFrame
@@ -149,11 +154,11 @@ class Foremost(NamedTuple):
 
 
 def foremost(tables: Mapping[Key, pd.DataFrame]) -> dict[Key, Foremost]:
-    """For each table, of problems by integrators with 1 (it holds), 0 (not) or nan (not known), who holds most often.
+    """The integrators that hold most often in each table, of problems by integrators with 1 (holds), 0 (not) or nan.
 
-    The one with the largest share is compared with every other by the sign test over the problems known of both. The false
-    discovery rate is that of all tables together; a p value is multiplied by the number of others, any of which could have
-    been the first by chance. Integrators of which fewer than half of the problems are known are left out.
+    The integrator with the largest share is compared with every other one by the sign test over the problems known of
+    both. One false discovery rate covers all tables. A p value is multiplied by the number of others, any of which
+    could have been the first by chance. Integrators are left out if fewer than half of the problems are known of them.
     """
     counts, claims = {}, []
     for key, table in tables.items():
@@ -171,15 +176,18 @@ def foremost(tables: Mapping[Key, pd.DataFrame]) -> dict[Key, Foremost]:
 
 
 def leading(rows: pd.DataFrame) -> pd.DataFrame:
-    """For `foremost`: a row for each ranked cell, with 1 for the integrators that are tied for the fastest there."""
+    """A table for `foremost`: a row for each ranked cell, with 1 for the integrators tied for the fastest there."""
     found = rows[rows["cell"] == RANKED]
     cells = found.assign(first=found["tied"].astype(float))
     return cells.pivot_table("first", [*PROBLEM, "target"], "integrator_id", dropna=False).fillna(0.0)
 
 
 def telling(table: pd.DataFrame, known: AbstractSet[tuple[str, str]]) -> pd.DataFrame:
-    """A table for `foremost` where what is `known` to be exact by construction counts as unknown, without problems on which
-    nothing else holds; empty if it has fewer than `FEWEST` cases."""
+    """A table for `foremost` without trivial answers; empty if it has fewer than `FEWEST` cases.
+
+    Pairs in `known`, which are exact by construction, count as unknown. Problems on which no other integrator holds are
+    left out.
+    """
     cases = table.index.get_level_values("case")
     held = (table == 1).any(axis=1)
     table = table.mask(pd.DataFrame({name: [(case, name) in known for case in cases] for name in table}, table.index))
@@ -188,7 +196,7 @@ def telling(table: pd.DataFrame, known: AbstractSet[tuple[str, str]]) -> pd.Data
 
 
 def exact(reduced: pd.DataFrame) -> set[tuple[str, str]]:
-    """The pairs of case and integrator of which the loosest setting has an error of round-off on the default variant."""
+    """The pairs of case and integrator whose loosest setting has an error of round-off on the default variant."""
     columns = ["case", "integrator_id", "setting", "conditioning", "status", "error_max"]
     default = own(reduced)[columns].sort_values("setting").groupby(["case", "integrator_id"]).tail(1)
     enough = np.maximum(EXACT, CONDITIONED * default["conditioning"].fillna(0.0))
@@ -197,10 +205,10 @@ def exact(reduced: pd.DataFrame) -> set[tuple[str, str]]:
 
 
 def solved(reduced: pd.DataFrame) -> pd.DataFrame:
-    """For `foremost`: a row for each hard variant that was run (case, variant), with 1 for the integrators that solve it.
+    """A table for `foremost`: a row for each hard variant that was run (case, variant), with 1 for its solvers.
 
-    nan where that is not known: where an integrator was not run, or the settings that it was run with do not solve the
-    variant and others were left out. `reduced`: `analysis.settings`.
+    An entry is nan if an integrator was not run, or if its settings do not solve the variant and others were left out.
+    `reduced`: `analysis.settings`.
     """
     hard = reduced[(reduced["variant"] != "") & (reduced["formulation"] == "") & ~reduced["status"].isin(NEVER_RAN)]
     enough = np.maximum(SOLVED, CONDITIONED * hard["conditioning"].fillna(0.0))

@@ -23,7 +23,7 @@ TEXTS = {"suite", "settings_changed"} | {
     for name, kind in schema.TABLES[table].items()
     if kind.startswith("TEXT")
 }
-"""The columns of texts of a frame."""
+"""The columns of a frame that hold texts."""
 ROWS = 1000
 """The number of rows that are read at a time."""
 
@@ -37,7 +37,7 @@ WHERE {condition} ORDER BY trials.rowid, measurements.launch, measurements.measu
 LAST_PLANNED = (
     "SELECT trial_key FROM planned WHERE (series, run) IN (SELECT series, max(run) FROM planned GROUP BY series)"
 )
-"""The trials that count: of a series those that were planned last."""
+"""The trials that count: the last planned ones of a series."""
 NOT_SUPERSEDED = f"""
 measurements.trial_key IN ({LAST_PLANNED})
 AND measurements.measurement IN (SELECT max(measurement) FROM measurements GROUP BY trial_key, launch)
@@ -46,12 +46,25 @@ AND measurements.measurement IN (SELECT max(measurement) FROM measurements GROUP
 
 
 def load(path: str | Path, superseded: bool = False) -> Any:
-    """A pandas DataFrame with one row for each measurement: the columns of its trial, then its own.
+    r"""Load the measurements of a results file.
 
-    Measurements that a later run in the same file replaced (edited source, other settings) are left out unless
-    `superseded`. `path` is a results file or a folder that holds `results.sqlite`. Columns that a file of an older
-    schema lacks are null. Characters that would control a terminal are escaped, as \\x1b. Raises ValueError if `path` is
-    neither, and for a damaged file.
+    Parameters
+    ----------
+    path : str or Path
+        A results file, or a folder that holds ``results.sqlite``.
+    superseded : bool
+        Whether to include measurements that a later run in the file replaced (edited source, other settings).
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each measurement: the columns of its trial, then its own. Columns that a file of an older schema
+        lacks are null. Characters that would control a terminal are escaped, as \x1b.
+
+    Raises
+    ------
+    ValueError
+        If there is no results file at `path`, or it is damaged.
     """
     import pandas  # slow to load: the command line starts without it
 
@@ -64,7 +77,7 @@ def load(path: str | Path, superseded: bool = False) -> Any:
 
 
 def _columns(cursor: sqlite3.Cursor) -> dict[str, Any]:
-    """The columns of a query by name. Texts are visible, and equal ones are one object, since many rows repeat them."""
+    """The columns of a query by name. Texts are visible; equal texts are one object, since many rows repeat them."""
     import pandas
 
     names = [column[0] for column in cursor.description]  # trial_key comes from both tables
@@ -83,7 +96,7 @@ def _columns(cursor: sqlite3.Cursor) -> dict[str, Any]:
 
 
 def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[int, Floats]:
-    """Sampled states (64, dim) by measurement number, in the coordinates of the case; all of them for None.
+    """Sampled states (64, dim) by measurement number, in the coordinates of the case; for None of all measurements.
 
     Raises ValueError as `load` does.
     """

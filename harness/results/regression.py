@@ -1,6 +1,7 @@
 """The regression check: whether a run is worse than a base run, for continuous integration.
 
-Every setting that the base measured is compared, or counted as not compared. What is not compared does not pass.
+Every setting that the base measured is compared, or counted as not compared. A setting that is not compared does not
+pass.
 """
 
 import math
@@ -22,7 +23,7 @@ NUMBERS = [
 ]  # fmt: skip
 ERROR_FACTOR = 2.0
 """A series is worse if the median ratio of errors at equal settings is above this. Differences of libm and FMA in the
-last bits change single errors of adaptive methods by more, the median hardly."""
+last bits change single errors of adaptive methods by more, but hardly the median."""
 SINGLE_FACTOR = 30.0
 """A single setting is worse above this ratio of errors: switching off FMA changed one error from .0016 to .046."""
 CALLS_FACTOR = 1.1
@@ -33,7 +34,7 @@ NEAR_LIMIT = 1 / 3
 """A setting that took more than this share of the time limit in the base may pass the limit on a slower machine."""
 RANK = {status: rank for rank, status in enumerate(SCORED)}
 ANSWERED = (*SCORED, Status.REFUSED, Status.CRASHED, Status.OUT_OF_MEMORY)
-"""The statuses that the integrator determines; the clock, the machine or the plan determine the others."""
+"""The statuses that the integrator determines; the others depend on the clock, the machine or the plan."""
 
 Row = Mapping[str, Any]
 """The TEXTS and NUMBERS of a measurement; numbers that are null are nan."""
@@ -41,25 +42,25 @@ Row = Mapping[str, Any]
 
 @dataclass
 class Verdict:
-    """What is worse in the run, how much was compared, and notes for information."""
+    """The result of a regression check: regressions, the amount that was compared, and notes for information."""
 
     compared: int = 0
-    """Number of series of which at least one setting was compared."""
+    """Number of series with at least one setting compared."""
     settings: int = 0
     regressions: list[str] = field(default_factory=list)
     not_compared: Counter[str] = field(default_factory=Counter)
     """Number of settings of the base that were not compared, by reason."""
     allowed: int = 0
-    """Number of these that may be missing in the run."""
+    """Number of these settings that may be missing in the run."""
     notes: list[str] = field(default_factory=list)
 
     @property
     def failed(self) -> bool:
-        """Whether anything is worse, or is not compared and may not be missing."""
+        """Whether anything is worse, or a setting is not compared that must not be missing."""
         return bool(self.regressions) or self.not_compared.total() > self.allowed
 
     def summary(self) -> list[str]:
-        """How many settings were not compared, by reason, and how many were: one or two lines."""
+        """The numbers of settings that were not compared, by reason, and that were compared: one or two lines."""
         reasons_ = f"{self.not_compared.total()} settings of the base not compared: {reasons(self.not_compared)}"
         counts = f"{self.compared} series compared at {self.settings} settings, {len(self.regressions)} regressions"
         return [reasons_, counts] if self.not_compared else [counts]
@@ -68,8 +69,8 @@ class Verdict:
 def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
     """Compare two frames of `gnomon.harness.load`, series by series, at the settings that both have.
 
-    A series that the run lacks is a regression unless `allow_missing`, which also lets settings pass that have no result
-    in the run. A series of which no setting can be compared is a regression. Raises ValueError if no setting of any
+    A series that the run lacks is a regression unless `allow_missing`, which also lets settings pass that have no
+    result in the run. A series without a comparable setting is a regression. Raises ValueError if no setting of any
     series can be compared.
     """
     verdict = Verdict()
@@ -99,7 +100,7 @@ def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
 
 
 def _count_lacked(base: Any, run: Any, verdict: Verdict) -> None:
-    """Count as compared what neither of the two can run on its machine: these rows are equal."""
+    """Count trials that cannot run on either machine as compared: these rows are equal."""
     place = [*SERIES, "setting"]
     before, after = (
         frame.loc[(frame["launch"] == 1) & frame["status"].isin(CANNOT_RUN), place]
@@ -159,7 +160,7 @@ def _any_ok(rows: Sequence[Row]) -> bool:
 
 
 def _paired(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row, Row | None]]:
-    """Each row of the base with that of the run at its setting: of several, the one from the base's machine or the first."""
+    """Each row of the base with the run's row at its setting: of several, from the base's machine, or the first."""
     at: dict[Any, Row] = {}
     for row in reversed(after):
         at[_setting(row)] = at[_setting(row), row["machine"]] = row
@@ -171,7 +172,7 @@ def _setting(row: Row) -> float | None:
 
 
 def _lacking(before: Row, after: Row | None, hangs: bool) -> str | None:
-    """Why the run has no result at a setting of the base; None if it has one, or if it should have one and hangs."""
+    """Why the run has no result at a setting of the base; None if it has one, or if it hangs and should have one."""
     if after is None:
         return "the run has no such setting"
     status = after["status"]
@@ -217,7 +218,7 @@ def _statuses(name: str, both: Sequence[tuple[Row, Row]], verdict: Verdict) -> N
 def _numbers(name: str, sound: Sequence[tuple[Row, Row]], verdict: Verdict) -> None:
     """Compare errors, right-hand sides, order and time at the settings that are ok in both runs.
 
-    Of the attainable errors of the two, the smaller one counts: a bound that is too large in one of them hides no error.
+    The smaller one of the two attainable errors counts, so that a bound that is too large hides no error.
     """
     if not sound:
         return
@@ -253,9 +254,9 @@ def _ratio(after: float, before: float) -> float:
 
 
 def _order(settings: Sequence[float], errors: Sequence[float], attainable: Sequence[float]) -> float:
-    """The slope of log error over log step where errors are well above the attainable one; nan below 4 points.
+    """The slope of log error over log step where errors are well above the attainable error; nan below 4 points.
 
-    An order that one of the two lacks hides nothing: the errors themselves are compared at every setting.
+    A missing order hides nothing: the errors themselves are compared at every setting.
     """
     rows = zip(settings, errors, attainable, strict=True)
     used = [(setting, error) for setting, error, least in rows if 30 * least < error < 1e-2]

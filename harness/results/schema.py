@@ -15,18 +15,18 @@ APPLICATION_ID = 0x676E6F6D  # "gnom": distinguishes results files from other SQ
 
 _FOUND = declared("results", "schema.toml")
 TABLES: dict[str, dict[str, str]] = _FOUND["tables"]
-"""The columns of every table, without the `checksum` that each has too; schema.toml explains them."""
+"""The columns of every table without its `checksum`; schema.toml explains them."""
 TRIAL_COLUMNS, MEASUREMENT_COLUMNS = TABLES["trials"], TABLES["measurements"]
 TIMES = tuple(name for name in MEASUREMENT_COLUMNS if "seconds" in name and name != "limit_seconds")
 """The columns of measured times, which are compared on one machine only."""
 TIMING_SPAN = " timing span x"
-"""What follows "default" in the variant of a series whose span is lengthened for timing, before the factor."""
+"""Text after "default", before the factor, in the variant of a series whose span is lengthened for timing."""
 SINCE: dict[int, dict[str, list[str]]] = {int(version): tables for version, tables in _FOUND["since"].items()}
-"""By schema, the columns that older ones lack, apart from the checksums, which are new in schema 2."""
+"""By schema, the columns that older schemas lack, apart from the checksums, which are new in schema 2."""
 _PRIMARY_KEYS: dict[str, str] = _FOUND["primary_keys"]
 _HEAD, _NUMBER = struct.Struct("<cq"), struct.Struct("<cqd")
 _NOTHING = _HEAD.pack(b"n", 0)
-"""What a checksum takes of a value: its type, the length of its content, the content; of null."""
+"""The bytes of null in a checksum. Of each value it takes the type, the length of the content, and the content."""
 
 
 class Damaged(Exception):  # noqa: N818 (it names what a file is)
@@ -49,7 +49,7 @@ def made(version: int = SCHEMA_VERSION) -> Iterator[tuple[str, str, str]]:
     """The structure of a file of this version: kind, name and SQL of its tables and its index."""
     for table in TABLES:
         kinds = [f'"{name}" {TABLES[table][name]}' for name in columns(table, version)]
-        if version > 1:  # a migration appends columns: those of schema 3 come after the checksum
+        if version > 1:  # a migration appends columns: the new ones of schema 3 come after the checksum
             kinds.insert(len(columns(table, min(version, 2))), "checksum INTEGER")
         kinds += [f"PRIMARY KEY ({_PRIMARY_KEYS[table]})"] if table in _PRIMARY_KEYS else []
         yield "table", table, f"CREATE TABLE {table} ({', '.join(kinds)})"
@@ -84,7 +84,7 @@ def version(db: sqlite3.Connection) -> int:
 
 
 def selected(table: str, version: int) -> str:
-    """The columns of a table as a list for SELECT; null for those that a file of this `version` lacks."""
+    """The columns of a table as a list for SELECT; null for columns that a file of this `version` lacks."""
     known = columns(table, version)
     return ", ".join(f'{table}."{name}"' if name in known else f"NULL AS {name}" for name in TABLES[table])
 
@@ -133,7 +133,7 @@ def _row_checksum(*values: object) -> int:
 
 @lru_cache(2048)
 def _repeated(value: object) -> bytes:
-    """The piece of a text or an integer, of which rows repeat many."""
+    """The bytes of a text or an integer in a checksum, kept because many rows repeat them."""
     if isinstance(value, int):
         return _piece(b"i", b"%d" % value)
     return _piece(b"t", str(value).encode("utf-8", "surrogatepass"))

@@ -1,9 +1,10 @@
 """Whether measurements separate two integrators: tests of pairs, and the false discovery rate over all claims.
 
 Calls within a launch are not independent: a launch gives one value. Times of a pair are compared by the t test of their
-logarithms' differences, launch by launch. Simulated on the scatter that was measured (two launches of one setting within
-1.2 times of each other in half of all pairs, within 1.8 in 90 %), it separates identical methods in less than 5 % of trials,
-and methods a factor of 1.5 apart with ten launches in more than 80 %. The signed-rank test cannot reach 5 % with five.
+logarithms' differences, launch by launch. Simulated with the measured scatter (two launches of one setting within 1.2
+times of each other in half of all pairs, within 1.8 in 90 %), the test separates identical methods in less than 5 % of
+trials, and methods a factor of 1.5 apart with ten launches in more than 80 %. The signed-rank test cannot reach 5 %
+with five launches.
 """
 
 from collections.abc import Sequence
@@ -15,8 +16,8 @@ from scipy.special import bdtr, stdtr
 RATE = 0.05
 """The false discovery rate over the claims that are tested together."""
 LEAST_SCATTER = 0.1
-"""Minimum standard deviation of a pair's difference of logarithms, in the t test: launches of one program run in modes some
-10 % apart, and by chance few launches show one mode alone."""
+"""Minimum standard deviation of a pair's difference of logarithms, in the t test: launches of one program run in modes
+some 10 % apart, and a few launches may show one mode alone."""
 
 
 def paired(differences: Sequence[float] | Floats) -> float:
@@ -29,13 +30,18 @@ def paired(differences: Sequence[float] | Floats) -> float:
 
 
 def signs(first: int, second: int) -> float:
-    """The p value that of problems on which two differ, each is as often ahead: two-sided sign test (McNemar, exact)."""
+    """The p value that two methods are ahead equally often, on the problems on which they differ.
+
+    Two-sided sign test (McNemar, exact).
+    """
     return float(min(1.0, 2 * bdtr(min(first, second), first + second, 0.5))) if first + second else 1.0
 
 
 def discoveries(p: Sequence[float] | Floats) -> np.ndarray:
-    """Which of these claims hold at the false discovery rate `RATE`: the step-up procedure of Benjamini and Hochberg,
-    Journal of the Royal Statistical Society B 57, 289 (1995)."""
+    """Whether each of these claims holds at the false discovery rate `RATE`, for claims that are tested together.
+
+    This is the step-up procedure of Benjamini and Hochberg, Journal of the Royal Statistical Society B 57, 289 (1995).
+    """
     values = np.asarray(p, dtype=float)
     ordered = np.sort(values)
     below = np.flatnonzero(ordered <= RATE * np.arange(1, len(values) + 1) / max(len(values), 1))

@@ -21,16 +21,16 @@ from gnomon.harness.results.reading import states as states
 from gnomon.harness.system.locks import lock_results, release_results
 
 TO_REPEAT = "to be run again: --repeat"
-"""The reason of a trial that is recorded as interrupted because a run repeats it. Results files hold this text: it must not
-change."""
+"""The reason of a trial that is recorded as interrupted because a run repeats it. Results files hold this text: it must
+not change."""
 
 
 class Known(NamedTuple):
-    """What is known of a trial from an earlier measurement."""
+    """The result of a trial in an earlier measurement."""
 
     status: Status
     work: int | None
-    """Number of right-hand sides, or of steps if those were not counted."""
+    """Number of right-hand sides, or of steps if right-hand sides were not counted."""
     limit_seconds: float | None
     seconds: float | None = None
     """The 10 % quantile of the timed calls without waits for a processor; None if no time was recorded."""
@@ -43,11 +43,11 @@ class Known(NamedTuple):
 
     @classmethod
     def of(cls, row: Mapping[str, Any]) -> Self:
-        """What is known from a row of measurements, without the columns that are null."""
+        """The result in a row of measurements, without the columns that are null."""
         work = row.get("steps") if row.get("rhs_calls") is None else row["rhs_calls"]
         turned, first = row.get("turned_starts") is not None, row.get("first_seconds") is not None
         seconds = row.get("seconds_low")
-        if seconds is not None:  # waits for a processor are no cost of the method
+        if seconds is not None:  # waits for a processor are not a cost of the method
             seconds = max(seconds - (row.get("delay_seconds") or 0.0), 0.0)
         status = Status(row["status"])
         return cls(
@@ -55,8 +55,11 @@ class Known(NamedTuple):
         )
 
     def settles(self, limit_seconds: float, turned: bool = False, timed: bool = False, first: bool = False) -> bool:
-        """Whether the trial need not run again. It must if it was interrupted, if a lower limit ended it, or if the run
-        wants `turned` starts and the error is that of one start, or times or the `first` use and there is none."""
+        """Whether the trial need not run again.
+
+        It must run again if it was interrupted, if a lower limit ended it, or if it lacks `turned` starts, times or the
+        `first` use that the run wants.
+        """
         lacking = (turned and not self.turned) or (timed and self.seconds is None) or (first and not self.first)
         if self.status in SCORED and lacking:
             return False
@@ -69,9 +72,12 @@ class Store:
     """An open results file. Every write is one transaction, so kill -9 loses at most the current trial."""
 
     def __init__(self, path: Path) -> None:
-        """Open or create; a file of an older schema is migrated. Raises ValueError for a file that is not a results file
-        of gnomon, of a newer schema, damaged, in use by another run, or that cannot be written."""
-        if path.is_symlink():  # what SQLite writes beside the file is beside the file that the link names
+        """Open or create the file; a file of an older schema is migrated.
+
+        Raises ValueError for a file that is not a results file of gnomon, of a newer schema, damaged, in use by another
+        run, or that cannot be written.
+        """
+        if path.is_symlink():  # SQLite writes its files beside the target of a link
             path = Path(os.path.realpath(path))
         self.path = path
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -103,7 +109,7 @@ class Store:
             raise ValueError(f"{path}: cannot be written ({error}); give another --out") from None
 
     def begin_run(self, suite: str, command: str, environment: Mapping[str, Any]) -> int:
-        """A new row of `runs` with its environment; returns its number."""
+        """Add a row of `runs` with its environment; return its number."""
         with self._connection as db:
             run = _insert(db, "runs", {"started": _now(), "suite": suite, "command": command})
             for name, value in environment.items():
@@ -117,7 +123,7 @@ class Store:
             schema.seal(db, "runs", run)
 
     def plan(self, run: int, trials: Iterable[Mapping[str, Any]]) -> None:
-        """Record the trials of a run, rows with the TRIAL_COLUMNS; trials in the file already are not changed."""
+        """Record the trials of a run, rows with the TRIAL_COLUMNS; trials already in the file are not changed."""
         with self._connection as db:
             for trial in trials:
                 _insert(db, "trials", trial, "OR IGNORE")
@@ -125,7 +131,7 @@ class Store:
                 _insert(db, "planned", row, "OR IGNORE")
 
     def machines(self) -> list[str]:
-        """The machines that trials in the file were measured on."""
+        """The machines on which trials in the file were measured."""
         query = "SELECT DISTINCT machine FROM trials WHERE trial_key IN (SELECT trial_key FROM measurements)"
         return [machine for (machine,) in self._connection.execute(query)]
 
@@ -137,7 +143,7 @@ class Store:
         return {row[:2]: Known.of(dict(zip(names, row, strict=True))) for row in rows}
 
     def interruptions(self) -> dict[tuple[str, int], int]:
-        """Number of interruptions from outside of each trial and launch since it was last repeated, by (trial_key, launch)."""
+        """Number of interruptions from outside since the last repetition of a trial, by (trial_key, launch)."""
         rows = self._connection.execute(
             "SELECT trial_key, launch, count(*) FROM measurements AS own WHERE status = ? AND NOT EXISTS ("
             "SELECT 1 FROM measurements AS later WHERE later.trial_key = own.trial_key AND later.launch = own.launch"
@@ -159,7 +165,7 @@ class Store:
     def add_batch(
         self, run: int, rows: Iterable[tuple[Mapping[str, Any], Mapping[str, Any] | None, Floats | None]]
     ) -> None:
-        """Append several measurements with what `add` takes of each, in one transaction."""
+        """Append several measurements in one transaction, each with the arguments of `add`."""
         with self._connection as db:
             for measurement, options, states in rows:
                 row = {"run": run, "recorded": _now(), **measurement}
@@ -194,7 +200,7 @@ class Store:
 
 
 def _insert(db: sqlite3.Connection, table: str, row: Mapping[str, Any], conflict: str = "") -> int:
-    """Insert a row and its checksum; returns its rowid."""
+    """Insert a row and its checksum; return its rowid."""
     names = ", ".join(f'"{name}"' for name in row)
     marks = ", ".join("?" * len(row))
     cursor = db.execute(f"INSERT {conflict} INTO {table} ({names}) VALUES ({marks})", [_plain(v) for v in row.values()])

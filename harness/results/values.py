@@ -1,4 +1,8 @@
-"""The values that each column of a results file allows; they are verified once, when a file is opened."""
+"""The values that each column of a results file allows; they are verified once, when a file is opened.
+
+CHECK constraints in the file would not serve: whoever made the file may have left them out by giving it an older schema,
+which has none, and `PRAGMA integrity_check` names the table of a violation but not the row.
+"""
 
 import json
 import re
@@ -14,20 +18,20 @@ from gnomon.reference.numerics.precision import shortened
 TRIES = 3
 """Number of attempts at a trial with a short limit before it is a timeout: a stall of the machine is not a timeout."""
 DELAYED = 0.02
-"""A call that waited for a processor for more than this share of its time is repeated, and what stays so is marked."""
+"""A call that waits for a processor for more than this share of its time is repeated, and marked if it waits again."""
 MOST_LAUNCHES, MOST_ORDER, MOST_DIMENSION = 10**6, 10**3, 10**6
 _FRACTION = re.compile(r"[+-]?[0-9]{1,4300}(/0*[1-9][0-9]{0,4200})?")
-"""A number as `str` writes a Fraction, of no more digits than Python converts."""
+"""A number in the form of `str` of a Fraction, with at most the digits that Python converts."""
 
 
-def _listed(statuses: Iterable[Status]) -> str:
-    """Statuses as SQL takes them after IN."""
+def _quote(statuses: Iterable[Status]) -> str:
+    """Statuses as a list for IN of SQL."""
     return f"({', '.join(repr(status.value) for status in statuses)})"
 
 
 _KINDS = {"TEXT": "text", "INTEGER": "integer", "REAL": "real", "BLOB": "blob"}
 MOST = 1e150
-"""Larger sizes, and smaller ones than 1 / MOST, are refused: no motion has them, and their squares and ratios overflow."""
+"""Sizes above this, and below 1 / MOST, are refused: motions never have them, and their squares and ratios overflow."""
 _SIZE = f"{{0}} BETWEEN {1 / MOST!r} AND {MOST!r}"
 _SECONDS = f"({{0}} = 0 OR {_SIZE})"
 _COUNT = "{0} >= 0"
@@ -42,12 +46,12 @@ _RULES = {
         "floor": _BOUNDED,
         "conditioning": _BOUNDED,
     },
-    "measurements": {"launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}", "status": f"{{0}} IN {_listed(Status)}"}
+    "measurements": {"launch": f"{{0}} BETWEEN 1 AND {MOST_LAUNCHES}", "status": f"{{0}} IN {_quote(Status)}"}
     | {name: _COUNT for name, declared in schema.MEASUREMENT_COLUMNS.items() if declared in ("REAL", "INTEGER")}
     | dict.fromkeys((*schema.TIMES, "limit_seconds"), _SECONDS),
     "sampled_states": {"dimension": f"{{0}} BETWEEN 1 AND {MOST_DIMENSION}"},
 }
-"""Conditions on values that are not null, beside their type; `{0}` is the column."""
+"""Conditions on values that are not null, besides their type; `{0}` is the column."""
 _TOGETHER = {
     "trials": [
         (
@@ -59,7 +63,7 @@ _TOGETHER = {
     "measurements": [
         (
             "SELECT max(measurement) FROM measurements JOIN trials USING (trial_key)"
-            f" WHERE setting IS NULL AND status IN {_listed(SCORED)}",
+            f" WHERE setting IS NULL AND status IN {_quote(SCORED)}",
             "its status needs a setting, and its trial has none",
         ),
         (
@@ -68,7 +72,7 @@ _TOGETHER = {
         ),
     ],
 }
-"""Conditions on several values together: a query for the last row that violates it (null if none does), and a message."""
+"""Conditions on several values together: a query for the last row that violates one (else null), and a message."""
 
 
 def verify(db: sqlite3.Connection, table: str) -> None:

@@ -8,11 +8,11 @@ _UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\
 """Control characters, among them the escape that starts a terminal's commands, marks that change the direction of text,
 halves of surrogate pairs, and characters that XML forbids."""
 _COMMANDS = re.compile(r"(?<=:):|(?<=#)#(?=\\*\[)")
-"""What makes a line of a log a command of GitHub Actions: ::name:: at its beginning, or ##[name] anywhere (actions/runner,
-src/Runner.Common/ActionCommand.cs). A backslash is before the bracket where Rich's markup is escaped."""
+"""The beginning of a command of GitHub Actions in a log: ::name:: at the beginning of a line, or ##[name] anywhere
+(actions/runner, src/Runner.Common/ActionCommand.cs). Rich escapes the bracket with a backslash."""
 
 _MARKS = re.compile(r"[\\`*~|$]|](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|(?<=:)/(?=/)|(?<=www)\.", re.IGNORECASE)
-"""Characters with a meaning in Markdown; single brackets and underscores within words have none."""
+"""Characters with a meaning in Markdown, without single brackets and underscores within words."""
 
 
 def visible(text: str, lines: bool = False) -> str:
@@ -21,7 +21,7 @@ def visible(text: str, lines: bool = False) -> str:
 
 
 def shown(text: str, lines: bool = False) -> str:
-    """The text as `visible` returns it; under GitHub Actions, none of it is a command of a workflow either."""
+    """The text from `visible`; under GitHub Actions it is also free of commands of a workflow."""
     text = visible(text, lines)
     commands = os.environ.get("GITHUB_ACTIONS") == "true"
     return _COMMANDS.sub(lambda found: f"\\x{ord(found[0]):x}", text) if commands else text
@@ -40,6 +40,6 @@ class Verbatim(str):
 
 
 def code(value: object) -> Verbatim:
-    """Text of plain characters between backticks; any other text as `markdown` returns it."""
+    """Text of plain characters between backticks; any other text as from `markdown`."""
     plain = re.fullmatch(r"[\w.,:/+ -]+", str(value)) is not None
     return Verbatim(f"`{value}`" if plain else markdown(value))

@@ -15,8 +15,8 @@ CALLS, BLOCKS = 1000, 7
 def described() -> dict[str, str]:
     """{name: time of one call, in microseconds}, for the environment of a run.
 
-    It is that of one right-hand side of the simple pendulum as SciPy's solvers call it: the minimum over several blocks of
-    calls. In-house loops are compiled and call the same equations without Python.
+    The call is one right-hand side of the simple pendulum as SciPy's solvers make it; its time is the minimum over
+    several blocks of calls. In-house loops are compiled and call these equations without Python.
     """
     case = get("pendulum_simple").rounded()
     function, start = right_hand_side_of(problem_of(case, (FirstOrder,))), initial_state(case)

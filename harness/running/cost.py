@@ -1,4 +1,4 @@
-"""The predicted cost of a series, and the division of a plan into parts of about equal cost: shards, and tasks of a cluster."""
+"""The predicted cost of a series, and the division of a plan into parts of about equal cost: shards and tasks."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from gnomon.harness.running.plan import Series, Suite, launches
 
 COSTS: dict[str, dict[str, float]] = declared("running", "costs.toml")
 LONG_LIMIT = 0.5
-"""Seconds: a default variant with this time limit or more runs at more settings, and the last ones take longest."""
+"""Time limit (s) from which a default variant runs at more settings, of which the last ones take longest."""
 LEFT_OUT = 1e-3
-"""Seconds for the one row of a pair that cannot run."""
+"""Seconds for the single row of a pair that cannot run."""
 PIECES = 8
-"""A shard has this number of consecutive parts from the whole plan: series of one case cost more than predicted together,
-or less. More parts would make more shards compute the same exact motion."""
+"""Number of consecutive parts of the whole plan in a shard, as series of one case may together cost more or less than
+predicted. With more parts, more shards would compute one exact motion."""
 
 Item = TypeVar("Item")
 
 
 def predicted_seconds(series: Series, suite: Suite, near_duplicates: bool = True) -> float:
-    """Seconds that all launches of a series take, from costs that are the same on every machine."""
+    """Predicted seconds of all launches of a series, from costs that do not depend on the machine."""
     if series.left_out is not None:
         return LEFT_OUT
     first, again = launch_seconds(series, suite, 1), launch_seconds(series, suite, 2)
@@ -31,7 +31,7 @@ def predicted_seconds(series: Series, suite: Suite, near_duplicates: bool = True
 
 
 def launch_seconds(series: Series, suite: Suite, launch: int) -> float:
-    """Seconds that one launch of a series takes; later ones solve from no turned starts."""
+    """Predicted seconds of one launch of a series; later launches have no turned starts."""
     case, own = series.case, suite.of(series.case)
     turned = own.turned and case.turning is not None and launch == 1 and not series.over_timing_span
     return seconds_of(series.integrator.library, kind_of(case.variant is not None, own.limit(case), turned))
@@ -45,14 +45,14 @@ def kind_of(hard: bool, limit_seconds: float, turned: bool) -> str:
 
 
 def seconds_of(library: str, kind: str) -> float:
-    """Seconds of one launch of a series of a library."""
+    """Predicted seconds of one launch of a series of a library."""
     return COSTS[kind].get(library, COSTS[kind]["other"])
 
 
 def divided(items: Sequence[Item], seconds: Sequence[float], parts: int) -> list[list[Item]]:
-    """The items in `parts` consecutive parts of about equal cost: each differs from the mean by at most the largest item.
+    """The items in `parts` consecutive parts of about equal cost, within the largest item of the mean.
 
-    Consecutive, because series of one case need the same exact motion, which few parts then compute.
+    Consecutive series of one case need one exact motion, which few parts then compute.
     """
     found: list[list[Item]] = [[] for _ in range(parts)]
     total, before = sum(seconds), 0.0
@@ -63,7 +63,7 @@ def divided(items: Sequence[Item], seconds: Sequence[float], parts: int) -> list
 
 
 def shard(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) -> list[Series]:
-    """The series of the suite's shard. Each series is in exactly one shard, the same whatever the order of `series`."""
+    """The series of the suite's shard. Each series is in exactly one shard, for any order of `series`."""
     place, count = suite.shard
     if count == 1:
         return list(series)
@@ -72,7 +72,7 @@ def shard(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) 
 
 
 def shard_named(series: Sequence[Series], suite: Suite, near_duplicates: bool = True) -> dict[str, str]:
-    """What the environment of a run has of its shard, with a hash of the whole plan that is divided; empty for a whole plan."""
+    """The shard for the environment of a run, with a hash of the whole plan; empty for a run of a whole plan."""
     place, count = suite.shard
     if count == 1:
         return {}

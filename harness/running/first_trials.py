@@ -20,7 +20,7 @@ from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolutio
 
 @dataclass
 class FirstTrial:
-    """First trial of one integrator on one case: at the coarsest setting, and if that crashes at the middle one.
+    """First trial of one integrator on one case: at the coarsest setting and, if that crashes, at the middle one.
 
     A correct method may fail at steps that are too large; wrong code fails at both settings.
     """
@@ -31,7 +31,7 @@ class FirstTrial:
     limit_seconds: float
     settings: list[float]
     crashes: list[str] = field(default_factory=list)
-    """Of each trial that crashed the traceback, or the reason if there is no traceback."""
+    """The traceback of each trial that crashed, or the reason if there is no traceback."""
     passed: bool = False
 
     def next(self) -> Request | None:
@@ -53,7 +53,7 @@ def crashes(
     suite: Suite,
     prepare_seconds: float = PREPARE_SECONDS,
 ) -> list[str]:
-    """One text for each integrator of a user's own whose first trials all crash: its id, the case, the last traceback."""
+    """One text for each integrator of a user's own whose first trials all crash: id, case, last traceback."""
     series = []
     for integrator in filter(users_own, integrators):
         pairs = plan.pairs(chosen, [integrator], formulations=False)

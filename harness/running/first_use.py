@@ -1,4 +1,4 @@
-"""The first use of an integrator: import of its library, preparation and first call, in a new process with empty caches.
+"""The first use of an integrator: import of its library, preparation, first call, in a new process with empty caches.
 
 Later preparations find the library in the process, and compiled code on disk (in-house methods, compiled equations) or
 in the process (JAX); some libraries compile at each preparation (heyoka).
@@ -13,20 +13,20 @@ from contextlib import suppress
 from pathlib import Path
 from time import perf_counter_ns
 
-from gnomon.harness.contract.integrator import solver_of
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.registry.references import Reference, dereference
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import rely_on_guard, run_delays
 
 MOST_SECONDS = 50.0
-"""Below the deadline of a preparation: what takes longer is not measured, and the trial keeps its outcome."""
+"""Below the deadline of a preparation: a longer first use is not measured, and the trial keeps its outcome."""
 CACHES = ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "JAX_COMPILATION_CACHE_DIR")
-"""The variables of the environment that say where compiled code is kept."""
+"""The environment variables that name the folders of compiled code."""
 
 
 def first_seconds(integrator: Reference, spec: CaseSpec, setting: float, folder: Path) -> float | None:
-    """Seconds of the first use; None where the new process fails or takes longer than MOST_SECONDS.
+    """Seconds of the first use; None if the new process fails or takes longer than MOST_SECONDS.
 
     `integrator` is a reference (see `registry.references`). The empty caches are in a new folder in `folder`.
     """
@@ -47,20 +47,20 @@ def first_seconds(integrator: Reference, spec: CaseSpec, setting: float, folder:
 
 
 def measured(reference: Reference, spec: CaseSpec, setting: float) -> float:
-    """Seconds of the first use, which is in this process, without those that its main thread waited for a processor."""
+    """Seconds of the first use, in this process, without the waits of its main thread for a processor."""
     case, formulation = spec.build()
     start = initial_state(case, formulation)[None]
     began, delay = perf_counter_ns(), _delay()
     integrator = dereference(reference)
-    solver_of(integrator, problem_of(case, integrator.accepts, formulation), setting)(start)
+    Prepared(integrator, problem_of(case, integrator.accepts, formulation), setting)(start)
     return (perf_counter_ns() - began - (_delay() - delay)) * 1e-9
 
 
 def _delay() -> int:
-    """Nanoseconds that the main thread was ready to run while others had the processor; 0 where that is not known."""
+    """Nanoseconds that the main thread was ready to run while others had the processor; 0 if unknown."""
     return (run_delays() or {}).get(str(os.getpid()), 0)
 
 
 if __name__ == "__main__":
-    rely_on_guard()  # of the worker that measures it
+    rely_on_guard()  # on the guard of the worker that measures it
     print(measured(*pickle.load(sys.stdin.buffer)))

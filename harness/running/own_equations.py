@@ -1,4 +1,4 @@
-"""The lines of Python that run an integrator on equations of the reader's own, for each form that integrators take."""
+"""The lines of Python that run an integrator on a reader's own equations, for each form that integrators accept."""
 
 from gnomon.cases.core.forms import (
     Charged,
@@ -233,7 +233,7 @@ LINES = {
     Impact: IMPACT, Charged: CHARGED, Constrained: CONSTRAINED, SemiLinear: SEMI_LINEAR,
 }  # fmt: skip
 SLOW = Charged(lambda t, state, p: (), fields=lambda t, place, p: ())
-"""The form of a charge that is slow, which a method for relativistic ones declines."""
+"""The form of a slow charge, which a method for relativistic charges declines."""
 
 
 def lines(integrator: Integrator) -> str | None:

@@ -1,4 +1,4 @@
-"""Plans a run: pairs each case with the integrators that accept one of its forms, and lists the settings of each sweep."""
+"""Plans a run: pairs each case with the integrators that accept one of its forms, and lists settings of sweeps."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from typing import Any
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import is_pattern, matching, nearest
-from gnomon.harness.contract import environment, sources
+from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.contract import sources
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
 from gnomon.harness.contract.problem import accepted_form, takes
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
-from gnomon.harness.registry import lookup, references
+from gnomon.harness.registry import environment, lookup, references
 from gnomon.harness.results.schema import TIMING_SPAN
 from gnomon.reference.storage.import_closure import closure, imports
 
@@ -32,7 +33,7 @@ STANDARD = "standard"
 DEFAULT = "default"
 """The name of a case's default variant in results."""
 LONG = 1000.0
-"""The length of a span, in time scales, above which the time limit of a variant grows with the span."""
+"""Span, in time scales, above which the time limit of a variant grows with the span."""
 FEWEST = 8
 """Minimum number of settings of a sweep."""
 NEAR_DUPLICATE = (
@@ -45,16 +46,16 @@ DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 _SPANS = declared("running", "timing_spans.toml")
 TIMING_FACTORS: dict[str, int] = _SPANS["factors"]
 ENDS: tuple[str, ...] = tuple(_SPANS["ends"]["cases"])
-"""Foundation cases whose motion ends, so that a longer span is none for timing."""
+"""Foundation cases whose motion ends, so that a longer span is useless for timing."""
 COMPILING = ("numba", "gnomon.harness.kernels")
-"""An integrator whose modules import from these depends on the version of numba."""
+"""An integrator depends on the version of numba if its modules import from these."""
 INTEGRATORS = ("gnomon.harness.integrators", "gnomon.harness.adapters")
 _THIS_PROCESS = secrets.token_hex(16)
-"""Stands in the key of a trial for a case or integrator whose source is in no file: it runs again in every process."""
+"""Part of the key of a trial whose case or integrator has no source file: it runs again in every process."""
 
 
 class Repeat(StrEnum):
-    """Which trials that a results file has already run again."""
+    """The trials that run again although a results file has them."""
 
     NOTHING = ""
     FROM_OUTSIDE = "those that a cause outside ended"
@@ -63,17 +64,16 @@ class Repeat(StrEnum):
 
 @dataclass(frozen=True)
 class Suite:
-    """How much a run does. Each series on a default variant is launched `launches` times, on another variant once.
+    """The extent of a run. Each series on a default variant is launched `launches` times, on another variant once.
 
     A trial may take `limit_seconds` on a default variant and `variant_limit_seconds` on another one, up to
-    `long_limit_seconds` if the span is long. These limits are several times what the started trials take on a quiet
-    machine. The timed calls of a trial take `block_seconds` together; there are at most
-    `repeats` of them.
+    `long_limit_seconds` if the span is long. These limits are several times the time of the started trials on a quiet
+    machine. The timed calls of a trial take `block_seconds` together; there are at most `repeats` of them.
     """
 
     name: str
     cases: tuple[str, ...]
-    """The cases that it runs unless the user names some; empty for all."""
+    """The cases that run unless the user names some; empty for all."""
     launches: int
     variants: bool
     limit_seconds: float
@@ -86,38 +86,38 @@ class Suite:
     turned: bool = True
     """Whether a default variant with a rotational symmetry is solved from turned starts too, in its first launch."""
     integrators: tuple[str, ...] = ()
-    """The integrators that run if none is named; empty for all."""
+    """The integrators that run unless the user names some; empty for all."""
     primary: bool = False
     """Whether near-duplicate methods run only if they are named."""
     hardest: tuple[str, ...] = ()
-    """The hard variants, as case/variant, that it runs unless the user names cases; empty for all if `variants`."""
+    """The hard variants, as case/variant, that run unless the user names cases; empty for all if `variants`."""
     rest: Suite | None = None
-    """How it runs the cases outside `FOUNDATION`; None if like the others."""
+    """The suite for the cases outside `FOUNDATION`; None if they run like the others."""
     first_use: bool = False
-    """Whether the first use of each integrator is timed, once; it takes some seconds of each."""
+    """Whether the first use of each integrator is timed, once, which takes some seconds each."""
     timing_spans: bool = False
-    """Whether default variants are launched repeatedly over their timing spans instead of their own (see `lengthened`)."""
+    """Whether default variants are launched repeatedly over timing spans, not their own spans (see `lengthened`)."""
     timed: bool = True
-    """Whether times are recorded; else a run has errors alone."""
+    """Whether times are recorded; else a run has only errors."""
     shard: tuple[int, int] = (1, 1)
-    """The part of the series that it runs, from 1, and the number of parts (see `cost.shard`)."""
+    """The part of the series that runs, from 1, and the number of parts (see `cost.shard`)."""
     repeat: Repeat = Repeat.NOTHING
 
     def of(self, case: Case) -> Suite:
-        """How this suite runs a case."""
+        """The suite for a case: this one or `rest`."""
         return self._of(case.name)
 
     def _of(self, name: str) -> Suite:
         return self if self.rest is None or name in FOUNDATION else self.rest
 
     def names(self) -> list[str]:
-        """What it runs unless the user names cases: the default variants of its cases, then hard variants."""
+        """The names that run unless the user names cases: the default variants of its cases, then hard variants."""
         own = self.cases or cases.names()
         hard = [f"{name}/{v.name}" for name in own if self._of(name).variants for v in cases.case_class(name).variants]
         return [*own, *(self.hardest or hard)]
 
     def within(self, limit_seconds: float) -> Suite:
-        """The same suite with one time limit for every trial."""
+        """A copy with one time limit for every trial."""
         return replace(
             self,
             limit_seconds=limit_seconds,
@@ -127,13 +127,13 @@ class Suite:
         )
 
     def untimed(self) -> Suite:
-        """The same suite for errors alone: each series is launched once, and each trial is one call of `solve`."""
+        """A copy for errors alone: each series is launched once, and each trial is one call of `solve`."""
         return replace(
             self, timed=False, launches=1, timing_spans=False, repeats=1, rest=self.rest and self.rest.untimed()
         )
 
     def limit(self, case: Case) -> float:
-        """Seconds that one trial of a case may take; more if the span of a variant is longer than 1000 time scales."""
+        """The time limit of one trial of a case (s); longer if a variant's span is longer than 1000 time scales."""
         if case.variant is None:
             return self.limit_seconds
         length = float(case.span) / case.time_scale / LONG
@@ -142,6 +142,8 @@ class Suite:
 
 def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
     lists: dict[str, Any] = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators", "hardest")}
+    if lists["integrators"]:
+        lists["integrators"] += tuple(f"{one.name}:{quick}" for one in LIBRARIES.values() for quick in one.quick)
     return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
 
 
@@ -184,7 +186,7 @@ class Series:
 
     @property
     def over_timing_span(self) -> bool:
-        """Whether its span is lengthened for timing: error and time are of one solve then, and no starts are turned."""
+        """Whether the span is lengthened for timing: error and time then come from one solve, without turned starts."""
         return self.label.startswith(TIMING_SPAN)
 
     @property
@@ -202,7 +204,7 @@ class Series:
     def trials(self, problem: Problem, machine: str | None = None) -> tuple[Trial, ...]:
         """The trials of the sweep on `problem`; one trial without a setting if the pair is left out.
 
-        Their keys are those of a `machine` (see `environment.machine`), by default of this one.
+        Their keys belong to a `machine` (see `environment.machine`), by default to this one.
         """
         base = [*self._key_parts(problem), machine or environment.machine()]
         if self.left_out is not None:
@@ -233,7 +235,7 @@ class Series:
         ]
 
     def describe(self, trial: Trial, **numbers: Any) -> dict[str, Any]:
-        """The row of the table `trials` in the store; `numbers` are columns from the problem and its reference solution."""
+        """The row of the store's table `trials`; `numbers` are columns from the problem and reference solution."""
         return {"trial_key": trial.key, "setting": trial.setting, **self._description, **numbers}
 
     @cached_property
@@ -266,7 +268,7 @@ class Series:
 
 @cache
 def library_versions(integrator: Integrator) -> dict[str, str]:
-    """The versions that a result of this integrator depends on: Python calls every one, numba compiles for some."""
+    """The versions that a result of this integrator depends on: Python calls all integrators, numba compiles some."""
     found = {"python": platform.python_version(), "numpy": environment.library_version("numpy") or ""}
     if imports(type(integrator).__module__, COMPILING, within=INTEGRATORS):
         found["numba"] = environment.library_version("numba") or ""
@@ -295,7 +297,7 @@ def _tolerances(sweep: Tolerance) -> tuple[float, ...]:
 
 
 def _steps(sweep: Steps, interval: float, time_scale: float) -> tuple[float, ...]:
-    """Step sizes: the sample interval divided by powers of two. They are exact: the interval has 20 significant bits."""
+    """Step sizes: the sample interval over powers of two, which is exact, as the interval has 20 significant bits."""
     first = max(0, math.ceil(math.log2(interval / (sweep.coarsest * time_scale))))
     count = max(sweep.halvings + 1, FEWEST)
     return tuple(math.ldexp(interval, -(first + k)) for k in range(count))
@@ -309,8 +311,8 @@ def pairs(
 ) -> list[Series]:
     """Every case, given with a label for its variant, in every formulation with every integrator.
 
-    Pairs that cannot run are in the list too, with the reason. If `near_duplicates` is False, hard variants with a
-    near-duplicate method are among them.
+    Pairs that cannot run are in the list too, with the reason; if `near_duplicates` is False, so are hard variants with
+    a near-duplicate method.
     """
     found = []
     absent = {integrator: lookup.missing(integrator) for integrator in integrators}
@@ -336,7 +338,7 @@ def lengthened(case: Case, factor: int) -> tuple[Case, str]:
 
 
 def with_timing_spans(chosen: Sequence[tuple[Case, str]], suite: Suite) -> list[tuple[Case, str]]:
-    """The chosen cases, those that the suite times over a longer span with that too."""
+    """The chosen cases, and a lengthened copy of each case that the suite times over a longer span."""
     found = list(chosen)
     for case, label in chosen:
         if suite.timing_spans and not label and case.variant is None and TIMING_FACTORS.get(case.name, 1) > 1:
@@ -361,16 +363,21 @@ def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None)
 
 
 def launches(series: Series, suite: Suite, near_duplicates: bool = True) -> int:
-    """How often a suite launches a series: once for hard variants, for near-duplicate methods unless these are named, and
-    for default variants that are timed over a longer span."""
+    """The number of launches of a series in a suite.
+
+    It is one for hard variants, for near-duplicate methods that are not named, and for default variants that are timed
+    over a longer span.
+    """
     timed_apart = suite.timing_spans and not series.label and TIMING_FACTORS.get(series.case.name, 1) > 1
     often = series.case.variant is None and (near_duplicates or series.integrator.primary) and not timed_apart
     return suite.of(series.case).launches if often else 1
 
 
 def wants_first_use(series: Series, suite: Suite, launch: int) -> bool:
-    """Whether the first use of an integrator is timed at the first trial of this launch: of the first default variant in
-    FOUNDATION that the integrator takes. A new process must be able to import the integrator."""
+    """Whether the first use of an integrator is timed at the first trial of this launch.
+
+    It is timed on the first default variant in FOUNDATION that the integrator accepts, if a new process can import it.
+    """
     wanted = suite.first_use and suite.timed and launch == 1
     own = series.formulation is None and series.case.variant is None and not series.label
     right_case = wanted and own and series.case.name == _first_case(series.integrator)
@@ -387,8 +394,8 @@ def choose(
 ) -> list[tuple[Case, str]]:
     """The cases with these names, each with a label for changed parameters; numbers are binary64 if `rounded`.
 
-    A name is that of a case (with all its variants if `variants`), a pattern of such names with * and ?, `case/variant`,
-    or `package.module:Case`. No names means all cases.
+    A name is a case (with all its variants if `variants`), a pattern of case names with * and ?, `case/variant`, or
+    `package.module:Case`. Without names all cases are chosen.
     """
     label = "".join(f" {name}={value}" for name, value in parameters.items())
     found = []

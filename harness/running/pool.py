@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from time import monotonic  # a user's own module may replace that of `time`
+from time import monotonic  # a user's own module may replace `time.monotonic`
 from typing import Any, Protocol
 
 from gnomon.harness.contract.status import Status
@@ -34,11 +34,11 @@ from gnomon.harness.system.memory import worker_bytes
 PREPARE_SECONDS = 60.0
 """The deadline of one preparation: compiling with cold caches on a busy machine takes several seconds."""
 GRACE_SECONDS = 0.15
-"""Time beyond the trial's limit before a worker is killed: for the start of the call, its message, scheduling."""
+"""Seconds beyond the trial's limit before a worker is killed, for the start of the call, its message and scheduling."""
 QUEUED_SECONDS = 0.001
 """If a worker waited longer than this for the processor, its deadline is extended by the wait."""
 LOOK_SECONDS = 0.1
-"""At least so often the pool compares the output of its workers with what they may print."""
+"""Longest time between two comparisons of the workers' output with the size that they may print."""
 RETRY_SECONDS = 0.5
 """Trials with a limit below this are tried TRIES times: a stall of the machine, up to 0.2 s, is not a timeout."""
 
@@ -56,11 +56,11 @@ OUTSIDE = tuple(
 )
 """Exit codes of processes ended from outside: by a user, a scheduler, or the kernel when memory runs out."""
 ENDING_SECONDS = 5.0
-"""Time that a guard has to end its worker and the worker's child processes, before the guard itself is killed."""
+"""Seconds in which a guard must end its worker and the worker's child processes, before the guard itself is killed."""
 
 
 class Job(Protocol):
-    """One launch of one series, as the pool sees it."""
+    """One launch of one series, in the form that the pool needs."""
 
     task: Task
     limit_seconds: float
@@ -95,14 +95,14 @@ class _Slot:
     tries: int = 1
     """The number of attempts at this request, the current one included."""
     held: bool = False
-    """Whether the request is sent only after an interlude: the worker waits for it."""
+    """Whether the request is held back until an interlude has ended; the worker waits for it."""
     inbox: Inbox = field(default_factory=Inbox)
 
 
 class Pool:
-    """`workers` child processes at a time. `method` is how they are started, see `gnomon.harness.system.child_process`.
+    """Runs jobs in `workers` child processes at a time. `method`: their start method, see `system.child_process`.
 
-    Each may allocate `memory` bytes, at most its share of the machine's memory.
+    Each process may allocate `memory` bytes, at most its share of the machine's memory.
     """
 
     def __init__(
@@ -124,10 +124,10 @@ class Pool:
         self._pausing = False
 
     def run(self, jobs: Iterable[Job | None], interlude: Interlude | None = None) -> None:
-        """Run all jobs; at None the next one waits for a job under way. After an exception (Ctrl-C too) the workers are
-        killed and it is raised to the caller.
+        """Run all jobs; at None the next job waits for one that is under way.
 
-        If the `interlude` is due, no further request is sent until all workers have answered and its work is done.
+        After an exception, also Ctrl-C, the workers are killed and the exception is raised. If the `interlude` is due,
+        no further request is sent until all workers have answered and its work is done.
         """
         waiting = iter(jobs)
         exhausted = False
@@ -214,7 +214,7 @@ class Pool:
                 self._late(slot)
 
     def _late(self, slot: _Slot) -> None:
-        """A worker passed its deadline: extend it by waits for the processor, retry the request, or record a timeout."""
+        """Handle a passed deadline: extend it by waits for the processor, retry the request, or record a timeout."""
         limit = slot.job.limit_seconds
         waited = queued_seconds(slot.process.pid) - slot.queued
         if waited > QUEUED_SECONDS:
@@ -297,18 +297,18 @@ class Pool:
 
     def _fail(self, slot: _Slot, status: Status, reason: str) -> None:
         """Record a failure, end the worker, and continue the series in a new worker."""
-        printed = take_output(slot.job.task.output)  # before the end: a worker that loses its connection prints so
+        printed = take_output(slot.job.task.output)  # read now: a worker that loses its connection prints an error
         self._end(slot)
         slot.job.failed(status, reason, printed, slot.tries if status == Status.TIMEOUT else None)
         self._start(slot.job)
 
     def _end(self, slot: _Slot) -> None:
-        """End a worker through its guard, without waiting until it is gone: that takes tens of milliseconds."""
+        """End a worker through its guard, without waiting for its end, which takes tens of milliseconds."""
         self._slots.remove(slot)
         if slot.process.is_alive():
             slot.process.terminate()
         slot.connection.close()
-        Path(slot.job.task.output).unlink(missing_ok=True)  # what it still prints before its end takes no space
+        Path(slot.job.task.output).unlink(missing_ok=True)  # later output then takes no space
         self._dying = [process for process in (*self._dying, slot.process) if process.is_alive()]
 
 

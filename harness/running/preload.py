@@ -1,4 +1,4 @@
-"""Imports all libraries once in the fork server, so that a worker starts in 50 ms. Only the fork server imports this."""
+"""Imports all libraries once in the fork server, which alone imports this file: a worker then starts in 50 ms."""
 
 import contextlib
 import gc
@@ -11,16 +11,16 @@ from pathlib import Path
 from gnomon.harness.system.child_process import SERVER_FAILURE, quiet_child
 from gnomon.harness.system.streams import open_standard_streams
 
-LIBRARIES = ("gnomon.harness.running.worker", "scipy.integrate", "numba", "rebound", "heyoka", "pybullet")
-
 
 def _import_everything() -> None:
-    from gnomon.harness.kernels.equations import keeper  # these imports may fail, which `_start` reports
+    from gnomon.harness.adapters.libraries import LIBRARIES  # these imports may fail, which `_start` reports
+    from gnomon.harness.kernels.equations import keeper
     from gnomon.harness.registry import lookup
 
     from gnomon import cases
 
-    for name in LIBRARIES:
+    declared = [name for library in LIBRARIES.values() for name in library.preload]
+    for name in ("gnomon.harness.running.worker", "numba", *declared):
         with contextlib.suppress(ImportError):  # the plan gives trials of a missing library the status `not_installed`
             importlib.import_module(name)
     for name in cases.names():
@@ -31,8 +31,8 @@ def _import_everything() -> None:
 
 
 def _warm_up() -> None:
-    """Compile once: at the first compilation numba builds its tables of types, which takes 0.3 s in each worker else."""
-    from numba import cfunc  # slow to load: a process that compiles nothing goes without
+    """Compile once: the first compilation builds numba's tables of types, which else takes 0.3 s in each worker."""
+    from numba import cfunc  # slow to load, and not needed in a process that compiles nothing
 
     cfunc("float64(float64)")(_identity)
 
@@ -42,7 +42,7 @@ def _identity(x: float) -> float:
 
 
 def _quietly() -> None:
-    """Import with output discarded: what libraries print at import belongs to no trial."""
+    """Import with output discarded, because the output of imports belongs to no trial."""
     sys.stdout.flush()
     saved = os.dup(1), os.dup(2)
     null = os.open(os.devnull, os.O_WRONLY)
@@ -59,7 +59,7 @@ def _quietly() -> None:
 
 
 def _start() -> None:
-    """Import everything; or write down why that is not possible, where the parent reads it, and end."""
+    """Import everything. If that fails, write the reason to the file that the parent reads, and end."""
     file = Path(os.environ.pop(SERVER_FAILURE, os.devnull))
     try:
         _quietly()

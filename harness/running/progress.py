@@ -11,19 +11,18 @@ from rich.text import Text
 LINE_SECONDS = 10.0
 """Minimum time between two lines of plain output."""
 ENOUGH, ENOUGH_SECONDS = 0.1, 60.0
-"""The share of the work or the time, whichever is first, after which the remaining time is shown: the first pieces
-predict the others badly."""
+"""Share of the work, or seconds, after which the remaining time is shown: the first pieces predict it badly."""
 
 
 def remaining_seconds(elapsed: float, done: float, total: float) -> float | None:
-    """The time that the rest of the work takes at the rate so far; None as long as too little is done."""
+    """The time of the rest of the work at the rate so far; None while too little is done."""
     if done <= 0 or (done < ENOUGH * total and elapsed < ENOUGH_SECONDS):
         return None
     return elapsed / done * max(total - done, 0.0)
 
 
 class Interlude(Protocol):
-    """Work of the process that runs trials, which must not overlap one: writing the page of the run."""
+    """Work of the process that runs trials, such as writing the page of the run, which must not overlap a trial."""
 
     def due(self) -> bool:
         """Whether it is time for the work."""
@@ -67,7 +66,7 @@ class Progress:
             self._bars = None
 
     def begin(self, name: str, total: int, work: float | None = None) -> None:
-        """A new phase of `total` pieces, which together are so much work; by default each is 1."""
+        """Begin a phase of `total` pieces, with their `work` in all; by default the work of each is 1."""
         self._name, self._total, self._count = name, total, 0
         self._work, self._done = float(total) if work is None else work, 0.0
         self._began = self._printed = time.monotonic()
@@ -75,7 +74,7 @@ class Progress:
             self._task = self._bars.add_task(name, total=total, done=0.0, work=self._work)
 
     def advance(self, work: float = 1.0) -> None:
-        """One piece, which was so much work, is done."""
+        """Count one piece with its work as done."""
         self._count += 1
         self._done += work
         if self._bars is not None:

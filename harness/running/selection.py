@@ -1,4 +1,4 @@
-"""What --library, --family and --kind leave of the cases and integrators that are named."""
+"""Selects cases and integrators by the options --library, --family and --kind."""
 
 from collections.abc import Iterator, Sequence
 from typing import TypeVar, get_args
@@ -21,9 +21,9 @@ def family(case: type[Case]) -> str:
 def cases_of(
     found: Sequence[tuple[Case, str]], families: Sequence[str] | None, kinds: Sequence[str] | None
 ) -> list[tuple[Case, str]]:
-    """The cases, each with its label, of these families that offer one of these forms; without a restriction all.
+    """The cases, each with its label, of these families that offer one of these forms; all without a restriction.
 
-    Raises ValueError for a word that none of them has.
+    Raises ValueError for a word that fits no case.
     """
     left = _kept("--family", families, [(pair, {family(type(pair[0]))}) for pair in found])
     if not kinds:
@@ -34,7 +34,7 @@ def cases_of(
 def integrators_of(
     found: Sequence[Integrator], libraries: Sequence[str] | None, kinds: Sequence[str] | None
 ) -> list[Integrator]:
-    """The integrators of these libraries that accept one of these forms. Raises as `cases_of`."""
+    """The integrators of these libraries that accept one of these forms. Raises ValueError as `cases_of`."""
     left = _kept("--library", libraries, [(one, {one.library}) for one in found])
     forms: tuple[type, ...] = (*get_args(Form), SceneForm)
     every = [kind for form in forms for kind in _descendants(form)]
@@ -42,7 +42,7 @@ def integrators_of(
 
 
 def _offered(case: Case) -> Iterator[type]:
-    """The types of a case's forms, and those that they are special cases of: what is Separable is SecondOrder too."""
+    """The types of a case's forms, and their base types: a Separable form is SecondOrder too."""
     for form in case.all_forms() if case.scene is None else (*case.all_forms(), case.scene):
         yield from type(form).__mro__[:-1]
 

@@ -1,4 +1,4 @@
-"""`solve`: any integrator that gnomon knows on equations of the reader's own."""
+"""`solve`: any integrator that gnomon knows, on equations of the reader's own."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from gnomon.cases.core.arithmetic import calling
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
-from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
 from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.registry import lookup
+from gnomon.harness.scoring.prepared import Prepared
 
 
 def solve(
@@ -23,16 +23,49 @@ def solve(
     parameters: Sequence[float] = (),
     accelerations: bool = False,
 ) -> Floats:
-    """The states at `times`, shape (len(times), dim), of the motion that has the state `y0` at `t0`.
+    """Solve an initial value problem with any integrator that gnomon knows.
 
-    `f(t, y)` returns the derivatives as a tuple of plain arithmetic on the tuple y and functions of `math`, without
-    branches: it is compiled. With `accelerations` it is f(t, q), y0 is (q..., q'...), and methods for q'' = a(t, q) run.
-    With `parameters` it is f(t, y, p): other numbers do not compile it again. `f` may be a form of
-    `gnomon.cases.core.forms` instead: rigid bodies, gravitating bodies, events. `times` increase and are after `t0`.
+    Parameters
+    ----------
+    f : callable or Form
+        ``f(t, y)`` returns the derivatives as a tuple of plain arithmetic on the tuple y and functions of `math`,
+        without branches: it is compiled. With `accelerations` it is ``f(t, q)``; with `parameters` it has the further
+        argument p. A form of `gnomon.cases.core.forms` states rigid bodies, gravitating bodies or events.
+    t0 : float
+        The start time.
+    y0 : array_like, shape (dim,)
+        The state at `t0`; with `accelerations` (q..., q'...).
+    times : array_like, shape (n,)
+        Times after `t0`, increasing.
+    tolerance : float
+        The relative tolerance; for a method of fixed steps the step size, which is shortened so that steps end at the
+        times.
+    method : str or Integrator
+        A name from `gnomon list integrators`, or an integrator.
+    parameters : array_like
+        The numbers p; other numbers do not compile f again.
+    accelerations : bool
+        Whether f returns accelerations, for methods that solve q'' = a(t, q).
 
-    `method` is what `gnomon list integrators` names. `tolerance` is relative; for a method of fixed steps it is the step
-    size, which is shortened so that steps end at the times. Raises Refused where the method declines or gives up, and
-    ValueError for a wrong argument.
+    Returns
+    -------
+    ndarray, shape (n, dim)
+        The states at `times`.
+
+    Raises
+    ------
+    Refused
+        If the method declines or gives up.
+    ValueError
+        For a wrong argument.
+
+    Examples
+    --------
+    >>> from gnomon.harness import solve
+    >>> def oscillator(t, y):
+    ...     return y[1], -y[0]
+    >>> solve(oscillator, 0.0, [1.0, 0.0], [1.0, 2.0], 1e-9).shape
+    (2, 2)
     """
     start, at = np.array(y0, dtype=np.float64), np.array(times, dtype=np.float64)
     if start.ndim != 1 or not len(start) or not np.all(np.isfinite(start)) or (accelerations and len(start) % 2):
@@ -46,11 +79,8 @@ def solve(
     numbers = np.array(parameters, dtype=np.float64)
     form = _form(f, bool(len(numbers)), accelerations, integrator)
     problem = Problem(form, len(start), numbers, at, span / len(at), t0=float(t0))
-    solver = solver_of(integrator, problem, float(tolerance))
-    try:
-        found = validation.checked(solver(start[None].copy()), (1, len(at), len(start)))
-    finally:
-        solver.close()
+    with Prepared(integrator, problem, float(tolerance)) as solver:
+        found = solver(start[None])
     if found.stopped is not None:
         raise Refused(f"{integrator.id}: {found.stopped}")
     states: Floats = found.states[0]

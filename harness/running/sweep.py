@@ -1,4 +1,4 @@
-"""One launch of one series: requests its trials from cheap to expensive, scores the outcomes, skips what is too slow."""
+"""One launch of one series: requests its trials from cheap to expensive, scores the outcomes, skips slow settings."""
 
 import itertools
 import math
@@ -19,15 +19,14 @@ from gnomon.harness.scoring.score import Scorer, moves
 from numpy.typing import NDArray
 
 TIMES_THE_LIMIT = 3.0
-"""A setting is left out if its predicted time is at least this number of times the limit."""
+"""A setting is left out if its predicted time is at least this multiple of the limit."""
 TIMEOUTS_IN_A_ROW = 3
-"""Timeouts of as many settings one after another end a sweep. One alone does not: a loose tolerance may be the one that
-hangs, for example near a pericentre."""
+"""Number of successive timeouts that end a sweep. One does not: a loose tolerance may hang, as near a pericentre."""
 REPEATED_SECONDS = 0.001
 """Trials of hard variants above this are timed in one call. For shorter ones a single call is too slow by 5 to 10 % in
-the median, and below 30 microseconds by half in one of ten, since its code was just loaded."""
+the median, and below 30 microseconds by half in one of ten, because its code was just loaded."""
 MOST_INTERRUPTIONS = 2
-"""How many times a trial that was interrupted is run again, each at the next call; after that its status is `crashed`."""
+"""Number of times that an interrupted trial runs again, each at the next call; after that its status is `crashed`."""
 
 
 Record = Callable[[Mapping[str, Any], Mapping[str, Any] | None, NDArray[Any] | None], None]
@@ -51,8 +50,7 @@ def task_of(series: Series, exact: ReferenceSolution) -> Task:
 
 @dataclass(eq=False)
 class Sweep:
-    """One launch of a series. By (trial_key, launch), `history` has the results of earlier runs and `interruptions` the
-    number of interruptions."""
+    """One launch of a series. By (trial_key, launch), `history` has earlier results, `interruptions` their numbers."""
 
     series: Series
     trials: Sequence[Trial]
@@ -76,8 +74,11 @@ class Sweep:
         self._stopped: str | None = None
 
     def next(self) -> Request | None:
-        """The request for the next trial that must run. Those that earlier runs measured are passed over, and in later
-        launches those that the first one did not score; those that would pass the limit are recorded as skipped."""
+        """The request for the next trial that must run.
+
+        Trials that earlier runs measured are passed over, and in later launches trials that the first one did not
+        score. Trials that would exceed the limit are recorded as skipped.
+        """
         while self._waiting:
             trial = self._waiting.pop(0)
             assert trial.setting is not None
@@ -109,7 +110,7 @@ class Sweep:
         self._add(trial, measurement, outcome.options, states if self.launch == 1 else None)
 
     def failed(self, status: Status, reason: str, output: str, tries: int | None = None) -> None:
-        """Record a trial without outcome. After too many interruptions its status is `crashed`: it causes them itself."""
+        """Record a trial without outcome. After too many interruptions it is `crashed`: it causes them itself."""
         trial = self._taken()
         before = self.interruptions.get((trial.key, self.launch), 0)
         if status == Status.INTERRUPTED and before >= MOST_INTERRUPTIONS:
@@ -122,7 +123,7 @@ class Sweep:
         return trial
 
     def _note(self, setting: float, known: Known) -> None:
-        """Take account of a measurement, of this run or an earlier one, for the settings after it."""
+        """Use a measurement, of this run or an earlier one, to decide about the settings after it."""
         if known.status in CANNOT_RUN:
             self._stopped = f"the setting before it ended as {known.status}"
         self._timeouts = [*self._timeouts, setting] if known.status == Status.TIMEOUT else []
@@ -134,9 +135,9 @@ class Sweep:
             self._fastest = min(self._fastest, (known.seconds or math.inf) / known.work)
 
     def _predicted(self, setting: float) -> str | None:
-        """Why a setting would pass the limit by far; None if it would not, or if nothing was counted or timed.
+        """Why a setting would exceed the limit by far; None if it would not, or if nothing was counted or timed.
 
-        Counts are extrapolated by their smallest growth; each takes as long as the fastest that this series had so far.
+        Counts are extrapolated by their smallest growth, and multiplied by the least time for one in this series so far.
         """
         if self.launch > 1 or not math.isfinite(self._fastest):
             return None
@@ -144,7 +145,7 @@ class Sweep:
         ratios = [after / count for (_, count), (_, after) in itertools.pairwise(self._counted[-3:])]
         if isinstance(self.series.integrator.sweep, Steps):  # the work is proportional to the number of steps
             ratios.append(before / setting)
-        elif len(ratios) < 2:  # a first count may be that of a solution that missed a pericentre
+        elif len(ratios) < 2:  # the first solution may have missed a pericentre
             ratios.append(1.0)
         expected = work * max(min(ratios), 1.0)
         seconds = expected * self._fastest
@@ -161,8 +162,11 @@ class Sweep:
         return first is not None and first.status in SCORED
 
     def _request(self, setting: float) -> Request:
-        """The request for a trial. Default variants are timed precisely; on the others a few calls suffice, as their
-        times serve as orders of magnitude."""
+        """The request for a trial.
+
+        Default variants are timed precisely; for other variants a few calls suffice, as their times serve as orders of
+        magnitude.
+        """
         suite, count = self.suite, self.launch == 1 and self.series.integrator.counts_rhs
         if self.series.case.variant is None:
             wanted = suite.turned and self.launch == 1 and not self.series.over_timing_span

@@ -9,7 +9,6 @@ trial.
 """
 
 import contextlib
-import errno
 import gc
 import os
 import signal
@@ -27,20 +26,22 @@ from typing import Any, TypeVar
 
 import numpy as np
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solver, Unsupported, solver_of
+from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solver
 from gnomon.harness.contract.problem import accepted_form, groups_of, names_of
 from gnomon.harness.contract.status import Status
-from gnomon.harness.contract.validation import TEXT, Unusable
+from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.kernels.generated_modules import WATCHERS
 from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.values import DELAYED
-from gnomon.harness.running import messages, timed_call
+from gnomon.harness.running import messages
 from gnomon.harness.running.first_use import first_seconds
 from gnomon.harness.running.messages import Garbled, Message
 from gnomon.harness.running.null_call import null_call
-from gnomon.harness.running.timed_call import Call
+from gnomon.harness.scoring import prepared
+from gnomon.harness.scoring.failures import status_of
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
+from gnomon.harness.scoring.prepared import Call, Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import adopt_orphans, end_children, guarded, leave_server
 from gnomon.harness.system.memory import address_space_bytes
@@ -54,13 +55,13 @@ CLOCKS = {
 FEWEST_CALLS = 3
 """Minimum number of timed calls of a trial that is not slow: one outlier would decide the median of fewer."""
 MOST_REPEATS = 5
-"""How often a call that waited for a processor is repeated."""
+"""Largest number of repeats of a call that waited for a processor."""
 ANNOUNCED_SECONDS = 0.01
-"""Calls that take longer than this together are announced, each with a deadline of its own: the message takes 0.1 ms."""
+"""Calls that together take longer are announced, each with its own deadline; the message takes 0.1 ms."""
 COUNTING_ULPS = 1000
-"""Unit, in ulps, of the perturbations of counting runs: those of timed calls are multiples of an ulp, all smaller."""
+"""Unit, in ulps, of the perturbations of counting runs; those in timed calls are smaller multiples of an ulp."""
 MAYBE_SECONDS = ("reset_seconds", "null_seconds", "delay_seconds", "first_seconds")
-"""The times of an Outcome that need not be there."""
+"""The times of an Outcome that may be missing."""
 _OUTPUT_BYTES = 4000
 """Length of the output that is kept, its end; a file of more than _LONG_OUTPUT bytes is shortened to this."""
 _LONG_OUTPUT = 10**5
@@ -71,7 +72,7 @@ FLOODED = f"printed more than {MOST_PRINTED // 10**6} MB in one call"
 
 @dataclass(frozen=True)
 class Task:
-    """What a worker needs to know of a series. `output` is the path of a file.
+    """The data of a series that a worker needs. `output` is the path of a file.
 
     `turned` (n, dim_y) are the turned starts of a case with a rotational symmetry.
     """
@@ -85,9 +86,9 @@ class Task:
     turned: Floats
     output: str
     memory_bytes: int = 2**34
-    """Memory that the worker may allocate beyond what it has at its start."""
+    """Memory that the worker may allocate beyond its memory at the start."""
     moves: bool = True
-    """Whether the exact motion leaves its start: a solution that does not is refused then."""
+    """Whether the exact motion leaves its start; then a solution that stays there is refused."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ class Request:
 
 
 def answer(outcome: Outcome, request: int) -> Message:
-    """The message with an outcome, in answer to a request."""
+    """The message that answers a request with an outcome."""
     content = asdict(outcome)
     arrays = {name: content.pop(name) for name in ("states", "turned")}
     return Message(request, "done", content, {name: array for name, array in arrays.items() if array is not None})
@@ -168,7 +169,7 @@ def serve(connection: Connection, task: Task) -> None:
 
 
 def _work(connection: Connection, task: Task) -> None:
-    """Serve one request after another until the parent ends this process; end what each request left running."""
+    """Serve one request after another until the parent ends this process; end processes that a request left running."""
     os.setpgid(0, 0)  # else a terminal's Ctrl-C reaches libraries with a handler of their own, such as REBOUND
     adopt_orphans()
     leave_server(connection.fileno())
@@ -210,7 +211,7 @@ class _Speaker:
         self.send(Message(self.request, stage, content, {}))
 
     def failed(self, error: BaseException) -> None:
-        status, reason = _named(error, self._memory_bytes)
+        status, reason = status_of(error, self._memory_bytes)
         if status == Status.CRASHED and not isinstance(error, Unusable):
             _print(error)
         self("failed", status=status, reason=reason)
@@ -233,7 +234,7 @@ class _Series:
     unannounced = 0.0
     """Seconds of the calls since the parent last set a deadline."""
     null: tuple[float | None, int | None] = None, None
-    """Seconds of the null call and the work that they include; None before it is measured, and where it fails."""
+    """Seconds of the null call and the work in it; None before the measurement, and if it fails."""
     null_measured = False
 
     def __init__(self, task: Task, say: _Speaker) -> None:
@@ -264,12 +265,8 @@ class _Series:
 
     def run(self, request: Request) -> Outcome:
         rhs_calls, counted_seconds, others = self._count(request) if request.count else (None, 0.0, None)
-        problem = self.problem(counted=False)
-        began = perf_counter_ns()
-        solver = solver_of(self.integrator, problem, request.setting)
-        prepare_seconds = (perf_counter_ns() - began) * 1e-9
-        self._prepared()
-        try:
+        with Prepared(self.integrator, self.problem(counted=False), request.setting) as solver:
+            self._prepared()
             seconds = counted_seconds
             if others is None or (counted_seconds < request.slow_seconds and request.repeats > 1):
                 warm = self._compiled(lambda: self._call(solver, next(self.perturbed)))
@@ -283,9 +280,7 @@ class _Series:
             if _did_nothing(scored, self.task, rhs_calls):
                 raise Refused(scored.solution.stopped or validation.DID_NOT_MOVE)
             turned = self._turned(solver) if request.turned else None
-            options = _options(solver)
-        finally:
-            solver.close()
+            options = _options(solver.solver)
         if request.null and not self.null_measured:
             self.say("extra")
             self.null_measured = True
@@ -302,7 +297,7 @@ class _Series:
             scored.solution.steps,
             rhs_calls,
             tuple(call.seconds for call in calls),
-            prepare_seconds,
+            solver.prepare_seconds,
             _median(call.reset_seconds for call in calls),
             options,
             _read_output(self.task.output),
@@ -312,24 +307,24 @@ class _Series:
             first,
         )
 
-    def _turned(self, solver: Solver) -> Floats:
+    def _turned(self, solver: Prepared) -> Floats:
         """The solutions (n, 64, dim_y) from the turned starts, each by a call like the timed one."""
         return np.array([self._call(solver, start).states for start in self.task.turned])
 
     def _prepared(self) -> None:
-        """End a preparation. Collecting what a compiler left takes 0.1 s and more: done here, it is not timed."""
+        """End a preparation. Collecting a compiler's garbage takes 0.1 s and more: done here, it is not timed."""
         gc.collect()
         gc.freeze()
         limit_output(self.task.output)
         self.say("prepared")
         self.unannounced = 0.0
 
-    def _call(self, solver: Solver, start: Floats, keep: bool = True) -> Call:
-        """A call, with a deadline of its own unless all calls since the last deadline were short."""
+    def _call(self, solver: Prepared, start: Floats, keep: bool = True) -> Call:
+        """A call, with its own deadline unless all calls since the last deadline were short."""
         if self.unannounced > ANNOUNCED_SECONDS:
             self.say("calling")
             self.unannounced = 0.0
-        call = Call(solver, start, (len(self.task.times), len(start)), keep)
+        call = solver.timed(start, keep)
         self.unannounced += call.seconds + (call.reset_seconds or 0.0)
         limit_output(self.task.output)
         return call
@@ -355,34 +350,34 @@ class _Series:
         """Number of right-hand sides, seconds and states of a run through equations that count their calls.
 
         The start is a perturbed state that the setting's place determines. Step control may need 2 % more right-hand
-        sides from a start an ulp away; the next unused state would depend on how many calls fitted into the time.
+        sides from a start an ulp away, and the next unused state would depend on the number of calls that fitted into
+        the time.
         """
         if not self.integrator.counts_rhs:
             return None, 0.0, None
         problem = self.problem(counted=True)
-        solver = solver_of(self.integrator, problem, request.setting)
-        self._prepared()
-        while len(self.counting_starts) <= request.place:
-            self.counting_starts.append(next(self.counting))
+        with Prepared(self.integrator, problem, request.setting) as solver:
+            self._prepared()
+            while len(self.counting_starts) <= request.place:
+                self.counting_starts.append(next(self.counting))
 
-        def counting() -> tuple[Call, int]:
-            before = problem.buffer[-1]
-            call = self._call(solver, self.counting_starts[request.place])
-            return call, validation.count(problem.buffer[-1] - before, "right-hand sides")
+            def counting() -> tuple[Call, int]:
+                before = problem.buffer[-1]
+                call = self._call(solver, self.counting_starts[request.place])
+                return call, validation.count(problem.buffer[-1] - before, "right-hand sides")
 
-        call, counted = self._compiled(counting)
-        solver.close()
+            call, counted = self._compiled(counting)
         self.say("counted")
         return counted, call.seconds, call.states
 
     def _timed(
-        self, solver: Solver, request: Request, estimate: float, others: Floats | None
+        self, solver: Prepared, request: Request, estimate: float, others: Floats | None
     ) -> tuple[list[Call], Call, Floats | None]:
-        """All timed calls, the one that is scored, and the states of a call from a perturbed initial state.
+        """All timed calls, the call that is scored, and the states of a call from a perturbed initial state.
 
         The time of a call that waited for a processor is replaced (see `_undelayed`), its states are not. A slow trial,
         or one with `repeats` 1, is timed in one call. If this call takes less than half of the estimate, the method may
-        have kept results from the same start at another setting: calls from new starts are timed then.
+        have kept results from this start at another setting: then calls from new starts are timed.
         """
         slow = estimate > request.slow_seconds or request.repeats == 1
         calls: list[Call] = []
@@ -408,18 +403,23 @@ class _Series:
             gc.enable()
         return calls, scored, others
 
-    def _undelayed(self, solver: Solver, repeats: int, call: Call) -> Call:
-        """The call or, if it waited for a processor, the one that waited for the least share of its time among it and its
-        repeats, which end with one that did not wait. They are from new starts: remembered answers save nothing."""
+    def _undelayed(self, solver: Prepared, repeats: int, call: Call) -> Call:
+        """The call or, if it waited for a processor, the repeat that waited for the least share of its time.
+
+        The repeats end with a call that did not wait. They are from new starts, so that remembered answers save
+        nothing.
+        """
         for _ in range(repeats):
             if call.waited <= DELAYED:
                 break
             call = min(call, self._call(solver, next(self.perturbed), keep=False), key=lambda one: one.waited)
         return call
 
-    def _suspect(self, solver: Solver, states: Floats) -> None:
-        """Refuse a solution that does not depend on the start. Rounding can make those from starts an ulp apart equal;
-        this compares with a start much farther away."""
+    def _suspect(self, solver: Prepared, states: Floats) -> None:
+        """Refuse a solution that does not depend on the start.
+
+        Rounding can make solutions from starts an ulp apart equal; this compares with a start much farther away.
+        """
         far = self._call(solver, probe_state(self.case, self.formulation, self.task.sizes))
         if np.array_equal(far.states, states) and np.any(states != 0):
             raise Refused("returned the same states from different initial states: nothing was integrated")
@@ -427,7 +427,7 @@ class _Series:
 
 def _verify_clocks() -> None:
     """Raise Unusable if an integrator replaced a clock: measured times would mean nothing."""
-    used = {"perf_counter_ns": (perf_counter_ns, vars(timed_call)["perf_counter_ns"])}
+    used = {"perf_counter_ns": (perf_counter_ns, vars(prepared)["perf_counter_ns"])}
     for name, clock in CLOCKS.items():
         same = all(one is clock for one in (getattr(time, name, None), *used.get(name, ())))
         if not (same and isinstance(clock, types.BuiltinFunctionType)):
@@ -435,14 +435,16 @@ def _verify_clocks() -> None:
 
 
 def _median(values: Iterable[float | None]) -> float | None:
-    """The median of the values that are known; None if none is."""
+    """The median of the known values; None without any."""
     known = [value for value in values if value is not None]
     return float(np.median(known)) if known else None
 
 
 def _did_nothing(call: Call, task: Task, rhs_calls: int | None) -> bool:
-    """Whether the call returned the initial state where the exact motion leaves it; at an equilibrium, without a right-hand
-    side and without a step."""
+    """Whether the call returned the initial state although the exact motion leaves it.
+
+    At an equilibrium this counts only without a right-hand side and without a step.
+    """
     worked = not task.moves and bool(rhs_calls or call.solution.steps)
     return not worked and validation.still(call.states[np.newaxis], task.start[np.newaxis])
 
@@ -461,24 +463,6 @@ def _print(error: BaseException) -> None:
         frames = frames.tb_next
     with contextlib.suppress(Exception):  # an exception of a user's own may raise while it is formatted
         print("".join(traceback.format_exception(type(error), error, frames)), file=sys.stderr, flush=True)
-
-
-def _named(error: BaseException, memory_bytes: int) -> tuple[Status, str]:
-    """(status, reason) of an exception."""
-    if isinstance(error, Unusable):
-        return Status.CRASHED, str(error)
-    if isinstance(error, Unsupported):
-        return Status.UNSUPPORTED, str(error) or "lacks what the problem needs, which it does not name"
-    if isinstance(error, Refused):
-        return Status.REFUSED, str(error) or "declined without a reason"
-    if isinstance(error, ModuleNotFoundError):
-        return Status.NOT_INSTALLED, str(error)
-    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
-        return Status.INTERRUPTED, f"the disk is full ({error.filename or error.strerror})"
-    text = str(error).strip().replace("\n", " ")
-    if isinstance(error, MemoryError):
-        return Status.OUT_OF_MEMORY, f"needed more than {memory_bytes / 2**30:.3g} GiB ({text[:TEXT]})"
-    return Status.CRASHED, f"{type(error).__name__}: {text[:TEXT]}" if text else type(error).__name__
 
 
 def _limit_resources(memory_bytes: int) -> None:
@@ -502,9 +486,9 @@ def _redirect(path: str) -> None:
 
 
 def _read_output(path: str) -> str:
-    """The end of what was printed since the last trial; empties the file."""
+    """The end of the output since the last trial; empties the file."""
     for stream in (sys.stdout, sys.stderr):
-        if stream is not None:  # where an integrator, or a process without standard streams, has none
+        if stream is not None:  # an integrator, or a process without standard streams, may have none
             stream.flush()
     return take_output(path)
 
@@ -517,7 +501,7 @@ def printed_bytes(path: str) -> int:
 
 
 def limit_output(path: str) -> None:
-    """Shorten a long output file to its end, after each call: how often an integrator is called is not its own choice.
+    """Shorten a long output file to its end, after each call: an integrator does not choose the number of its calls.
 
     Raises Unusable if one call printed too much.
     """

@@ -1,4 +1,4 @@
-"""Compares events that an integrator located with the exact ones."""
+"""Compares the events that an integrator located with the exact events."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,7 +15,7 @@ class EventScore(NamedTuple):
 
 
 def score_events(located: Sequence[tuple[float, str]], exact: Sequence[Event]) -> EventScore:
-    """Compare (time, name) pairs with the exact events: for each name, the k-th located with the k-th exact.
+    """Compare (time, name) pairs with the exact events: for each name, the k-th located event with the k-th exact one.
 
     The event `limit` is the time at which the integrator declares the motion settled. The settle rule allows any time
     from the last listed event to the exact limit time; the error is the distance from that interval.

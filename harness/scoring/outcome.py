@@ -7,10 +7,10 @@ from gnomon.harness.contract.integrator import Floats
 
 @dataclass
 class Outcome:
-    """What a trial measured. `states` (64, dim_y) is the solution from the exact initial state, without perturbation.
+    """The measurements of a trial. `states` (64, dim_y): the solution from the exact initial state, unperturbed.
 
     `turned` (n, 64, dim_y) are the solutions from the turned starts, None if they were not requested. Times are in
-    seconds; those of the timed calls are `seconds`. The others are explained in results/schema.toml.
+    seconds; `seconds` are the times of the timed calls. results/schema.toml explains the other fields.
     """
 
     states: Floats

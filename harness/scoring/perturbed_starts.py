@@ -23,7 +23,7 @@ _ENCODED_ATTEMPTS = 100
 
 
 def perturbed_states(case: Case, formulation: Formulation | None, sizes: Floats, ulps: int = 1) -> Iterator[Floats]:
-    """Distinct initial states (dim,), the nearest first, all in the case's domain, without the case's own initial state.
+    """Distinct initial states (dim,) in the case's domain, the nearest first, without the case's own initial state.
 
     The perturbations are multiples of `ulps` units in the last place.
     """
@@ -33,7 +33,7 @@ def perturbed_states(case: Case, formulation: Formulation | None, sizes: Floats,
 
 
 def probe_state(case: Case, formulation: Formulation | None, sizes: Floats) -> Floats:
-    """An initial state so far from the case's own that solutions from the two differ in their bits."""
+    """An initial state so far from the case's own that solutions from both differ in their bits."""
     state = np.array([float(value) for value in case.initial_state])
     unit = np.maximum(np.abs(state), SHARE * sizes) * PROBE
     return next(_distinct(case, formulation, state, unit, PROBE))
@@ -85,7 +85,7 @@ def _distinct(
 
 
 def _multiples(ways: Sequence[Sequence[int]]) -> Iterator[tuple[int, ...]]:
-    """Every vector of integers except zero, in the sequence of its largest component; `ways`: allowed signs of each.
+    """Every vector of integers except zero, by the size of its largest component; `ways`: allowed signs of each.
 
     A component that the domain fixes has no sign and stays 0: with any other value nearly all vectors would be outside
     the domain. Vectors in which all others are perturbed come first.

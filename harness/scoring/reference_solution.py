@@ -25,7 +25,7 @@ from gnomon import cases
 
 PACK = Path(__file__).with_name("reference_solutions.zip")
 """The reference solutions of all default cases and of hard variants that users solve in their first minutes, made by
-`make solutions`; one whose sources changed is computed again."""
+`make solutions`; a solution whose sources changed is computed again."""
 _OWN = (__name__, "gnomon.harness.contract.problem")
 
 
@@ -34,11 +34,12 @@ class ReferenceSolution:
     """The reference solution of one case in one formulation.
 
     `times` (64,), `exact` (64, dim), `floor` and `conditioning` (64,) belong to the case; `problem_times` (64,),
-    `start` (dim_y,) and `time_scale` are what the integrator gets. `sizes` (dim,) is the scale of each coordinate's
+    `start` (dim_y,) and `time_scale` are given to the integrator. `sizes` (dim,) is the scale of each coordinate's
     group in the metric; `crowded` (64,) marks the times at which the metric compares positions only.
 
-    For a default variant with a rotational symmetry, `turned` (n, dim) are the turned starts, `turned_starts` (n, dim_y)
-    the same as the integrator gets them, and `turned_exact` (n, 64, dim) their exact motions; else n is 0.
+    For a default variant with a rotational symmetry, `turned` (n, dim) are the turned starts, `turned_starts` (n,
+    dim_y) are these starts as the integrator gets them, and `turned_exact` (n, 64, dim) their exact motions; else n is
+    0.
     """
 
     times: Floats
@@ -92,7 +93,7 @@ class CaseSpec:
 
 
 def reference_solution(spec: CaseSpec) -> ReferenceSolution:
-    """The reference solution of a case, from the cache on disk if the sources of case and exact motion are unchanged."""
+    """The reference solution of a case, from the cache on disk unless a source of case or exact motion changed."""
 
     key = _key(spec)
     if key is None:
@@ -103,7 +104,7 @@ def reference_solution(spec: CaseSpec) -> ReferenceSolution:
 def reference_solutions(
     specs: Sequence[CaseSpec], progress: Callable[[], None]
 ) -> dict[CaseSpec, ReferenceSolution | str]:
-    """The reference solutions of several cases. Those not on disk are computed in parallel; `progress` runs after each.
+    """The reference solutions of several cases, computed in parallel if not on disk; `progress` runs after each.
 
     If a case fails, the value is the message of its exception: one broken case does not end a run.
     """
@@ -129,7 +130,7 @@ def reference_solutions(
 
 
 def kept_entry(spec: CaseSpec, solution: ReferenceSolution | str) -> tuple[str, diskcache.Entry]:
-    """The key and the content under which a solution is kept; ValueError where there is none."""
+    """The key and the content under which a solution is kept. Raises ValueError without a solution or key."""
     key = _key(spec)
     if key is None or isinstance(solution, str):
         raise ValueError(f"{spec.path} has no reference solution to keep: {solution}")
@@ -141,7 +142,7 @@ def _entry(solution: ReferenceSolution) -> diskcache.Entry:
 
 
 def _key(spec: CaseSpec) -> str | None:
-    """The key of a reference solution on disk; None where a source is not in a file, or was edited since it was loaded."""
+    """The key of a reference solution on disk; None if a source is not in a file, or was edited after it was loaded."""
     code, scoring = closure(spec.path.partition(":")[0]), closure(*_OWN, within=())
     if code is None or scoring is None:
         return None

@@ -1,8 +1,8 @@
 """Scores an outcome: its status, its errors against the exact motion, the drift of its invariants.
 
 The error depends on the orientation of an orbit or a body: at one setting it varies by a factor of up to 28. If a case
-has a rotational symmetry, its default variant is therefore solved from turned starts too, and the recorded errors are
-those of the start with the median error. A solution that is not finite, from any of these starts, is diverged.
+has a rotational symmetry, its default variant is therefore also solved from turned starts, and the errors from the
+start with the median error are recorded. A solution that is not finite, from any of these starts, is diverged.
 """
 
 import math
@@ -31,11 +31,11 @@ FIRST = 4
 """Number of samples for `error_start`."""
 CLOCK_ITERATIONS = 8
 SPREAD = ("turned_starts", "error_low", "error_high")
-"""The columns of the range over turned starts."""
+"""The columns for the range of errors over turned starts."""
 _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2",
                 "asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh"}  # fmt: skip
 NUMPY = {name: getattr(np, _NUMPY_NAMES.get(name, name)) for name in FUNCTIONS}
-"""The functions of `math` for arrays: an invariant is evaluated at all samples at once."""
+"""The functions of `math` for arrays, as an invariant is evaluated at all samples at once."""
 
 
 class Scorer:
@@ -48,7 +48,7 @@ class Scorer:
         self.parameters = tuple(float(value) for value in case.parameter_values())
 
     def problem(self, form: Any) -> Problem:
-        """The problem for an integrator that takes `form`, without counting of right-hand sides."""
+        """The problem for an integrator that accepts `form`, without counting of right-hand sides."""
         reference = self.reference
         parameters, groups = np.array(self.parameters), groups_of(self.case, self.formulation)
         return Problem(
@@ -64,7 +64,7 @@ class Scorer:
         }
 
     def measure(self, outcome: Outcome, tolerance: float | None) -> tuple[dict[str, Any], Floats]:
-        """The columns of a measurement that follow from the outcome, and its states (64, dim) in the case's coordinates."""
+        """The columns of a measurement from its outcome, and its states (64, dim) in the case's coordinates."""
         seconds = np.array(outcome.seconds)
         row: dict[str, Any] = {
             "rhs_calls": outcome.rhs_calls,
@@ -84,7 +84,7 @@ class Scorer:
         states = self.decoded(outcome.states)
         scored = self.score(states)
         if outcome.turned is not None:
-            own, over = scored["error_max"], self.over_turned(outcome.turned)
+            own, over = scored["error_max"], self.score_turned(outcome.turned)
             # The median over the turned starts would hide that the solution from the case's own is lost.
             scored = scored | {name: over[name] for name in SPREAD} if math.isnan(own) else over
             row["error_unturned"] = own
@@ -97,11 +97,11 @@ class Scorer:
             row["error_over_tolerance"] = row["error_max"] / tolerance
         return row, states
 
-    def over_turned(self, answers: Floats) -> dict[str, Any]:
+    def score_turned(self, answers: Floats) -> dict[str, Any]:
         """Status and errors of the turned start with the median error, and the range of errors over all turned starts.
 
         `answers` (n, 64, dim_y) are the solutions from the turned starts of the reference solution. If an error is not
-        finite, status and errors are those of that start; `error_low` or `error_high` is nan if it is such an error.
+        finite, status and errors are from that start; `error_low` or `error_high` is nan if it is not finite.
         """
         states = [scorer.decoded(answer) for scorer, answer in zip(self._turned, answers, strict=True)]
         errors = np.array([scorer.largest_error(each) for scorer, each in zip(self._turned, states, strict=True)])
@@ -148,7 +148,7 @@ class Scorer:
         """`ok`, `inaccurate` or `diverged`, and the reason, from errors (64,).
 
         An error is compared with the largest conditioning up to its time: an error that rounding of the initial state
-        can cause is no fault of the integrator.
+        can cause is not a fault of the integrator.
         """
         excusable = CONDITIONED * np.maximum.accumulate(self.reference.conditioning)
         for status, threshold in ((Status.DIVERGED, DIVERGED), (Status.INACCURATE, INACCURATE)):
@@ -162,7 +162,7 @@ class Scorer:
     def split(self, states: Floats) -> tuple[float, float]:
         """The largest component of the scaled error along the exact flow (phase) and across it (shape).
 
-        Both are nan for hybrid and for driven cases, where an error along the flow is not an error in time.
+        Both are nan for hybrid and for driven cases, in which an error along the flow is not an error in time.
         """
         if self._flow is None:
             return math.nan, math.nan
@@ -175,7 +175,7 @@ class Scorer:
     def drift(self, states: Floats) -> dict[str, Floats]:
         """For each invariant, its departure from its law at each sample (64,), divided by its size.
 
-        A constant invariant departs by its difference from the initial value; one that decays, by its rise above its
+        A constant invariant departs by its difference from the initial value; a decaying one, by its rise above its
         lowest value so far.
         """
         found = {}
@@ -236,7 +236,7 @@ class Scorer:
 
     @cached_property
     def _flow(self) -> Floats | None:
-        """The unit vector of the exact flow at each sample in scaled coordinates; zero where the state is at rest."""
+        """The unit vector of the exact flow at each sample in scaled coordinates; zero for a state at rest."""
         form = next((f for f in self.case.all_forms() if isinstance(f, FirstOrder)), None)
         if form is None or not self.case.autonomous or isinstance(self.case.forms[0], Hybrid):
             return None
@@ -263,7 +263,7 @@ class Scorer:
 
     @np.errstate(all="ignore")  # during a long decay an invariant may overflow: its drift is then nan
     def _size(self, function: Callable[..., tuple[Any, ...]], initial: float) -> float:
-        """The size that a drift is relative to: the largest value of the invariant or, if its terms cancel, of the terms.
+        """The size to which a drift is relative: the largest value of the invariant, or of its terms if they cancel.
 
         The size of the terms is the sum of |x dI/dx| over the coordinates, by central differences, at its largest on
         the exact motion.
@@ -288,7 +288,7 @@ def _diverged(reason: str) -> dict[str, Any]:
 
 
 def moves(reference: ReferenceSolution) -> bool:
-    """Whether an exact motion changes by more than rounding of its start can explain: an equilibrium does not."""
+    """Whether an exact motion changes by more than rounding of its start can explain; False for an equilibrium."""
     away = np.max(np.abs(reference.exact - reference.exact[0]) / reference.sizes)
     return bool(away > CONDITIONED * np.max(reference.conditioning))
 
@@ -308,7 +308,7 @@ def _to_time(
 ) -> tuple[float, ...]:
     """One step of the classical Runge-Kutta method from `state`, of a length (by Newton's method) that ends at `time`.
 
-    The step is as long as the error of the clock; its own error is proportional to the fifth power of that.
+    The step is as long as the error of the clock; its own error is proportional to the fifth power of this length.
     """
     length, landed = 0.0, state
     for _ in range(CLOCK_ITERATIONS):

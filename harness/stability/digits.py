@@ -1,8 +1,8 @@
-"""Digits that a method loses on hard variants beyond those that the problem loses, and the horizon of chaotic motions.
+"""Digits that a method loses on hard variants beyond the loss of the problem, and the horizon of chaotic motions.
 
 The conditioning of a case is the effect of rounding its numbers. The digits lost by a method are log10 of its smallest
-error over the conditioning, 0 at least. They are claimed where the sweep has levelled off: elsewhere a tighter setting
-than its last one may lose fewer.
+error over the conditioning, at least 0. They are claimed only if the sweep has levelled off: otherwise a setting
+tighter than the last one may lose fewer.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ CASES = (
     "equilateral_three_body",
     "symmetric_top_torque_free",
 )
-"""The methods for gravitating and for rigid bodies take three of them."""
+"""The methods for gravitating bodies, and the methods for rigid bodies, accept three of these cases."""
 OTHERS = (
     "charge_in_E_and_B",
     "relativistic_charge",
@@ -40,30 +40,30 @@ OTHERS = (
     "damped_oscillator",
     "block_incline_friction",
 )
-"""For an integrator that accepts none of `CASES`, because it takes no other form than that of these."""
+"""Cases for an integrator that accepts only their forms, and so no case of `CASES`."""
 LONG = ("orbits", "long", "speed", "engines", "revolutions", "precessions", "flips", "drifting")
 """Words in the names of variants that are long, or measured for other reasons."""
 CHAOTIC = (("double_pendulum", "upright"), ("bouncing_ball_table", "chaotic"))
 FEWEST = 2
 MANY_SECONDS = 10.0
-"""Processor seconds from which all hard variants share the time; with fewer the first two have half each at least."""
+"""Processor seconds from which all hard variants share the time; with fewer, the first two have at least half each."""
 SOLVE_SECONDS = 30.0
-"""Processor seconds after which a solve is stopped: a method whose steps shrink to nothing would take hours."""
+"""Processor seconds after which a solve is stopped, as a method whose steps shrink to nothing would take hours."""
 TARGET = 1e-6
 """Relative error at which calls of the right-hand side are compared."""
 INACCURATE = 0.1
 """An error above this, and above 10 times the conditioning, is a failure."""
 FEW = 2.0
-"""Lost digits up to which a sentence recommends a method."""
+"""Largest number of lost digits with which a sentence recommends a method."""
 CASES_FEWEST = 5
-"""Cases that a recommendation rests on at least: variants of one case are not independent."""
+"""Smallest number of cases for a recommendation: variants of one case are not independent."""
 LAST, HALF = 2, 0.5
-"""A sweep has levelled off if its last settings do not reduce the smallest error to this part of that before them. Two of
-them reduce an error of truncation by four at least: they halve a step twice, or are a hundredth of a tolerance."""
+"""A sweep has levelled off if its LAST settings do not reduce the smallest earlier error to the part HALF. Two settings
+reduce a truncation error at least by four: they halve a step twice, or divide a tolerance by a hundred."""
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    """What follows for one who chooses, from the data of `digits`."""
+    """Advice for the choice of an integrator, from the data of `digits`."""
     rows = data["variants"]
     found = _of_all(rows)
     found += _failures({name: row for name, row in rows.items() if row["failed"] and row["complete"]})
@@ -76,7 +76,7 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
 
 
 def _of_all(rows: Mapping[str, Any]) -> list[str]:
-    """What is lost in the median, at most or at least where sweeps end before they level off."""
+    """The sentence about the median of the lost digits, which is a bound if sweeps end before they level off."""
     known = bounds(rows)
     cases = len({name.partition("/")[0] for name in known})
     if cases < CASES_FEWEST:
@@ -93,8 +93,11 @@ def _of_all(rows: Mapping[str, Any]) -> list[str]:
 
 
 def bounds(rows: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
-    """By variant the digits lost at least and at most where the sweep was measured to its end, infinite for failures: of a
-    sweep that has not levelled off, a tighter setting than the last one may lose none."""
+    """The least and the most digits lost, by variant, if the sweep was measured to its end; infinite for failures.
+
+    The least is 0 for a sweep that has not levelled off, because a setting tighter than the last one may lose no
+    digits.
+    """
     found = {}
     for name, row in rows.items():
         if row["complete"]:
@@ -104,12 +107,12 @@ def bounds(rows: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
 
 
 def levelled(rows: Mapping[str, Any]) -> dict[str, float]:
-    """By variant the digits lost where the sweep has levelled off."""
+    """The digits lost, by variant, if the sweep has levelled off."""
     return {name: most for name, (_, most) in bounds(rows).items() if rows[name].get("levelled")}
 
 
 def _failures(rows: Mapping[str, Any]) -> list[str]:
-    """One sentence for all variants that a method solves too badly, and one for each other reason."""
+    """One sentence for all variants that a method solves too badly, and one for each other reason of a failure."""
     bad = {name: row["error"] for name, row in rows.items() if "error" in row}
     found = []
     if bad:
@@ -153,9 +156,9 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
 
 @panel("digits", "Digits lost on hard motions", sentences, COLUMNS, marks)
 def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
-    """For each hard variant the digits lost, the calls at an error of 1e-6, and how far the sweep was measured.
+    """For each hard variant the digits lost, the calls at an error of 1e-6, and the measured part of the sweep.
 
-    Raises Refused for an integrator that accepts none of the cases.
+    Raises Refused for an integrator that does not accept any of the cases.
     """
     budget, known = Budget(seconds), hard_variants(integrator)
     if not known:
@@ -169,19 +172,19 @@ def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
         trials = trials_of(integrator, name, variant)
         budget.extend(time.process_time() - reading)  # the reference solution is kept: its time is not the method's
         share = max(budget.left, 0.1 * seconds) / left
-        if trials.settings:  # none of them is affordable over a span that is long for fixed steps
+        if trials.settings:  # empty if fixed steps over a long span take too much time
             rows[f"{name}/{variant}"] = lost(trials, share) | {"stresses": _stresses(name, variant)}
     return {"variants": rows, "of": len(known), "target": TARGET}
 
 
 def hard_variants(integrator: Integrator) -> list[tuple[str, str]]:
-    """(case, variant): the hard variants of `CASES` and `CHAOTIC` that the integrator accepts, of `OTHERS` if none."""
+    """(case, variant) of the hard variants in `CASES` and `CHAOTIC` that the integrator accepts, else in `OTHERS`."""
     found = [pair for pair in _variants(CASES, CHAOTIC) if accepts(integrator, *pair)]
     return found or [pair for pair in _variants(OTHERS) if accepts(integrator, *pair)]
 
 
 def every_variant() -> list[tuple[str, str]]:
-    """(case, variant) of all that the panel may take. Their reference solutions come with the package."""
+    """(case, variant) of all variants that the panel may use. Their reference solutions come with the package."""
     return [*_variants(CASES, CHAOTIC), *_variants(OTHERS)]
 
 
@@ -200,10 +203,10 @@ def _stresses(name: str, variant: str) -> str:
 
 
 def lost(trials: Trials, seconds: float) -> dict[str, Any]:
-    """The digits lost at the setting with the smallest error, from cheap settings to expensive ones while time is left.
+    """The digits lost at the setting with the smallest error; cheap settings are solved first, while time is left.
 
-    `settings` of `of` were solved; of a sweep that is not `complete` or not `levelled`, `lost` is an upper bound. `failed`:
-    why no setting is accurate; `lost` is then None.
+    The row has the numbers of `settings` solved and `of` all. `lost` is an upper bound if the sweep is not `complete`
+    or not `levelled`, and None if no setting is accurate; `failed` then says why.
     """
     conditioning, settings = trials.conditioning(), trials.settings
     points: list[tuple[int | None, float]] = []
@@ -218,11 +221,11 @@ def lost(trials: Trials, seconds: float) -> dict[str, Any]:
         except Refused as reason:
             refusal = str(reason)
             continue
-        except Exception as raised:  # the user's code may raise anything, and the next setting is solved all the same
+        except Exception as raised:  # the user's code may raise anything; the next setting is still solved
             refusal = f"{type(raised).__name__}: {raised}"
             continue
         if tried == 1:
-            budget.extend(time.process_time() - began)  # it compiled: that is not the time of a solution
+            budget.extend(time.process_time() - began)  # the first call compiles: its time does not count
         if np.all(np.isfinite(errors)):
             points.append((calls, float(np.max(errors))))
             best = errors if best is None or np.max(errors) < np.max(best) else best
@@ -244,14 +247,14 @@ def lost(trials: Trials, seconds: float) -> dict[str, Any]:
 
 
 def levels_off(errors: Sequence[float]) -> bool:
-    """Whether the last settings of a sweep, from cheap to expensive, hardly reduce the smallest error any more."""
+    """Whether the last settings of a sweep, from cheap to expensive, hardly reduce the smallest error."""
     return len(errors) > LAST and min(errors[-LAST:]) > HALF * min(errors[:-LAST])
 
 
 def solved(trials: Trials, setting: float) -> tuple[Floats, int | None]:
-    """The errors at the samples, and the calls of the right-hand side, None where the integrator does not count them.
+    """The errors at the samples, and the calls of the right-hand side, None if the integrator does not count them.
 
-    Raises Refused for a solution that does not move, where the exact motion does.
+    Raises Refused for a solution that does not move although the exact motion does.
     """
     counted = trials.integrator.counts_rhs
     problem = trials.problem(counted=counted)
@@ -262,8 +265,10 @@ def solved(trials: Trials, setting: float) -> tuple[Floats, int | None]:
 
 
 def calls_at(points: list[tuple[int | None, float]], target: float) -> float | None:
-    """Calls at an error, between neighbouring settings by a power law and so in three digits; None where it is not reached
-    or not counted."""
+    """Calls at an error, to three digits by a power law between neighbouring settings.
+
+    None if the error is not reached or the calls are not counted.
+    """
     for (before, coarse), (after, fine) in itertools.pairwise([(None, math.inf), *points]):
         if fine <= target and after:
             if not before or not coarse > target or math.isinf(coarse) or fine == 0:
@@ -274,6 +279,6 @@ def calls_at(points: list[tuple[int | None, float]], target: float) -> float | N
 
 
 def horizon(errors: Floats) -> float:
-    """The share of the span before an error first exceeds 0.1; 1 where it never does."""
+    """The share of the span before the error first exceeds 0.1; 1 if it never does."""
     above = np.flatnonzero(~(errors <= INACCURATE))
     return 1.0 if not len(above) else float(above[0] / len(errors))

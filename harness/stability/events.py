@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition, Values
-from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Steps, solver_of
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Steps
 from gnomon.harness.contract.status import Status
 from gnomon.harness.scoring.events import score_events
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.solving import processor_seconds
 from gnomon.harness.stability.subjects import Budget, trials_of
@@ -27,15 +27,15 @@ GAPS = (1e-6, 1e-9, 1e-12)
 LAYERS = (1e-1, 1e-3, 1e-6)
 """Distance of two guards that are passed one after the other, in amplitudes."""
 FIRST, LAST, SPAN = 1.8, 5.6, 8.0
-"""Phases between these start below all guards, and meet each once within the span."""
+"""First and last phase of the starts, and the span: motions start below all guards and meet each guard once."""
 FEWEST, MOST = 6, 24
 PHASES = [FIRST + (LAST - FIRST) * (7 * k % MOST + 0.5) / MOST for k in range(MOST)]
-"""Phases of the start, in a sequence of which each beginning is evenly spread."""
+"""Phases of the starts, in a sequence of which each beginning is evenly spread."""
 SLOW = 3.0
-"""With the fewest phases at all sizes a method may take this multiple of its processor time; else every second size is
-left out."""
+"""Largest time for the fewest phases at all sizes, in multiples of the processor time given: beyond it, every second
+size is left out."""
 NEAR = 0.1
-"""An event counts as found where it is located to this, a tenth of the oscillator's time scale."""
+"""Largest error of the time at which an event counts as found: a tenth of the oscillator's time scale."""
 ZENO = "bouncing_ball"
 
 
@@ -43,7 +43,8 @@ ZENO = "bouncing_ball"
 class Passage:
     """A motion of unit size past guards: its equations, its starts and the exact times of its events by phase (s).
 
-    `levels(size)`: the heights of the guards, passed upward one after the other. `times(phase, size)`: when.
+    `levels(size)`: the heights of the guards, passed upward one after the other. `times(phase, size)`: the times of
+    passage.
     """
 
     name: str
@@ -75,7 +76,7 @@ def unchanged(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def _turning(phase: float) -> Values:
-    """x = cos(t - phase): the top is at t = phase."""
+    """The start of x = cos(t - phase), whose top is at t = phase."""
     return cos(phase), sin(phase)
 
 
@@ -90,7 +91,10 @@ PASSAGES = (
 
 
 def problem_of(passage: Passage, size: float) -> Problem:
-    """The passage as a hybrid problem, whose last mode has no guard. One sample: no step ends near an event by itself."""
+    """The passage as a hybrid problem, whose last mode has no guard.
+
+    It has one sample, so that no step ends near an event because of a sample.
+    """
     levels = passage.levels(size)
     modes = ("below", "beyond") if len(levels) == 1 else ("below", "between", "beyond")
     guards = (lower_guard, upper_guard)
@@ -112,7 +116,7 @@ def _applies(integrator: Integrator) -> str | None:
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    """What follows for one who chooses, from the data of `events`."""
+    """Advice for the choice of an integrator, from the data of `events`."""
     found = []
     for name, what in (
         ("grazing_oscillator", "grazing events of an oscillator"),
@@ -166,7 +170,7 @@ PLACES = ("loose", "middle", "tight")
 
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
-    """A cell for each kind and setting: how many starts had all events found, of how many; or how many were invented."""
+    """A cell for each kind and setting: the share of starts with all events found, or without invented events."""
     found = []
     for name in KINDS:
         for place, (setting, rows) in zip(PLACES, _by_setting(data[name]), strict=False):
@@ -188,7 +192,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
     cells=True,
 )
 def events(integrator: Integrator, seconds: float) -> dict[str, Any]:
-    """For each kind of passage a row for each setting and size; for the bouncing ball a row for each setting.
+    """A row for each setting and size of each kind of passage, and a row for each setting of the bouncing ball.
 
     Raises Refused for an integrator that reports no events.
     """
@@ -205,7 +209,7 @@ def events(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 
 def settings_of(integrator: Integrator) -> list[float]:
-    """The settings of the panel that the integrator's sweep has; its loosest and tightest where it has none of them."""
+    """The settings of the panel within the integrator's sweep; its loosest and tightest tolerance if there are none."""
     sweep = integrator.sweep
     if isinstance(sweep, Steps):
         return [h for h in STEP_SIZES if h <= sweep.coarsest]
@@ -214,25 +218,26 @@ def settings_of(integrator: Integrator) -> list[float]:
 
 
 def passed(integrator: Integrator, passage: Passage, size: float, setting: float, seconds: float) -> dict[str, Any]:
-    """How many starts had all their events located in sequence, with a 95 % interval (Clopper and Pearson) of the share;
-    how many events were missed and extra, and the largest error of the times of those found."""
+    """The row of a passage at one size and setting.
+
+    `found`: the number of starts whose events were all located in sequence, with a 95 % interval of the share (Clopper
+    and Pearson). `missed`, `extra`: numbers of events. `time_error`: the largest error of the times from these starts.
+    """
     row: dict[str, Any] = {"setting": setting, "size": size}
     problem = problem_of(passage, size)
     try:
-        solver = solver_of(integrator, problem, setting)
+        solver = Prepared(integrator, problem, setting)
     except Refused as refusal:
         return row | {Status.REFUSED: str(refusal)}
     scores: list[tuple[int, int, float]] = []
     budget = Budget(seconds)
-    try:
+    with solver:
         for phase in PHASES:
             if len(scores) >= FEWEST and budget.left <= 0:
                 break
-            scores.append(_score(_located(solver, problem, passage.start(phase)), passage.times(phase, size)))
+            scores.append(_score(_located(solver, passage.start(phase)), passage.times(phase, size)))
             if len(scores) == 1:
                 budget = Budget(seconds)  # the first solution may have compiled
-    finally:
-        solver.close()
     missed, extra, late = np.array(scores).T
     complete = int(np.count_nonzero(missed == 0))
     low, high = share(complete, len(scores))
@@ -244,24 +249,21 @@ def passed(integrator: Integrator, passage: Passage, size: float, setting: float
 
 
 def share(count: int, of: int, confidence: float = 0.95) -> tuple[float, float]:
-    """The interval of Clopper and Pearson (Biometrika 26, 1934) of a share of which `count` in `of` were seen."""
+    """The interval of Clopper and Pearson (Biometrika 26, 1934) of a share, from `count` hits in `of` trials."""
     tail = (1 - confidence) / 2
     low = 0.0 if count == 0 else float(betaincinv(count, of - count + 1, tail))
     return low, 1.0 if count == of else float(betaincinv(count + 1, of - count, 1 - tail))
 
 
-def _located(solver: Solver, problem: Problem, start: Values) -> tuple[tuple[float, str], ...]:
-    if solver.reset is not None:
-        solver.reset()
-    initial: Floats = np.array([start], dtype=np.float64)
-    found = validation.checked(solver(initial), (1, len(problem.times), problem.dimension))
+def _located(solver: Prepared, start: Values) -> tuple[tuple[float, str], ...]:
+    found = solver(np.array([start], dtype=np.float64))
     if found.events is None:
         raise Refused("it reports no events")
     return found.events
 
 
 def _score(located: Sequence[tuple[float, str]], exact: Values) -> tuple[int, int, float]:
-    """(missed, extra, largest error of the times): the k-th guard's first event is compared with the k-th exact time."""
+    """(missed, extra, largest error of the times); the first event at each guard is compared with its exact time."""
     times = [next((t for t, name in located if name == f"guard {k + 1}"), np.inf) for k in range(len(exact))]
     errors = [abs(found - right) for found, right in zip(times, exact, strict=True)]
     hits = sum(error <= NEAR for error in errors)
@@ -269,7 +271,7 @@ def _score(located: Sequence[tuple[float, str]], exact: Values) -> tuple[int, in
 
 
 def _zeno(integrator: Integrator, setting: float) -> dict[str, Any]:
-    """The events of a ball that bounces until it rests: those missing, those extra, the largest error of a time."""
+    """The row of a ball that bounces until it rests: missing and extra events, and the largest error of a time."""
     trials = trials_of(integrator, ZENO)
     if trials.steps:
         interval = float(trials.problem().interval)

@@ -1,6 +1,6 @@
 """Writes the exact states that come with gnomon: `make solutions`.
 
-They are those of all default cases and of the hard variants of the suite `standard` in all formulations, and of the hard
+They belong to all default cases and to the hard variants of the suite `standard`, in all formulations, and to the hard
 variants of the panel of digits.
 """
 
@@ -16,7 +16,7 @@ from gnomon import cases
 
 
 def specs() -> list[CaseSpec]:
-    """What the file holds."""
+    """The cases whose exact states the file holds."""
     shown = [case for case, _ in plan.choose([*cases.names(), *plan.suite("standard").hardest], False)]
     found = [CaseSpec.of(case, own) for case in shown for own in (None, *case.formulations)]
     return list(dict.fromkeys([*found, *(CaseSpec.of(cases.get(*pair).rounded()) for pair in every_variant())]))

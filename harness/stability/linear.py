@@ -1,4 +1,4 @@
-"""The panel of linear stability: where |R(z)| <= 1, for methods of fixed steps.
+"""The panel of linear stability: the region where |R(z)| <= 1, for methods of fixed steps.
 
 A step of a method on y' = z y with h = 1 multiplies y by R(z), a function of z = h lambda alone: the sign of h and the
 size of y have no effect. An undamped vibration has z = i h w, a decay z = -h rate. Hairer and Wanner, Solving Ordinary
@@ -20,34 +20,34 @@ from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.step_matrix import FEWER, StepMatrix, spectral_radius, stable_intervals
 
 SCAN_STEPS = (0.02, 0.04, 0.1, 0.2)
-"""Distances of the points of a scan; an interval narrower than that may be missed, except tongues (`touching`)."""
+"""Distances of the points of a scan; a narrower interval may be missed, except tongues (`touching`)."""
 FINE_TO, COARSE_TO = 12.0, 60.0
-"""The scan is fine up to the first, five times as coarse up to the second, and then at `LARGE`."""
+"""The scan is fine up to the first number, five times as coarse up to the second, and ends with `LARGE`."""
 LARGE = (1e2, 1e3, 1e4, 1e5, 1e6)
 GAP_POINTS = 41
 """Points of a gap at which its growth is measured."""
 ENGINES_TO = 4.0
-"""Where the scan ends for problems with a `prepare` for each point."""
+"""End of the scan for problems that need a `prepare` for each point."""
 REGION = (-6.0, 2.0, 6.0)
-"""The real parts from and to, and the imaginary parts from 0 to, of the grid on which |R| is drawn."""
+"""The least and the largest real part, and the largest imaginary part, of the grid on which |R| is drawn, from 0 up."""
 REGION_STEPS = (0.1, 0.2, 0.4)
 SHARE = 0.3
-"""Part of the time that a scan may take; there are two, and the grid."""
+"""Share of the time that a scan may take; there are two scans, and the grid."""
 SMALL, FAR = 0.2, 3.0
-"""A step with this h w turns the phase by as many radians; a method for which it is so many times more or less solves
-something else, and its limits mean nothing."""
+"""A step with this h w turns the phase by as many radians. A method that turns it FAR times more or less solves another
+problem, and its limits mean nothing."""
 L_STABLE = 1e-3
-"""|R(-1e6)| of a method that is L-stable is about 1e-6 or less, that of one that is only A-stable near 1."""
+"""|R(-1e6)| is about 1e-6 or less for an L-stable method, and near 1 for a method that is only A-stable."""
 GROWS = 30.0
-"""Less is no growth of a matrix's powers: near a limit the matrix of a stable step has large elements."""
+"""Smallest growth of a matrix's powers that counts: near a limit the matrix of a stable step has large elements."""
 MULTISTEP_TO = 4.0
 LONG, LONGER = 1024, 4.0
-"""Steps between the 64 samples to which an edge of a multistep method is bisected: growth from round-off takes long. It
-may take so many times the time of a scan."""
+"""Steps between the 64 samples when an edge of a multistep method is bisected, as growth from round-off takes long; and
+the multiple of a scan's time that this may take."""
 
 
 def steps_reason(integrator: Integrator) -> str | None:
-    """Why the map of a step is not measured, None where it is."""
+    """Why the map of a step is not measured; None if it is."""
     if not isinstance(integrator.sweep, Steps):
         return "it chooses its own steps: see stiffness"
     return None if problem_for(integrator) is not None else "no exactly linear problem has a form that it takes"
@@ -83,7 +83,7 @@ def _on_decay(data: Mapping[str, Any]) -> list[str]:
 
 
 def first_limit(axis: Mapping[str, Any]) -> float:
-    """The end of the interval from 0; 0 without one, infinity if it reaches the end of the scan."""
+    """The end of the stable interval from 0; 0 without one, infinity if it reaches the end of the scan."""
     stable = axis["stable"]
     if not stable or stable[0][0] > 0:
         return 0.0
@@ -128,7 +128,7 @@ def linear(integrator: Integrator, seconds: float) -> dict[str, Any]:
         raise Refused(f"no solution of {problem.what}: a step of h w = {SMALL:g} turns the phase by {turn:.2g} rad")
     several = {axis: several_steps(step, ray, first_limit(found[axis])) for axis, ray in rays.items()}
     found["multistep"] = any(contrary for contrary, _ in several.values())
-    if found["multistep"]:  # one step is that of the starting method
+    if found["multistep"]:  # one step shows the starting method alone
         longer = {axis: long_scan(step, ray, several[axis][1], SHARE * seconds) for axis, ray in rays.items()}
         return found | longer | {"a_stable": None, "l_stable": None, "at_minus_1e6": None}
     if not problem.plane:
@@ -137,7 +137,7 @@ def linear(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 
 def scan(step: StepMatrix, direction: complex, cost: float, seconds: float) -> dict[str, Any]:
-    """The stable intervals on the ray of `direction`; for each gap between them the largest growth in a step."""
+    """The stable intervals on the ray of `direction`, and for each gap between them the largest growth in a step."""
     spacing = affordable(SCAN_STEPS, lambda d: cost * len(scan_grid(step, d)), seconds)
     grid = scan_grid(step, spacing)
     answers = int(np.count_nonzero(np.isfinite(spectral_radius(step.matrices(direction * grid)))))
@@ -163,15 +163,17 @@ def scan_grid(step: StepMatrix, spacing: float) -> Floats:
 
 
 def affordable(choices: tuple[float, ...], cost: Any, seconds: float) -> float:
-    """The first of the choices, from the finest, that costs at most `seconds`; the last one otherwise."""
+    """The first of the choices, from the finest, that costs at most `seconds`; else the last one."""
     return next((choice for choice in choices if cost(choice) <= seconds), choices[-1])
 
 
 def several_steps(step: StepMatrix, direction: complex, limit: float) -> tuple[bool, float]:
-    """Whether the powers of the matrix of a step do not say which motions grow over 1024 steps, as in a method of several
-    steps, on the ray of `direction` with this limit; and the processor time of a step."""
+    """Whether the matrix of a step predicts the growth over 1024 steps wrongly, as for a multistep method.
+
+    The points are on the ray of `direction`, below its limit. The second result is the processor time of a step.
+    """
     if step.problem.alone:
-        return False, 0.0  # the matrices of two successive steps were the same
+        return False, 0.0  # the matrices of two successive steps were equal
     points = direction * np.linspace(0.2, 0.95, 4) * (limit if 0 < limit < math.inf else 4.0)
     step.growth(points[:1], 1)  # compiles
     began = process_time()
@@ -196,8 +198,11 @@ def _growth_of(matrix: Floats) -> float:
 
 
 def long_scan(step: StepMatrix, direction: complex, seconds_a_step: float, seconds: float) -> dict[str, Any]:
-    """The stable intervals of a method of several steps: where motions do not grow over 1024 steps. Edges, and intervals
-    of stability that are none over a longer time, by 65536 steps if the time allows."""
+    """The stable intervals of a multistep method, on which motions do not grow over 1024 steps.
+
+    If the time allows, edges are found with 65536 steps, and intervals that are unstable over this longer time are left
+    out.
+    """
     spacing = affordable(SCAN_STEPS, lambda d: seconds_a_step * 1024 * MULTISTEP_TO / d, seconds / 2)
     grid = np.arange(spacing, MULTISTEP_TO + spacing / 2, spacing)
     rough = stable_intervals(lambda x: step.bounded(direction * x), grid, 6)

@@ -1,7 +1,7 @@
-"""Problems that are exactly linear, one for each form: a step of any method is then a matrix, whatever the amplitude.
+"""Exactly linear problems, one for each form: a step of any method is then a matrix, at any amplitude.
 
-In most of them the eigenvalue is in the state, so that one `prepare` and one ensemble serve all eigenvalues. Gravitating
-bodies and scenes of physics engines have it in their parameters.
+In most of them the eigenvalue is part of the state, so that one `prepare` and one ensemble serve all eigenvalues. For
+gravitating bodies and scenes of physics engines it is a parameter.
 """
 
 from __future__ import annotations
@@ -34,19 +34,20 @@ from numpy.typing import NDArray
 Complex = NDArray[np.complexfloating[Any, Any]]
 
 SMALL = 2.0**-30
-"""Amplitude where only small motions are linear: squares of it are below the unit round-off."""
+"""Amplitude for problems that are linear only for small motions: its squares are below the unit round-off."""
 LIGHT = 2.0**60
-"""A speed of light beside which no motion is fast."""
+"""A speed of light so large that every motion is slow."""
 FAR = 2.0**20
 """Distance of a wall that is never reached."""
 
 
 @dataclass(frozen=True)
 class LinearProblem:
-    """y1 + i y2 follows y' = z y with time steps of 1, for z = i w on an oscillator: y1'' = -w^2 y1, y2 = y1'/w.
+    """y1 + i y2 follows y' = z y with time steps of 1; for an oscillator, z = i w, y1'' = -w^2 y1 and y2 = y1'/w.
 
-    `start(z, y)`: the states (n, dim) for z (n,) and y (n, 2). `read(states)` -> (..., 2): y1 and y2, or for an oscillator
-    y1 and y1'. `plane`: whether z may be any complex number. `parameters(z)`: those of the form; `alone`: they depend on z.
+    `start(z, y)`: the states (n, dim) for z (n,) and y (n, 2). `read(states)` -> (..., 2): y1 and y2, or for an
+    oscillator y1 and y1'. `plane`: whether z may be any complex number. `parameters(z)`: the parameters of the form.
+    `alone`: whether they depend on z.
     """
 
     what: str
@@ -60,7 +61,7 @@ class LinearProblem:
 
 
 def problem_for(integrator: Integrator) -> LinearProblem | None:
-    """The exactly linear problem of a form that the integrator takes, None where it takes none."""
+    """The exactly linear problem whose form the integrator accepts; None without one."""
     form = first_taken(integrator, [problem.form for problem in PROBLEMS])
     return next((problem for problem in PROBLEMS if problem.form is form), None)
 
@@ -88,7 +89,7 @@ def spring_in_space(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def slow_spring_in_space(t: Any, state: Values, parameters: Values) -> Values:
-    """The same for a charge whose Lorentz factor is 1 to far below an ulp."""
+    """`spring_in_space` for a charge whose Lorentz factor is 1 to far below an ulp."""
     x, k, z, ux, uk, uz = state
     factor = sqrt(1 + (ux * ux + uk * uk + uz * uz) / (LIGHT * LIGHT))
     return ux / factor, uk / factor, uz / factor, -(k * x), 0 * k, 0 * z
@@ -152,7 +153,7 @@ def _in_plane(z: Complex, y: Floats) -> Floats:
 
 
 def _spring(*more: int) -> Callable[[Complex, Floats], Floats]:
-    """Positions x, k and as many zeros as `more` says, then their velocities."""
+    """Starts of positions x, k and `more` zeros, then their velocities."""
     zeros = [np.zeros] * sum(more)
 
     def start(z: Complex, y: Floats) -> Floats:
@@ -163,14 +164,16 @@ def _spring(*more: int) -> Callable[[Complex, Floats], Floats]:
 
 
 def _spinning(z: Complex, y: Floats) -> Floats:
-    """Small components of the angular velocity across the axis, which turns with z.imag; attitude 1."""
+    """Starts with attitude 1 and small components of the angular velocity across the axis, which turns with z.imag."""
     attitude = np.tile(np.eye(3).ravel(), (len(z), 1))
     return np.column_stack([SMALL * y, z.imag, attitude])
 
 
 def _above_primaries(z: Complex, y: Floats) -> Floats:
-    """A particle on the axis of two primaries, which a drift, a kick and a drift of length 1 move on a circle: at the
-    kicks, at the middle of steps, they are at distance 1 from the axis."""
+    """A particle on the axis of two primaries, which move on a circle by steps of drift, kick and drift.
+
+    At the kicks, in the middle of the steps, the primaries are at distance 1 from the axis.
+    """
     rows = []
     for w, (height, speed) in zip(z.imag, y, strict=True):
         n = w / sqrt(8)
@@ -241,4 +244,4 @@ PROBLEMS = (
         alone=True, parameters=lambda z: (1.0, z.imag**2),
     ),
 )  # fmt: skip
-"""From the most general form."""
+"""In order, from the most general form."""

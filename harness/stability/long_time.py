@@ -1,4 +1,4 @@
-"""Energy and position over many periods, and the drift of a linear method's own invariant: powers of time, and biases."""
+"""Growth of energy and position errors over many periods, and drift of a method's own invariant of the oscillator."""
 
 from __future__ import annotations
 
@@ -40,37 +40,37 @@ CASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("euler_top", {}),
     ("holonomic_constraint_dae", {}),
 )
-"""The first that an integrator accepts is solved. Each has an energy that is constant, and a period."""
+"""The first case that an integrator accepts is solved. Each has a constant energy and a period."""
 PERIODS, MOST_PERIODS = 64, 2**20
 STARTS, MANY_STARTS, MANY_SECONDS = 8, 24, 30.0
-"""Starts, and how many where there is more processor time than `MANY_SECONDS`."""
+"""Number of starts, and number of starts if there is more processor time than `MANY_SECONDS`."""
 FEWEST_STARTS, SLOW = 3, 1.5
-"""Starts of a method so slow that more would take over 1.5 times its share; the interval is wider then."""
+"""Number of starts, with a wider interval, if more of them would take over 1.5 times the method's share of the time."""
 SAMPLES_FEWEST, SAMPLES_MOST, A_PERIOD = 256, 2048, 4
 EXACT = 20
-"""Times at which the exact motion is computed for each start, in equal ratios."""
+"""Number of times, in equal ratios, at which the exact motion is computed for each start."""
 USUAL = 1e-8
 STEPS_A_PERIOD = ((2, 64), (4, 48), (6, 32), (8, 24))
-"""Order of a method up to which a period has this number of steps; 16 above. More where its longest step needs them."""
+"""Steps of a period, by the largest order of a method; 16 above. More if the longest step of the method needs them."""
 LOST = 0.3
-"""Errors above this say nothing of a power: the energy, or the phase, is lost."""
+"""Errors above this have no power of time: the energy, or the phase, is lost."""
 STEP, STEPS, FIT = 13 / 128, 2**20, 64
-"""The step on the oscillator is below the limit of every method here, and no simple share of the period."""
+"""The step on the oscillator is below the stability limit of every method here, and no simple share of the period."""
 KEPT = 2.0**-40
-"""The spread of a quadratic form along FIT samples, relative to its size, up to which it is the method's invariant."""
+"""Largest relative spread of a quadratic form along FIT samples for it to be the method's invariant."""
 ULP = 2.0**-52
 ROUNDED = 4.0
-"""Ulp by which the roundings of a step may change the energy, in the root mean square, where Brouwer's law is kept. Each
-changes the state by less than one ulp, and the energy by a few times as much: 0.02 to 0.5 are measured where it is kept, 9
-and more where truncation dominates."""
+"""Change of the energy by the roundings of a step, in ulp in the root mean square, up to which Brouwer's law is kept. A
+rounding changes the state by less than one ulp, and the energy by a few times as much. Measured are 0.02 to 0.5 where
+the law is kept, and 9 or more where truncation dominates."""
 NEARER = 0.25
-"""Half of the distance between two laws. A power is at most that of a law if its interval begins there, or below, and
-ends nearer to it than to the next law."""
+"""Half of the distance between two laws. The power of a law is an upper bound if the measured interval begins at or
+below it, and ends nearer to it than to the next law."""
 BIASED, FALLS = 5.0, 0.5
-"""A mean drift of more standard errors is a bias. Where half the step gives less than this part of it, it is truncation,
-which falls by four at least; rounding of a step does not depend on its size."""
+"""A mean drift of more than BIASED standard errors is a bias. If half the step reduces it to less than the part FALLS,
+it comes from truncation, which falls by four at least; the rounding of a step does not depend on its size."""
 APART = 16
-"""Steps between the positions from which the principal root is fitted: a quarter of a period."""
+"""Number of steps between the positions from which the principal root is fitted: a quarter of a period."""
 
 
 def _applies(integrator: Integrator) -> str | None:
@@ -79,7 +79,7 @@ def _applies(integrator: Integrator) -> str | None:
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    """What follows for one who chooses, from the data of `long_time`."""
+    """Advice for the choice of an integrator, from the data of `long_time`."""
     found = []
     for row in data["runs"]:
         if Status.REFUSED in row:
@@ -121,7 +121,7 @@ def _on_invariant(linear: Mapping[str, Any]) -> list[str]:
 
 
 def truncated(linear: Mapping[str, Any]) -> bool:
-    """Whether a bias of the invariant falls with the step, as truncation does and round-off does not."""
+    """Whether a bias of the invariant falls with the step, as for truncation but not for round-off."""
     half = linear["half_step"]
     return half is not None and abs(half) < FALLS * abs(linear["bias_ulp_a_step"])
 
@@ -144,7 +144,7 @@ COLUMNS = (
 
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
-    """The powers with which energy and position err, and the drift by round-off."""
+    """The powers of time of the energy and position errors, and the drift by round-off."""
     found = []
     for column, row in zip(("usual", "tightest"), data["runs"], strict=False):
         if Status.REFUSED in row:
@@ -165,9 +165,9 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
 
 @panel("long_time", "Long motions and round-off", sentences, COLUMNS, marks, _applies)
 def long_time(integrator: Integrator, seconds: float) -> dict[str, Any]:
-    """Runs at a usual setting and, where the setting is a tolerance, at the tightest; fixed steps on the oscillator.
+    """Runs at a usual setting, for tolerances also at the tightest one, and for fixed steps on the oscillator.
 
-    Raises Refused for an integrator that accepts none of the cases.
+    Raises Refused for an integrator that does not accept any of the cases.
     """
     name, case = _case(integrator)
     settings = _settings(integrator)
@@ -205,8 +205,10 @@ def _settings(integrator: Integrator) -> list[float]:
 
 
 def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) -> dict[str, Any]:
-    """The growth of the errors of energy and position over as many periods as the processor time allows; `steps`: from a
-    start, None where the integrator does not count them."""
+    """The growth of the energy and position errors over as many periods as the processor time allows.
+
+    `steps`: the number of steps from one start, None if the integrator does not count them.
+    """
     try:
         short = replace(subject, periods=8.0, samples=64, starts=1)
         trajectories(short, case, integrator)  # compiles
@@ -247,8 +249,8 @@ def longer_subject(subject: Subject, periods: float) -> Subject:
 def grown(times: Floats, errors: Floats) -> dict[str, Any]:
     """The power of time of errors (starts, times) with its 95 % interval over the starts (Student's t), and its class.
 
-    `size`: the median over starts of the root mean square of the last samples. The class is "lost" where that is above
-    0.3, else a law of `growth.LAWS`, or those that the interval does not exclude.
+    `size`: the median over starts of the root mean square of the last samples. The class is "lost" if the size is above
+    0.3, else a law of `growth.LAWS`, or the laws that the interval does not exclude.
     """
     last = max(1, errors.shape[1] // 16)
     with np.errstate(all="ignore"):
@@ -269,8 +271,8 @@ def grown(times: Floats, errors: Floats) -> dict[str, Any]:
 def brouwer(row: Mapping[str, Any]) -> str:
     """Whether the error of a run is a random walk of round-off: "kept", "not kept" or "undecided", with the numbers.
 
-    It is where the energy error grows as t^(1/2) at most and the position error as t^(3/2) at most, and the energy error
-    is below `ROUNDED` ulp times the square root of the number of steps.
+    The law is kept if the energy error grows at most as t^(1/2), the position error grows at most as t^(3/2), and the
+    energy error is below `ROUNDED` ulp times the square root of the number of steps.
     """
     energy, position, steps = row["energy"], row["position"], row.get("steps")
     size = energy["size"] / ULP / math.sqrt(steps) if steps and energy["size"] is not None else None
@@ -282,7 +284,7 @@ def brouwer(row: Mapping[str, Any]) -> str:
 
 
 def at_most(row: Mapping[str, Any], law: str) -> bool | None:
-    """Whether errors grow no faster than a law; None if the interval of the power does not say."""
+    """Whether errors grow no faster than a law; None if the interval of the power is too wide to tell."""
     low, high = row.get("low"), row.get("high")
     if low is None or high is None:
         return False if row["class"] == "lost" else None
@@ -292,7 +294,7 @@ def at_most(row: Mapping[str, Any], law: str) -> bool | None:
 
 
 def _position(case: Case, times: Floats, start: Floats, states: Floats) -> dict[str, Any]:
-    """The growth of the distance from the exact motion; `lost_after`: the period at which it is above 0.3."""
+    """The growth of the distance from the exact motion; `lost_after`: the periods after which it is above 0.3."""
     wanted = np.geomspace(times[0], times[-1], EXACT)
     at = np.unique(np.searchsorted(times, wanted).clip(max=len(times) - 1))
     errors = np.full((len(start), len(at)), np.nan)
@@ -310,7 +312,7 @@ def _position(case: Case, times: Floats, start: Floats, states: Floats) -> dict[
     lost = np.flatnonzero(~(np.median(errors, axis=0) <= LOST))
     if not len(lost):
         return grown(periods, errors) | {"lost_after": None}
-    known = slice(0, max(1, lost[0]))  # afterwards the distance is that of any two states of the motion
+    known = slice(0, max(1, lost[0]))  # later the distance is as large as between any two states of the motion
     return grown(periods[known], errors[:, known]) | {"lost_after": float(periods[lost[0]])}
 
 
@@ -321,9 +323,9 @@ def spring(t: Any, q: Values, parameters: Values) -> Values:
 def oscillator(integrator: Integrator, seconds: float, starts: int) -> dict[str, Any]:
     """The drift of the method's own quadratic invariant of q'' = -q over up to 2^20 equal steps, in ulp.
 
-    The invariant is fitted to the first steps. `bias_ulp_a_step`: the mean drift a step over the starts, with its standard
-    error; `half_step`: the same with half the step, where it is a bias. A method without an invariant gives the change of
-    energy in a step.
+    The invariant is fitted to the first steps. `bias_ulp_a_step`: the mean drift a step over the starts; `bias_error`:
+    its standard error; `half_step`: the mean drift with half the step, if it is a bias. For a method without an
+    invariant the result is the change of energy in a step.
     """
     own = SecondOrder(spring)
     form = next(f for f in (own, first_order(own)) if isinstance(f, integrator.accepts))
@@ -351,7 +353,7 @@ def oscillator(integrator: Integrator, seconds: float, starts: int) -> dict[str,
 
 
 def _drift(integrator: Integrator, form: Any, start: Floats, samples: int, substeps: int, step: float) -> Floats:
-    """The change (starts, samples) of the invariant that is fitted to the first steps, relative to its start."""
+    """The change (starts, samples) of the invariant fitted to the first steps, relative to its value at the start."""
     form_of_invariant, _ = invariant(_solved(integrator, form, start, FIT, 1, step))
     states = _solved(integrator, form, start, samples, substeps, step)
     found = _values(form_of_invariant, states) / _values(form_of_invariant, start[:, None]) - 1
@@ -365,10 +367,10 @@ def _bias(drift: Floats, steps: int) -> tuple[float, float]:
 
 
 def principal(states: Floats) -> float:
-    """The change of the energy in a step, |r|^2 - 1 for the principal root r, from states (starts, times, 2) on q'' = -q.
+    """The change of energy in a step, |r|^2 - 1 for the principal root r, from states (starts, times, 2) on q'' = -q.
 
-    Positions `APART` steps apart satisfy q_2 = (r^n + conj r^n) q_1 - |r|^2n q_0, also those of a method of several steps,
-    whose other roots have decayed. Raises Refused for positions that do not vibrate.
+    Positions `APART` steps apart satisfy q_2 = (r^n + conj r^n) q_1 - |r|^2n q_0, for a multistep method after its
+    other roots have decayed. Raises Refused for positions that do not vibrate.
     """
     q = states[..., 0]
     before, at, after = q[:, : -2 * APART], q[:, APART:-APART], q[:, 2 * APART :]
@@ -381,7 +383,7 @@ def principal(states: Floats) -> float:
 def _solved(
     integrator: Integrator, form: Any, start: Floats, samples: int, substeps: int, step: float = STEP
 ) -> Floats:
-    """States (starts, samples, 2) with `substeps` steps a sample. Raises Refused where the method stops."""
+    """States (starts, samples, 2) with `substeps` steps a sample. Raises Refused if the method stops."""
     problem = Problem(form, 2, np.array([]), multiples(samples, step * substeps), 1.0)
     solution = solved(integrator, problem, step, start)
     if solution.stopped is not None or not np.all(np.isfinite(solution.states)):
@@ -392,8 +394,10 @@ def _solved(
 
 
 def invariant(states: Floats) -> tuple[Floats, float]:
-    """The quadratic form (a, b, c) of a q^2 + 2 b q v + c v^2 that changes least along states (starts, times, 2), and
-    its root mean square change relative to its mean."""
+    """The quadratic form (a, b, c) of a q^2 + 2 b q v + c v^2 that changes least along states (starts, times, 2).
+
+    The second result is its root mean square change relative to its mean.
+    """
     q, v = states.astype(np.longdouble)[..., 0], states.astype(np.longdouble)[..., 1]
     rows = np.stack([q * q, 2 * q * v, v * v], axis=-1)
     changes = (rows - rows.mean(axis=1, keepdims=True)).reshape(-1, 3).astype(np.float64)

@@ -1,4 +1,4 @@
-"""Panels of numerical stability: what each measures of an integrator, and the sentences that follow from its numbers."""
+"""Panels of numerical stability: each measures an integrator, and sentences follow from its numbers."""
 
 from __future__ import annotations
 
@@ -8,18 +8,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from gnomon.harness.contract.integrator import Integrator, Refused
+from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
+from gnomon.harness.scoring.failures import status_of
 
 IDS = ("linear", "stiffness", "resonance", "tolerance", "relations", "events", "long_time", "digits")
-"""The panels, in the order in which they are measured and shown. The module of the same name in this folder registers
-each."""
+"""The panels in the order of measurement and display. A module of this folder with the panel's name registers it."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A quantity in the figure of a panel. `decades`: its axis is logarithmic. `ends`: what the axis shows at most; None
-    where the numbers decide."""
+    """A quantity in the figure of a panel.
+
+    `decades`: its axis is logarithmic. `ends`: the largest range of the axis; None if the numbers decide.
+    """
 
     id: str
     title: str
@@ -29,9 +31,9 @@ class Column:
 
 @dataclass(frozen=True)
 class Mark:
-    """A number of an integrator in the figure of a panel, an interval, or both; `text` tells it, alone if there is none.
+    """A number of an integrator in the figure of a panel, an interval, or both; `text` describes it, or stands alone.
 
-    In a panel of `cells` the number is from 0, nothing to object to, to 1, and the text is written into the cell.
+    In a panel of `cells` the number is from 0, no objection, to 1, and the text is written into the cell.
     """
 
     column: str
@@ -46,12 +48,13 @@ Data = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Panel:
-    """`measure` may raise what the integrator raises; `measured` never does.
+    """A question of numerical stability about an integrator.
 
-    `applies` gives the reason why a panel is not measured for an integrator, None where it is. `measure(integrator,
-    seconds)` spends about `seconds` of processor time and returns data for JSON: numbers, strings, lists and
-    dictionaries of them. `sentences` of such data: "use it for ..." and "not for ...", each with its number. `marks` of
-    it: what the figure shows, which has `columns`.
+    `applies` returns why a panel is not measured for an integrator, or None if it is. `measure(integrator, seconds)`
+    spends about `seconds` of processor time and returns data for JSON: numbers, strings, lists and dictionaries of
+    them. It may raise the exceptions of the integrator; `measured` never does. `sentences` makes advice of such data:
+    "use it for ..." and "not for ...", each with its number. `marks` makes the marks of the figure, which has
+    `columns`.
     """
 
     id: str
@@ -64,17 +67,18 @@ class Panel:
     cells: bool = False
 
     def measured(self, integrator: Integrator, seconds: float) -> dict[str, Any]:
-        """The data of `measure`, nan and infinity as None. {"not_applicable": reason} where the panel does not apply,
-        {Status.REFUSED: reason} where the integrator refuses or raises."""
+        """The data of `measure`, with nan and infinity as None.
+
+        {"not_applicable": reason} if the panel does not apply, {Status.REFUSED: reason} if the integrator refuses or
+        raises.
+        """
         why = self.applies(integrator)
         if why is not None:
             return {"not_applicable": why}
         try:
             found: dict[str, Any] = for_json(self.measure(integrator, seconds))
-        except Refused as refusal:
-            return {Status.REFUSED: str(refusal) or "declined without a reason"}
-        except Exception as raised:  # the user's code may raise anything, and the next panel is measured all the same
-            return {Status.REFUSED: f"{type(raised).__name__}: {raised}"}
+        except Exception as error:  # the user's code may raise anything, and the next panel is measured all the same
+            return {Status.REFUSED: status_of(error)[1]}
         return found
 
 
@@ -90,7 +94,7 @@ def panel(
     applies: Callable[[Integrator], str | None] = lambda integrator: None,
     cells: bool = False,
 ) -> Callable[[Callable[[Integrator, float], dict[str, Any]]], Panel]:
-    """A decorator: the function measures the panel of this name, which is registered in `PANELS`."""
+    """A decorator: the function measures the panel `name`, which is registered in `PANELS`."""
 
     def registered(measure: Callable[[Integrator, float], dict[str, Any]]) -> Panel:
         PANELS[name] = Panel(name, title, applies, measure, sentences, columns, marks, cells)

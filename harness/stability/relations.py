@@ -1,6 +1,6 @@
 """Relations between two solutions, which need no exact motion: other units, axes, frames, bodies, clock, reversal.
 
-The motion that follows by a relation is solved, the relation undone, and the result compared with the plain solution.
+The transformed motion is solved, its solution transformed back, and the result compared with the plain solution.
 """
 
 from __future__ import annotations
@@ -29,29 +29,29 @@ UNITS = {
     "length_binary": (BINARY, 1.0), "time_binary": (1.0, BINARY),
     "megametres": (1e-6, 1.0), "milliseconds": (1.0, 1e3),
 }  # fmt: skip
-"""Units in a metre and in a second."""
+"""Number of the new units in a metre and in a second."""
 SHIFT, BOOST = 2.0**20, 64.0
-"""In units of length and of velocity of the case: the start stays exact."""
+"""Shift in lengths and boost in velocities of the case: powers of two, so that the start stays exact."""
 WORSE = 2.0
-"""A factor of the error from which a sentence names a relation."""
+"""Factor of the error above which a sentence names a relation."""
 TWO_BODY = Turning((("x1", "y1"), ("x2", "y2"), ("vx1", "vy1"), ("vx2", "vy2")))
 _PLANE = [("x1", "y1"), ("x2", "y2"), ("vx1", "vy1"), ("vx2", "vy2")]
 QUARTER = Relation(dict.fromkeys([x for x, _ in _PLANE], -1.0), {a: b for x, y in _PLANE for a, b in ((x, y), (y, x))})
-"""x' = -y, y' = x."""
+"""A rotation by 90 degrees: x becomes -y, y becomes x."""
 SWAPPED_AXES = Relation(sources=dict(QUARTER.sources))
 MIRRORED_AXIS = Relation(dict.fromkeys([y for _, y in _PLANE], -1.0))
 
 
 @dataclass(frozen=True)
 class Related:
-    """A problem and start that follow by a relation, its setting, and how states at the samples are brought back."""
+    """A transformed problem with its start and setting, and the function that transforms states back."""
 
     problem: Problem
     start: Floats
     setting: float
     undone: Callable[[Floats], Floats] = field(default=lambda states: states)
     larger: float = 1.0
-    """How much larger the numbers are whose rounding changes the motion."""
+    """Factor by which the numbers become larger whose rounding changes the motion."""
 
 
 TEXTS = {
@@ -72,7 +72,7 @@ TEXTS = {
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    """What follows for one who chooses, from the data of `relations`."""
+    """Advice for the choice of an integrator, from the data of `relations`."""
     rows, found = data["relations"], []
     for result, words in (("same bits", "bit for bit"), ("round-off", "to round-off")):
         kept = [TEXTS[name] for name, row in rows.items() if row["found"] == result]
@@ -98,7 +98,7 @@ def _applies(integrator: Integrator) -> str | None:
 
 
 MANY_TIMES = 1e6
-"""A factor of the error that is shown as darkly as any above it."""
+"""Factor of the error with the darkest shade."""
 
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
@@ -125,7 +125,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
     cells=True,
 )
 def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
-    """For each relation what was found: same bits, round-off, or the factor of the error to that of the plain solution."""
+    """The result for each relation: same bits, round-off, or the error over the error of the plain solution."""
     (trials,) = subjects(integrator, SUBJECTS)
     setting = usual(trials)
     plain = trials.whole(setting)
@@ -143,7 +143,7 @@ def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 
 def usual(trials: Trials) -> float:
-    """Tolerance 1e-8 or a 64th of the sampling interval, or the nearest to it within the sweep."""
+    """Tolerance 1e-8, or the nearest one within the sweep; for step sizes a 64th of the sampling interval."""
     sweep = trials.integrator.sweep
     if isinstance(sweep, Steps):
         return float(trials.problem().interval / STEPS_IN_INTERVAL)
@@ -151,7 +151,7 @@ def usual(trials: Trials) -> float:
 
 
 def compared(trials: Trials, plain: Answer, related: Related) -> dict[str, Any]:
-    """The related solution beside the plain one: the largest difference, the error, and what these are."""
+    """The related solution beside the plain one: largest difference, error, factor of the error, and verdict."""
     assert plain.states is not None
     try:
         (states,) = trials.solutions(related.problem, related.setting, [related.start])
@@ -171,7 +171,7 @@ def compared(trials: Trials, plain: Answer, related: Related) -> dict[str, Any]:
 
 
 def returned(trials: Trials, setting: float) -> dict[str, Any] | None:
-    """How far from the start a motion ends that goes there, is reversed, and goes the same way back."""
+    """The distance from the start after a motion goes forward, is reversed, and comes back; None without a reversal."""
     problem, case = _problem(trials), trials.case
     if case.hybrid is not None or isinstance(trials.form, SceneForm):
         return None
@@ -183,12 +183,12 @@ def returned(trials: Trials, setting: float) -> dict[str, Any] | None:
     numbers = np.array([float(parameters[parameter.name]) for parameter in case.parameter_list])
     back = trials.solutions(replace(problem, parameters=numbers), setting, [np.array(state, dtype=np.float64)])[0][-1]
     apart = float(trials.distance(back[None], np.array([home[0]], dtype=np.float64))[0])
-    allowed = 2 * trials.whole(setting).roundoff  # the way back undoes the growth of what was rounded on the way there
+    allowed = 2 * trials.whole(setting).roundoff  # the way back undoes the growth of earlier roundings
     return {"apart": apart, "round_off": apart <= allowed, "allowed": allowed}
 
 
 def related_problems() -> dict[str, Callable[[Trials, float], Related | None]]:
-    """By name a function that gives the related problem, None for a case or integrator without this relation."""
+    """Functions by name that give the related problem, or None for a case or integrator without the relation."""
     found: dict[str, Callable[[Trials, float], Related | None]] = {}
     for name, (length, time) in UNITS.items():
         found[name] = lambda trials, setting, units=(length, time): _in_units(trials, setting, *units)  # type: ignore[misc]
@@ -218,7 +218,7 @@ def _related(trials: Trials, setting: float, relation: Relation | None) -> Relat
 
 
 def _in_units(trials: Trials, setting: float, length: float, time: float) -> Related | None:
-    """None for a case whose equations hold in one system of units only."""
+    """The problem in other units; None for a case whose equations hold in one system of units only."""
     relation = in_units(trials.case, length, time)
     if relation is None or set(relation.factors.values()) == {1.0} or not holds(trials, relation):
         return None
@@ -245,7 +245,7 @@ def _boosted(trials: Trials, setting: float) -> Related | None:
 
 
 def _moving(trials: Trials, setting: float, offset: Floats, rate: Floats) -> Related | None:
-    """Two bodies whose states have `offset` + `rate` t added."""
+    """Two bodies with `offset` + `rate` t added to their states."""
     if trials.case.name != "two_body" or isinstance(trials.form, SceneForm):
         return None
     problem = _problem(trials)

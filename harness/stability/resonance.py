@@ -1,11 +1,13 @@
 """The panel of step resonances and of the nonlinear limit, for methods of fixed steps.
 
-Resonances: on q'' = -w^2 (x - x^2) a step turns the phase by an angle that the matrix of the linear problem gives. Where
-it is 2 pi/3 or 2 pi/4, the nonlinear terms of successive steps add up, and a small motion may grow until it escapes
-(Schlick, Mandziuk, Skeel and Srinivas, Journal of Computational Physics 140, 1998). Methods without a linear limit have resonances too.
+Resonances: on x'' = -w^2 (x - x^2) a step turns the phase by an angle that the matrix of the linear problem gives. If
+the angle is 2 pi/3 or 2 pi/4, the nonlinear terms of successive steps add up, and a small motion may grow until it
+escapes (Schlick, Mandziuk, Skeel and Srinivas, Journal of Computational Physics 140, 1998). Methods without a linear
+limit have resonances too.
 
-Nonlinear limit: the linear limit over the largest modulus of an eigenvalue of the Jacobian along the exact motion predicts
-the step at which a motion fails. It holds on a linear case, where steps below it are tried; elsewhere the ratio is shown.
+Nonlinear limit: the linear limit, divided by the largest modulus of an eigenvalue of the Jacobian along the exact
+motion, predicts the step at which a motion fails. The prediction holds on a linear case, where steps below it are
+tried; elsewhere the ratio is shown.
 """
 
 from __future__ import annotations
@@ -34,33 +36,33 @@ from gnomon.harness.stability.subjects import Budget
 STEPS_A_SAMPLE, SAMPLES = 32, 64
 AMPLITUDES = (0.05, 0.2)
 ESCAPED = 10.0
-"""From x = 1 the force points outwards: a motion that grows leaves at once."""
+"""Size at which a motion has escaped: from x = 1 the force points outwards, so a motion that grows leaves at once."""
 GROWN = 1.5
-"""Without resonance the largest size is at most 1.2 times the first, from the asymmetry of the force."""
+"""Growth that counts as a resonance. Without one the size grows at most 1.2 times, from the asymmetry of the force."""
 ORDERS = (3, 4)
 WINDOW = 0.06
-"""Scanned on both sides of a prediction, as a part of it."""
+"""Half the width of the scan around a prediction, as a part of the prediction."""
 POINTS = (121, 61, 31, 15)
 UP_TO = 6.0
 """Largest h w at which a resonance is searched."""
 FEWEST, MOST = 40, 1691
-"""Points of the scan up to the linear limit; there is none where time does not allow for the fewest."""
+"""Points of the scan up to the linear limit; the scan is left out if time does not allow for the fewest."""
 CONSERVES = 1e-6
-"""The modulus of the eigenvalues may differ from 1 by this: a method that damps has no resonance."""
+"""Largest difference of the modulus of an eigenvalue from 1: a method that damps has no resonance."""
 
 CASES = (("small_vibrations_3dof_chain", True), ("pendulum_simple", False), ("spring_pendulum", False),
          ("kepler_orbit", False))  # fmt: skip
-"""Cases of the nonlinear limit; whether their motion is linear."""
+"""Cases of the nonlinear limit, each with whether its motion is linear."""
 RATIOS = (0.25, 2.0)
 RATIO_STEP = 1.02
 FAILED = 10.0
-"""Sizes of a coordinate from the start at which a motion has failed."""
+"""Distance from the start, in sizes of a coordinate, at which a motion has failed."""
 TRIALS, TRIAL_STEPS = 200, 65536
-"""Steps up to a recommended one with which a linear case is solved, each so many times."""
+"""Number of step sizes, up to a recommended one, with which a linear case is solved, and number of steps of each."""
 AFFORDED = 16.0
-"""There are no trials where they would take so many times the time for a case."""
+"""The trials are left out if they would take more than this multiple of the time for a case."""
 GROWS = 2.0
-"""Largest size in the second half of a trial over that in the first one, above which the motion grows."""
+"""A motion grows if the largest size in the second half of a trial is more than this multiple of the first half's."""
 
 
 def cubic_acceleration(t: Any, q: Values, parameters: Values) -> Values:
@@ -126,7 +128,7 @@ COLUMNS = (
 
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
-    """The resonances as predicted and as seen, and the ratios of the nonlinear limit."""
+    """The predicted and the observed resonances, and the ratios of the nonlinear limit."""
     found = []
     for row in data["resonances"]:
         seen = [each for each in row["seen"] if each is not None]
@@ -165,7 +167,7 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 
 def resonance_at(integrator: Integrator, order: int, x: float, count: int) -> dict[str, Any]:
-    """A prediction, and for each amplitude the interval nearest to it in which motions grow."""
+    """A prediction, and for each amplitude the nearest interval in which motions grow."""
     window = window_around(x, count)
     seen: list[dict[str, Any] | None] = []
     for factors in growth(integrator, window):
@@ -180,7 +182,7 @@ def resonance_at(integrator: Integrator, order: int, x: float, count: int) -> di
 
 
 def scan_of_escapes(integrator: Integrator, limit: float, cost: float, seconds: float) -> dict[str, Any] | None:
-    """All intervals of h w up to the linear limit in which motions of any of the amplitudes escape."""
+    """All intervals of h w up to the linear limit in which motions of some amplitude escape; None if time is short."""
     to = min(limit, UP_TO)
     count = int(min(seconds / cost, MOST))
     if count < FEWEST:
@@ -190,7 +192,7 @@ def scan_of_escapes(integrator: Integrator, limit: float, cost: float, seconds: 
 
 
 def predicted(step: StepMatrix) -> list[tuple[int, float]]:
-    """(order q, h w) at which a step turns an undamped phase by 2 pi/q, in the sequence of h w."""
+    """(order q, h w) at which a step turns an undamped phase by 2 pi/q, by increasing h w."""
     x = np.arange(0.02, UP_TO, 0.02)
     cosine, size = step.turning(x)
     found = []
@@ -209,15 +211,17 @@ def window_around(x: float, count: int) -> Floats:
 
 
 def growth(integrator: Integrator, x: Floats) -> Floats:
-    """The largest size over the initial one within 2048 steps of 1, from each of the amplitudes (rows), for each frequency
-    of `x`; infinity for motions that escape."""
+    """The growth within 2048 steps of 1, for each amplitude (rows) and frequency of `x`; infinity for an escape.
+
+    The growth is the largest size over the initial one.
+    """
     sizes = np.max(np.abs(positions(integrator, x, STEPS_A_SAMPLE)), axis=1)
     sizes[~(sizes < ESCAPED)] = np.inf  # nan too
     return np.asarray(sizes.reshape(len(AMPLITUDES), -1) / np.array(AMPLITUDES)[:, None])
 
 
 def positions(integrator: Integrator, x: Floats, steps: int) -> Floats:
-    """The positions (n, 64) at samples `steps` steps apart, from each amplitude in turn with each frequency of `x`."""
+    """The positions (n, 64) at samples `steps` steps apart, for each amplitude in turn and each frequency of `x`."""
     form, times = cubic_form(integrator), multiples(SAMPLES, float(steps))
     assert form is not None
     zero, one = np.zeros(len(x)), np.ones(len(x))
@@ -226,7 +230,7 @@ def positions(integrator: Integrator, x: Floats, steps: int) -> Floats:
 
 
 def runs(x: Floats, flags: Flags) -> list[list[float]]:
-    """The first and the last point of each run of points with a flag."""
+    """The first and the last point of each run of flagged points."""
     edges = np.diff(np.concatenate([[False], flags, [False]]).astype(int))
     firsts, lasts = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
     return [[float(x[first]), float(x[last])] for first, last in zip(firsts, lasts, strict=True)]
@@ -241,9 +245,11 @@ def cost_of_motion(integrator: Integrator) -> float:
 def nonlinear_limit(
     integrator: Integrator, name: str, linear: bool, limit: float, cost: float, seconds: float
 ) -> dict[str, Any] | None:
-    """The first step, from a quarter of the predicted one, with which a case fails within 2048 steps; None where the
-    integrator takes no form of the case. `trial`: of a linear case, see `tried_below`, None
-    where time does not allow for it."""
+    """The first step, from a quarter of the predicted one up, at which a case fails within 2048 steps.
+
+    None if the integrator accepts no form of the case. `trial`: for a linear case, see `tried_below`; None without time
+    for it.
+    """
     case = get(name).rounded()
     if accepted_form(case, integrator.accepts) is None:
         return None
@@ -271,8 +277,11 @@ def nonlinear_limit(
 
 
 def tried_below(integrator: Integrator, case: Case, limit: float, seconds: float) -> dict[str, Any]:
-    """The largest step `up_to` of three digits below a limit, and the first of `TRIALS` steps, itself and random ones below
-    it, with which the case grows. `tried`: how many were, within `seconds`."""
+    """Search steps for growth of a case: `up_to`, the largest one of three digits below a limit, and random ones below
+    it.
+
+    `grows_at`: the first of `TRIALS` steps with which it grows. `tried`: the number of steps tried, within `seconds`.
+    """
     unit = 10.0 ** (math.floor(math.log10(limit)) - 2)
     up_to = float(f"{(math.ceil(limit / unit) - 1) * unit:.3g}")
     steps = [up_to, *(up_to * (1 - np.random.default_rng(0).random(TRIALS - 1))).tolist()]
@@ -288,7 +297,7 @@ def tried_below(integrator: Integrator, case: Case, limit: float, seconds: float
 
 
 def grows(integrator: Integrator, case: Case, h: float) -> bool:
-    """Whether the motion of a case grows within `TRIAL_STEPS` steps, from the first half of the time to the second."""
+    """Whether the motion of a case grows from the first to the second half of `TRIAL_STEPS` steps."""
     problem = replace(problem_of(case, integrator.accepts), times=multiples(SAMPLES, TRIAL_STEPS // SAMPLES * h))
     states = solved(integrator, problem, h, initial_state(case)[None]).states[0]
     first, second = (float(np.max(np.abs(half))) for half in np.split(states, 2))

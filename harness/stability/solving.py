@@ -5,27 +5,19 @@ from __future__ import annotations
 import signal
 import threading
 import time
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 import numpy as np
-from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution
+from gnomon.harness.scoring.prepared import Prepared
 
 
 def solved(integrator: Integrator, problem: Problem, setting: float, starts: Floats) -> Solution:
-    """The solution from initial states (n, dim), by one `prepare` and one `solve`. Raises what the integrator raises."""
-    solver = solver_of(integrator, problem, setting)
-    try:
-        if solver.reset is not None:
-            solver.reset()
-        with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):  # motions beyond a limit overflow
-            found = solver(starts.copy())
-        return validation.checked(found, (len(starts), len(problem.times), problem.dimension))
-    finally:
-        solver.close()
+    """The solution from initial states (n, dim), by one `prepare` and one `solve`. Exceptions pass through."""
+    with Prepared(integrator, problem, setting) as solver:
+        return solver(starts)
 
 
 def multiples(count: int, interval: float = 1.0) -> Floats:
@@ -42,8 +34,10 @@ def processor_seconds(run: Callable[[], object]) -> float:
 
 @contextmanager
 def within(seconds: float, error: BaseException) -> Iterator[None]:
-    """Raises the error in the block after so many seconds of processor time, once Python code runs: compiled code is not
-    stopped. No limit outside the main thread, where no signal arrives."""
+    """Raise `error` in the block after `seconds` of processor time, as soon as Python code runs.
+
+    Compiled code is not stopped. Outside the main thread, where no signal arrives, there is no limit.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return

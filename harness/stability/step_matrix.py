@@ -1,4 +1,4 @@
-"""The matrix of a step on an exactly linear problem, where it is stable, and the intervals of stability."""
+"""The matrix of a step on an exactly linear problem, its stability, and the intervals of stability."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 Flags = NDArray[np.bool_]
 
 NORMAL = 1e-9
-"""Excess of |R(z)| above 1 that counts as stable: rounding in a step of many stages is below 1e-13, and a method of even
-order 8 that is unstable exceeds it at the first point of the scan."""
+"""Excess of |R(z)| above 1 that counts as stable. Rounding in a step of many stages is below 1e-13; an unstable method,
+even of order 8, exceeds it at the first point of the scan."""
 DEFECTIVE = 3e-8
-"""The same for an oscillator: two eigenvalues meet at a limit, and rounding moves them by the root of the unit round-off."""
+"""This excess for an oscillator: two eigenvalues meet at a limit, and rounding moves them by the root of an ulp."""
 BISECTIONS = 20
-"""Of an edge between two points of a scan; for a problem with a `prepare` for each point `FEWER`."""
+"""Bisections of an edge between two points of a scan; `FEWER` for problems with a `prepare` for each point."""
 FEWER = 12
 TOUCHES, REFINEMENTS = 0.9, 5
-"""A cosine as large as this is refined five times by ten around its peak: to 1e-6 of a point of the scan."""
+"""A cosine of this size is refined around its peak, by five factors of ten."""
 GROWTH = 10.0
-"""Growth of a motion over many steps that counts as stable, for methods of several steps."""
+"""Growth of a motion over many steps that counts as stable, for multistep methods."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,11 @@ class StepMatrix:
         return np.stack([found[: len(z)], found[len(z) :]], axis=-1)
 
     def matrices(self, z: Complex) -> Floats:
-        """The matrix of a step (n, 2, 2). Engines may treat the first step in another way: there that of the second."""
+        """The matrix of a step (n, 2, 2), nan if successive steps differ.
+
+        For a problem that is `alone` it is the matrix of the second step, because engines may treat the first step
+        differently.
+        """
         if not self.problem.alone:
             return np.asarray(self.propagated(z)[:, 0])
         one, two, three = np.moveaxis(self.propagated(z, 3), 1, 0)
@@ -67,20 +71,24 @@ class StepMatrix:
         return NORMAL if self.problem.plane else DEFECTIVE
 
     def stable(self, z: Complex) -> Flags:
-        """Whether a step does not let a motion grow; False without an answer."""
+        """Whether motions do not grow in a step; False without an answer."""
         return spectral_radius(self.matrices(z)) <= 1 + self.tolerance
 
     def turning(self, w: Floats) -> tuple[Floats, Floats]:
-        """For frequencies w: the cosine of the angle by which a step turns the phase, above 1 in size where there is none;
-        and the factor by which a step changes areas, to the power 1/2."""
+        """(cosine of the angle by which a step turns the phase, square root of its change of areas) for frequencies w.
+
+        The cosine is above 1 in size if the phase does not turn.
+        """
         matrices = self.matrices(1j * w)
         with np.errstate(all="ignore"):
             size = np.sqrt(np.abs(np.linalg.det(matrices)))
             return np.trace(matrices, axis1=1, axis2=2) / 2 / size, size
 
     def touching(self, w: Floats) -> Floats:
-        """Frequencies, between those of a scan, at which the angle of a step is nearest to a half or a whole turn: there a
-        symplectic method may have a narrow tongue of instability."""
+        """Frequencies between scan points at which the angle of a step is nearest to pi or 2 pi.
+
+        There a symplectic method may have a narrow tongue of instability.
+        """
         if self.problem.plane or self.problem.alone:
             return np.zeros(0)
         near = np.abs(self.turning(w)[0])
@@ -100,8 +108,10 @@ class StepMatrix:
         return self.growth(z, steps) <= GROWTH
 
     def growth(self, z: Complex, steps: int = 16) -> Floats:
-        """The largest element of the matrices to 64 samples, `steps` steps apart, with velocities of an oscillator divided
-        by w; infinity without an answer."""
+        """The largest element of the matrices to 64 samples, `steps` steps apart; infinity without an answer.
+
+        Velocities of an oscillator are divided by w.
+        """
         found = np.abs(self.propagated(z, 64, steps))
         if not self.problem.plane:
             found[..., 0, 1] *= np.abs(z)[:, None]
@@ -110,7 +120,7 @@ class StepMatrix:
         return np.where(np.isnan(found), np.inf, found)
 
     def seconds_per_point(self, z: Complex) -> float:
-        """Processor time of a matrix, without that of compilation."""
+        """Processor time of a matrix, without compilation."""
         self.matrices(z[:1])
         return max(processor_seconds(lambda: self.matrices(z)) / len(z), 1e-7)
 
@@ -120,14 +130,14 @@ class StepMatrix:
 
 
 def _quotient(one: Floats, two: Floats) -> Floats:
-    """The matrix that maps the states after a step to those after two; nan where the first step is not invertible."""
+    """The matrix that maps the states after one step to the states after two; nan if the first is not invertible."""
     if not np.all(np.isfinite([one, two])) or abs(np.linalg.det(one)) < 1e-12 * np.max(np.abs(one)) ** 2:
         return np.full((2, 2), np.nan)
     return np.asarray(two @ np.linalg.inv(one))
 
 
 def spectral_radius(matrices: Floats) -> Floats:
-    """The largest modulus of an eigenvalue of each matrix (n, 2, 2); nan for those that are not finite."""
+    """The largest modulus of an eigenvalue of each matrix (n, 2, 2); nan for a matrix that is not finite."""
     with np.errstate(all="ignore"):
         finite = np.all(np.isfinite(matrices), axis=(1, 2))
         found = np.full(len(matrices), np.nan)
@@ -138,9 +148,9 @@ def spectral_radius(matrices: Floats) -> Floats:
 def stable_intervals(
     stable: Callable[[Floats], Flags], grid: Sequence[float] | Floats, bisections: int
 ) -> list[tuple[float, float]]:
-    """The intervals of positive x in which `stable` holds, found on an increasing grid, their edges bisected.
+    """The intervals of positive x in which `stable` holds, found on an increasing grid, with bisected edges.
 
-    An interval from 0 begins there if it holds at the first point. One that holds at the last point ends there.
+    An interval begins at 0 if `stable` holds at the first point, and ends at the last point if `stable` holds there.
     """
     x = np.asarray(grid, dtype=np.float64)
     flags = np.append(stable(x), False)

@@ -1,8 +1,8 @@
-"""The panel of stiffness: steps and calls that a fast decay costs, and errors on it.
+"""The panel of stiffness: the steps and calls that a fast decay costs, and the errors on it.
 
 u' = -L (u - cos t) - sin t with u(0) = 1 has the solution cos t for every L (Prothero and Robinson, Mathematics of
-Computation 28, 1974): nothing fast happens, and only stability limits the step. Time is explicit: with cos and sin in the
-state the error of these would decay too, and every method would look L-stable.
+Computation 28, 1974): nothing fast happens, and only stability limits the step. Time is explicit: if cos and sin were
+in the state, their errors would decay too, and every method would look L-stable.
 """
 
 from __future__ import annotations
@@ -24,25 +24,25 @@ from gnomon.harness.stability.solving import multiples, processor_seconds, solve
 
 SPAN = 10.0
 RATE, FAST, VERY_FAST = 1e3, 1e4, 1e6
-"""Rates L in 1/s: steps are counted at the first two, errors between long steps are seen at the last one."""
+"""Rates L in 1/s: steps are counted at the first two; the last one shows errors between long steps."""
 LOOSE, TIGHT = 1e-4, 1e-8
 FREE = 0.25
-"""The calls of a method whose step stability does not limit grow less than as this power of the rate."""
+"""If stability does not limit a method's steps, its calls grow more slowly than with this power of the rate."""
 BLIND = 30.0
-"""Ratio of the worst sample to the last one that shows an inaccurate interpolant; below it is usual scatter."""
+"""Error of the worst sample over the last one's that shows an inaccurate interpolant; below it is usual scatter."""
 WRONG = 0.5
-"""A solution whose error exceeds this is none, whatever its steps cost."""
+"""Error above which a solution is useless, whatever its steps cost."""
 PER_SECOND = (1, 2, 4, 8, 16, 32)
 """Steps per second by which the order of methods of fixed steps is measured on the very fast decay."""
 STIFF_SPAN = 8
 ROUND_OFF = 1e-12
-"""Smaller errors show no order: some ten times the round-off of a sum of terms that L makes large."""
+"""Smaller errors show no order: this is some ten times the round-off of a sum of terms that L makes large."""
 STIFF = ("gnomon:Radau IIA 5", "scipy:LSODA", "scipy:BDF")
-"""Methods made for stiff equations that come with gnomon and SciPy: the fewest calls of them are the measure of cost."""
+"""Methods for stiff equations that come with gnomon and SciPy: their fewest calls are the measure of cost."""
 FACTOR = 10.0
-"""Times the fewest calls up to which a method is called suited to stiff decay."""
+"""Largest multiple of the fewest calls with which a method is called suited to stiff decay."""
 REDUCED = 0.5
-"""A measured order lower than the declared one by more is called reduced."""
+"""A measured order is called reduced if it is lower than the declared one by more than this."""
 
 
 def relaxation(t: Any, state: Values, parameters: Values) -> Values:
@@ -57,7 +57,7 @@ def decay_matrix(parameters: Values) -> Values:
 
 
 def attraction(t: Any, state: Values, parameters: Values) -> Values:
-    """The part of `relaxation` that is not linear in u."""
+    """The part of `relaxation` without u."""
     (rate,) = parameters
     return (rate * cos(t) - sin(t),)
 
@@ -114,7 +114,7 @@ def _by_tolerance(data: Mapping[str, Any]) -> list[str]:
 
 
 def _cost(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The calls beside the fewest of `STIFF`. No recommendation follows from one equation: this says what was measured."""
+    """The calls against the fewest of `STIFF`, as measured: one equation does not justify a recommendation."""
     if not rows or any(row.get("fewest") is None for row in rows):
         return []
     for row in rows:
@@ -139,7 +139,7 @@ COLUMNS = (
 
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
-    """Of an adaptive method the growth of the calls, the step, and the errors of last and worst sample; else the order."""
+    """For an adaptive method the growth of the calls, the step, and the last and worst errors; else the order."""
     if "stiff_order" in data:
         order, text = data["stiff_order"], "unstable" if not data["stable"] else "errors at round-off"
         return [Mark("stiff_order", order, text=text if order is None else f"{order:.2f}, declared {data['declared']}")]
@@ -204,8 +204,10 @@ def fewest(rate: float, tolerance: float) -> int | None:
 
 
 def fixed_row(integrator: Integrator, rate: float) -> dict[str, Any]:
-    """The calls over the span with the fewest of `PER_SECOND` steps that have an error of `LOOSE`, None where none has it
-    or calls are not counted."""
+    """The calls over the span with the fewest of `PER_SECOND` steps that have an error of `LOOSE` at most.
+
+    None if all errors are larger, or calls are not counted.
+    """
     error = math.nan
     for count in PER_SECOND:
         problem = problem_for(integrator, rate, multiples(STIFF_SPAN))
@@ -222,8 +224,11 @@ def fixed_row(integrator: Integrator, rate: float) -> dict[str, Any]:
 
 
 def fixed_steps(integrator: Integrator) -> dict[str, Any]:
-    """The order of a method of fixed steps at h rate from 3e4 to 1e6, None if fewer than three errors are above round-off
-    or one is not below 1, and its errors; for one that is stable `rows`, its calls."""
+    """The order and the errors of a method of fixed steps at h rate from 3e4 to 1e6.
+
+    The order is None if an error is not below 1, or if fewer than three errors are above round-off. `rows`: the calls
+    of a stable method.
+    """
     problem = replace(problem_for(integrator, VERY_FAST, multiples(STIFF_SPAN)), counted=False)
     errors = []
     for count in PER_SECOND:

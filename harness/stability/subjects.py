@@ -28,7 +28,7 @@ class Budget:
         self._end += seconds
 
     def affords(self, seconds_each: float, fewest: int, most: int) -> int:
-        """How many solutions of `seconds_each` are within what is left, at least `fewest` and at most `most`."""
+        """The number of solutions, of `seconds_each`, within the time left: at least `fewest` and at most `most`."""
         return max(fewest, min(most, int(self.left / max(seconds_each, 1e-9))))
 
 
@@ -43,14 +43,17 @@ def trials_of(integrator: Integrator, name: str, variant: str | None = None) -> 
 
 
 def require_motion(trials: Trials, states: Floats) -> None:
-    """Raises Refused for states (64, dim) that all equal the start, where the exact motion leaves it."""
+    """Raise Refused if all states (64, dim) equal the start although the exact motion leaves it."""
     if moves(trials.reference) and validation.still(states[None], trials.start[None]):
         raise Refused(validation.DID_NOT_MOVE)
 
 
 def subjects(integrator: Integrator, preferred: Sequence[str], all_of_them: bool = False) -> list[Trials]:
-    """Trials on the first of the preferred cases that the integrator accepts, or `all_of_them` that it accepts; on the
-    first case of all where it accepts none of them. Raises Refused where it accepts no case."""
+    """Trials on the first preferred case that the integrator accepts, or with `all_of_them` on each that it accepts.
+
+    If it accepts no preferred case, the first of all cases that it accepts is taken. Raises Refused if it accepts no
+    case.
+    """
     found = [name for name in preferred if accepts(integrator, name)]
     found = found or [name for name in names() if accepts(integrator, name)][:1]
     if not found:
@@ -59,5 +62,5 @@ def subjects(integrator: Integrator, preferred: Sequence[str], all_of_them: bool
 
 
 def solve_each(trials: Trials, setting: float, starts: Sequence[Floats]) -> list[Floats]:
-    """The states (64, dim) from each start, with the problem of `Trials.whole`, whose equations are compiled already."""
+    """The states (64, dim) from each start, with the problem of `Trials.whole`, whose equations are compiled."""
     return trials.solutions(trials.problem(counted=trials.integrator.counts_rhs), setting, starts)

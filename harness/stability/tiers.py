@@ -1,4 +1,4 @@
-"""Methods in tiers: each of a later tier is worse than the mean of the tier before, beyond what chance does among all pairs."""
+"""Tiers of methods: each method of a tier is worse, beyond chance, than the mean of the tier before."""
 
 from __future__ import annotations
 
@@ -13,23 +13,24 @@ from gnomon.harness.stability.digits import bounds, levelled
 from scipy.special import stdtr
 
 LEVEL = 0.02
-"""Shared by the comparisons of a tier, one for each method. As the sequence of methods follows from the same scores, 60
-identical methods are in more than one tier in 2 to 3 of 100 tables."""
+"""Level of significance of a tier, shared by its comparisons, one for each method. As the order of methods comes from
+these scores too, 60 identical methods are in more than one tier in 2 to 3 of 100 tables."""
 FEWEST = 8
-"""Cases that a method needs to be in a tier. With so many a factor of 10 makes two tiers in nine of ten tables at a scatter
-of 0.25 decades, the median of the methods by calls; with fewer the correction for many methods leaves too little."""
+"""Smallest number of cases of a method in a tier. With 8 cases a factor of 10 makes two tiers in nine of ten tables at
+a scatter of 0.25 decades, the median of the methods by calls; with fewer the correction for many methods leaves too
+little."""
 CENSORED = 3.0
-"""log10 of the ratio to the fewest calls: a failure counts as this, a thousand times the calls."""
+"""Score of a failure, as log10 of the ratio to the fewest calls: a thousand times the calls."""
 ROUNDS = 50
-"""Of the fit of means of methods and of cases: not all methods have all cases."""
+"""Rounds of the fit of means of methods and means of cases, because not all methods have all cases."""
 
 
 Scores = Mapping[str, Mapping[str, float]]
-"""By method the score on each case, less being better; a case that was not measured has none."""
+"""The score by method and case, lower being better; cases without a measurement are absent."""
 
 
 def separated(better: Floats, worse: Floats, comparisons: int = 1) -> bool:
-    """Whether scores (cases,), nan where not measured, of one method are above those of another beyond chance.
+    """Whether the scores (cases,) of one method are above the scores of another beyond chance; nan is no measurement.
 
     Student's t of the differences over the cases, at the level of `LEVEL` over the number of comparisons (Bonferroni).
     """
@@ -42,12 +43,12 @@ def separated(better: Floats, worse: Floats, comparisons: int = 1) -> bool:
 
 
 def tiers(scores: Scores, least: Scores | None = None) -> list[list[str]]:
-    """Methods by tier. Of scores known within bounds, `scores` are the upper ones and `least` the lower ones, by which a
-    method is called worse.
+    """Methods by tier.
 
-    From the best method on, those are in a tier that are not separated from the mean of the better ones in it; and so are
-    those further on that are not separated from the mean of all these. Others begin the next tier. Within a tier methods
-    are sorted by name. Methods with fewer than `FEWEST` cases are in none.
+    If scores are known within bounds, `scores` are the upper bounds, and `least` the lower bounds by which a method is
+    called worse. A tier begins with the best method. It takes each next method that is not separated from the mean of
+    the better ones, up to the first that is, and then all later methods that are not separated from the mean of these.
+    The others begin the next tier. A tier is sorted by name. Methods with fewer than `FEWEST` cases are left out.
     """
     table = _table({method: row for method, row in scores.items() if len(row) >= FEWEST})
     low = table if least is None else _table({method: least[method] for method in table})
@@ -66,19 +67,19 @@ def tiers(scores: Scores, least: Scores | None = None) -> list[list[str]]:
 
 
 def _table(scores: Scores) -> dict[str, Floats]:
-    """Scores (cases,) by method, nan where there is none."""
+    """Scores (cases,) by method, nan without a score."""
     cases = sorted({case for row in scores.values() for case in row})
     return {method: np.array([row.get(case, math.nan) for case in cases]) for method, row in sorted(scores.items())}
 
 
 def _mean(table: Mapping[str, Floats], methods: Sequence[str]) -> Floats:
-    """The mean of methods on each case, nan where none was measured."""
+    """The mean of methods on each case, nan without a measurement."""
     with warnings.catch_warnings(action="ignore", category=RuntimeWarning):
         return np.asarray(np.nanmean([table[method] for method in methods], axis=0))
 
 
 def _ordered(table: Mapping[str, Floats]) -> list[str]:
-    """Methods from the best on, by the mean over their cases, without the mean of each case over its methods."""
+    """Methods from the best on, by the mean over their cases, each case relative to its mean over the methods."""
     values = np.array(list(table.values()))
     own = np.zeros(len(values))
     for _ in range(ROUNDS if len(values) else 0):
@@ -87,7 +88,7 @@ def _ordered(table: Mapping[str, Floats]) -> list[str]:
 
 
 def summary(panels: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """For JSON: tiers by lost digits and by calls, from the data of the panel `digits` by method."""
+    """Tiers by lost digits and by calls, for JSON, from the data of the panel `digits` by method."""
     most, least = by_lost_digits(panels)
     calls = by_calls(panels)
     found = {"lost_digits": tiers(most, least), "calls": tiers(calls)}
@@ -95,9 +96,12 @@ def summary(panels: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def by_lost_digits(panels: Mapping[str, Mapping[str, Any]], censored: float = 16.0) -> tuple[Scores, Scores]:
-    """Scores for `tiers` from the data of the panel `digits` by method: the mean over each case's variants of the digits
-    that are lost at most, and at least; `censored` for failures. Methods whose sweeps level off on fewer than `FEWEST`
-    cases are left out: their errors say where the sweeps end."""
+    """Upper and lower scores for `tiers`, from the data of the panel `digits` by method.
+
+    They are the means, over each case's variants, of the most and the least digits lost; `censored` for failures.
+    Methods whose sweeps level off on fewer than `FEWEST` cases are left out, because their errors show where the sweeps
+    end.
+    """
     found = []
     for end in (1, 0):
         rows = {method: bounds(data.get("variants", {})) for method, data in panels.items()}
@@ -111,8 +115,10 @@ def by_lost_digits(panels: Mapping[str, Mapping[str, Any]], censored: float = 16
 
 
 def by_calls(panels: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:
-    """Scores for `tiers`: log10 of the calls at an error of 1e-6 over the fewest of all methods, at most 3, which is also
-    the score of a failure. Methods whose calls are not counted are left out, and so are variants that nothing solves."""
+    """Scores for `tiers`: log10 of the calls at an error of 1e-6 over the fewest calls of all methods, at most 3.
+
+    A failure has the score 3. Methods whose calls are not counted are left out, and variants that no method solves.
+    """
     calls = {
         method: {name: row["calls"] for name, row in _complete(data).items()}
         for method, data in panels.items()
@@ -135,8 +141,7 @@ def by_calls(panels: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, flo
 
 
 def _complete(data: Mapping[str, Any]) -> dict[str, Any]:
-    """The variants whose calls are known or whose sweep was measured to its end: what was left out for lack of time is no
-    failure."""
+    """The variants with known calls or a complete sweep: a sweep that ends for lack of time is not a failure."""
     rows = data.get("variants", {})
     return {name: row for name, row in rows.items() if row["calls"] or row["complete"]}
 

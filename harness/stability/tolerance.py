@@ -1,4 +1,4 @@
-"""How the error follows the tolerance: slope, scatter, jumps, sensitivity to the start, and error over tolerance."""
+"""The panel of tolerances: slope, scatter and jumps of the error, effect of the start, and error over tolerance."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from scipy.special import stdtrit
 SUBJECTS = ("pendulum_simple", "kepler_orbit")
 LOOSEST, TIGHTEST = 1e-5, 1e-7
 FEWEST, MOST = 9, 121
-"""Tolerances. The most are a factor of 1.04 apart."""
+"""Number of tolerances; the most are a factor of 1.04 apart."""
 STARTS_FEWEST, STARTS_MOST = 8, 60
 CASES_FEWEST = 2
 ULPS = 8
 TINY = 1e-10
-"""The largest changes of a start, in ulp of each component and relative to the size of its group."""
+"""Largest changes of a start, in ulp of each component and relative to the size of its group."""
 BLOCKS = 8
-"""Errors at neighbouring tolerances are correlated: the slope's interval is from blocks of them."""
+"""Number of blocks for the interval of the slope, because errors at neighbouring tolerances are correlated."""
 SHARE = 0.35
-"""Of the processor time, for each of two problems; the rest is for the distribution over cases."""
+"""Share of the processor time for each of two problems; the rest is for the distribution over cases."""
 DIGITS, STEP = 28, 2.0**-34
-"""Central differences over this share of a size have an error of about 1e-20 of it times a third derivative."""
+"""Digits, and relative distance of central differences: their error is 1e-20 of a size times a third derivative."""
 STEADY, JUMPY, SENSITIVE = 0.1, 5.0, 2.0
 """Scatter in decades (a factor of 1.26) below which the error follows the tolerance; factors of the error above which a
 jump, or the effect of a change of the start that is far below the error, is stated."""
@@ -44,7 +44,7 @@ def _applies(integrator: Integrator) -> str | None:
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
-    """What follows for one who chooses, from the data of `tolerance`."""
+    """Advice for the choice of an integrator, from the data of `tolerance`."""
     found = []
     for name, row in data.get("problems", {}).items():
         if row.get("slope") is None:
@@ -84,7 +84,7 @@ COLUMNS = (
 
 
 def marks(data: Mapping[str, Any]) -> list[Mark]:
-    """Slopes and jumps of the problems, and the spread of error over tolerance over cases."""
+    """Slopes and jumps on the problems, and the spread of the error over the tolerance over all cases."""
     found = []
     for name, row in data["problems"].items():
         if row["slope"] is None:
@@ -113,7 +113,7 @@ def tolerance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     for trials in subjects(integrator, SUBJECTS, all_of_them=True):
         budget.extend(
             processor_seconds(partial(trials.whole, ends(trials)[0]))
-        )  # compiles: that is not a solution's time
+        )  # compiles, which is not part of a solution's time
         if not problems or budget.left > -seconds:
             problems[trials.case.name] = proportionality(trials, SHARE * seconds)
     return {"problems": problems, "over_tolerance": over_tolerance(integrator, budget)}
@@ -127,8 +127,10 @@ def ends(trials: Trials) -> tuple[float, float]:
 
 
 def proportionality(trials: Trials, seconds: float) -> dict[str, Any]:
-    """Slope with its 95 % interval, scatter and jumps of the errors at tolerances from 1e-5 to 1e-7, or as far as the
-    sweep goes; the largest over the smallest error for changed starts at the middle tolerance."""
+    """Slope with its 95 % interval, scatter and jumps of the errors at tolerances from 1e-5 to 1e-7, within the sweep.
+
+    `ulps`, `tiny`: the largest over the smallest error from changed starts at the middle tolerance.
+    """
     loosest, tightest = ends(trials)
     budget = Budget(seconds)
     each = processor_seconds(lambda: trials.whole(tightest))
@@ -157,10 +159,10 @@ def proportionality(trials: Trials, seconds: float) -> dict[str, Any]:
 
 
 def line(x: Floats, y: Floats) -> dict[str, float]:
-    """Slope of y over x with its 95 % interval, the standard deviation about the line, and the largest factor by which
-    10^y changes from one x to the next beside the change of the line.
+    """Slope of y over x with its 95 % interval, standard deviation about the line, and largest jump.
 
-    The interval is a jackknife over blocks of neighbours, with Student's t.
+    The jump is the largest factor by which 10^y changes from one x to the next beside the change of the line. The
+    interval is a jackknife over blocks of neighbours, with Student's t.
     """
     slope, intercept = np.polyfit(x, y, 1)
     residuals = y - slope * x - intercept
@@ -178,7 +180,7 @@ def line(x: Floats, y: Floats) -> dict[str, float]:
 
 
 def _spread(trials: Trials, tolerance: float, count: int, change: float) -> float | None:
-    """The largest over the smallest error from `count` starts, moved by up to 8 ulp, or by `change` of their sizes."""
+    """The largest over the smallest error from `count` starts, moved by up to 8 ulp or by `change` of their sizes."""
     rng = np.random.default_rng(count)
     start, sizes = trials.start, trials.reference.sizes
     units = sizes * change / ULPS if change else np.spacing(np.abs(start)) * (start != 0)
@@ -196,7 +198,7 @@ def _spread(trials: Trials, tolerance: float, count: int, change: float) -> floa
 def sensitivity(name: str) -> Floats:
     """The derivative of the exact states by the initial state, at the samples of the default variant, (64, dim, dim).
 
-    A start that changes by 1e-10 has an exact motion that these give to 1e-20 times the second derivative.
+    For a start that changes by 1e-10 it gives the exact motion to 1e-20 times the second derivative.
     """
     case = get(name).rounded()
     moments, columns = [Fraction(t) for t in case.times.tolist()], []
@@ -214,7 +216,7 @@ def sensitivity(name: str) -> Floats:
 
 
 def over_tolerance(integrator: Integrator, budget: Budget, tolerance: float = 1e-6) -> dict[str, Any]:
-    """Error over tolerance on default cases, in a random sequence, the same for all methods, while time is left."""
+    """Error over tolerance on default cases, in one random sequence for all methods, while time is left."""
     sweep = integrator.sweep
     assert isinstance(sweep, Tolerance)
     tolerance = min(max(tolerance, sweep.tightest), sweep.loosest)

@@ -14,11 +14,11 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from gnomon.harness.contract import environment
+from gnomon.harness.registry import environment
 from gnomon.harness.results import measured_rows
 
 NAMED = ("group", "problem", "level", "first_name", "second_name", "unit")
-"""The columns that identify a row, the same in every launch."""
+"""The columns that identify a row, equal in every launch."""
 
 
 def gathered(launches: Sequence[Path]) -> dict[str, Any]:

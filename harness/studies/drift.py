@@ -1,4 +1,4 @@
-"""How errors and drifts of invariants grow over time: a power with its interval, from the states that a run stored."""
+"""The growth of errors and drifts of invariants over time: a power with its interval, from the states of a run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.studies.growth import by_octaves, named, possible
 
 ROUND_OFF = 1e-13
-"""Below this, some hundred units of round-off, growth is called round-off and no power is fitted."""
+"""Smaller growth, below some hundred units of round-off, is called round-off, and no power is fitted."""
 
 CLEAR = 1e-5
 """Growth is fitted at the setting with an error nearest this: well above round-off, and small."""
@@ -32,12 +32,12 @@ OCTAVES = 4
 """Number of octaves of time for the fit, counted from the end: the earliest has 4 of the 64 samples."""
 
 CLEARLY_LESS = 4.0
-"""A ratio of two sums of squares, with about seven independent values each, that chance exceeds in 3 % (F test)."""
+"""A ratio of two sums of squares, with about seven independent values each, which chance exceeds in 3 % (F test)."""
 
 
 @dataclass(frozen=True)
 class Growth:
-    """How a size grows over time: its power of time with a 95 % interval, nan if no power was fitted.
+    """The growth of a size over time: its power of time with a 95 % interval, nan if no power was fitted.
 
     `law`: a name of `growth.LAWS`, or "between ..." or "faster than ..." these, if the interval excludes all others;
     empty if the interval contains several laws. "diverged", "round-off" and "exponential" have no power.
@@ -50,11 +50,12 @@ class Growth:
 
 
 def growth(times: Floats, sizes: Floats) -> Growth:
-    """How a size grows over the last OCTAVES octaves of time, from one series of samples.
+    """The growth of a size over the last OCTAVES octaves of time, from one series of samples.
 
     The power is the mean of the slopes between the logarithms of the root mean squares of neighbouring octaves; its
     interval comes from the spread of these slopes. Samples of one series are not independent. An interval from the
-    residuals of a line would be too narrow: for random walks it contains the power in 73 to 90 of 100, this one in 97.
+    residuals of a line would be too narrow: for random walks it contains the power in 73 to 90 of 100 cases, this
+    interval in 97.
     """
     if not np.all(np.isfinite(sizes)):
         return Growth("diverged")
@@ -71,8 +72,12 @@ def growth(times: Floats, sizes: Floats) -> Growth:
 
 
 def _exponential(times: Floats, sizes: Floats) -> bool:
-    """Whether the largest value so far grew by a factor above 100 over the last three quarters of the time, and the
-    residual sum of squares of an exponential is below a quarter of that of a power. Both fits have two parameters."""
+    """Whether the growth is exponential rather than a power.
+
+    The largest value so far must have grown by a factor above 100 over the last three quarters of the time, and the
+    residual sum of squares of an exponential must be below a quarter of the sum for a power. Both fits have two
+    parameters.
+    """
     envelope = np.maximum.accumulate(np.abs(sizes))
     late = (times >= times[-1] / 4) & (envelope > 0)
     if np.count_nonzero(late) < 8:
@@ -108,11 +113,10 @@ def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: fl
 
 
 def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping[str, type[Case]]) -> pd.DataFrame:
-    """Drift laws: one row for each series and quantity ("error" or an invariant), at the setting with an error nearest
-    1e-5.
+    """Growth laws: a row for each series and quantity ("error" or an invariant), at a setting of error near 1e-5.
 
-    This error is well above round-off, and small enough to follow its law. `frame` holds the store's rows of the file;
-    `chosen` marks the rows to use. Cases that are not `known` by name have no laws.
+    Such an error is well above round-off, and small enough to follow its law. `frame` holds the store's rows of the
+    file; `chosen` marks the rows to use. Cases that are not `known` by name have no laws.
     """
     wanted = frame[(frame["status"] == Status.OK) & chosen & (frame["error_max"] > 0) & frame["case"].isin(list(known))]
     wanted = wanted.assign(away=np.abs(np.log10(wanted["error_max"] / CLEAR))).sort_values(["launch", "away"])

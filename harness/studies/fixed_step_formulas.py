@@ -1,4 +1,4 @@
-"""Fixed-step twins of methods that choose their own steps: the same formula at equal steps, to measure its order."""
+"""Fixed-step twins of methods that choose their own steps: the method's formula at equal steps shows its order."""
 
 from dataclasses import replace
 from functools import singledispatch
@@ -30,7 +30,7 @@ from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_t
 
 @singledispatch
 def at_fixed_steps(method: Integrator) -> Integrator:
-    """The formula that propagates a method's solution, at fixed steps; a method of fixed steps is returned unchanged."""
+    """The formula that propagates a method's solution, at fixed steps; fixed-step methods are returned unchanged."""
     return method
 
 
@@ -111,7 +111,7 @@ def _(method: GraggBulirschStoer) -> FixedStep:
 
 @at_fixed_steps.register
 def _(method: GaussFast) -> FixedStep:
-    """Its table is that of Gauss8, rounded, as the tests of GaussFast show."""
+    """The table of GaussFast is the rounded table of Gauss8, as the tests of GaussFast show."""
     return Gauss8()
 
 
@@ -129,13 +129,15 @@ def _(method: Radau5) -> Integrator:
 
 @at_fixed_steps.register
 def _(method: Dop853Events) -> Integrator:
-    """Events shorten its steps; the few errors well above round-off would then not lie on a line."""
+    """Events shorten the steps of the method, so that the few errors well above round-off would not lie on a line."""
     return at_fixed_steps(Dop853())
 
 
 def taylor_steps(mp: Any, case: Case, order: int, count: int) -> list[Any]:
-    """The state at the end of the span after `count` equal Taylor steps of an order, by the recurrences of the compiled
-    method in the digits of the context `mp`."""
+    """The state at the end of the span after `count` equal Taylor steps of an order, in the digits of the context `mp`.
+
+    The recurrences are from the compiled method.
+    """
     form = accepted_form(case, (FirstOrder,))
     assert isinstance(form, FirstOrder)
     text, length = coefficients_text(form, len(case.state), len(case.parameter_list))

@@ -23,7 +23,8 @@ def model_errors(full: Case) -> list[dict[str, Any]]:
     """One row for each level, crudest first: the error of its exact motion, projected to the full case's coordinates.
 
     `error` is over the whole span, `early` over the first 2 pi characteristic times, about one period. `lacks` is the
-    effect that the next level adds, which this level neglects. Kept on disk while the sources of all levels stay the same.
+    effect that the next level adds, and that this level neglects. The rows are kept on disk until a source of a level
+    changes.
     """
     levels = full.hierarchy
     if not levels:
@@ -70,8 +71,8 @@ def times_of(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, pd.Series]
 def cost(full: str, model: str, times: Mapping[str, pd.Series]) -> dict[str, Any]:
     """The computing time of a level's model and its ratio to the full model, at an error of 1e-6.
 
-    `seconds` is the least time of the model, of the integrator `fastest`. `ratio` is the median of model over full for
-    the `integrators` that reached the error on both, on one machine; nan if none did. `times`: see `times_of`.
+    `seconds` is the least time of the model, by the integrator `fastest`. `ratio` is the median of model over full for
+    the `integrators` that reached the error on both, on one machine; nan without any. `times`: see `times_of`.
     """
     found = dict(NO_COST)
     if model not in times or full not in times:
@@ -90,7 +91,7 @@ def hierarchies(cases: Iterable[Case], equal: pd.DataFrame, reduced: pd.DataFram
     for case in cases:
         found = model_errors(case)
         for row in found:
-            # A level that is the case itself with other parameters was not run with these.
+            # A level that is the case itself with other parameters was not run with these parameters.
             measured = {} if row["model"] == case.name else cost(case.name, row["model"], times)
             rows.append(row | NO_COST | measured)
         if found:

@@ -1,10 +1,10 @@
 """Times two integrators at equal error, in pairs in one process: the basis of claims of speed between them.
 
-Each runs at several tolerances and is scored as in a run. Its time at an error is interpolated between neighbouring
-settings by the rule of the report's tables (`analysis.time_at`), by which an error that is small by chance does not
-count. Tighter settings that were timed count too, if they take less time. Calls of the two alternate, so that a slow
-phase of the machine affects both. Their null calls alternate with them: the same calls over almost no span, with at most
-one step from sample to sample. Their time is the overhead of a call.
+Each integrator runs at several tolerances and is scored as in a run. Its time at an error is interpolated between
+neighbouring settings by the rule of the report's tables (`analysis.time_at`), by which an error that is small by chance
+does not count. Tighter settings that were timed count too, if they take less time. Calls of the two integrators
+alternate, so that a slow phase of the machine affects both. Their null calls alternate with them; these are over almost
+no span, with at most one step from sample to sample, and their time is the overhead of a call.
 """
 
 import gc
@@ -16,32 +16,25 @@ from time import perf_counter_ns
 import numpy as np
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.formulation import Formulation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, solver_of
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.results.analysis import time_at
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 
 SHRUNK = 2.0**-40
-"""The span of a null call over that of the call: at most 1e-9 of a time scale. A power of two, so times stay exact."""
+"""Span of a null call over the span of the call: at most 1e-9 of a time scale. A power of two keeps times exact."""
 
 
 @dataclass(frozen=True)
 class Side:
-    """One integrator of a pair: the errors of its settings, loosest first, the solver of each, its null call, and the
-    seconds of each preparation."""
+    """One integrator of a pair: errors and solvers of its settings, loosest first, null call, preparation times."""
 
     errors: list[float]
     solvers: list[Solver]
     null: Solver
     prepares: list[float] = field(default_factory=list)
-
-    def prepare(self, integrator: Integrator, problem: Problem, tolerance: float) -> Solver:
-        """The solver of an integrator at a tolerance; the time of its preparation is recorded."""
-        begin = perf_counter_ns()
-        solver = solver_of(integrator, problem, tolerance)
-        self.prepares.append((perf_counter_ns() - begin) * 1e-9)
-        return solver
 
     def near(self, targets: Sequence[float]) -> list[int]:
         """Indices of the settings between which the times at these errors are interpolated."""
@@ -62,33 +55,36 @@ class Side:
 def swept(
     integrator: Integrator, case: Case, formulation: Formulation | None, tolerances: Sequence[float]
 ) -> tuple[Side, Floats]:
-    """The side of an integrator on a case of binary64 numbers, with each tolerance at which it reaches the end of the
-    span; and the start (1, dim)."""
+    """(side of an integrator on a case of binary64 numbers, start (1, dim)).
+
+    The side has each tolerance at which the integrator reaches the end of the span.
+    """
     scorer = Scorer(case, formulation, reference_solution(CaseSpec.of(case, formulation)))
     problem = scorer.problem(accepted_form(case, integrator.accepts, formulation))
     start = scorer.reference.start[None]
     side = Side([], [], null_call(integrator, problem, tolerances[0]))
     for tolerance in tolerances:
-        solver = side.prepare(integrator, problem, tolerance)
-        solution = solver(start.copy())
+        prepared = Prepared(integrator, problem, tolerance)
+        side.prepares.append(prepared.prepare_seconds)
+        solution = prepared(start)
         if solution.stopped is None:
             distances = scorer.metric.distance(
                 scorer.decoded(solution.states[0]), scorer.reference.exact, scorer.reference.times
             )
             side.errors.append(float(np.max(distances)))
-            side.solvers.append(solver)
+            side.solvers.append(prepared.solver)
     return side, start
 
 
 def null_call(integrator: Integrator, problem: Problem, tolerance: float) -> Solver:
-    """The solver of the same problem over almost no span."""
-    return solver_of(integrator, replace(problem, times=problem.times * SHRUNK), tolerance)
+    """The solver of the problem over almost no span."""
+    return Prepared(integrator, replace(problem, times=problem.times * SHRUNK), tolerance).solver
 
 
 def at_equal_error(
     pair: tuple[Side, Side], start: Floats, targets: Sequence[float], repeats: int
 ) -> tuple[list[tuple[float | None, float | None]], tuple[float, float]]:
-    """Seconds of both at each target, None if a side does not reach it; and the seconds of their null calls."""
+    """Seconds of both sides at each target, None if a side does not reach it, and the seconds of their null calls."""
     chosen = [side.near(targets) for side in pair]
     solvers = [[*(side.solvers[k] for k in near), side.null] for side, near in zip(pair, chosen, strict=True)]
     times = interleaved(solvers, start, repeats)

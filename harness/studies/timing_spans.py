@@ -17,22 +17,24 @@ from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import lookup
 from gnomon.harness.results import analysis, rankings, store
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 
 from gnomon import cases
 
 LARGEST = 2**12
 LIMIT_SECONDS = 0.1
-"""Of a trial: what takes longer is no contender on the spans tried."""
+"""Time limit of a trial (s): a slower integrator is not a contender on the spans tried."""
 AT_REST = min(analysis.TARGETS)
-"""A motion has ended that stays this close to its last state over half of its span: no error of the report is made there."""
+"""A motion has ended if it stays this close to its last state over half of its span, below all errors of the report."""
 REMAIN = 8.0
-"""An integrator this far from the least time at every error becomes no contender on a span twice as long."""
+"""An integrator this far from the least time at every error does not become a contender on a span twice as long."""
 
 
 def factor(name: str, integrators: Sequence[Integrator], folder: Path) -> int:
-    """The factor of a case, from runs of these integrators; ValueError if the motion ends before, or none up to LARGEST
-    suffices."""
+    """The factor of a case, from runs of these integrators.
+
+    Raises ValueError if the motion ends on a shorter span, or if no factor up to LARGEST suffices.
+    """
     suite = replace(plan.suite("foundation").within(LIMIT_SECONDS), launches=1, turned=False)
     found, tried = 1, list(integrators)
     while found <= LARGEST:

@@ -1,4 +1,4 @@
-"""Starts child processes and ends them with all that they started; `running/pool.py` decides when a worker is killed."""
+"""Starts child processes, and ends them with all processes that they started; `running/pool.py` decides when."""
 
 import contextlib
 import ctypes
@@ -19,7 +19,7 @@ from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.streams import open_standard_streams
 
 SERVER_FAILURE = "GNOMON_SERVER_FAILURE"
-"""The variable of the environment that says in which file the server writes why it cannot start."""
+"""The environment variable that names the file in which the server writes why it cannot start."""
 
 
 class ServerFailed(RuntimeError):  # noqa: N818 (it names what happened)
@@ -27,8 +27,8 @@ class ServerFailed(RuntimeError):  # noqa: N818 (it names what happened)
 
 
 def context(method: str = "forkserver") -> Any:
-    """The multiprocessing context of workers: forks of a server that has already imported the modules that they need."""
-    open_standard_streams()  # the server and all workers have those of this process
+    """The multiprocessing context of workers: forks of a server that has already imported their modules."""
+    open_standard_streams()  # the server and all workers inherit the streams of this process
     if method != "forkserver":
         return multiprocessing.get_context(method)
     os.environ[SERVER_FAILURE] = str(_failure_file())
@@ -40,13 +40,13 @@ def context(method: str = "forkserver") -> Any:
 
 
 def _failure_file() -> Path:
-    # Its folder is made before multiprocessing makes one of its own, which stays after kill -9.
+    # This folder is made before multiprocessing makes its own, which would stay after kill -9.
     return temporary_folder() / "server"
 
 
 @contextlib.contextmanager
 def server_failure_named() -> Iterator[None]:
-    """Processes are started within the block. Raises ServerFailed where the server that forks them has ended."""
+    """Raises ServerFailed if a process is started in the block and the server that forks it has ended."""
     try:
         yield
     except (EOFError, ConnectionError):
@@ -68,7 +68,7 @@ class _Processes(ProcessPoolExecutor):
 
 @contextlib.contextmanager
 def process_pool(workers: int, method: str = "forkserver") -> Iterator[ProcessPoolExecutor]:
-    """A pool of processes for calls of functions. An exception within the block, as Ctrl-C, kills them at once.
+    """A pool of processes for calls of functions. An exception within the block, such as Ctrl-C, kills them at once.
 
     The processes start when calls are submitted: with `spawn` submit them within `interrupts_ignored`.
     """
@@ -103,7 +103,7 @@ def interrupts_ignored() -> Iterator[None]:
 def main_hidden(hidden: bool) -> Iterator[None]:
     """Children started within the block do not import the script that runs, which then needs no `__main__` guard.
 
-    With `hidden` False they do: what a child needs may be defined in that script.
+    With `hidden` False they import it, because a child may need definitions of that script.
     """
     main = sys.modules["__main__"]
     if hidden:
@@ -115,7 +115,7 @@ def main_hidden(hidden: bool) -> Iterator[None]:
 
 
 def die_with_parent(name: str = "SIGKILL") -> None:
-    """End this process when its parent ends, however that ends: on Linux by the signal `name`, else by a thread."""
+    """End this process when its parent ends, in any way: on Linux by the signal `name`, else by a thread."""
     if sys.platform == "linux":
         _control(_SET_DEATH_SIGNAL, getattr(signal, name))
         return
@@ -139,7 +139,7 @@ def _control(option: int, value: int) -> None:
 
 
 def adopt_orphans() -> None:
-    """Orphaned descendants become children of this process, even those in other sessions (Linux)."""
+    """Make orphaned descendants children of this process, even in other sessions (Linux)."""
     if sys.platform == "linux":
         _control(_SET_CHILD_SUBREAPER, 1)
 
@@ -152,16 +152,16 @@ def guarded(work: Callable[[], None]) -> NoReturn:
 
 
 _has_guard = False
-"""Whether a guard above this process ends all that it starts."""
+"""Whether a guard above this process ends all processes that this one starts."""
 
 
 def into_guarded_child() -> None:
-    """Fork, and return in the child. This process becomes its guard: it kills all processes that the child leaves behind,
-    in other sessions too (Linux), and ends with the child's exit status.
+    """Fork, and return in the child. This process becomes the child's guard.
 
-    The guard is the parent of the child, and the server that all workers are forked from is not: an integrator that
-    kills its parent ends only its own trial. SIGTERM, which the end of the guard's parent sends too (Linux), kills the
-    child and its descendants. The signals of a terminal are for the parent, whose end ends the rest.
+    The guard kills all processes that the child leaves behind, in other sessions too (Linux), and ends with the child's
+    exit status. It is the parent of the child, and the server that all workers are forked from is not: an integrator
+    that kills its parent ends only its own trial. SIGTERM, which the end of the guard's parent sends too (Linux), kills
+    the child and its descendants. The signals of a terminal are for the parent, whose end ends the rest.
     """
     stop = {signal.SIGTERM}
     signal.pthread_sigmask(signal.SIG_BLOCK, stop)  # until there is a child to end
@@ -178,7 +178,7 @@ def into_guarded_child() -> None:
         return
     for ignored in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(ignored, signal.SIG_IGN)
-    signal.set_wakeup_fd(-1)  # that of the server, which is closed here too
+    signal.set_wakeup_fd(-1)  # the server's, which is closed here too
     os.closerange(0, 2**16)  # above all pipes to the parent, which must close when the child ends
 
     def end(*_: object) -> None:
@@ -202,12 +202,12 @@ def into_guarded_child() -> None:
 
 
 def needs_guard() -> bool:
-    """Whether a program that this process starts can have a guard (Linux) and no guard above this process ends it."""
+    """Whether a program that this process starts can have a guard (Linux), and there is none above this process."""
     return sys.platform == "linux" and not _has_guard
 
 
 def rely_on_guard() -> None:
-    """The guard above the process that started this one ends what this one starts."""
+    """Record that the guard above the process that started this one also ends all that this one starts."""
     global _has_guard
     _has_guard = True
 
@@ -215,7 +215,7 @@ def rely_on_guard() -> None:
 def leave_server(kept: int) -> None:
     """Close the pipes to the server that forked this process and to its resource tracker, except `kept`.
 
-    The child of a guard needs none of them, and the server would end on what is written to one by mistake.
+    The child of a guard does not need them, and the server would end on a message that is written to one by mistake.
     """
     server: Any = forkserver
     tracker: Any = resource_tracker
@@ -228,8 +228,10 @@ def leave_server(kept: int) -> None:
 
 
 def queued_seconds(guard: int) -> float:
-    """Seconds that the child of a guard was ready to run while other processes had the processor; 0 where the system
-    does not provide it, or where the child has ended."""
+    """Seconds that the child of a guard was ready to run while other processes had the processor.
+
+    The result is 0 if the system does not provide it, or if the child has ended.
+    """
     with contextlib.suppress(OSError, ValueError, IndexError):
         child = Path(f"/proc/{guard}/task/{guard}/children").read_text().split()[0]
         return int(Path(f"/proc/{child}/schedstat").read_text().split()[1]) * 1e-9
@@ -237,8 +239,10 @@ def queued_seconds(guard: int) -> float:
 
 
 def run_delays() -> dict[str, int] | None:
-    """By thread of this process and of its children in KEPT: the nanoseconds that it was ready to run while others had the
-    processor. None where the system does not provide it."""
+    """Nanoseconds that each thread was ready to run while others had the processor; None if the system does not tell.
+
+    The threads are of this process and of its children in KEPT.
+    """
     found: dict[str, int] = {}
     for process in ("self", *KEPT):
         folder = f"/proc/{process}/task"
@@ -254,7 +258,7 @@ def run_delays() -> dict[str, int] | None:
 
 
 def processor_time(process: int) -> float:
-    """Processor time of a process and of its descendants, in seconds; 0 where the system does not list them (not Linux)."""
+    """Processor time of a process and its descendants, in seconds; 0 if the system does not list them (not Linux)."""
     seconds, waiting = 0.0, [process]
     while waiting:
         number = waiting.pop()
@@ -266,29 +270,29 @@ def processor_time(process: int) -> float:
 
 
 ASLEEP = 10.0
-"""A process that sleeps may take so many times its processor time."""
+"""Multiple of its processor time that a process may take by the clock, for example asleep."""
 
 
 class TimeLimit:
-    """Processor time that a process has from now on, and ASLEEP times as long by the clock."""
+    """A limit of a process from now on: of its processor time, and of ASLEEP times as long by the clock."""
 
     def __init__(self, process: int, seconds: float) -> None:
         self.process, self.seconds = process, seconds
         self.used, self.deadline = processor_time(process), monotonic() + ASLEEP * seconds
 
     def over(self) -> str | None:
-        """Which limit was passed; None while there is time."""
+        """The limit that was passed, in words; None while there is time."""
         if processor_time(self.process) - self.used > self.seconds:
             return f"no answer within {self.seconds:g} s of processor time"
         return f"no answer within {ASLEEP * self.seconds:g} s" if monotonic() > self.deadline else None
 
 
 KEPT: set[int] = set()
-"""Children of this process that serve several trials: `end_children` leaves them, and a guard ends them at last."""
+"""Children of this process that serve several trials: `end_children` spares them, and a guard ends them at last."""
 
 
 def end_children() -> None:
-    """Kill the children of this process (after `adopt_orphans` all descendants) but KEPT, and wait until they have ended."""
+    """Kill the children of this process (after `adopt_orphans` all descendants) but KEPT, and wait until they end."""
     if KEPT:
         while others := set(_children()) - KEPT:
             for child in others:
@@ -314,7 +318,7 @@ def _kill(process: int) -> None:
 
 
 def _children(process: int | str = "self") -> list[int]:
-    """The children of a process, of any of its threads; none where the system does not list them."""
+    """The children of a process, of any of its threads; empty if the system does not list them."""
     found: list[int] = []
     for path in Path(f"/proc/{process}/task").glob("*/children"):
         with contextlib.suppress(OSError):
@@ -323,6 +327,6 @@ def _children(process: int | str = "self") -> list[int]:
 
 
 def quiet_child() -> None:
-    """Called in a child process: it ends with its parent and ignores Ctrl-C, which the parent handles."""
+    """Make a child process end with its parent and ignore Ctrl-C, which the parent handles."""
     die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)

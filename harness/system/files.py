@@ -8,7 +8,7 @@ MOST_BYTES = 1 << 24
 def read_text(path: Path, most: int = MOST_BYTES) -> str:
     """The text of a regular file of at most `most` bytes: a pipe or a device may give text without end, or none.
 
-    Raises ValueError, which names the file, for any other one, and for text that is not UTF-8.
+    Raises ValueError, which names the file, for anything else, and for text that is not UTF-8.
     """
     if not path.is_file():
         found = "a folder, a pipe or a device" if path.exists() else "no such file"

@@ -1,5 +1,8 @@
-"""Runs jobs in processes of their own that a hang or a crash ends. A process is a fork, so that the user's objects need
-not be found again by name, and answers in JSON: the user's code runs in it, and what it sends is data."""
+"""Runs jobs in processes of their own, so that a hang or a crash ends one process.
+
+A process is a fork, so that the user's objects need not be found again by name. It answers in JSON: the user's code
+runs in it, and its messages are data.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +27,9 @@ class Job(ABC):
     """Work in several parts, each answered by a message."""
 
     pending: list[str]
-    """The parts without an answer, in sequence."""
+    """The parts without an answer, in order."""
     limit: float
-    """Processor seconds within which the next message is to come, see `TimeLimit`."""
+    """Processor seconds within which the next message must come, see `TimeLimit`."""
 
     @abstractmethod
     def work(self, send: Send) -> None:
@@ -34,23 +37,23 @@ class Job(ABC):
 
     @abstractmethod
     def receive(self, message: Any) -> None:
-        """Take a message, and the part that it answers from `pending`."""
+        """Take a message, and remove the part that it answers from `pending`."""
 
     @abstractmethod
     def lose(self, why: str) -> None:
-        """Take the first part from `pending`, which hangs or ends the process; the others are tried in a new one."""
+        """Remove the first part from `pending`: it hangs or ends the process. A new process tries the others."""
 
     def late(self, why: str) -> None:
-        """The first part has no answer in time: take it from `pending`, or leave it there to be tried again."""
+        """Handle a first part without an answer in time: remove it from `pending`, or leave it for another try."""
         self.lose(why)
 
     def stop(self) -> None:
-        """Take all parts from `pending`: the time of `run` is over."""
+        """Remove all parts from `pending`: the time of `run` is over."""
         self.pending.clear()
 
 
 class Lost(Exception):  # noqa: N818 - an answer, not an error of this program
-    """No more messages come from a process; the message says why."""
+    """A process sends no more messages; the message says why."""
 
 
 class Late(Lost):
@@ -70,16 +73,16 @@ class _Child:
         self.allow(job.limit)
 
     def allow(self, seconds: float) -> None:
-        """The next message is to come within so many seconds from now."""
+        """Expect the next message within this time from now."""
         self.limit = TimeLimit(self.process.pid, seconds)
 
     def messages(self) -> Iterator[Any]:
-        """The messages that have come. Raises Lost if no more will."""
+        """The messages that have come. Raises Lost if no more will come."""
         try:
             while self.connection.poll():
                 yield json.loads(self.connection.recv_bytes(LONGEST_MESSAGE))
         except (EOFError, OSError):
-            self.process.join(1.0)  # a process that sent too long a message is still there
+            self.process.join(1.0)  # a process that sent too long a message still runs
             raise Lost(f"its process ended with exit code {self.process.exitcode}") from None
         over = self.limit.over()
         if over is not None:
@@ -93,7 +96,7 @@ class _Child:
 
 
 def _work(job: Job, connection: Connection) -> None:
-    """In the child process: what the user's code prints is discarded."""
+    """Do the work in the child process; the output of the user's code is discarded."""
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)
@@ -101,7 +104,7 @@ def _work(job: Job, connection: Connection) -> None:
 
 
 def run(jobs: Sequence[Job], workers: int, ends: float = math.inf) -> None:
-    """Run jobs in up to `workers` processes, until all have an answer to each part or the clock `monotonic` is at `ends`."""
+    """Run jobs in up to `workers` processes, until each part has an answer or the clock `monotonic` is at `ends`."""
     waiting, running = [job for job in jobs if job.pending], list[tuple[Job, _Child]]()
     try:
         while waiting or running:

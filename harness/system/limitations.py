@@ -1,4 +1,4 @@
-"""What this system cannot do that gnomon uses: on Linux nothing, on macOS and Windows what `gnomon doctor` shows."""
+"""Finds abilities that gnomon uses and this system lacks: on macOS and Windows `gnomon doctor` shows them."""
 
 import os
 import sys
@@ -7,7 +7,7 @@ from gnomon.reference.storage import cachefolder
 
 
 def limitations() -> dict[str, str]:
-    """What is missing on this system, and its consequence in one line each; empty on Linux."""
+    """The abilities that this system lacks, and the consequence in one line each; empty on Linux."""
     found = {}
     if not hasattr(os, "fork"):
         found["worker processes"] = "none, they need fork: no `gnomon run` and no `gnomon verify`; use WSL"
@@ -26,7 +26,7 @@ def limitations() -> dict[str, str]:
 
 
 def need_fork() -> None:
-    """Raises ValueError on a system that cannot fork processes."""
+    """Raise ValueError on a system that cannot fork processes."""
     if not hasattr(os, "fork"):
         raise ValueError(
             f"integrators run in forked processes, which {sys.platform} does not have; use Linux, macOS or WSL"

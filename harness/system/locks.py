@@ -1,4 +1,4 @@
-"""File locks that are released when their process ends, however it ends, and temporary folders held by such a lock."""
+"""File locks that are released when their process ends, in any way, and temporary folders held by such a lock."""
 
 import atexit
 import contextlib
@@ -17,11 +17,11 @@ from typing import Any
 from gnomon.harness.system.limitations import need_fork
 
 PREFIX = "gnomon-run-"
-"""Prefix of temporary folders. The next run of the same user removes those that a killed process left behind."""
+"""Prefix of temporary folders. The next run of a user removes folders that a killed process left behind."""
 SOCKET_BYTES = 108 if sys.platform == "linux" else 104
-"""The most bytes of the path of a socket, with a zero byte at its end."""
+"""Largest size of the path of a socket, in bytes, with a zero byte at its end."""
 _SOCKET = "/listener-12345678"
-"""As the server of multiprocessing names its socket."""
+"""A socket's name in the form of multiprocessing's server."""
 
 
 def _lock_whole(descriptor: int) -> None:
@@ -33,7 +33,7 @@ def _lock_whole(descriptor: int) -> None:
 def _lock_byte(descriptor: int) -> None:
     """Lock one byte behind the content of a file that SQLite has open, whose own locks are on other bytes; Linux only.
 
-    flock would be on all bytes where the file is on NFS.
+    On NFS flock would lock all bytes of the file.
     """
     import fcntl
 
@@ -51,7 +51,7 @@ class Lock:
     descriptor = -1
 
     def __init__(self, path: Path, flags: int, lock: Callable[[int], None] = _lock_whole) -> None:
-        """Raises BlockingIOError where it is held, OSError where the path cannot be opened or locked."""
+        """Raises BlockingIOError if it is held, OSError if the path cannot be opened or locked."""
         self.path = path
         if held_descriptor(path) is not None:
             raise BlockingIOError(errno.EAGAIN, "locked by this process", str(path))
@@ -84,7 +84,7 @@ _HELD: weakref.WeakSet[Lock] = weakref.WeakSet()
 
 
 def _leave_to_parent() -> None:
-    """Called in a forked child: inherited descriptors would hold the locks after the parent has ended."""
+    """Release all locks in a forked child, whose inherited descriptors would hold them after the parent has ended."""
     for lock in list(_HELD):
         lock.release()
 
@@ -94,16 +94,19 @@ if hasattr(os, "register_at_fork"):
 
 
 def held_descriptor(path: Path) -> int | None:
-    """The descriptor of a file that this process has locked, to read it by: another one, when it is closed, would end
-    SQLite's own locks of this process on the file. None where this process has not locked it."""
+    """The descriptor of a file that this process has locked, to read it by; None without a lock.
+
+    Another descriptor of the file, when it is closed, would end SQLite's own locks of this process on it.
+    """
     return next((lock.descriptor for lock in list(_HELD) if lock._holds(path)), None)
 
 
 def lock_results(path: Path) -> Sequence[Lock]:
-    """The locks that a run holds while it writes the results file `path`, which is made where there is none.
+    """The locks that a run holds while it writes the results file `path`, which is made if it is missing.
 
     The first is on `path`.lock, the second on the file itself, which may have further names (hard links). SQLite's own
-    locks end with each transaction, so two runs would each do all trials. Raises ValueError where another run holds one.
+    locks end with each transaction, so that two runs would each do all trials. Raises ValueError if another run holds a
+    lock.
     """
     side = path.with_name(f"{path.name}.lock")
     held: list[Lock] = []
@@ -127,7 +130,7 @@ def lock_results(path: Path) -> Sequence[Lock]:
 
 
 def release_results(held: Sequence[Lock]) -> None:
-    """Release locks from `lock_results` and remove the file of the first; the next run makes another."""
+    """Release locks from `lock_results` and remove the file of the first lock; the next run makes another."""
     if held and held[0].descriptor >= 0:
         held[0].path.unlink(missing_ok=True)
     for lock in held:
@@ -171,7 +174,7 @@ def _remove(owner: int) -> None:
 
 
 def _remove_abandoned() -> None:
-    """Remove the folders of ended processes of this user."""
+    """Remove the folders that ended processes of this user left behind."""
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with contextlib.suppress(OSError):  # of another user, a file, a link, or in use
             if os.lstat(path).st_uid != os.getuid():

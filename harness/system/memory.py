@@ -10,12 +10,12 @@ SHARE = 0.8
 
 
 def worker_bytes(workers: int) -> int:
-    """Bytes that each of several workers may allocate beyond what it starts with."""
+    """Bytes that each of several workers may allocate beyond its memory at the start."""
     return int(SHARE * memory_bytes() / workers)
 
 
 def memory_bytes(cgroups: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc/self/cgroup")) -> int:
-    """Bytes of memory of the machine, or the smallest limit of the cgroups above this process where that is less."""
+    """Bytes of memory of the machine, or the smallest limit of the cgroups above this process if it is less."""
     machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     return min(machine, *_limits(cgroups, own), machine)
 
@@ -23,7 +23,7 @@ def memory_bytes(cgroups: Path = Path("/sys/fs/cgroup"), own: Path = Path("/proc
 def _limits(cgroups: Path, own: Path) -> Iterator[int]:
     """The limits, in bytes, of cgroups of version 2 (one hierarchy) and version 1 (a hierarchy for each controller).
 
-    In a container the path may be one outside it: only the folders of it that exist are read, up to the root.
+    In a container the path may lead outside: only those folders of it that exist are read, up to the root.
     """
     lines = []
     with contextlib.suppress(OSError):
@@ -43,7 +43,7 @@ def _limits(cgroups: Path, own: Path) -> Iterator[int]:
 
 
 def address_space_bytes() -> int:
-    """Bytes of address space of this process now: libraries reserve gigabytes that they never use. 0 where unknown."""
+    """Bytes of address space of this process now, with gigabytes that libraries reserve and never use; 0 if unknown."""
     with contextlib.suppress(OSError):
         return int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     return 0

@@ -1,13 +1,14 @@
-"""Standard input, output and error of a process that was started without them, as by a daemon or by `2>&-` in a shell."""
+"""Standard input, output and error of a process that was started without them, as by a daemon or by `2>&-`."""
 
 import os
 import sys
 
 
 def open_standard_streams() -> None:
-    """Open those that are closed on the null device, here and for processes that this one starts.
+    """Open closed standard streams on the null device, here and for processes that this one starts.
 
-    Otherwise the next file that is opened gets the number of the closed one, and what a library prints is written into it.
+    Otherwise the next file that is opened gets the number of the closed stream, and the output of libraries is written
+    into it.
     """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:

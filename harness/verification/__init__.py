@@ -1,1 +1,1 @@
-"""Verifies integrators of others: doors through which they come in, claims with bounds, exact states to compare with."""
+"""Verifies an integrator of a user: adapters for functions, programs and engines, claims with bounds, exact states."""

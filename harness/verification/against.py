@@ -1,8 +1,8 @@
 """Compares the times of two versions of a package under one integrator: `gnomon verify --against mypackage==1.2`.
 
-The other version is installed, without its dependencies, into a temporary folder that precedes all others where a child
-process looks for modules; everything else is that of the present environment. In each launch two new processes, one with
-each version, are timed in turn (A B B A): a slow phase of the machine affects both.
+The other version is installed, without its dependencies, into a temporary folder. A child process looks for modules in
+this folder first, and takes all other modules from the present environment. In each launch two new processes, one with
+each version, are timed in turn (A B B A), so that a slow phase of the machine affects both.
 """
 
 from __future__ import annotations
@@ -18,38 +18,39 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
-from gnomon.harness.contract.integrator import Integrator, Refused, Solver, solver_of
+from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
 from gnomon.harness.running.null_call import null_call
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.studies.benchmarks import spread
 from gnomon.harness.verification.claims import TEXTS, TIME, Finding, Outcome, failed, not_applicable
-from gnomon.harness.verification.conversation import Conversation
 from gnomon.harness.verification.other_version import Other
+from gnomon.harness.verification.program_process import ProgramProcess
 from gnomon.harness.verification.trials import DEPTHS, Trials
 
 CLAIM = 1.2
-"""A version is slower, or faster, if every launch shows it by more than this factor."""
+"""A version is slower, or faster, if the ratio of the times exceeds this factor in every launch."""
 LEAST_SHARE = 0.1
-"""Minimum of a time without its null call, as a share of the whole time: a smaller difference is measurement noise."""
+"""Least value of a time without its null call, as a share of the whole time: a smaller value is measurement noise."""
 LAUNCHES = 5
-"""The range of so few ratios holds their median with a probability of 1 - 2^(1 - 5) = 94 %."""
+"""The range of 5 ratios contains their true median with a probability of 1 - 2^(1 - 5) = 94 %."""
 ROUNDS = 4
-"""Times that A B B A is timed in a launch."""
+"""Number of times that A B B A is timed in a launch."""
 BLOCK_SECONDS, LONGEST = 0.02, 0.05
-"""Seconds for which one side is called again in its turn; seconds of a call, at most, at the setting that is timed."""
+"""Seconds of repeated calls in one turn; longest call, in seconds, at the setting that is timed."""
 MOST_NULL = 0.5
-"""The null call is subtracted. Above this share of a time its own noise, 10 %, would change the difference by more."""
+"""Largest share of the null call in a time. It is subtracted, and its noise of 10 % would distort larger shares."""
 ANSWER_SECONDS = 600.0
 
 
 def compared(named: str, names: Sequence[str], depth: str, other: Other) -> tuple[str, dict[str, Finding]]:
-    """(which files the two versions are, the finding for each case) of the integrator that `named` names.
+    """Compare both versions under the integrator `named`: (text with versions and files, finding by case).
 
-    Raises ValueError where a process does not import the integrator, ends, or has the other's files.
+    Raises ValueError if a process cannot import the integrator, ends, or imports the files of the wrong version.
     """
     times: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
     settings: dict[str, dict[str, Any]] = {}
@@ -71,13 +72,13 @@ def compared(named: str, names: Sequence[str], depth: str, other: Other) -> tupl
     return loaded, {name: finding(times[name], other.label) for name in names}
 
 
-def _started(named: str, paths: Sequence[str]) -> Conversation:
+def _started(named: str, paths: Sequence[str]) -> ProgramProcess:
     """A process that looks for modules in `paths` and answers the requests of `serve`."""
     program = f"import sys; sys.path[:] = {list(paths)!r}; from {__name__} import serve; serve({named!r})"
-    return Conversation([sys.executable, "-c", program], os.getcwd())
+    return ProgramProcess([sys.executable, "-c", program], os.getcwd())
 
 
-def _asked(side: Conversation, other: Other, **request: Any) -> dict[str, Any]:
+def _asked(side: ProgramProcess, other: Other, **request: Any) -> dict[str, Any]:
     try:
         found: dict[str, Any] = json.loads(side.ask(json.dumps(request), ANSWER_SECONDS))
     except (Unusable, TimeoutError) as error:
@@ -87,10 +88,10 @@ def _asked(side: Conversation, other: Other, **request: Any) -> dict[str, Any]:
     return found
 
 
-def _launch(sides: Sequence[Conversation], other: Other, **request: Any) -> dict[str, Any]:
+def _launch(sides: Sequence[ProgramProcess], other: Other, **request: Any) -> dict[str, Any]:
     """The seconds of both sides and of their null calls, the least over all turns, and errors; or why there are none.
 
-    Other processes only add to a time, so the least one is the best known.
+    Other processes only add to a time, so the least one is the best estimate.
     """
     turns: tuple[list[dict[str, Any]], list[dict[str, Any]]] = ([], [])
     for side in islice(cycle((0, 1, 1, 0)), 4 * ROUNDS):
@@ -102,8 +103,8 @@ def _launch(sides: Sequence[Conversation], other: Other, **request: Any) -> dict
     return least | {"error": [own[0]["error"] for own in turns], "named": turns[0][0]["named"]}
 
 
-def _loaded(present: Conversation, before: Conversation, other: Other) -> str:
-    """Which files both processes imported, as text. Raises ValueError where these are not two versions."""
+def _loaded(present: ProgramProcess, before: ProgramProcess, other: Other) -> str:
+    """The files that both processes imported, as text. Raises ValueError unless they belong to two versions."""
     now, then = (_asked(side, other, package=other.name, modules=other.modules) for side in (present, before))
     if not now["files"] or not then["files"]:
         raise ValueError(f"--against {other.label}: the integrator does not import {' or '.join(other.modules)}")
@@ -114,7 +115,7 @@ def _loaded(present: Conversation, before: Conversation, other: Other) -> str:
 
 
 def finding(launches: Sequence[dict[str, Any]], label: str) -> Finding:
-    """What the launches of one case show: slower, faster, or no difference of 1.2 times or more."""
+    """The finding from the launches of one case: slower, faster, or no difference of 1.2 times or more."""
     declined = [launch["declined"] for launch in launches if "declined" in launch]
     if declined:
         return not_applicable(declined[0])
@@ -136,13 +137,13 @@ def finding(launches: Sequence[dict[str, Any]], label: str) -> Finding:
 
 
 def _net(launch: dict[str, Any], side: int) -> float:
-    """The time without the null call: the work of two versions is compared, on the spans of the cases."""
+    """The time of a call without the null call, so that the work of the steps is compared."""
     seconds, null = float(launch["seconds"][side]), float(launch["null"][side])
     return max(seconds - null, LEAST_SHARE * seconds)
 
 
 def serve(named: str) -> None:
-    """Answer requests, a line each, in a child process; what the integrator prints is discarded."""
+    """Answer requests, one a line, in a child process; discard all that the integrator prints."""
     answers, null = os.fdopen(os.dup(1), "w", buffering=1), os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)
@@ -174,17 +175,17 @@ def _imported(package: str, modules: Sequence[str]) -> dict[str, Any]:
 
 
 class _Series:
-    """One integrator on one case, prepared at the settings that were asked for."""
+    """One integrator on one case, with a solver for each requested setting."""
 
     def __init__(self, integrator: Integrator, name: str, depth: str) -> None:
         ((case, _),) = plan.choose([name], variants=False)
         self.trials = Trials.of(integrator, CaseSpec.of(case), DEPTHS[depth])
         near = islice(perturbed_states(case, None, self.trials.reference.sizes), 64)
         self.starts = cycle([self.trials.start, *near])
-        self.solvers: dict[float, tuple[Solver, float]] = {}
+        self.solvers: dict[float, tuple[Prepared, float]] = {}
 
     def timed(self, setting: float | None) -> dict[str, Any]:
-        """The least seconds of a call at a setting, its null call and its error; without a setting the one to compare."""
+        """The least seconds of a call at a setting, its null call and error; for None, the setting to compare at."""
         if setting is None:
             return {"setting": self._longest()}
         solver, error = self._prepared(setting)
@@ -196,7 +197,7 @@ class _Series:
         return {"seconds": min(seconds), "null": null or 0.0, "error": error, "named": self.trials.named(setting)}
 
     def _longest(self) -> float:
-        """The finest setting at which a call takes at most LONGEST seconds, at least the usual one."""
+        """The finest setting whose call takes at most LONGEST seconds, starting from the usual setting."""
         found = self.trials.usual()
         for setting in self.trials.settings[self.trials.settings.index(found) + 1 :]:
             solver, _ = self._prepared(setting)
@@ -205,21 +206,16 @@ class _Series:
             found = setting
         return found
 
-    def _prepared(self, setting: float) -> tuple[Solver, float]:
+    def _prepared(self, setting: float) -> tuple[Prepared, float]:
         """The solver at a setting, after its first call, and its error."""
         if setting not in self.solvers:
             answer = self.trials.whole(setting)
             if answer.declined:
                 raise Refused(answer.why)
-            solver = solver_of(self.trials.integrator, self.trials.problem(), setting)
+            solver = self.trials.prepared(self.trials.problem(), setting)
             self._seconds(solver)
             self.solvers[setting] = solver, answer.error
         return self.solvers[setting]
 
-    def _seconds(self, solver: Solver) -> float:
-        start, solve = next(self.starts)[None].copy(), solver.solve
-        if solver.reset is not None:
-            solver.reset()
-        began = perf_counter()
-        solve(start)
-        return perf_counter() - began
+    def _seconds(self, solver: Prepared) -> float:
+        return solver.timed(next(self.starts), keep=False).seconds

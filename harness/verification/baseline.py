@@ -1,7 +1,8 @@
-"""Baselines: what an integrator does today, as a small text file to be committed; a later run is compared with it.
+"""Baselines: a small committed text file records the results of an integrator; later runs are compared with it.
 
-A row is one setting on one case. Errors, right-hand sides and steps are the ranges over RUNS runs whose starts are
-perturbed by ulps: what lies far outside cannot be noise of rounding, of a compiler or of a mathematical library.
+A row is one setting on one case. Errors, right-hand sides and steps are ranges over RUNS runs whose starts are
+perturbed by ulps. A later value far outside its range is not noise of rounding, of a compiler or of a mathematical
+library.
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.registry import case_class, installed_names
-from gnomon.harness.contract.integrator import Integrator, Refused
+from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.regression import Verdict, compare
+from gnomon.harness.scoring.failures import status_of
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
 from gnomon.harness.system.files import read_text
 from gnomon.harness.system.jobs import run
@@ -35,16 +37,16 @@ RUNS = 16
 RANGES = {"error": "errors", "rhs": "right-hand sides", "steps": "steps"}
 ENDS = ("low", "high")
 NOISE = 0.01
-"""Share by which counts differ between builds of the same code; .3 % was seen."""
+"""Share by which counts may differ between builds of the same code; .3 % was observed."""
 CONDITIONED = 10.0
-"""Another compiler or library rounds this many halves of an ulp differently, at most, with an effect on the error."""
+"""Another compiler or library changes an error by at most this many times the conditioning (effect of half an ulp)."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One setting on one case: `numbers` identifies the case's numbers, `floor` and `conditioning` are its bounds.
+    """One setting on one case. `numbers` is a hash of the case's numbers; `floor` and `conditioning` are its largest.
 
-    The ranges are nan where nothing was measured.
+    Ranges without a measurement are nan.
     """
 
     case: str
@@ -68,7 +70,7 @@ class Entry:
 
     @property
     def fault(self) -> str | None:
-        """Why nothing can be compared with it; None if it is sound."""
+        """Why the entry cannot be compared; None if it is valid."""
         if not (0 < self.setting < math.inf and 0 <= self.floor < math.inf and 0 <= self.conditioning < math.inf):
             return "a setting is a positive number, floor and conditioning are finite numbers from 0"
         for name in RANGES:
@@ -87,7 +89,7 @@ TEXTS = ("case", "variant", "numbers", "setting_kind", "status")
 
 @dataclass(frozen=True)
 class Baseline:
-    """The entries of one integrator, the depth at which they were measured, and the version of gnomon that did it."""
+    """The entries of one integrator, with the depth of their measurement and the version of gnomon."""
 
     integrator: str
     depth: str
@@ -103,9 +105,10 @@ def measure(
     workers: int = 2,
     progress: Callable[[str], None] = lambda case: None,
 ) -> Baseline:
-    """The entries of an integrator on the cases of a depth, or on those named, from `runs` runs at each setting.
+    """Measure an integrator on the given cases, or on the cases of a depth, in `runs` runs at each setting.
 
-    Raises ValueError where no case takes the integrator, or where it hangs or ends its process.
+    Raises ValueError if no case offers a form that the integrator accepts, if it solves nothing, hangs or ends its
+    process.
     """
     entries: list[Entry] = []
 
@@ -162,10 +165,8 @@ def _runs(trials: Trials, setting: float, starts: Sequence[Floats]) -> tuple[Sta
     counts = trials.integrator.counts_rhs
     try:
         solved = trials.solved(trials.problem(counted=counts), setting, starts)
-    except Refused:
-        return Status.REFUSED, {}
-    except Exception:  # the user's code may raise anything
-        return Status.CRASHED, {}
+    except Exception as error:  # the user's code may raise anything
+        return status_of(error)[0], {}
     status = Status(trials.scorer.score(solved[0][0].states[0])["status"])
     found = [
         (
@@ -184,8 +185,11 @@ def _runs(trials: Trials, setting: float, starts: Sequence[Floats]) -> tuple[Sta
 
 
 def case_names(base: Baseline, given: Sequence[str] = ()) -> list[str]:
-    """The cases of a baseline, for `measure`. A file names no code to import: a case that is not installed is one of those
-    `given`, as package.module:Class; a ValueError names the others."""
+    """The names of a baseline's cases, for `measure`.
+
+    A file must not make gnomon import code: a case that is not installed must be in `given`, as package.module:Class,
+    else ValueError is raised.
+    """
     own = {case_class(name).name: name for name in (each.partition("/")[0] for each in given) if ":" in name}
     known = {name: name for name in installed_names()} | own
     for entry in base.entries:
@@ -198,10 +202,9 @@ def case_names(base: Baseline, given: Sequence[str] = ()) -> list[str]:
 
 
 def compared(base: Baseline, run: Baseline) -> Verdict:
-    """The verdict of the regression check on a run against a baseline, and what changed otherwise, for worse or for better.
-    Notes name bounds that another version changed.
+    """The verdict of the regression check on a run against a baseline, with all changes of numbers, better or worse.
 
-    Raises ValueError where nothing can be compared.
+    Notes name bounds that another version of gnomon changed. Raises ValueError if nothing can be compared.
     """
     if base.integrator != run.integrator:
         raise ValueError(f"the baseline is of {base.integrator}, not of {run.integrator}; write one for it")
@@ -219,8 +222,10 @@ def compared(base: Baseline, run: Baseline) -> Verdict:
 
 
 def _changes(base: Baseline, run: Baseline, verdict: Verdict) -> None:
-    """Add a line for each case and number that is outside the range of the base, and what noise explains, at most settings;
-    and count the steps that one of the two lacks."""
+    """Add a line for each case and number that changed beyond noise at more than half of the settings.
+
+    Also count the settings whose steps only one of the two counts.
+    """
     after = {(entry.case_id, entry.setting): entry for entry in run.entries}
     for case in dict.fromkeys(entry.case_id for entry in base.entries):
         pairs = [(e, after[case, e.setting]) for e in base.entries if e.case_id == case and (case, e.setting) in after]
@@ -239,8 +244,10 @@ def _changes(base: Baseline, run: Baseline, verdict: Verdict) -> None:
 
 
 def _change(name: str, before: Entry, after: Entry) -> float:
-    """By how much of itself a number is beyond its range, twice as wide on both sides, and noise; 0 within these, nan where one of the two
-    has no such number."""
+    """Relative distance of a number from the middle of its range.
+
+    It is 0 within the range, widened by its own width on both sides and by noise, and nan if one side lacks the number.
+    """
     low, high = (getattr(before, f"{name}_{end}") for end in ENDS)
     now = getattr(after, f"{name}_high")
     if math.isnan(low) or math.isnan(now):
@@ -255,8 +262,8 @@ def _change(name: str, before: Entry, after: Entry) -> float:
 
 
 def _frame(baseline: Baseline) -> Any:
-    """The entries as the frame that the regression check reads."""
-    import pandas as pd  # takes longer than most claims
+    """The entries as a frame with the columns that the regression check reads."""
+    import pandas as pd  # this import takes longer than most claims
 
     rows = pd.DataFrame([asdict(entry) for entry in baseline.entries])
     rows = rows.rename(columns={"error_high": "error_max", "rhs_high": "rhs_calls", "steps_high": "steps"})
@@ -266,7 +273,7 @@ def _frame(baseline: Baseline) -> Any:
 
 
 def as_text(baseline: Baseline) -> str:
-    """The file: comments with what it is, then a table of columns that are separated by spaces, for a review by eye."""
+    """The text of a baseline file: comments that identify it, then a table with aligned columns, easy to review."""
     table = [COLUMNS] + [tuple(_word(getattr(entry, name)) for name in COLUMNS) for entry in baseline.entries]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = ["  ".join(word.ljust(width) for word, width in zip(row, widths, strict=True)).rstrip() for row in table]
@@ -284,7 +291,7 @@ def _word(value: Any) -> str:
 
 
 def read(path: Path) -> Baseline:
-    """The baseline in a file. Raises ValueError, with the line, for what is none, or holds what cannot be compared."""
+    """Read a baseline from a file. Raises ValueError, with the line, for an invalid file."""
     lines = read_text(path).splitlines()
     if not lines or lines[0] != f"# {FORMAT}":
         raise ValueError(f"{path}: its first line is not '# {FORMAT}'; write it with gnomon baseline write")

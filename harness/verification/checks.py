@@ -24,15 +24,17 @@ from gnomon.harness.verification.verify import CLAIMS, Report, Row, planned
 
 @dataclass(frozen=True)
 class Check:
-    """One claim about an integrator on one case. A call raises AssertionError if it fails, and skips the test if it does
-    not apply."""
+    """One claim about an integrator on one case.
+
+    A call raises AssertionError if the claim fails, and skips the test if the claim does not apply.
+    """
 
     integrator: Integrator
     case: Case
     claim: str
     depth: Depth
     how: str = ""
-    """What names the integrator on the command line, if anything does."""
+    """The words that name the integrator on the command line; empty if there are none."""
 
     @property
     def id(self) -> str:
@@ -44,7 +46,7 @@ class Check:
         return self.claim, self.case.id
 
     def marks(self, known: Mapping[tuple[str, str], str]) -> list[pytest.MarkDecorator]:
-        """An expected failure where it is known; one that passes is reported by pytest."""
+        """The mark of an expected failure, if this failure is known. pytest reports a known failure that passes."""
         return [pytest.mark.xfail(reason=shown(known[self.key]), strict=False)] if self.key in known else []
 
     def __call__(self) -> None:
@@ -59,16 +61,16 @@ class Check:
 
 @lru_cache(maxsize=16)
 def _trials(integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
-    """The solutions of one case, which its claims share."""
+    """The solutions on one case, shared by its claims."""
     return Trials.of(integrator, spec, depth)
 
 
 def checks(
     integrator: Integrator, depth: str = "low", names: Sequence[str] | None = None, how: str = ""
 ) -> list[Check]:
-    """The checks of an integrator, case by case; arguments and errors as `gnomon.verify.verify`, `how` as in `Check`.
+    """The checks of an integrator, case by case; arguments and errors as in `verify.verify`, `how` as in `Check`.
 
-    Raises ValueError too if there is none.
+    Also raises ValueError if no case offers a form that the integrator accepts.
     """
     found = [
         Check(integrator, case, claim, DEPTHS[depth], how)
@@ -86,13 +88,37 @@ def parametrize(
     cases: Sequence[str] | None = None,
     known_failures: Path | str | None = None,
 ) -> pytest.MarkDecorator:
-    """A decorator of a test with the argument `check`, which the test calls: one test for each claim on each case.
+    """Parametrize a test over claims and cases: one test for each claim about an integrator on each case.
 
-        @gnomon.verify.parametrize(MyIntegrator())
-        def test_my_integrator(check):
-            check()
+    Parameters
+    ----------
+    integrator : Integrator
+        The integrator to verify.
+    depth : {"low", "normal", "high"}
+        The number of cases and the shortest steps.
+    cases : sequence of str, optional
+        Names as ``case`` or ``case/variant``; by default the cases of the depth.
+    known_failures : path, optional
+        A text file with a line ``CLAIM CASE REASON`` for each known failure. Their tests are expected failures.
 
-    Failures that are known are expected failures; one that passes is reported as such.
+    Returns
+    -------
+    pytest.MarkDecorator
+        The decorator of a test that takes the argument `check` and calls it.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, a wrong declaration or an invalid file, or if no case offers a form that the integrator
+        accepts.
+
+    Examples
+    --------
+    >>> from gnomon.verify import from_step, parametrize
+    >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
+    >>> @parametrize(euler)
+    ... def test_euler(check):
+    ...     check()
     """
     known: Mapping[tuple[str, str], str] = {} if known_failures is None else read_known(Path(known_failures))
     return pytest.mark.parametrize(
@@ -102,11 +128,33 @@ def parametrize(
 
 
 def assert_follows(integrator: Integrator, case: str | Case, setting: float, within: float | None = None) -> None:
-    """Assert that an integrator follows the exact motion of a case at a setting, within an error in the case's metric.
+    """Assert that an integrator follows the exact motion of a case at one setting.
 
-    `within` may be left out for a tolerance: the bound is then what the local errors of all steps may add up to. The
-    message of the AssertionError shows the exact and the computed state at the worst sample.
-    Raises ValueError for an impossible `within`, or one left out for a step size.
+    Parameters
+    ----------
+    integrator : Integrator
+        The integrator to test.
+    case : str or Case
+        A case or its name, as ``case`` or ``case/variant``.
+    setting : float
+        The step size (s), or the tolerance.
+    within : float, optional
+        The largest error in the case's metric. By default, for a tolerance only, the bound that the local errors of all
+        steps may add up to.
+
+    Raises
+    ------
+    AssertionError
+        If the error is larger, or there is no solution. The message shows the exact and the computed state at the worst
+        sample.
+    ValueError
+        For a bound that is not positive, or a step size without a bound.
+
+    Examples
+    --------
+    >>> from gnomon.verify import assert_follows, from_step
+    >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
+    >>> assert_follows(euler, "projectile_parabola", setting=0.01, within=0.1)
     """
     if isinstance(case, str):
         ((case, _),) = plan.choose([case], variants=False)
@@ -123,7 +171,7 @@ def assert_follows(integrator: Integrator, case: str | Case, setting: float, wit
 
 
 def _departure(trials: Trials, answer: Answer, allowed: float) -> list[str]:
-    """How the computed motion departs from the exact one: the worst sample, component by component."""
+    """The message about a wrong motion: its error, and the worst sample component by component."""
     named = f"{trials.integrator.id} on {trials.case.id} at {trials.named(answer.setting)}"
     if answer.states is None or math.isnan(answer.error):
         return [f"{named} has no solution: {answer.why}"]

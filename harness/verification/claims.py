@@ -1,4 +1,4 @@
-"""Claims about an integrator: what each states, why, its bound, and how it is verified."""
+"""Claims about an integrator: statement, reason, bound and verification of each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from gnomon.harness.verification.trials import Trials
 
 
 class Outcome(StrEnum):
-    """What became of a claim on one case."""
+    """The result of a claim on one case."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -22,9 +22,10 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """What a claim found on one case: for a failure the setting, what was expected and got, and why it counts.
+    """The outcome of a claim on one case, with details.
 
-    `why` is the reason for a claim that does not apply.
+    A failure has the setting, the expected and the actual result, and in `why` the reason for the claim. For a claim
+    that does not apply, `why` says why not.
     """
 
     outcome: Outcome
@@ -47,16 +48,17 @@ def failed(setting: str, expected: str, got: str, why: str = "") -> Finding:
 
 
 TEXTS: dict[str, dict[str, Any]] = declared("verification", "claims.toml")
-"""What each claim states, its reason and its bound, by id, from the most telling."""
+"""The statement, reason and bound of each claim by id, the most informative claims first."""
 TIME = "time"
-"""The claim that needs two versions: only `gnomon verify --against` makes it."""
+"""The claim about two versions; only `gnomon verify --against` makes it."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """`applies` gives the reason why a claim is not made of an integrator on a case, None where it is made.
+    """A claim. `applies` returns why the claim is not made of an integrator on a case, or None if it is made.
 
-    `verify` is called only where it applies. `states`, `reason` and `bound` (with what it follows from) are sentences for users.
+    `verify` is called only if the claim is made. `states`, `reason` and `bound` (with its derivation) are sentences for
+    users.
     """
 
     id: str
@@ -66,14 +68,14 @@ class Claim:
     applies: Callable[[Trials], str | None]
     verify: Callable[[Trials], Finding]
     hard: bool = False
-    """Whether it is verified on hard variants; the others on default variants."""
+    """Whether the claim is verified on hard variants instead of default variants."""
     once: bool = False
-    """Whether it is verified on the first case only, as another would show the same."""
+    """Whether the claim is verified on the first case only, because other cases would give the same result."""
     no_answer: bool = False
-    """Whether no answer is no failure: what it states is of finite states only."""
+    """Whether a missing solution passes, because the claim is about finite states only."""
 
     def check(self, trials: Trials) -> Finding:
-        """Passed, failed or not applicable. An exception of the integrator is a failure that names it."""
+        """The finding on a case. An exception of the integrator is a failure whose text contains it."""
         why = self.applies(trials)
         if why is not None:
             return not_applicable(why)
@@ -81,7 +83,7 @@ class Claim:
             found = self.verify(trials)
         except Unsupported as error:
             return not_applicable(f"unsupported: {error}")
-        except Exception as error:  # the user's code may raise anything, and the next claim is verified all the same
+        except Exception as error:  # the user's code may raise anything; the next claims are still verified
             return failed("", "an answer", f"{type(error).__name__}: {error}", self.reason)
         return found if found.why or found.outcome != Outcome.FAILED else replace(found, why=self.reason)
 
@@ -92,5 +94,5 @@ def claim(
     once: bool = False,
     no_answer: bool = False,
 ) -> Callable[[Callable[[Trials], Finding]], Claim]:
-    """A decorator: the function verifies the claim of this name."""
+    """A decorator: the function verifies the claim `name`."""
     return lambda verify: Claim(name, **TEXTS[name], applies=applies, verify=verify, once=once, no_answer=no_answer)

@@ -1,4 +1,4 @@
-"""Claims of accuracy: the order, the error at each setting, the error over the tolerance."""
+"""Claims about accuracy: the order, the error at each setting, the error against the tolerance."""
 
 import math
 from collections.abc import Sequence
@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed
-from gnomon.harness.verification.doors import Stepped
+from gnomon.harness.verification.function_adapter import Stepped
 from gnomon.harness.verification.trials import SHORT, SHORT_SPANS, SHORTEST, TIGHT, Answer, Floats, Trials
 from scipy.special import stdtrit
 
 TINY = 20
-"""Halvings of the span to one of which a step is a 64th: its length is some 1e-8 time scales."""
+"""Number of halvings of the span in which a tiny step is a 64th: the step is some 1e-8 time scales long."""
 HALVED = 7
-"""Step sizes of `order_short`, each half of the one before."""
+"""Number of step sizes of `order_short`, each half of the one before."""
 MARGIN = 0.5
-"""An order is a whole number: a slope that is less by more than half belongs to a lower one."""
+"""Orders are whole numbers: a slope that is lower by more than this belongs to a lower order."""
 
 MOST_ON_A_LINE, CONFIDENCE = 6, 0.99
-"""Tolerances whose errors are on one line, at most; one-sided confidence in the upper end of its slope."""
+"""Largest number of tolerances that a line is fitted to; one-sided confidence of the upper end of its slope."""
 
 Point = tuple[float, float, float]
 """(step size, error, round-off)"""
@@ -28,7 +28,7 @@ Point = tuple[float, float, float]
 @claim("runs")
 def _ran(trials: Trials) -> Finding:
     solved = trials.answers()
-    # Not at the tightest setting of the sweep: that may take a slow method hours.
+    # Not at the tightest setting of the sweep: a slow method may take hours there.
     answers = [solved[k] for k in sorted({len(solved) // 2, len(solved) - 1})]
     for answer in answers:
         if answer.raised is not None or (answer.states is not None and math.isnan(answer.error) and not answer.stopped):
@@ -49,9 +49,9 @@ def _fixed_order(trials: Trials) -> str | None:
 
 
 def in_range(points: Sequence[Point]) -> list[Point]:
-    """The points, from the longest step down, whose error is small and well above round-off.
+    """The points, from the longest step down, whose errors are small and well above round-off.
 
-    They begin after the last error that is not small, and end before the first that round-off may have changed.
+    They begin after the last large error, and end before the first error that round-off may have changed.
     """
     found: list[Point] = []
     for h, error, roundoff in points:
@@ -65,11 +65,12 @@ def in_range(points: Sequence[Point]) -> list[Point]:
 
 
 def slope_of(points: Sequence[Point], order: int, what: str) -> Finding:
-    """Whether the finest settings in the range have at least this slope: four of them, or the last two, also closer to
-    round-off.
+    """Whether the errors at the finest settings have at least the slope of this order.
 
-    Where the leading terms of an error cancel at some step size, the slope of a right method is too low beside it, but
-    tends to its order for shorter steps. What a fault adds has the lower order and shows the more, the shorter they are.
+    The largest of three slopes counts: over the finest four points in range, over the last two of these, and over the
+    last two points above round-off. Where the leading terms of an error cancel at some step size, the slope of a right
+    method is too low nearby, but tends to its order for shorter steps. The error of a fault has a lower order and
+    dominates for shorter steps.
     """
     usable = in_range(points)
     if len(usable) < FEWEST:
@@ -93,8 +94,10 @@ def _order(trials: Trials) -> Finding:
 
 @claim("step_order", _fixed_order)
 def _step_order(trials: Trials) -> Finding:
-    """64 steps over spans that are halved: their error is that of a step, 64 times. Then over a span of tiny steps, by the
-    line of the others: a wrong formula for small arguments, or a limit below which nothing moves, shows there.
+    """The order of one step, from 64 steps over spans that are halved again and again; then the error of 64 tiny steps.
+
+    The line of the other errors bounds the error of the tiny steps. They show a wrong formula for small arguments, or a
+    step size below which nothing moves.
     """
     assert trials.integrator.order is not None
     power = trials.integrator.order + isinstance(trials.integrator, Stepped)
@@ -113,8 +116,9 @@ def _step_order(trials: Trials) -> Finding:
 
 @claim("order_short", _fixed_order)
 def _order_short(trials: Trials) -> Finding:
-    """A method that converges to another motion may have large errors over the whole span, where no order is measured.
-    The span is a 64th, or shorter, so that the error of 64 steps is small.
+    """The order over a 64th of the span, or a shorter part, in which 64 steps have a small error.
+
+    A method that converges to another motion may have large errors over the whole span, where no order can be measured.
     """
     assert trials.integrator.order is not None
     for halvings in range(SHORT, SHORTEST):
@@ -130,7 +134,7 @@ def _points(answers: Sequence[Answer]) -> list[Point]:
 
 
 def fitted_slope(lines: Sequence[Sequence[tuple[float, float]]]) -> tuple[float, float]:
-    """(slope, the upper end of its interval), fitted to lines of (x, y) that have one slope, each with its own constant."""
+    """(slope, upper end of its interval), fitted to lines of (x, y) with one common slope and a constant each."""
     centred = [np.array(line) - np.mean(line, axis=0) for line in lines]
     x, y = np.concatenate(centred).T
     slope = float(x @ y / (x @ x))
@@ -142,10 +146,10 @@ def fitted_slope(lines: Sequence[Sequence[tuple[float, float]]]) -> tuple[float,
 def above_line(
     points: Sequence[Point], order: int, longer: float = 1.0, fewest: int = 1
 ) -> tuple[float, float, float] | None:
-    """(h, error, allowed error) of the worst point of those that are worse than their order allows at twice their step, by the
-    largest error/h^order of all steps that are more than `longer` times as long, `fewest` at least; None if there is none.
+    """(h, error, allowed error) of the worst point whose error exceeds its bound; None if there is no such point.
 
-    Rounding changes points near round-off: it is added.
+    The bound is the largest error/h^order of all steps more than `longer` times as long, at twice the step, plus
+    round-off. A point with fewer than `fewest` such steps is left out.
     """
     found: list[Point] = []
     for h, error, roundoff in points:
@@ -160,7 +164,7 @@ def above_line(
 
 @claim("error", _has_order)
 def _error(trials: Trials) -> Finding:
-    """With events too: one that is located less well than the order says leaves errors that fall less fast."""
+    """Also with events: if they are located with a lower order, the error falls more slowly."""
     order = trials.integrator.order
     assert order is not None
     points = [point for point in _points(trials.answers()) if not math.isnan(point[1])]
@@ -180,10 +184,10 @@ def _tolerance_applies(trials: Trials) -> str | None:
 
 
 def allowed_error(trials: Trials, tolerance: float, answer: Answer, halvings: int = 0, last: bool = False) -> float:
-    """The error that the local errors of all steps may add up to at the samples, or at the last one, with round-off.
+    """The sum of all local errors that the tolerance allows, at the worst sample or at the last one, plus round-off.
 
-    Each step may add `tolerance` times the size of the state in each component, so sqrt(dim) times that in the norm; the
-    exact motion carries it to a sample with at most its growth. Infinite where neither steps nor calls are counted.
+    Each step may add `tolerance` times the size of the state in each component, so sqrt(dim) times that in the norm;
+    the exact motion carries it to a sample with at most its growth. Infinite if neither steps nor calls are counted.
     """
     growth = trials.growth(halvings)
     largest = float(growth[-1] if last else np.max(growth))
@@ -191,8 +195,11 @@ def allowed_error(trials: Trials, tolerance: float, answer: Answer, halvings: in
 
 
 def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 1.0, share: float = 0.0) -> Finding:
-    """Whether states are those of the start alone at the usual setting: to so many times round-off and to a share of the
-    error, or at a tolerance to twice the error that it allows."""
+    """Whether states agree with the solution from the start alone at the usual setting.
+
+    With a step size they may differ by `roundings` times the round-off plus `share` of the error; with a tolerance, by
+    twice the error that it allows.
+    """
     alone = trials.whole(trials.usual())
     named = trials.named(alone.setting)
     if alone.states is None or alone.declined or math.isnan(alone.error):
@@ -209,18 +216,20 @@ def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 
 
 
 def dense(trials: Trials) -> bool:
-    """Whether an adaptive method interpolates: at all samples but the last the interpolant adds its own error."""
+    """Whether an adaptive method interpolates: then the interpolant adds its own error at all samples but the last."""
     return not trials.steps and trials.integrator.sampling == "dense output"
 
 
 def _error_of_steps(trials: Trials, answer: Answer) -> float:
-    """The error that the steps of an adaptive method leave: with dense output the last one, as an interpolant adds its own."""
+    """The error of an adaptive method's steps: with dense output at the last sample, without an interpolant's error."""
     return answer.last if dense(trials) else answer.error
 
 
 def _over_tolerance(trials: Trials, answers: Sequence[tuple[int, Answer]]) -> Finding:
-    """Whether the answers, each over the span divided by 2^halvings (halvings, answer), keep to their tolerances; the worst one
-    of those that do not."""
+    """Whether the answers, as (halvings, answer) over the span divided by 2^halvings, keep to their tolerances.
+
+    A failure shows the worst answer.
+    """
     counted, worse = 0, []
     for halvings, answer in answers:
         if answer.declined:
@@ -252,7 +261,7 @@ def _tolerance(trials: Trials) -> Finding:
 
 
 _hard = replace(_tolerance, **TEXTS["hard"], id="hard", hard=True, no_answer=True)
-"""The same on hard variants."""
+"""The claim `tolerance` on hard variants."""
 
 
 @claim("tolerance_short", _tolerance_applies)
@@ -271,8 +280,11 @@ def _proportional_applies(trials: Trials) -> str | None:
 
 @claim("proportional", _proportional_applies)
 def _proportional(trials: Trials) -> Finding:
-    """Whether the error still falls at the two tightest tolerances at which it is above round-off, if it does not fall to
-    round-off: in a sequence of orders one step may be as accurate at all loose tolerances, and exact at the next."""
+    """Whether the error falls with the tolerance, down to the two tightest tolerances with an error above round-off.
+
+    A fall to round-off passes at once: a method of variable order may have the same error at all loose tolerances, and
+    none at the next one.
+    """
     usable: list[tuple[float, float]] = []
     for tolerance in _tolerances(trials):
         answer = trials.short(SHORT, tolerance)
@@ -306,7 +318,7 @@ def _work_applies(trials: Trials) -> str | None:
 
 @claim("work", _work_applies)
 def _work(trials: Trials) -> Finding:
-    """Whether the number of steps grows as an order allows."""
+    """Whether the number of steps grows no faster than the order allows."""
     order = trials.integrator.order
     assert order is not None
     usable = [a for a in trials.answers() if a.work and not a.declined and a.setting <= TIGHT and a.error > a.roundoff]
@@ -328,7 +340,7 @@ def _work(trials: Trials) -> Finding:
 
 @claim("work_order", _work_applies)
 def _work_order(trials: Trials) -> Finding:
-    """The slope of the error over the mean length of a step, of the tightest tolerances."""
+    """The slope of the error over the mean length of a step, at the tightest tolerances."""
     order = trials.integrator.order
     assert order is not None
     points = []
@@ -341,7 +353,7 @@ def _work_order(trials: Trials) -> Finding:
 
 
 def slope_over_work(points: Sequence[tuple[float, float]], order: int, errors: str) -> Finding:
-    """Whether the tightest of `points`, the logarithms of the mean step and of the error, may have the slope `order`."""
+    """Whether the tightest of `points` may have the slope `order`; a point is the logarithms of mean step and error."""
     points = points[-MOST_ON_A_LINE:]
     if len(points) < FEWEST or points[0][0] - points[-1][0] < math.log(2):
         return not_applicable(

@@ -1,5 +1,7 @@
-"""The likely cause of all failures of an integrator, in one line: from which claims fail on which cases, and from a few
-solutions on one case where it fails."""
+"""The likely cause of all failures of an integrator, in one line.
+
+It follows from the claims that fail on each case, and from a few more solutions on one of these cases.
+"""
 
 from __future__ import annotations
 
@@ -13,24 +15,23 @@ from typing import Any
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.forms import Charged, Constrained, RigidBody
-from gnomon.harness.contract.integrator import solver_of
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.convergence_claims import dense
 from gnomon.harness.verification.trials import Answer, Floats, Trials
 
 NEAR, MOST = 0.05, 0.9
-"""A shift in time explains samples if it leaves less of their error than this share, of most of them."""
+"""A shift in time explains samples if it leaves less than the share NEAR of the error, for the share MOST of them."""
 FLAT = 1.3
-"""Errors that fall by less from one setting to the next do not fall: half the step leaves them 2^(1/2) times less or better."""
+"""Errors that fall by less than this between settings do not fall: half the step should give 2^(1/2) or more."""
 FLOOR = 3.0
-"""Errors of three settings that fall by less have a floor: of order 1 they fall by 4, or more."""
+"""Errors of three settings that fall by less than this have reached a floor: with order 1 they fall by 4 or more."""
 SINGLE = (1e-10, 1e-4)
-"""Between these lie errors that single precision, or printing six to nine digits, leaves."""
+"""The range of errors that come from single precision, or from printing six to nine digits."""
 LEFT = 1e-9
-"""Beyond so many parts of its size a state is not on what a method keeps it to by construction, to round-off."""
+"""Largest relative departure, by round-off, from a property that a method keeps by construction."""
 DIGITS = range(4, 13)
 HISTORY = "history: "
-"""Begins a diagnosis that solutions depend on earlier calls."""
+"""Beginning of a diagnosis that solutions depend on earlier calls."""
 STRUCTURE = {"symplectic", "reversible", "momentum"}
 CONTROL = {"tolerance", "tolerance_short", "tolerance_effect", "proportional", "work"}
 ACCURACY = {"order", "step_order", "order_short", "error", "proportional", "work_order", "event_order"}
@@ -47,7 +48,7 @@ class Failures:
     cases: dict[str, Case]
 
     got: tuple[str, ...] = ()
-    """What the claims of order that failed found, as "h^1.02 ..."."""
+    """The results of the failed claims about order, as "h^1.02 ..."."""
 
     @property
     def claims(self) -> set[str]:
@@ -57,38 +58,38 @@ class Failures:
         return [float(found[1]) for text in self.got if (found := re.match(r"h\^(-?[0-9.]+)", text))]
 
     def right_below(self, component: int) -> bool:
-        """Whether claims of accuracy pass wherever there are fewer coordinates, on one case at least."""
+        """Whether claims about accuracy pass, and never fail, on the cases with fewer coordinates than `component`."""
         few = {name for name, case in self.cases.items() if coordinates(case) < component}
         return any(claim in ACCURACY and case in few for claim, case in self.passed) and not any(
             claim in ACCURACY and case in few for claim, case in self.failed
         )
 
     def probed(self) -> str:
-        """The case on which the integrator is probed: the one with most failures, a smooth one if there is any, and of these
-        one whose equations have no time in them."""
+        """The name of the case to probe: if possible smooth with failures, then autonomous, then with most failures."""
         count = {name: sum(case == name for _, case in self.failed) for name in self.cases}
         smooth = {name: number > 0 and self.cases[name].hybrid is None for name, number in count.items()}
         return max(count, key=lambda name: (smooth[name], smooth[name] and self.cases[name].autonomous, count[name]))
 
     def only_with_time(self) -> bool:
-        """Whether claims fail only on cases whose equations have the time in them, and those of accuracy pass on others."""
+        """Whether claims fail only on cases with time in their equations, and claims about accuracy pass on others."""
         others = {name for name, case in self.cases.items() if case.autonomous}
         right = any(claim in ACCURACY and case in others for claim, case in self.passed)
         return right and not any(case in others for claim, case in self.failed if claim != "quadrature")
 
 
 def digest(trials: Trials) -> Facts:
-    """The bits of the first solution of a process."""
+    """A hash of the first solution in a new process."""
     return {"bits": _bits(_states(trials, trials.usual()))}
 
 
 def facts(trials: Trials) -> Facts:
-    """What a few solutions on one case show."""
+    """Facts about an integrator from a few solutions on one case."""
     setting, other = trials.usual(), trials.reference.exact[8]
     found: Facts = {}
     try:
-        solve, given = solver_of(trials.integrator, trials.problem(), trials.settings[0]), other[None].copy()
-        solve(given)
+        given = other[None].copy()
+        with trials.prepared(trials.problem(), trials.settings[0]) as solver:
+            solver.given(given)
         found["changed_start"] = not np.array_equal(given[0], other)
         found["bits"] = _bits(_states(trials, setting))
         found["several"] = trials.case.hybrid is None and _mixed(trials, setting)
@@ -123,17 +124,18 @@ def _bits(states: Floats) -> str:
 
 
 def _mixed(trials: Trials, setting: float) -> bool:
-    """Whether a motion that is solved beside others differs from the motion alone by more than its own error."""
+    """Whether a motion solved together with others differs by far more than its error from the motion solved alone."""
     alone = trials.whole(setting)
     starts = np.array([trials.reference.exact[8], trials.start, trials.reference.exact[16]])
-    solved = solver_of(trials.integrator, trials.problem(), setting)(starts).states[1]
+    with trials.prepared(trials.problem(), setting) as solver:
+        solved = solver(starts).states[1]
     if alone.states is None or math.isnan(alone.error):
         return False
     return not float(np.max(trials.distance(solved, alone.states))) <= 4 * alone.error + 100 * alone.roundoff
 
 
 def _has_few_digits(exact: Floats) -> bool:
-    """Whether most of the exact states are numbers of single precision, as of a motion with simple numbers."""
+    """Whether most exact states are single-precision numbers, as for a motion with simple numbers."""
     return bool(np.mean(exact == _rounded(exact)) > 0.5)
 
 
@@ -142,13 +144,13 @@ def _rounded(states: Any) -> Floats:
 
 
 def _digits(states: Any) -> int | None:
-    """The number of decimal digits of states that have few."""
+    """The number of decimal digits of the states; None if they need more than 12."""
     values = np.asarray(states).ravel()[:128].tolist()
     return next((n for n in DIGITS if all(float(f"{x:.{n}g}") == x for x in values)), None)
 
 
 def _shift(trials: Trials, answer: Answer) -> tuple[str, str] | None:
-    """(what, by how much): all states, positions or velocities fit the exact motion at other times."""
+    """(part of the state, shift): this part fits the exact motion at shifted times; None if no shift fits."""
     times, interval, half = trials.reference.times, float(trials.problem().interval), len(trials.start) // 2
     moves = {"a sample": interval}
     if trials.steps:
@@ -172,12 +174,12 @@ def _shift(trials: Trials, answer: Answer) -> tuple[str, str] | None:
 
 
 def _halves(trials: Trials) -> bool:
-    """Whether a state is positions, then velocities."""
+    """Whether a state consists of positions, then velocities."""
     return trials.case.second_order is not None or isinstance(trials.form, Charged | Constrained)
 
 
 def _late(trials: Trials, answer: Answer) -> bool:
-    """Whether each state is that of the exact motion at a later time of its own, but for a small part of the error."""
+    """Whether most states each fit the exact motion at a later time of its own, up to a small part of the error."""
     times, exact, sample = trials.reference.times, trials.reference.exact, trials.case.sample
     little = float(trials.problem().interval) * 2.0**-10
     weights = 1 / np.maximum(np.max(np.abs(exact), axis=0), 1e-300)
@@ -194,7 +196,7 @@ def _late(trials: Trials, answer: Answer) -> bool:
 
 
 def _left(trials: Trials, answer: Answer) -> str | None:
-    """What states have left that a method declares to keep them on: rotations, or a constraint."""
+    """How the states violate a rotation or constraint that the method declares to keep; None if they keep it."""
     states, form, p = np.asarray(answer.states), trials.form, tuple(trials.problem().parameters.tolist())
     if isinstance(form, RigidBody) and "attitude" in trials.integrator.conserves:
         rotations = states[:, 3:].reshape(-1, 3, 3)
@@ -210,7 +212,7 @@ def _left(trials: Trials, answer: Answer) -> str | None:
 
 
 def _bumps(trials: Trials) -> bool:
-    """Whether errors vanish again at ends of steps: samples of one or few steps, over a short span."""
+    """Whether errors over a short span fall again and again: accurate ends of steps, worse interpolation in between."""
     for halvings in range(2, 9):
         for tolerance in trials.settings[len(trials.settings) // 2 :]:
             answer = trials.short(halvings, tolerance)
@@ -224,7 +226,7 @@ def _bumps(trials: Trials) -> bool:
 
 
 def _steps(trials: Trials) -> Facts:
-    """Errors of single steps: their power of h and size, and the components from which on they are wrong."""
+    """Errors of single steps by step size, and the first component whose error falls too slowly."""
     points, parts = [], []
     for h, answer in trials.single_steps():
         if answer.states is None or not answer.roundoff / 8 < answer.error < LARGEST_ERROR:
@@ -249,20 +251,20 @@ def _steps(trials: Trials) -> Facts:
 
 
 def coordinates(case: Case) -> int:
-    """The number of coordinates; positions and velocities of second-order equations count once."""
+    """The number of coordinates; a position and its velocity, in second-order equations, count once."""
     return len(case.state) // (2 if case.second_order is not None else 1)
 
 
 def conclude(failures: Failures, found: Facts) -> str | None:
-    """The cause as `id: sentence`; None where nothing is known. `found`: facts, the digest as `alone`, what is declared."""
-    for cause in (_of_conduct, _of_samples, _of_cases, _of_control, _of_order):
+    """The cause as `id: sentence`; None if unknown. `found`: the facts, the digest as `alone`, and the declarations."""
+    for cause in (_of_calls, _of_samples, _of_cases, _of_control, _of_order):
         text = cause(failures, failures.claims, found)
         if text is not None:
             return text
     return None
 
 
-def _of_conduct(failures: Failures, claims: set[str], found: Facts) -> str | None:
+def _of_calls(failures: Failures, claims: set[str], found: Facts) -> str | None:
     bits = found.get("bits")
     if found.get("changed_start") or "start_kept" in claims:
         return "input: it changes the start that it is given"
@@ -313,7 +315,7 @@ def _of_samples(failures: Failures, claims: set[str], found: Facts) -> str | Non
 
 
 def _floor(found: Facts) -> float | None:
-    """An error that finer settings, or shorter spans, do not make smaller, in the range of single precision."""
+    """An error in the range of single precision that finer settings, or shorter spans, do not reduce."""
     points = [error for _, error, roundoff, _ in found.get("points", []) if error > 20 * roundoff]
     single = [error for _, error, _ in found.get("single_steps", [])]
     for tail in (*(single[k : k + 4] for k in range(len(single) - 3)), points[-3:]):
@@ -323,7 +325,7 @@ def _floor(found: Facts) -> float | None:
 
 
 def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
-    """What the failing cases have in common, and others lack."""
+    """A cause that follows from the common property of the failing cases and claims."""
     hybrid = {name for name, case in failures.cases.items() if case.hybrid is not None}
     if claims & {"events", "event_order"} and all(case in hybrid for _, case in failures.failed):
         return "events: an event is missed, at the wrong time, or changes the state wrongly"
@@ -364,7 +366,7 @@ def _of_control(failures: Failures, claims: set[str], found: Facts) -> str | Non
 
 
 def _flat(points: Sequence[Sequence[float]]) -> bool:
-    """Whether the errors of the finest settings do not fall, well above round-off."""
+    """Whether the errors at the two finest settings, well above round-off, do not fall."""
     tail = points[-2:]
     return len(tail) == 2 and tail[1][1] > 20 * tail[1][2] and tail[0][1] < FLAT * tail[1][1]
 
@@ -380,7 +382,7 @@ def _of_order(failures: Failures, claims: set[str], found: Facts) -> str | None:
 
 
 def _slopes(found: Facts) -> list[float]:
-    """Powers of the step by which errors fall: those of single steps, or those of the whole span."""
+    """Powers of the step with which errors fall: over single steps if they are known, else over the whole span."""
     points = found.get("points", [])
     single = [point for point in found.get("single_steps", []) if point[1] > 20 * point[2]]
     if len(single) >= 2:

@@ -1,10 +1,9 @@
-"""Claims on equations of their own: that end, that follow others, with more variables, with sums whose result is known."""
+"""Claims on equations without a case: motions that end, problems in between, more variables, sums of known result."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import closing
 from dataclasses import replace
 from functools import cache
 from itertools import count
@@ -14,60 +13,60 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.arithmetic import calling, written
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
-from gnomon.harness.contract.integrator import Problem, Refused, Solution, solver_of
+from gnomon.harness.contract.integrator import Problem, Refused, Solution
+from gnomon.harness.verification.call_claims import answers, same_bits
 from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed
-from gnomon.harness.verification.conduct_claims import answers, same_bits
 from gnomon.harness.verification.convergence_claims import same_solution
-from gnomon.harness.verification.doors import Door
+from gnomon.harness.verification.function_adapter import FunctionAdapter
 from gnomon.harness.verification.quadrature_claim import ROUNDINGS
 from gnomon.harness.verification.relation_claims import APART
 from gnomon.harness.verification.trials import HALF_ULP, Floats, Trials
 
 SAMPLES, END, STEPS = 8, 2.0, 8
-"""Samples of a motion that ends before 3/4 of this time, and fixed steps from one to the next."""
+"""Number of samples, end time, and number of fixed steps between samples, of motions that end before 3/4 of it."""
 DAMPED = 2.0
-"""Where q'' = 2^60 q grows to no more than so many times its start, the method damps all that grows fast."""
+"""If q'' = 2^60 q grows to at most this many times its start, the method damps all fast growth."""
 RESTING = 6
-"""Variables that rest, before those that move: the first that moves is the seventh."""
+"""Number of variables at rest, before the moving ones: the first that moves is the seventh."""
 MOST_CALLS = 10**5
-"""Right-hand sides of a plain function before a motion that ends, at most: thousands lead there, and some go on for ever."""
+"""Most right-hand sides of a plain function before a motion that ends: thousands suffice, but some solvers go on."""
 SUMMED = 2**12
-"""Samples, and steps at least, whose sum is compared with the exact one."""
+"""Number of samples, and least number of steps, of a sum that is compared with its exact value."""
 
 
 def leaves(t: Any, place: Values, parameters: Values) -> Values:
-    """From q = 1 at rest q is 0 before t = 1.5, and the root has no value beyond: no method can go on."""
+    """Acceleration of a motion that ends: from q = 1 at rest, q is 0 before t = 1.5, where the root has no value."""
     (q,) = place
     return (-1 - q * sqrt(q),)
 
 
 def pole(t: Any, place: Values, parameters: Values) -> Values:
-    """q = 1/(1 - t)^2."""
+    """Acceleration of q = 1/(1 - t)^2."""
     (q,) = place
     return (6 * q * q,)
 
 
 def collision(t: Any, place: Values, parameters: Values) -> Values:
-    """q = (1 - t)^(2/3): two bodies that meet."""
+    """Acceleration of q = (1 - t)^(2/3): two bodies that meet."""
     (q,) = place
     return (-2 / (9 * q * q),)
 
 
 def grows(t: Any, place: Values, parameters: Values) -> Values:
-    """q = exp(2^30 t)."""
+    """Acceleration of q = exp(2^30 t)."""
     (q,) = place
     return (2**60 * q,)
 
 
 def steady(t: Any, place: Values, parameters: Values) -> Values:
-    """With an acceleration of 2/3 a third of an ulp is lost where a 2^-12th of it is added to a velocity from 1 to 2."""
+    """A constant acceleration. A 2^-12th of 2/3, added to a velocity from 1 to 2, loses a third of an ulp."""
     (q,), (acceleration,) = place, parameters
     return (acceleration + 0 * q,)
 
 
 @cache
 def rests(variables: int) -> Callable[[Any, Values, Values], Values]:
-    """Equations in which so many variables do not change."""
+    """Equations in which all variables stay constant."""
     return written(
         _zeros(variables),
         f"rests_{variables}",
@@ -85,7 +84,7 @@ def _plain(trials: Trials) -> str | None:
 
 
 def _second(trials: Trials) -> bool:
-    """Whether the integrator is given accelerations."""
+    """Whether the integrator accepts accelerations."""
     return SecondOrder in trials.integrator.accepts
 
 
@@ -96,7 +95,10 @@ def _form(trials: Trials, acceleration: Callable[[Any, Values, Values], Values])
 
 @claim("blow_up", lambda trials: _plain(trials) or answers(trials), once=True, no_answer=True)
 def _blow_up(trials: Trials) -> Finding:
-    """A fixed step may go over a pole or a collision, and a method that damps fast growth then stays finite."""
+    """A solution must not be finite after its motion has ended.
+
+    A fixed step may pass over a collision, and also over a pole if the method damps fast growth: these are left out.
+    """
     motions = [("the domain of the equations ends", leaves, 0.0)]
     if not trials.steps:
         motions += [("a pole", pole, 2.0), ("a collision", collision, -2 / 3)]
@@ -118,9 +120,9 @@ def _named(trials: Trials) -> str:
 
 
 def _last(trials: Trials, acceleration: Callable[[Any, Values, Values], Values], rate: float) -> float:
-    """q at the last sample from q = 1; inf or nan where there is no solution there."""
+    """q at the last sample, from q = 1; inf or nan without a solution there."""
     times = END * np.arange(1, SAMPLES + 1) / SAMPLES
-    called = _limited(acceleration) if isinstance(trials.integrator, Door) else acceleration
+    called = _limited(acceleration) if isinstance(trials.integrator, FunctionAdapter) else acceleration
     problem = Problem(_form(trials, called), 2, np.zeros(0), times, 1.0)
     setting = times[0] / STEPS if trials.steps else trials.usual()
     try:
@@ -133,7 +135,7 @@ def _last(trials: Trials, acceleration: Callable[[Any, Values, Values], Values],
 
 
 def _limited(acceleration: Callable[[Any, Values, Values], Values]) -> Callable[[Any, Values, Values], Values]:
-    """The same function, which raises Refused after so many calls."""
+    """The function with a limit: after MOST_CALLS calls it raises Refused."""
     calls = count()
 
     def limited(t: Any, place: Values, parameters: Values) -> Values:
@@ -146,38 +148,40 @@ def _limited(acceleration: Callable[[Any, Values, Values], Values]) -> Callable[
 
 @claim("other_problems", answers)
 def _other_problems(trials: Trials) -> Finding:
-    """A motion between others that are prepared while it is: from its start, and from its end at its last time, where a
-    slope that was kept would be used. They rest if plain equations are accepted, else they are the first half of its span.
+    """A solution must not change when other problems are prepared and solved in between.
+
+    The other problems begin at the start of the motion, and at its end at the last time, where a slope that was kept
+    would be used. Their variables rest if plain equations are accepted; else they are the first half of the motion.
     """
     problem, setting = trials.problem(), trials.usual()
     plain = _plain(trials) is None
-    with closing(solver_of(trials.integrator, problem, setting)) as solver:
-        alone = trials.called(solver, problem, trials.start).states[0]
+    with trials.prepared(problem, setting) as solver:
+        alone = solver(trials.start[None]).states[0]
         for start, t0 in ((trials.start, problem.t0), (alone[-1], float(problem.times[-1]))):
             other = _at_rest(trials, t0) if plain else trials.problem(1)
-            with closing(solver_of(trials.integrator, other, setting)) as second:
-                again = trials.called(solver, problem, trials.start).states[0]
+            with trials.prepared(other, setting) as second:
+                again = solver(trials.start[None]).states[0]
                 found = same_bits(trials, alone, again, "one start before and after another problem is prepared")
                 if found.outcome != Outcome.PASSED:
                     return found
-                solution = trials.called(second, other, start if plain else trials.start)
+                solution = second((start if plain else trials.start)[None])
             if plain:
                 found = _rested(trials, other, start, solution)
                 if found.outcome != Outcome.PASSED:
                     return found
-        again = trials.called(solver, problem, trials.start).states[0]
+        again = solver(trials.start[None]).states[0]
     return same_bits(trials, alone, again, "one start before and after another problem")
 
 
 def _at_rest(trials: Trials, t0: float) -> Problem:
-    """The problem of the case with equations in which nothing changes, or without accelerations, from another time."""
+    """The problem of the case from the time `t0`, with equations in which nothing changes, or without accelerations."""
     problem = trials.problem()
     form = SecondOrder(rests(problem.dimension // 2)) if _second(trials) else FirstOrder(rests(problem.dimension))
     return replace(problem, form=form, t0=t0, times=problem.elapsed + t0, names=None)
 
 
 def _rested(trials: Trials, problem: Problem, start: Floats, solution: Solution) -> Finding:
-    """Whether the states are the start, or go on with its velocities."""
+    """Whether the states stay at the start, or move on with its velocities."""
     half = len(start) // 2
     rates = np.append(start[half:], np.zeros(half)) if _second(trials) else np.zeros_like(start)
     exact = start + problem.elapsed[:, None] * rates
@@ -203,7 +207,7 @@ def _few_variables(trials: Trials) -> str | None:
 
 @claim("more_variables", _few_variables, once=True)
 def _more_variables(trials: Trials) -> Finding:
-    """Six variables that rest (positions, where the equations are accelerations), then those of the case."""
+    """Six variables at rest (positions, for accelerations), before the case's variables, must not change the motion."""
     form, second = _after_resting(trials.form)
     parts = np.split(trials.start, 1 + second)
     start = np.concatenate([np.append(np.resize(part, RESTING) * (part is parts[0]), part) for part in parts])
@@ -220,7 +224,7 @@ def _more_variables(trials: Trials) -> Finding:
 
 
 def _after_resting(form: FirstOrder | SecondOrder) -> tuple[Form, bool]:
-    """The equations with variables that rest before them, and whether they are accelerations."""
+    """The equations, with variables at rest before their own, and whether they are accelerations."""
     given = form.source if isinstance(form, FirstOrder) and isinstance(form.source, SecondOrder) else form
     second = isinstance(given, SecondOrder)
     function = given.acceleration if isinstance(given, SecondOrder) else given.equations
@@ -235,7 +239,7 @@ def _summed(trials: Trials) -> str | None:
 
 @claim("compensated", _summed, once=True)
 def _compensated(trials: Trials) -> Finding:
-    """Thousands of equal changes, of which each addition loses a third of a unit in the last place."""
+    """Thousands of equal changes: each addition loses a third of a unit in the last place."""
     problem, start = _sum(trials)
     setting = problem.interval if trials.steps else trials.usual()
     ((solution, calls),) = trials.solved(problem, setting, [start])
@@ -251,7 +255,7 @@ def _compensated(trials: Trials) -> Finding:
 
 
 def _sum(trials: Trials) -> tuple[Problem, Floats]:
-    """A velocity of 1 + 2/3 t to t = 1, and its start."""
+    """The problem of a velocity 1 + 2/3 t to t = 1, and its start."""
     times = np.arange(1, SUMMED + 1) / SUMMED
     form, counted = _form(trials, steady), trials.integrator.counts_rhs
     return Problem(form, 2, np.array([2 / 3]), times, 1.0, counted=counted), np.array([0.0, 1.0])

@@ -1,4 +1,4 @@
-"""Claims about motions with events: that each is found at its time, and that the error falls with the order declared."""
+"""Claims about motions with events: each event is found at its time, and the error falls with the declared order."""
 
 from __future__ import annotations
 
@@ -24,21 +24,22 @@ from gnomon.harness.verification.convergence_claims import (
 from gnomon.harness.verification.trials import HALF_ULP, SHORTEST, TIGHT, Answer, Trials
 
 WITHIN = 0.75
-"""The first event is in this share of a short span: the motion after it counts."""
+"""The first event is within this share of a short span, so that the motion after it counts."""
 CLEAR = 1e-3
-"""No event is so close to the end of a short span, in lengths of it."""
+"""Least distance of an event from the end of a short span, in lengths of the span."""
 LONGER = 7.0
-"""Errors are compared with those at 8 times longer steps and more: an order that is lower by half has 2^order times the
-error there, and the constant of a right method changes by less."""
+"""Errors are compared with errors at steps at least 8 times as long. A method of half the order exceeds the bound
+there; the constant of a right method changes by less."""
 COARSE = 3
-"""So many longer steps: where events are located to the order declared and no better, the error depends on where in its
-step an event is, and may be small at one step size. At order 1 events may be anywhere in their step: this does not apply."""
+"""Least number of longer steps to compare with. Where events are located to the declared order only, the error depends
+on the place of an event in its step, and may be small at one step size. Order 1 is left out: events may be anywhere in
+their step."""
 UNRELATED = 2.0
-"""Two states of the size of the motion are at most so far apart: a larger bound of an error says nothing."""
+"""Largest distance of two states of the size of the motion: a bound of an error above it says nothing."""
 SHARES = tuple(k / 32 for k in range(25, 32))
-"""Lengths, as shares of the short span, whose solutions are fitted with those over the span itself."""
+"""Shares of the short span: solutions over these lengths are fitted with solutions over all of it."""
 STEPS = 2**14
-"""Steps over a short span, at most."""
+"""Largest number of steps over a short span."""
 
 
 def _has_events(trials: Trials) -> str | None:
@@ -47,7 +48,7 @@ def _has_events(trials: Trials) -> str | None:
 
 @claim("events", _has_events)
 def _events(trials: Trials) -> Finding:
-    """The two most accurate settings over the whole span."""
+    """The events, and their times, at the two most accurate settings over the whole span."""
     exact, span = trials.case.events(), float(trials.case.span)
     usable = [a for a in trials.answers() if a.events is not None and not a.declined]
     usable = [a for a in usable if a.error < LARGEST_ERROR and (trials.steps or a.setting <= TIGHT)]
@@ -77,7 +78,7 @@ class _Few:
 
 
 def _few(trials: Trials) -> _Few | None:
-    """The shortest span with an event in its first part and none at its end."""
+    """The shortest span with an event in its first part and no event near its end."""
     events = trials.case.events()
     for halvings in reversed(range(SHORTEST)):
         span = float(trials.reference.times[-1]) * 2.0**-halvings
@@ -97,7 +98,7 @@ def _order_with_events(trials: Trials) -> str | None:
 
 @claim("event_order", _order_with_events)
 def _event_order(trials: Trials) -> Finding:
-    """Errors and times of events over a span with few of them: at the finest setting, and by the line of longer steps."""
+    """Errors of states and event times over a span with few events: at the finest setting, and against longer steps."""
     few, order = _few(trials), trials.integrator.order
     assert order is not None
     if few is None:
@@ -129,9 +130,9 @@ def _event_order(trials: Trials) -> Finding:
 
 
 def _slope(trials: Trials, few: _Few, first: tuple[list[Point], list[Point]]) -> Finding:
-    """Whether the errors of the states, and of the times of events, have the slope of the order within its interval.
+    """Whether the errors of the states, and of the event times, may have the slope of the order.
 
-    `first` has the points over the short span. Over other lengths of it events are elsewhere in their steps.
+    `first` has the points over the short span. Over other lengths events are at other places in their steps.
     """
     order = trials.integrator.order
     assert order is not None
@@ -160,16 +161,18 @@ def _slope(trials: Trials, few: _Few, first: tuple[list[Point], list[Point]]) ->
 
 
 def _conditioned(states: list[Point], times: list[Point]) -> tuple[list[Point], list[Point]]:
-    """The points, and those of times at step sizes at which the states have errors above round-off: where a guard hardly
-    changes at an event, its time is known less well than the states."""
+    """The points, with event times only at step sizes at which the states have errors above round-off.
+
+    Where a guard hardly changes at an event, the time of the event is known less well than the states.
+    """
     steps = {h for h, _, _ in in_range(states)}
     return states, [point for point in times if point[0] in steps]
 
 
 def _points_over(trials: Trials, few: _Few, share: float) -> tuple[list[Point], list[Point]]:
-    """(step size, error, round-off) of states and of the times of events, over a share of the short span.
+    """(step size, error, round-off) of states and of event times over a share of the short span.
 
-    From one step a sample down to round-off; none if an event is close to the end.
+    They go from one step a sample down to round-off; there are no points if an event is close to the end.
     """
     whole, sweep = trials.problem(few.halvings), trials.integrator.sweep
     found: tuple[list[Point], list[Point]] = ([], [])
@@ -211,7 +214,7 @@ def _answers(trials: Trials, halvings: int) -> Sequence[Answer]:
 
 
 def _first_order(trials: Trials, few: _Few, answer: Answer) -> float:
-    """The error that a method of order 1 may have: see the bound of `event_order`."""
+    """The largest error that a method of order 1 may have, see the bound of `event_order`."""
     scales = max(1.0, few.span / trials.reference.time_scale)
     growth = max(1.0, trials.conditioning(few.halvings) / HALF_ULP)
     return growth * scales * (scales + 4 * len(few.events)) * answer.setting / few.span + answer.roundoff

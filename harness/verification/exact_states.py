@@ -1,4 +1,4 @@
-"""Exact states of a case as text, with their certificate and a hash, for those who compare with their own programs."""
+"""Exact states of a case as text, with certificate and hash, for comparison with other programs."""
 
 import csv
 import hashlib
@@ -22,12 +22,12 @@ import gnomon
 SCHEMA_VERSION = 1
 MOST_DIGITS, MOST_TIMES = 1000, 100_000
 MOST_SCALES = 1_000_000
-"""The latest time beyond the span, in time scales: the certificate of a longer motion may take hours."""
+"""The latest time beyond the span, in time scales: to certify a longer motion may take hours."""
 
 
 @dataclass(frozen=True)
 class ExactStates:
-    """States of one case: `times` as they were written, `states` (one row each time) as decimal numbers."""
+    """States of one case. `times`: as the user wrote them; `states`: decimal numbers, one row a time."""
 
     case: Case
     digits: int
@@ -37,7 +37,7 @@ class ExactStates:
 
     @property
     def hashed(self) -> str:
-        """The numbers of the case and the states, as in CSV: the text whose hash identifies both formats."""
+        """The text whose hash identifies both formats: the numbers of the case and the states, as CSV."""
         text = io.StringIO()
         text.write(f"# case {self.case.id}\n# digits {self.digits}\n")
         for name, value in self.numbers.items():
@@ -50,7 +50,7 @@ class ExactStates:
 
     @property
     def numbers(self) -> dict[str, dict[str, str]]:
-        """Parameters and initial values by name, in decimals that round to the double, and in hexadecimal digits."""
+        """Parameters and initial values by name, in decimals that round to the double, and in hexadecimal."""
         return {
             name: {"decimal": repr(float(value)), "hexadecimal": float(value).hex()}
             for name, value in self.case.numbers.items()
@@ -61,7 +61,7 @@ class ExactStates:
         return hashlib.sha256(self.hashed.encode()).hexdigest()
 
     def as_csv(self) -> str:
-        """Comment lines with the certificate and the hash, then the hashed text: comments, header, one row each time."""
+        """Comment lines with certificate and hash, then the hashed text: comments, header, one row each time."""
         found = self.certificate
         ways = ", ".join(f"{way} {digits:.0f}" for way, digits in found.ways.items())
         confirmed = f"confirmed to {found.digits:.0f} digits ({ways or found.note}), {found.required} required"
@@ -71,7 +71,7 @@ class ExactStates:
         return head + self.hashed
 
     def as_json(self) -> str:
-        """One object; times and states are texts, because a JSON number may be read as a double."""
+        """One JSON object. Times and states are strings, because a JSON number may be read as a double."""
         case, found, numbers = self.case, self.certificate, self.numbers
         document = {
             "schema_version": SCHEMA_VERSION,
@@ -98,10 +98,10 @@ class ExactStates:
 
 
 def exact_states(case: Case, times: Sequence[str], digits: int) -> ExactStates:
-    """Exact states of `case`, with numbers rounded to binary64, at `times`, and the certificate of its motion.
+    """Exact states of `case` at `times`, with numbers rounded to binary64, and the certificate of its motion.
 
     If a time is later than the span, the motion and its certificate extend to it. Raises ValueError for a time or a
-    number of digits that is not admitted, and for a motion that is out of reach.
+    number of digits outside the limits, and for a motion that is out of reach.
     """
     if not 1 <= digits <= MOST_DIGITS:
         raise ValueError(f"--digits {digits}: give a number of digits from 1 to {MOST_DIGITS}")
@@ -120,8 +120,10 @@ def exact_states(case: Case, times: Sequence[str], digits: int) -> ExactStates:
 
 
 def times_of(given: str | None, case: Case) -> tuple[str, ...]:
-    """The times as written: those of a file or of a list, separated by commas or white space; the case's 64 samples for
-    None, as hexadecimal doubles."""
+    """The times as written, from a file or a list separated by commas or white space.
+
+    None gives the case's 64 sample times, as hexadecimal doubles.
+    """
     if given is None:
         return tuple(t.hex() for t in case.rounded().times.tolist())
     text = read_text(Path(given)) if is_file(given) else given
@@ -147,7 +149,7 @@ def is_file(given: str) -> bool:
 
 
 def moment(text: str) -> Fraction:
-    """A time: a decimal number or a fraction, which is exact, or a double in hexadecimal digits (0x1.8p+1)."""
+    """A time: an exact decimal number or fraction, or a double in hexadecimal digits (0x1.8p+1)."""
     if "x" in text.lower():
         try:
             value: Any = float.fromhex(text)

@@ -1,4 +1,4 @@
-"""How much an exact motion lets an error grow from one time to a later one."""
+"""The growth of an error from one time of an exact motion to a later one."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 SMALL = 2.0**-40
-"""Change of a component over its size: exact motions are subtracted in high precision."""
+"""Relative change of a component. It may be small, because exact motions are subtracted in high precision."""
 
 
 def growth(case: Case, times: Floats, sizes: Floats) -> Floats | None:
-    """The largest growth of an error from the start, or from an earlier time, to each of the times, shape (len(times),).
+    """The largest growth of an error from the start, or from an earlier time, to each time, shape (len(times),).
 
-    An error has the norm 1 in components over their `sizes` (dim,), and its effect is measured by the case's metric. With
-    the fundamental solution F(t) of the variational equations, F(t) F(s)^-1 carries an error from s to t; F has the
-    differences of exact motions as its columns. None where no start near that of the case exists (constraints), or an
-    event lies between, or where the exact motion is integrated, which takes too long.
+    An error has the norm 1 in components over their `sizes` (dim,), and its effect is measured by the case's metric.
+    With the fundamental solution F(t) of the variational equations, F(t) F(s)^-1 carries an error from s to t; the
+    columns of F are differences of exact motions. None if no start near the case's own exists (constraints), if an
+    event lies between, or if the exact motion is integrated, which takes too long.
     """
     if case.hybrid is not None or isinstance(case.motion(), CertifiedMotion):
         return None
@@ -39,7 +39,7 @@ def growth(case: Case, times: Floats, sizes: Floats) -> Floats | None:
     for k in range(1, len(carried)):
         try:
             ways = np.linalg.solve(carried[:k].transpose(0, 2, 1), carried[k].T).transpose(0, 2, 1)
-        except np.linalg.LinAlgError:  # a motion that has ended: nothing before it counts
+        except np.linalg.LinAlgError:  # a motion that has ended: earlier errors have no effect
             return None
         found[k - 1] = max(1.0, *(float(np.max(np.linalg.norm(ways[:, group], 2, axis=(1, 2)))) for group in groups))
     return found
@@ -48,7 +48,7 @@ def growth(case: Case, times: Floats, sizes: Floats) -> Floats | None:
 def _column(
     case: Case, moments: Sequence[Fraction], own: Sequence[Sequence[Any]], index: int, size: float
 ) -> Floats | None:
-    """The change of the states, shape (len(moments), dim), over that of one component of the start in its size."""
+    """The change of the states, shape (len(moments), dim), over the relative change of one component of the start."""
     change = Fraction(size * SMALL)
     for sign in (1, -1):
         start = list(case.initial_state)

@@ -1,4 +1,4 @@
-"""Another version of a package than the installed one, in a folder of its own: what `gnomon verify --against` names."""
+"""Another version of a package than the installed one, in its own folder, for `gnomon verify --against`."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ INSTALL_SECONDS = 600.0
 REQUIREMENT = re.compile(
     r"[A-Za-z0-9][\w.-]*\s*(\[[\w\s,.-]*\])?\s*(@\s*\S+|((===?|[<>!~]=|<|>)\s*[\w.*+!-]+\s*,?\s*)*)", re.ASCII
 )
-"""A name, extras, and versions or an address. The installer validates the rest."""
+"""A name, extras, and versions or an address; the installer validates the rest."""
 ARCHIVES = (".whl", ".tar.gz", ".zip")
 
 
 @dataclass(frozen=True)
 class Other:
-    """An installed version: the folder that it is in, its name and version, and its modules."""
+    """An installed version: its folder, name, version and modules."""
 
     folder: str
     name: str
@@ -37,9 +37,9 @@ class Other:
 
 
 def installed(requirement: str) -> Other:
-    """The version that a requirement names, as `mypackage==1.2`, a wheel or the folder of a project, installed by uv or pip.
+    """Install the version that a requirement names, as `mypackage==1.2`, a wheel or a project's folder, with uv or pip.
 
-    It is removed at the end of this process. Raises ValueError where this is impossible.
+    The version is removed at the end of this process. Raises ValueError if it cannot be installed.
     """
     wanted = validated(requirement)
     shown = f"--against {visible(requirement)}"
@@ -72,7 +72,7 @@ def installed(requirement: str) -> Other:
 
 
 def validated(requirement: str) -> str:
-    """The requirement as an installer takes it, a path in full; raises ValueError for what is no requirement."""
+    """The requirement for the installer, a path in full. Raises ValueError for an invalid requirement."""
     text = requirement.strip()
     if "\0" not in text and (os.sep in text or text.endswith(ARCHIVES)) and os.path.exists(text):
         return os.path.abspath(text)

@@ -1,6 +1,6 @@
-"""The pytest plugin: `pytest --gnomon package.module:Class` has one test for each claim about an integrator on each case.
+"""The pytest plugin: `pytest --gnomon package.module:Class` runs a test for each claim on each case.
 
-This file imports only pytest until the option is given: every pytest of an environment with gnomon loads it.
+Every pytest in an environment with gnomon loads this file, so it imports only pytest until the option is given.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gnomon.harness.verification.checks import Check
 
 Planned: TypeAlias = "tuple[str, Check, list[pytest.MarkDecorator]]"
-"""(the integrator as it was named, one check of it, its marks)"""
+"""(the integrator as the user named it, one of its checks, the marks of the check)"""
 PLANNED = pytest.StashKey[list[Planned]]()
 
 
@@ -36,7 +36,7 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(_Applied(), "gnomon-applied")
 
 
-@pytest.hookimpl(tryfirst=True)  # before -k and -m select
+@pytest.hookimpl(tryfirst=True)  # before -k and -m select tests
 def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config, items: list[pytest.Item]) -> None:
     for named, check, marks in config.stash[PLANNED]:
         item = _Claim.from_parent(session, name=check.id, nodeid=f"gnomon::{named}::{check.id}", check=check)
@@ -46,7 +46,7 @@ def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config
 
 
 def _planned(config: pytest.Config, named: str) -> list[Planned]:
-    # Imported here and not above: most runs of pytest do without numpy and numba.
+    # Imported here because most runs of pytest need neither numpy nor numba.
     from gnomon.harness.registry import lookup
     from gnomon.harness.results.visible import shown
     from gnomon.harness.verification.checks import checks
@@ -64,7 +64,7 @@ def _planned(config: pytest.Config, named: str) -> list[Planned]:
 
 
 class _Applied:
-    """Ends a session as one without tests where no claim applied and no other test ran: nothing was checked."""
+    """Ends a session with the exit code for no tests if no claim applied and no other test ran."""
 
     def __init__(self) -> None:
         self.ran, self.not_applicable = 0, 0

@@ -1,4 +1,4 @@
-"""The claim that needs no motion: forces that are polynomials in time, which an order makes exact."""
+"""The claim that needs no case: a method is exact for forces that are polynomials in time, below its order."""
 
 import math
 from typing import Any
@@ -10,27 +10,27 @@ from gnomon.harness.verification.claims import Finding, claim, failed, not_appli
 from gnomon.harness.verification.trials import HALF_ULP, ROOT_OF_ULP, Trials
 
 SAMPLES = 4
-"""A step between two samples is long: an error of a coefficient shows beside few roundings."""
+"""Few samples make the steps long: the error of a coefficient shows beside few roundings."""
 CUBIC = 3
-"""The degree in time, at most: it sees the sum of the weights, the nodes, and their second and third moments."""
+"""Largest degree in time: it tests the sum of the weights, the nodes, and their second and third moments."""
 HALVED = 6
-"""Steps, each half of the one before, that an integrator may decline before the claim does not apply."""
+"""Number of steps, each half of the one before, that an integrator may decline before the claim does not apply."""
 ROUNDINGS = 64
-"""Roundings in a step, at most: stages, extrapolations and sums."""
+"""Largest number of roundings in a step: stages, extrapolations and sums."""
 TIGHTER, LESS = 1e-2, 10.0
-"""A second tolerance over the first, and how many times less the error is there at least: a power of 1/2, the lowest for order
-1, as for `proportional`."""
+"""Ratio of a second tolerance to the first, and the least factor by which the error falls: the ratio to the power 1/2,
+the lowest for order 1, as for `proportional`."""
 
 
 def polynomial(t: Any, state: Values, parameters: Values) -> Values:
-    """y' = a + b t + c t^2 + d t^3, twice."""
+    """y' = a + b t + c t^2 + d t^3, and its negative."""
     a, b, c, d = parameters
     slope = a + t * (b + t * (c + t * d))
     return slope, -slope
 
 
 def force(t: Any, place: Values, parameters: Values) -> Values:
-    """q'' = a + b t + c t^2 + d t^3, twice."""
+    """q'' = a + b t + c t^2 + d t^3, and its negative."""
     a, b, c, d = parameters
     slope = a + t * (b + t * (c + t * d))
     return slope, -slope
@@ -48,8 +48,10 @@ def _applies(trials: Trials) -> str | None:
 
 @claim("quadrature", _applies, once=True)
 def _quadrature(trials: Trials) -> Finding:
-    """With f = f(t) a method of order p is a rule of quadrature, exact for polynomials of degree p - 1; for accelerations of
-    degree p - 2. One that is not exact by its construction has an error that falls as the order says.
+    """With f = f(t) a method of order p is a rule of quadrature, exact for polynomials of degree p - 1.
+
+    For accelerations the degree is p - 2. A method that is not exact by construction has an error that falls with its
+    order.
     """
     order = trials.integrator.order
     assert order is not None
@@ -78,10 +80,10 @@ def _quadrature(trials: Trials) -> Finding:
 
 
 def _error(trials: Trials, setting: float) -> tuple[float, float, str | None]:
-    """(error, what rounding may cause, why there is no solution) for the polynomial over a time of 1, from y = 0."""
+    """(error, error allowed for rounding, why there is no solution) for the polynomial over a time of 1, from y = 0."""
     order, twice = trials.integrator.order, FirstOrder not in trials.integrator.accepts
     assert order is not None
-    powers = np.arange(1.0, CUBIC + 2)  # of the terms of the slope t + ..., their integral is that of the state
+    powers = np.arange(1.0, CUBIC + 2)  # of t in the first components of the exact solution; one more for accelerations
     kept = np.arange(CUBIC + 1) <= order - 1 - twice
     samples = max(SAMPLES, math.ceil(1 / setting)) if trials.steps else SAMPLES
     times = np.arange(1, samples + 1) / samples
@@ -91,7 +93,7 @@ def _error(trials: Trials, setting: float) -> tuple[float, float, str | None]:
     problem = Problem(form, 4 if twice else 2, coefficients, times, 1.0, counted=counted)
     try:
         ((solution, calls),) = trials.solved(problem, setting, [np.zeros(problem.dimension)])
-    except Exception as raised:  # also what the integrator refuses: other claims tell
+    except Exception as raised:  # also Refused: other claims report it
         return math.nan, math.nan, f"{type(raised).__name__}: {raised}"
     place = sum(times ** (n + twice) for n in powers[kept])
     slope = sum((n + 1) * times**n for n in powers[kept])

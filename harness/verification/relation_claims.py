@@ -1,4 +1,4 @@
-"""Claims that relate two solutions: of turned starts, another clock, other units, signs or bodies; samples between steps."""
+"""Claims that relate two solutions: turned starts, other clock, units, signs or bodies; samples between steps."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from gnomon.harness.verification.convergence_claims import (
 from gnomon.harness.verification.trials import SHORT, TIGHT, Answer, Trials
 
 TURNED = 3
-"""Turned starts that are solved."""
+"""Number of turned starts that are solved."""
 CLOCKS = 4.0
-"""The later clock has a larger unit in the last place, by which the times of stages are rounded: up to four times that
-of the clock from 0, with an effect that the conditioning counts as that of one rounding."""
+"""Factor on round-off for the later clock: its unit in the last place, to which the times of stages are rounded, is up
+to four times as large, and the conditioning counts the effect of one rounding."""
 APART = 2.0
-"""Two motions that are related have roundings of their own."""
+"""Factor on round-off for two related motions, each with its own roundings."""
 LENGTH, TIME = 2.0**10, 2.0**-5
-"""Units in a metre and in a second, powers of two, by which no rounding changes. Lengths, velocities and rates are larger
-numbers in these, so that a bound that is absolute is tighter."""
+"""Number of the new units in a metre and in a second: powers of two, which change no rounding. Lengths, velocities and
+rates become larger numbers, so that an absolute bound inside the integrator is tighter."""
 TENTH = 0.1
-"""A second in units of 10 s: times and steps round there as those of most users do, which powers of two never do."""
+"""A second in units of 10 s: times and steps then round, as for most users; with powers of two they never do."""
 KEEPS = 2.0**-40
-"""Equations hold in other units if no derivative differs by more: thousands of roundings of its terms."""
+"""Largest difference of a derivative for equations that hold in other units: thousands of roundings of its terms."""
 
 
 def _has_turning(trials: Trials) -> str | None:
@@ -44,7 +44,7 @@ def _has_turning(trials: Trials) -> str | None:
 
 
 def _allowed(trials: Trials, answer: Answer) -> float:
-    """The error that a setting may have from any start of the same kind of motion."""
+    """The error that a setting may have from any start of a similar motion."""
     if not trials.steps:
         return allowed_error(trials, answer.setting, answer, last=dense(trials))
     order = trials.integrator.order
@@ -56,7 +56,7 @@ def _allowed(trials: Trials, answer: Answer) -> float:
 
 @claim("turned", _has_turning)
 def _turned(trials: Trials) -> Finding:
-    """The errors from turned starts, at the tightest setting with an answer that this depth has time for, several times."""
+    """The errors from turned starts, at the tightest accurate setting that takes at most the seconds of this depth."""
     quick = [a for a in trials.answers() if a.seconds <= trials.depth.seconds]
     usable = [a for a in quick if not a.declined and a.error < LARGEST_ERROR]
     if not usable:
@@ -71,7 +71,7 @@ def _turned(trials: Trials) -> Finding:
     errors = [
         float(np.max(trials.distance(states, right)[samples])) for states, right in zip(solutions, exact, strict=False)
     ]
-    worst = int(np.argmax(errors))  # of nan the first
+    worst = int(np.argmax(errors))  # the first nan, if any
     if errors[worst] <= allowed:
         return passed()
     where = f"{trials.named(answer.setting)}, turned start {worst + 1}"
@@ -85,7 +85,7 @@ def _smooth(trials: Trials) -> str | None:
 
 @claim("clock", _smooth)
 def _clock(trials: Trials) -> Finding:
-    """The equations of a later clock, from a later start: the same motion."""
+    """A later clock with a later start gives the same motion."""
     shifted = later(trials.problem())
     if shifted is None:
         return not_applicable("its sample times cannot be shifted exactly")
@@ -94,7 +94,7 @@ def _clock(trials: Trials) -> Finding:
 
 
 def later(problem: Problem) -> Problem | None:
-    """The same motion by a clock that starts at a power of two; None where its times cannot be shifted exactly."""
+    """The problem with a clock that starts at a power of two; None if its times cannot be shifted exactly."""
     late = 2.0 ** math.ceil(math.log2(float(problem.times[-1])))
     times = problem.times + late
     if not np.array_equal(times - late, problem.times):
@@ -104,7 +104,7 @@ def later(problem: Problem) -> Problem | None:
 
 
 def related(trials: Trials, problem: Problem, setting: float, relation: Relation) -> tuple[Problem, float, Floats]:
-    """The problem, setting and start that follow by a relation from those of the case."""
+    """The problem, setting and start of the case, transformed by a relation."""
     case = trials.case
     found = replace(
         problem,
@@ -117,7 +117,7 @@ def related(trials: Trials, problem: Problem, setting: float, relation: Relation
 
 
 def holds(trials: Trials, relation: Relation) -> bool:
-    """Whether the equations of the case are the same after a relation, along its exact motion."""
+    """Whether a relation leaves the equations of the case unchanged, along its exact motion."""
     form = next((form for form in trials.case.all_forms() if isinstance(form, FirstOrder)), None)
     moments = list(zip(trials.reference.times.tolist(), trials.reference.exact, strict=True))
     parameters = trials.problem().parameters
@@ -125,7 +125,7 @@ def holds(trials: Trials, relation: Relation) -> bool:
 
 
 def _related(trials: Trials, relation: Relation | None, what: str, share: float = 0.0) -> Finding:
-    """Solve the motion that follows by a relation from that of the case, undo the relation, and compare."""
+    """Solve the transformed motion, transform the states back, and compare them with the motion of the case."""
     assert relation is not None
     coordinates = [coordinate.name for coordinate in trials.case.state]
     problem, setting, start = related(trials, trials.problem(), trials.usual(), relation)
@@ -192,8 +192,10 @@ def _dense_applies(trials: Trials) -> str | None:
 
 @claim("dense", _dense_applies)
 def _dense(trials: Trials) -> Finding:
-    """The slope of the largest error of a sample over the mean length of a step, over a short span, of the
-    tightest tolerances: at looser ones the error of the steps hides that of the interpolant."""
+    """The slope of the largest sample error over the mean length of a step, at the tightest tolerances.
+
+    At looser tolerances the error of the steps hides the error of the interpolant.
+    """
     order, dense = trials.integrator.order, trials.integrator.dense_order
     assert dense is not None
     expected = min(order or dense + 1, dense + 1)

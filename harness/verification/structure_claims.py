@@ -1,4 +1,4 @@
-"""Claims of structure: what an integrator declares to conserve at any step size (`Integrator.conserves`)."""
+"""Claims about structure: properties that an integrator declares to keep at any step size (`Integrator.conserves`)."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from gnomon.harness.verification.claims import Finding, claim, failed, not_appli
 from gnomon.harness.verification.trials import HALF_ULP, Answer, Trials
 
 DIFFERENCE = 2.0**-17
-"""Central differences over this share of the size and over twice of it, extrapolated: rounding leaves about 1e-11, and
-truncation less, also where a pericentre makes third derivatives a thousand times as large."""
+"""Relative distance of central differences, extrapolated with twice the distance. Rounding leaves about 1e-11,
+truncation less, even near a pericentre, where third derivatives are a thousand times as large."""
 DECLINED = 6
-"""Steps, each half of the one before, at which an integrator may decline or not converge."""
+"""Number of steps, each half of the one before, at which an integrator may decline or not converge."""
 STEPS = 4
-"""Steps whose map is differentiated."""
+"""Number of steps whose map is differentiated."""
 SYMPLECTIC = 1e-7
-"""Ten thousand times the error of one difference: for the growth of rounding in four steps, and products."""
+"""Ten thousand times the error of one difference, for products and for the growth of rounding in four steps."""
 HIGH = 8
-"""The order of a method that declares none, for the fall of its defects."""
+"""The order that is assumed of a method without one, for the fall of its defects."""
 ROUNDINGS = 64
-"""Roundings in a step, at most, that change an invariant: stages, iterations and sums."""
+"""Largest number of roundings in a step that change an invariant: stages, iterations and sums."""
 
 
 def _declares(word: str, more: Callable[[Trials], str | None] = lambda trials: None) -> Callable[[Trials], str | None]:
@@ -46,7 +46,7 @@ def _canonical(trials: Trials) -> str | None:
 
 @claim("symplectic", _declares("symplectic", _canonical))
 def _symplectic(trials: Trials) -> Finding:
-    """J^T W J = W for the map of a few coarse steps, J from central differences in scaled coordinates."""
+    """J^T W J = W for the map of a few coarse steps, with J from central differences in scaled coordinates."""
     sizes, n = trials.reference.sizes, len(trials.start)
     offsets = [DIFFERENCE, -DIFFERENCE, 2 * DIFFERENCE, -2 * DIFFERENCE]
     starts = [trials.start + offset * sizes * np.eye(n)[i] for i in range(n) for offset in offsets]
@@ -69,7 +69,7 @@ def _has_reversal(trials: Trials) -> str | None:
 
 @claim("reversible", _declares("reversible", _has_reversal))
 def _reversible(trials: Trials) -> Finding:
-    """The distance from the start after the way there, reversal of the velocities, and the way back."""
+    """The distance from the start after integrating forward, reversing the velocities, and integrating back."""
     home = trials.case.reversed(tuple(trials.start.tolist()))
     assert home is not None
 
@@ -116,8 +116,10 @@ def _momentum(trials: Trials) -> Finding:
 
 
 def _coarse(trials: Trials) -> Iterator[tuple[int, Problem]]:
-    """Short spans with steps of one sampling interval, from the longest that is within the sweep, that the integrator does
-    not decline as too long (stages that do not converge): (halvings, problem)."""
+    """(halvings, problem) of short spans with steps of one sampling interval, from the longest step of the sweep down.
+
+    Steps that the integrator declines as too long (stages that do not converge) are left out.
+    """
     sweep = trials.integrator.sweep
     assert isinstance(sweep, Steps)
     ratio = trials.problem().interval / (sweep.coarsest * trials.reference.time_scale)
@@ -130,7 +132,7 @@ def _coarse(trials: Trials) -> Iterator[tuple[int, Problem]]:
 
 @dataclass(frozen=True)
 class _Defect:
-    """What a claim finds at a step size over the span divided by 2^halvings, and what is allowed."""
+    """The defect that a claim finds at a step size over the span divided by 2^halvings, and the allowed defect."""
 
     setting: float
     halvings: int
@@ -139,9 +141,10 @@ class _Defect:
 
 
 def _at_the_longest(trials: Trials, defects: Iterator[_Defect], what: str) -> Finding:
-    """The finding at the longest step, or at half of it and so on, where iterations do not converge.
+    """The finding at the longest step, or at a half of it and so on, while iterations do not converge.
 
-    A defect that belongs to a method falls by 2^(2 order + 1) with half the step at most, that of iterations at once.
+    Half the step reduces the defect of a method by at most 2^(2 order + 1). A larger fall shows that iterations had not
+    converged.
     """
     first = before = next(defects, None)
     if first is None or before is None:

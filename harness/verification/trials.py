@@ -1,4 +1,4 @@
-"""Runs an integrator on one case for the claims: each solution is computed once, and errors have their round-off."""
+"""Runs an integrator on one case for the claims. Each solution is computed once, and each error has its round-off."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases import Case
-from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps, solver_of
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
 from gnomon.harness.contract.problem import accepted_form, names_of
 from gnomon.harness.running import plan
+from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.system.child_process import processor_time
@@ -27,21 +27,21 @@ Floats = NDArray[np.float64]
 HALF_ULP = 2.0**-53
 ROOT_OF_ULP = 2.0**-26
 SHORTEST = 24
-"""Halvings of the span, at most, for the short spans."""
+"""Largest number of halvings of the span."""
 SHORT = 6
 """Halvings of the span for `proportional` and `order_short`: one sampling interval of the whole span."""
 SHORT_SPANS = (SHORT, SHORT - 1, SHORT - 2)
 """Halvings of the span for `tolerance_short`."""
 TIGHT = 1e-4
-"""Tolerances up to this: at looser ones the estimate of a local error need not be close to it."""
+"""Largest tolerance of the claims: at looser ones the estimate of a local error need not be close to the error."""
 COUNTS = 6
-"""Different counts of right-hand sides from which those of a step are found: a factor 2 in all their differences by chance
-has a probability of 1/32."""
+"""Least number of different counts from which the right-hand sides of a step are found. All 5 differences have a factor
+2 by chance with a probability of 1/32."""
 
 
 @dataclass(frozen=True)
 class Depth:
-    """How much is measured: fixed steps in one solution, processor seconds of the longest one, cases, hard variants."""
+    """The extent of a verification: fixed steps in one solution, processor seconds of the longest, cases, variants."""
 
     name: str
     steps: int
@@ -59,12 +59,11 @@ DEPTHS = {
 
 @dataclass(frozen=True)
 class Answer:
-    """What one call of `solve` gave: its states (64, dim), or why there are none (`refused`, `raised`).
+    """The result of one call of `solve`: states (64, dim), or the reason for no states (`refused`, `raised`).
 
-    `work`: the number of steps, or of right-hand sides where steps are not known (`steps` False).
-    `error` is the largest distance from the exact motion and `last` that of the last sample; both are nan without
-    states or where these are not finite. `roundoff` is the error that rounding may cause, see `Trials.roundoff`.
-    `seconds`: processor time, of answers over the whole span.
+    `work`: the number of steps, or of right-hand sides if steps are unknown (`steps` False). `error`: the largest
+    distance from the exact motion, nan without finite states. `last`: the distance at the last sample. `roundoff`: the
+    error that rounding may cause, see `Trials.roundoff`. `seconds`: processor time, for answers over the whole span.
     """
 
     setting: float
@@ -82,7 +81,7 @@ class Answer:
 
     @property
     def declined(self) -> bool:
-        """Whether the integrator itself said that it has no solution."""
+        """Whether the integrator refused, stopped early or raised."""
         return self.refused is not None or self.stopped is not None or self.raised is not None
 
     @property
@@ -122,7 +121,7 @@ class Trials:
         return tuple(s for s in found if span / s < self.depth.steps * 1.01) if self.steps else found
 
     def problem(self, halvings: int = 0, counted: bool = False, end: bool = False) -> Problem:
-        """The problem over the span divided by 2^halvings; with `end` its one sample is there."""
+        """The problem over the span divided by 2^halvings; with `end`, its only sample is at the end."""
         problem = replace(self.scorer.problem(self.form), counted=counted, names=names_of(self.case))
         return replace(problem, times=(problem.times[-1:] if end else problem.times) * 2.0**-halvings)
 
@@ -144,7 +143,7 @@ class Trials:
         return self._whole[setting]
 
     def short(self, halvings: int, setting: float, end: bool = False) -> Answer:
-        """The answer over the span divided by 2^halvings, with samples, or with one at its end."""
+        """The answer over the span divided by 2^halvings, at 64 samples or, with `end`, at its end."""
         key = (halvings, setting, end)
         if key not in self._short:
             self._short[key] = self._answer(setting, halvings, end)
@@ -173,7 +172,7 @@ class Trials:
         return f"h = {setting:.6g}" if self.steps else f"tolerance {setting:g}"
 
     def roundoff(self, work: int, halvings: int = 0) -> float:
-        """The largest error that `work` roundings of the state may cause: each has the effect of an ulp at the start.
+        """The largest error that `work` roundings of the state may cause; each has the effect of an ulp at the start.
 
         This bound adds the effects linearly. The conditioning of a case is the typical effect of half an ulp.
         """
@@ -185,11 +184,11 @@ class Trials:
         return max(float(np.max(self.reference.conditioning[:count])), HALF_ULP)
 
     def growth(self, halvings: int = 0) -> Floats:
-        """The largest growth of an error to each sample, shape (64,), or over the span divided by 2^halvings to each eighth
-        of it, shape (8,).
+        """The largest growth of an error to each sample, shape (64,), or to each eighth of a shorter span, shape (8,).
 
-        See `growth.growth`; where that finds none it is the largest conditioning over half an ulp. Without events it is
-        multiplied by 1 + the span in time scales: the conditioning has no errors off a constraint, where a velocity stays.
+        The shorter span is divided by 2^halvings. If `growth.growth` gives None, the growth is the largest conditioning
+        over half an ulp. Without events this is multiplied by 1 + the span in time scales: the conditioning has no
+        errors off a constraint, where an error of a velocity stays.
         """
         if halvings not in self._growth:
             times = self.reference.times[7::8] * 2.0**-halvings if halvings else self.reference.times
@@ -201,27 +200,27 @@ class Trials:
 
     @cached_property
     def calls_of_a_step(self) -> int:
-        """Right-hand sides of a step, at most: what divides all differences between the counts of solutions.
+        """The largest possible number of right-hand sides in a step: the common divisor of all differences of counts.
 
-        If each step, also one that is rejected, has the same count, its multiples are all differences. 1 where there are too
-        few counts to tell.
+        If each step, also a rejected one, has an equal count, all differences are its multiples. 1 if there are too few
+        counts.
         """
         answers = [self.short(n, s, end=True) for n in SHORT_SPANS for s in self.settings if s <= TIGHT]
         counts = sorted({a.work for a in answers if a.work is not None and not (a.steps or a.declined)})
         return math.gcd(*np.diff(counts).tolist()) if len(counts) >= COUNTS else 1
 
     def steps_of(self, answer: Answer) -> float:
-        """The number of steps of an adaptive method, at most; infinite where nothing was counted."""
+        """The largest possible number of steps of an adaptive method; infinite if nothing was counted."""
         if answer.work is None:
             return math.inf
         least = 1 if self.integrator.sampling == "dense output" or answer.states is None else len(answer.states)
         return max(answer.work / (1 if answer.steps else self.calls_of_a_step), least)
 
     def of_differences(self, h: float, halvings: int) -> float:
-        """The error that a Jacobian of differences may cause at a step size, where one is declared; else 0.
+        """The error that a Jacobian by differences may cause at a step size, if the integrator declares one; else 0.
 
-        A difference of one side has a relative error of the root of an ulp at best. The share of a step in which a
-        Jacobian J counts is h |J|, and 1 / |J| is the time scale of the case.
+        A one-sided difference has a relative error of at least the root of an ulp. A Jacobian J has the share h |J| of
+        a step, and 1 / |J| is the time scale of the case.
         """
         if self.integrator.jacobian != "differences":
             return 0.0
@@ -236,16 +235,14 @@ class Trials:
             self._exact[halvings] = self.case.sample(self.reference.times * 2.0**-halvings)
         return self._exact[halvings]
 
+    def prepared(self, problem: Problem, setting: float) -> Prepared:
+        """The integrator, prepared for a problem."""
+        return Prepared(self.integrator, problem, setting)
+
     def solved(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[tuple[Solution, int]]:
-        """(solution, right-hand sides) from each start, by one `solve` in turn. Raises what the integrator raises."""
-        solver, found = solver_of(self.integrator, problem, setting), []
-        try:
-            for start in starts:
-                before = problem.buffer[-1]
-                found.append((self.called(solver, problem, start), int(problem.buffer[-1] - before)))
-        finally:
-            solver.close()
-        return found
+        """(solution, right-hand sides) from each start, by one solver in turn. The integrator's errors pass through."""
+        with self.prepared(problem, setting) as solver:
+            return [solver.counted(start[None]) for start in starts]
 
     def solutions(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[Floats]:
         """The states (64, dim) from each start, otherwise as `solved`."""
@@ -254,12 +251,6 @@ class Trials:
     def distance(self, states: Floats, exact: Floats) -> Floats:
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric
             return self.scorer.metric.distance(states, exact)
-
-    def called(self, solver: Solver, problem: Problem, start: Floats) -> Solution:
-        """What a solver returns for one start."""
-        if solver.reset is not None:
-            solver.reset()
-        return validation.checked(solver(start[None].copy()), (1, len(problem.times), problem.dimension))
 
     def _answer(self, setting: float, halvings: int, end: bool = False) -> Answer:
         problem = self.problem(halvings, counted=self.integrator.counts_rhs, end=end)

@@ -1,4 +1,4 @@
-"""The report of a verification as text, JSON, JUnit XML, Markdown, annotations and a badge; the file of known failures."""
+"""The report of a verification as text, JSON, JUnit XML, Markdown, annotations, a badge; the file of known failures."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from gnomon.harness.verification.verify import Report, Row
 from gnomon.reference.numerics.precision import shortened
 
 SCHEMA = 1
-"""Version of the JSON result: it changes when a key changes its meaning or goes."""
+"""Version of the JSON result; it changes when a key disappears or changes its meaning."""
 PASSED, FAILED, NOTHING = 0, 1, 2
-"""Exit codes; NOTHING: no claim was checked."""
+"""Exit codes; NOTHING means that no claim was checked."""
 
 Known = Mapping[tuple[str, str], str]
 """(claim, case) -> the reason why the failure is known."""
@@ -32,7 +32,7 @@ Known = Mapping[tuple[str, str], str]
 def read_known(path: Path) -> dict[tuple[str, str], str]:
     """The known failures of a text file, a line each: `CLAIM CASE REASON`; empty lines and lines with # are comments.
 
-    Raises ValueError for an unknown claim, a line without a reason, a line that stands twice, and what is no text file.
+    Raises ValueError for an unknown claim, a line without a reason, a duplicate line, and a file that is not text.
     """
     found: dict[tuple[str, str], str] = {}
     for number, line in enumerate(read_text(path).splitlines(), 1):
@@ -56,14 +56,14 @@ def new_failures(report: Report, known: Known) -> list[Row]:
 
 
 def exit_code(report: Report, known: Known) -> int:
-    """1 if a claim failed whose failure is not known, 2 if no claim was checked, else 0."""
+    """1 if a claim failed and the failure is not known, 2 if no claim was checked, else 0."""
     if new_failures(report, known):
         return FAILED
     return PASSED if report.checked else NOTHING
 
 
 def counts(report: Report, known: Known) -> dict[str, int]:
-    """The numbers of claims on cases: checked, passed, failed, known failures among these, not applicable."""
+    """The numbers of claims on cases: checked, passed, failed, known failures, not applicable."""
     failures = report.of(Outcome.FAILED)
     return {
         "checked": report.checked,
@@ -75,9 +75,9 @@ def counts(report: Report, known: Known) -> dict[str, int]:
 
 
 def command(report: Report, row: Row, how: str) -> str:
-    """The command that verifies this claim on this case alone, and draws it; `how` is what names the integrator there.
+    """The command that verifies one claim on one case and draws a failure; `how` names the integrator there.
 
-    Where solutions depend on earlier calls, a claim may fail only after the others: these are verified too.
+    If solutions depend on earlier calls, a claim may fail only after others: the command then verifies all claims.
     """
     if row.claim != TIME and (report.diagnosis or "").startswith(HISTORY):
         named = "".join(f" --claim {claim}" for claim in report.claims)
@@ -87,7 +87,7 @@ def command(report: Report, row: Row, how: str) -> str:
 
 
 def failure(row: Row, explained: bool = True) -> list[str]:
-    """A failure as text: where, what was expected and got; `explained`: also what the claim states, why, and its bound."""
+    """A failure as text: place, expected and actual result; `explained`: also statement, reason, bound of the claim."""
     finding = row.finding
     at = f", {finding.setting}" if finding.setting else ""
     claim = [f"  claim:    {TEXTS[row.claim]['states']}"] if explained else []
@@ -102,8 +102,8 @@ def cause(report: Report) -> list[str]:
 
 
 def lines(report: Report, known: Known, how: str) -> list[str]:
-    """The report as text: failures claim by claim, each claim explained once, their likely cause, why claims did not apply,
-    known failures, the counts."""
+    """The report as text: failures, each claim explained once, their likely cause, times, reasons why claims do not
+    apply, known failures, counts."""
     found: list[str] = []
     failures = new_failures(report, known)
     for claim in dict.fromkeys(row.claim for row in failures):
@@ -167,7 +167,7 @@ def as_json(report: Report, known: Known, how: str) -> str:
 
 
 def as_junit(report: Report, known: Known, how: str) -> str:
-    """The report as JUnit XML, a test case for each claim on each case; known failures and what does not apply are skipped."""
+    """The report as JUnit XML, a test case for each claim on each case; known and inapplicable ones are skipped."""
     number = counts(report, known)
     suite = ElementTree.Element(
         "testsuite",
@@ -192,7 +192,7 @@ def as_junit(report: Report, known: Known, how: str) -> str:
 
 
 def as_markdown(report: Report, known: Known, how: str) -> str:
-    """The report for a pull request: the counts, then a table of the failures that are not known."""
+    """The report for a pull request: the counts, then a table of the new failures."""
     found = ["### gnomon verify", "", _cell(total(report, known)), ""]
     failures = new_failures(report, known)
     if failures:
@@ -223,13 +223,13 @@ def workflow_commands(report: Report, known: Known, how: str) -> list[str]:
 
 
 def _workflow(text: str) -> str:
-    """Text in a workflow command, where % and ends of lines are encoded."""
+    """Text for a workflow command: % and line ends are encoded."""
     lines = [visible(line).replace("%", "%25") for line in text.splitlines()]
     return "%0A".join(lines)
 
 
 def as_badge(report: Report, known: Known, how: str) -> str:
-    """The JSON of a badge in the schema of shields.io's endpoint: passed of checked; grey if nothing was checked."""
+    """The JSON of a badge for shields.io's endpoint: passed of checked claims; grey if no claim was checked."""
     number = counts(report, known)
     colour = {PASSED: "brightgreen", FAILED: "red", NOTHING: "lightgrey"}[exit_code(report, known)]
     message = f"{number['passed']} of {number['checked']} claims" if number["checked"] else "nothing checked"
@@ -244,4 +244,4 @@ def _xml(text: str) -> str:
 WRITERS: Mapping[str, Callable[[Report, Known, str], str]] = {
     "json": as_json, "junit": as_junit, "markdown": as_markdown, "badge": as_badge
 }  # fmt: skip
-"""The text of each kind of file, from the report, the known failures and and what names the integrator on the command line."""
+"""The writer of each kind of file, from the report, the known failures and the integrator's name on a command line."""

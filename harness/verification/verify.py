@@ -1,4 +1,4 @@
-"""Verifies an integrator: which claims on which cases, each case in a process of its own that can be killed."""
+"""Verifies an integrator: plans the claims on each case, and runs each case in its own process, which can be killed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.jobs import Job, Send, run
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.verification import (
-    conduct_claims,
+    call_claims,
     convergence_claims,
     equation_claims,
     event_claims,
@@ -30,38 +30,38 @@ from gnomon.harness.verification import (
 )
 from gnomon.harness.verification.claims import TEXTS, TIME, Claim, Finding, Outcome, failed, not_applicable, passed
 from gnomon.harness.verification.diagnosis import Facts, Failures, conclude, digest, facts
-from gnomon.harness.verification.doors import Stepped
+from gnomon.harness.verification.function_adapter import Stepped
 from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 
 from gnomon import cases
 
 _MODULES = (
-    convergence_claims, quadrature_claim, structure_claims, relation_claims, conduct_claims, equation_claims, event_claims
+    convergence_claims, quadrature_claim, structure_claims, relation_claims, call_claims, equation_claims, event_claims
 )  # fmt: skip
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
 CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS if name != TIME}
-"""All claims about one integrator by id, from the most telling."""
+"""All claims about one integrator by id, the most informative first."""
 CASES = (
     "pendulum_simple", "forced_oscillator", "kepler_orbit", "bouncing_ball", "block_incline_friction", "euler_top",
     "charge_in_E_and_B", "holonomic_constraint_dae", "rotating_pendulum_swept", "damped_oscillator", "duffing_unforced",
     "cycloidal_pendulum", "foucault_pendulum_linear", "projectile_parabola", "coulomb_friction_oscillator", "two_body",
 )  # fmt: skip
-"""Cases in the sequence in which a depth takes those that an integrator accepts: each has another form or difficulty."""
+"""A depth takes the first of these cases that an integrator accepts; each has another form or difficulty."""
 UNCLAIMED = ("long", "engines", "speed", "turns", "orbits", "precessions", "revolutions")
-"""Beginnings of names of variants that are long rather than hard."""
+"""Prefixes of the names of variants that are long rather than hard."""
 CLAIM_SECONDS = {"low": 20.0, "normal": 60.0, "high": 600.0}
-"""Processor seconds after which a claim on a case is tried once more, and then ends as failed: the integrator hangs."""
+"""Processor seconds of a claim on a case. A claim that takes longer is tried once more; then the integrator hangs."""
 REFERENCE_SECONDS = 600.0
 FIRST = "first trial"
 
 
 class FirstTrialError(Exception):
-    """The integrator raises at its first trial; the message is the traceback."""
+    """Raised if the integrator raises at its first trial; the message is the traceback."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one claim on one case."""
+    """The result of one claim on one case."""
 
     claim: str
     case: str
@@ -70,19 +70,33 @@ class Row:
 
 @dataclass
 class Report:
-    """All rows of a verification, and what is needed to repeat one of them."""
+    """The result of a verification.
+
+    Attributes
+    ----------
+    integrator : str
+        The id of the integrator.
+    depth : str
+        The depth of the verification.
+    rows : list of Row
+        One row for each claim on each case.
+    against : tuple of str, optional
+        The other version as the user named it, and the files of both versions; None without another version.
+    claims : tuple of str
+        The claims that the user named; empty if all were verified.
+    diagnosis : str, optional
+        The likely cause of all failures, as ``id: sentence``; None without failures or without a known cause.
+    """
 
     integrator: str
     depth: str
     rows: list[Row] = field(default_factory=list)
     against: tuple[str, str] | None = None
-    """The other version as it was named, and which files the two versions are; None without one."""
     claims: tuple[str, ...] = ()
-    """The claims that were named; none where all were verified."""
     diagnosis: str | None = None
-    """The likely cause of all failures, as `id: sentence`; None where nothing fails or no cause is known."""
 
     def of(self, outcome: Outcome) -> list[Row]:
+        """The rows with this outcome."""
         return [row for row in self.rows if row.finding.outcome == outcome]
 
     @property
@@ -100,9 +114,43 @@ def verify(
     workers: int = 2,
     progress: Callable[[Row], None] = lambda row: None,
 ) -> Report:
-    """Verify the claims about an integrator, on the cases named (`case` or `case/variant`) or on those of the depth.
+    """Verify the claims about an integrator.
 
-    Raises ValueError for wrong names or a wrong declaration, FirstTrialError if its first trial raises.
+    Parameters
+    ----------
+    integrator : Integrator
+        The integrator to verify.
+    names : sequence of str, optional
+        Cases, as ``case`` or ``case/variant``; by default the cases of the depth.
+    depth : {"low", "normal", "high"}
+        The number of cases and the shortest steps.
+    claims : sequence of str, optional
+        Ids of claims, see `CLAIMS`; by default all claims.
+    max_seconds : float, optional
+        The time limit (s). Claims that are not verified by then do not apply.
+    workers : int
+        The number of processes.
+    progress : callable, optional
+        It is called with each row when it is known.
+
+    Returns
+    -------
+    Report
+        The rows in order of cases and claims, and the likely cause of failures.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name or a wrong declaration.
+    FirstTrialError
+        If the integrator raises at its first trial.
+
+    Examples
+    --------
+    >>> from gnomon.verify import from_step, verify
+    >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
+    >>> verify(euler, ["pendulum_simple"], "low", ["order"]).checked
+    1
     """
     need_fork()
     chosen = planned(integrator, names, depth, claims)
@@ -125,7 +173,7 @@ def verify(
 
 
 def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends: float) -> str | None:
-    """The cause of a report's failures, by solutions on one case in two new processes."""
+    """The likely cause of a report's failures, from solutions on one case in two new processes."""
     pairs = {outcome: frozenset((row.claim, row.case) for row in report.of(outcome)) for outcome in Outcome}
     got = tuple(
         row.finding.got for row in report.of(Outcome.FAILED) if row.claim in ("order", "order_short", "work_order")
@@ -150,7 +198,7 @@ def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends
 def planned(
     integrator: Integrator, names: Sequence[str] | None, depth: str, claims: Sequence[str] | None = None
 ) -> list[tuple[Case, list[str]]]:
-    """The cases on which an integrator is verified, each with the ids of its claims; arguments and errors as `verify`."""
+    """The cases on which an integrator is verified, each with its claim ids; arguments and errors as in `verify`."""
     declaration.validate(integrator)
     absent = lookup.missing(integrator)
     if absent is not None:
@@ -191,7 +239,7 @@ def _cases(integrator: Integrator, names: Sequence[str] | None, depth: Depth) ->
 
 
 def _hard(chosen: Sequence[Case], most: int) -> list[Case]:
-    """Hard variants of the chosen cases, one of each in turn."""
+    """Hard variants of the chosen cases, one of each case in turn."""
     lists = [[(case.name, v.name) for v in case.variants if not v.name.startswith(UNCLAIMED)] for case in chosen]
     longest = max(map(len, lists), default=0)
     return [cases.get(*each[k]) for k in range(longest) for each in lists if k < len(each)][:most]
@@ -207,9 +255,9 @@ def _first_trial(integrator: Integrator, case: Case, depth: Depth) -> None:
 
 @dataclass(eq=False)
 class CaseJob(Job):
-    """The claims that are still to be verified on one case. A claim that takes too long, or ends the process, has failed.
+    """The claims still to be verified on one case. A claim that takes too long, or ends the process, fails.
 
-    With `measure`, the process calls it instead for each name in `pending`, which is then no claim.
+    With `measure`, the process calls it for each name in `pending` instead of verifying a claim.
     """
 
     integrator: Integrator
@@ -219,12 +267,12 @@ class CaseJob(Job):
     pending: list[str]
     measure: Callable[[Trials], Finding] | None = None
     runs: int = 1
-    """Each name in `pending` may take so many times as long as a claim."""
+    """Time limit of each name in `pending`, as a multiple of the limit of a claim."""
     limit: float = REFERENCE_SECONDS
     ready: bool = False
-    """Whether the exact motion is there: the first message says so."""
+    """Whether the exact motion has been computed; the first message says so."""
     repeated: str | None = None
-    """What had no answer in time and is tried again."""
+    """The claim that had no answer in time once and is tried again."""
 
     def work(self, send: Send) -> None:
         trials = Trials.of(self.integrator, CaseSpec.of(self.case), self.depth)
@@ -265,7 +313,7 @@ class CaseJob(Job):
 
 
 def _first(trials: Trials) -> Finding:
-    """Failed, with the traceback, if the integrator raises at the coarsest and at a usual setting."""
+    """Failed, with the traceback, if the integrator raises both at the coarsest and at a usual setting."""
     text = ""
     for setting in (trials.settings[0], trials.usual()):
         try:

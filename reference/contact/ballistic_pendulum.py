@@ -1,4 +1,4 @@
-"""The ballistic pendulum (Beatty, Dynamics, 7.2): a bullet stops in a hanging block, which then swings.
+"""The ballistic pendulum: a bullet stops in a hanging block, which then swings.
 
 The impact conserves the angular momentum about the pivot: omega = m u/((m + M) L), a rational number; after it the
 motion is that of reference/pendulums/pendulum_simple.py, from exact numbers.
@@ -40,6 +40,11 @@ class BallisticPendulum(Motion):
     def swing(self) -> Pendulum:
         """The motion after the impact, timed from it."""
         return Pendulum(self.g, self.length, Fraction(0), self.rate)
+
+    @property
+    def rise(self) -> Fraction:
+        """The height that the block reaches (m)."""
+        return min((self.rate * self.length) ** 2 / (2 * self.g), 2 * self.length)
 
     @cached_property
     def energy_lost(self) -> Fraction:

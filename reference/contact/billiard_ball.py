@@ -1,4 +1,4 @@
-"""A ball on a table: it slides with constant acceleration until it rolls (Beatty, Dynamics, 10.15).
+"""A ball on a table: it slides with constant acceleration until it rolls.
 
 The slip s = (vx - R wy, vy + R wx) keeps its direction, so the path is a parabola until
 t1 = 2 |s0|/(7 mu g), and then a straight line.
@@ -53,6 +53,11 @@ class BilliardBall(BallMotion):
         """The state when sliding ends; mu > 0."""
         with working(digits + 2) as mp:
             return publish(refined(mp, lambda: self._rolled(flint.arb(0))), digits)
+
+    def rolling_velocity(self, digits: int = 15) -> tuple[Any, Any]:
+        """The velocity of the centre from the end of sliding on (m/s)."""
+        _x, _y, vx, vy, *_ = self.rolling_state(digits)
+        return vx, vy
 
     def energy_loss(self, digits: int = 15) -> Any:
         """Energy lost per unit mass, |s0|^2/7."""

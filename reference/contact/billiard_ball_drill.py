@@ -1,4 +1,4 @@
-"""A ball on a table with a small contact patch: coupled friction against sliding and drilling (Beatty, 10.15).
+"""A ball on a table with a small contact patch: coupled friction against sliding and drilling.
 
 Per unit mass the force is -mu g s/(|s| + rho |wz|) and the torque -mu g rho^2 wz/(|s| + rho |wz|): Zhuravlev's linear
 quotients (J. Appl. Math. Mech. 62, 1998) in place of Contensou's integrals, with one length rho. In the variable u,

@@ -1,7 +1,7 @@
 """A block on an incline with Coulomb friction: it stops, and then stays or slides back.
 
-Beatty, Dynamics, 5.11.3, 5.11.4 and 7.4.2. Friction is mu_k g cos(alpha) against the motion; a block at rest stays
-where tan(alpha) <= mu_s. Each phase has constant acceleration.
+Friction is mu_k g cos(alpha) against the motion; a block at rest stays where tan(alpha) <= mu_s. Each phase has constant
+acceleration.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A ball that bounces on a horizontal plane; each impact multiplies the speed by e.
 
-Beatty, Dynamics, 8.13 and 7.2.1. With u the speed of the first impact, impact n is at
+With u the speed of the first impact, impact n is at
 
     t_n = t_1 + (2u/g) (e + e^2 + ... + e^(n-1)),
 

@@ -1,4 +1,4 @@
-"""A ball that bounces on a vertically moving table (Beatty, Dynamics, 8.13): impacts by rigorous root finding.
+"""A ball that bounces on a vertically moving table: impacts by rigorous root finding.
 
 Relative to the table, at b t^2/2 + A sin(w t), the ball falls with z'' = -G + A w^2 sin(w t), G = g + b. With A w^2 < G
 the height over the table is concave in each flight: one impact ends it, and Newton's method from above finds it. Errors

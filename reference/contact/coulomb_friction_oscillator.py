@@ -1,4 +1,4 @@
-"""A mass on a spring with dry friction: half cycles about two centres, then rest (Beatty, Dynamics, 5.11, 6.7).
+"""A mass on a spring with dry friction: half cycles about two centres, then rest.
 
 With d = mu_k m g/k a half cycle towards +-x is harmonic about -+d, and |x| at its end is 2d smaller than at its start:
 at turning point n it is R - (2n - 1) d, R the amplitude of the first half cycle. The mass stays where this is at most

@@ -1,4 +1,4 @@
-"""A projectile that bursts in flight: the centre of mass stays on its parabola (Beatty, Dynamics, 8.2, 8.4)."""
+"""A projectile that bursts in flight: the centre of mass stays on its parabola."""
 
 from __future__ import annotations
 

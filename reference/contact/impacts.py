@@ -1,4 +1,4 @@
-"""Impacts with a coefficient of restitution: balls on one line, and two smooth discs in a plane (Beatty 8.13)."""
+"""Impacts with a coefficient of restitution: balls on one line, and two smooth discs in a plane."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Two blocks on a rail before a wall, all impacts elastic (Beatty, Dynamics, 8.13).
+"""Two blocks on a rail before a wall, all impacts elastic.
 
 In the plane of sqrt(m2) x2 + i sqrt(m1) x1 the motion is a ray of light between two mirrors with the angle
 b = atan(sqrt(m1/m2)): contact of the blocks, and the wall. Unfolded, the path is a straight line, and impact k is where

@@ -1,4 +1,4 @@
-"""A round body on an incline, slipping or rolling (Beatty, Dynamics, 10.12): constant acceleration between events.
+"""A round body on an incline, slipping or rolling: constant acceleration between events.
 
 With k = I/(m R^2) the body can roll if tan(alpha) <= mu (1 + 1/k); otherwise it always slips.
 """

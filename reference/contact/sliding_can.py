@@ -1,4 +1,4 @@
-"""A chilled, inverted can on an incline, lifted by the warming air inside (Beatty, Dynamics, 5.12.1; inferred).
+"""A chilled, inverted can on an incline, lifted by the warming air inside (inferred).
 
 The excess pressure of the air gives the lift P (1 - e^(-t/T)), P = p1 A, and N = m g cos(alpha) - lift. The can starts
 to slide when m g sin(alpha) = mu_s N; then s'' = g sin(alpha) - mu_k N/m, a constant and an exponential. If the lift

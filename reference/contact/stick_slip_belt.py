@@ -1,4 +1,4 @@
-"""A block on a moving belt, held by a spring: it sticks, is released, slips and sticks again (Beatty 5.11.2).
+"""A block on a moving belt, held by a spring: it sticks, is released, slips and sticks again.
 
 With xs = mu_s m g/k, xk = mu_k m g/k: a sticking block moves at V up to xs; a slipping block swings about xk,
 x = xk - R cos psi and v = w R sin psi, psi growing at w, until v = V again. After the first release the motion is

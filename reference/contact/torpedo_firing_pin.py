@@ -1,4 +1,4 @@
-"""A spring-driven pin with friction proportional to the deceleration of its torpedo (Beatty, Dynamics, 5.12.2).
+"""A spring-driven pin with friction proportional to the deceleration of its torpedo.
 
 x'' = (k/m) (d0 - x) - mu a while it moves: harmonic about xe = d0 - mu m a/k, x = xe - R cos psi, v = w R sin psi.
 Rational numbers decide whether it starts to move, and whether it reaches the gap before it stops.

@@ -1,4 +1,4 @@
-"""Droplets in electric fields: a jet between charged plates, and Millikan's drop (Beatty, Dynamics, 6.3.3, 6.5)."""
+"""Droplets in electric fields: a jet between charged plates, and Millikan's drop."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A point under a uniform force and a force normal to its velocity: a charge in uniform fields, a fall on the Earth.
 
-r'' = a + r' x W - Om x (Om x r), each vector constant (Beatty, Dynamics, 5.13 to 5.17, 6.3.3, 6.8, 6.15, 6.16).
+r'' = a + r' x W - Om x (Om x r), each vector constant.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class Charge(Gyration):
             return None
         period = 2 * mp.pi / mp.sqrt(mp.mpf(self.q_m**2 * square))
         share = dot(self.velocity, self.magnetic) / square
-        pace = [drift + share * field for drift, field in zip(self.drift(), self.magnetic, strict=True)]
+        pace = [drift + share * field for drift, field in zip(self.drift, self.magnetic, strict=True)]
         return Cycle(period, (*(mp.mpf(x) * period for x in pace), *[mp.zero] * 3))
 
     def _rate(self) -> float:
@@ -94,6 +94,7 @@ class Charge(Gyration):
         square = self.q_m**2 * dot(self.magnetic, self.magnetic)
         return self._derived(digits, lambda: 2 * flint.arb.pi() / ball(square).sqrt())
 
+    @property
     def drift(self) -> Vector:
         """The drift velocity E x B / B^2, exactly; needs a magnetic field."""
         square = dot(self.magnetic, self.magnetic)
@@ -103,7 +104,7 @@ class Charge(Gyration):
     def gyroradius(self, digits: int = 15) -> Any:
         """Gyroradius (m): speed normal to the field in the drifting frame, over the gyration rate."""
         square = dot(self.magnetic, self.magnetic)
-        moving = tuple(v - d for v, d in zip(self.velocity, self.drift(), strict=True))
+        moving = tuple(v - d for v, d in zip(self.velocity, self.drift, strict=True))
         across = dot(moving, moving) - dot(moving, self.magnetic) ** 2 / square
         return self._derived(digits, lambda: ball(across / (self.q_m**2 * square)).sqrt())
 

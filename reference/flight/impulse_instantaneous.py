@@ -1,4 +1,4 @@
-"""A mass under a short pulse of force (Beatty, Dynamics, 7.2, 7.3).
+"""A mass under a short pulse of force.
 
 The pulse is half a sine, F = (pi J/(2 T)) sin(pi s/T), 0 < s = t - t1 < T, of impulse J. T = 0 is its limit, the
 instantaneous impulse v -> v + J/m at t1; with T > 0 the position lags behind that limit by J T/(2 m).
@@ -26,6 +26,11 @@ class Pulse(BallMotion):
     length: Fraction
     x0: Fraction
     v0: Fraction
+
+    @property
+    def final_speed(self) -> Fraction:
+        """The velocity after the pulse (m/s)."""
+        return self.v0 + self.impulse / self.m
 
     def lag(self, digits: int = 15) -> Any:
         """Lag of the position behind that of the instantaneous impulse, after the end of the pulse (m)."""

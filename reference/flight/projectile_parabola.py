@@ -1,4 +1,4 @@
-"""The projectile in uniform gravity: r = r0 + v0 t + g t^2 / 2 (Beatty, Dynamics, 6.4.2)."""
+"""The projectile in uniform gravity: r = r0 + v0 t + g t^2 / 2."""
 
 from __future__ import annotations
 
@@ -77,6 +77,10 @@ class Projectile(Motion):
         distance = exact(x, "x") - self.x
         height = self.y + square / (2 * self.g) - self.g * distance**2 / (2 * square)
         return self._quantity(digits, lambda mp: mp.mpf(height))
+
+    def highest_apex(self, digits: int = 15) -> Any:
+        """The height of the envelope above the start, its top (m); g > 0 and a speed."""
+        return self.envelope(self.x, digits)
 
     def farthest_range(self, digits: int = 15) -> Any | None:
         """Where the envelope meets y = 0, v sqrt(v^2 + 2 g y0)/g (m); None where it stays below; g > 0."""

@@ -1,4 +1,4 @@
-"""The projectile in parabolic coordinates: x = xi eta, y = (eta^2 - xi^2)/2 (Beatty, Dynamics, 11.3 to 11.8)."""
+"""The projectile in parabolic coordinates: x = xi eta, y = (eta^2 - xi^2)/2."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Uniform force and Stokes drag: r'' = a - nu r' (Beatty, Dynamics, 6.5.1 and 6.5.2).
+"""Uniform force and Stokes drag: r'' = a - nu r'.
 
 With z = nu t: r = r0 + v0 t phi1(-z) + a t^2 phi2(-z) and r' = v0 e^-z + a t phi1(-z), phi1(-z) = (1 - e^-z)/z and
 phi2(-z) = (1 - phi1(-z))/z, entire functions of nu: without drag they are 1 and 1/2.

@@ -1,4 +1,4 @@
-"""Gravity and drag proportional to the square of the speed (Beatty, Dynamics, 6.5 and 6.13.1).
+"""Gravity and drag proportional to the square of the speed.
 
 In the plane the hodograph is Bernoulli's: with q = vy/vx = sinh s and u = |vx|,
 1/u^2 = 1/u0^2 + (k/g) (F(s0) - F(s)), F = sinh s cosh s + s. Time and position are quadratures in s of analytic

@@ -1,4 +1,4 @@
-"""A relativistic charge in uniform fields (Beatty, Dynamics, 6.3.2, 6.3.3, 6.8).
+"""A relativistic charge in uniform fields.
 
 In proper time the four-velocity (U0, u) = (gamma c, u) obeys a linear equation with constant coefficients,
 U0' = (q/m) E.u/c, u' = (q/m) (E U0/c + u x B), in every regime (E < cB, E = cB, E > cB). The proper time tau of the

@@ -1,4 +1,4 @@
-"""A bead on a smooth wire that rotates uniformly in a vertical plane: r'' = O^2 r - g sin(O t) (Beatty 11.7).
+"""A bead on a smooth wire that rotates uniformly in a vertical plane: r'' = O^2 r - g sin(O t).
 
 r = A e^(Ot) + B e^(-Ot) + (g/(2 O^2)) sin(Ot). The load is part of a linear system, with components sin and cos.
 """
@@ -29,10 +29,12 @@ class BeadOnTurningWire(LinearMotion):
         rows = ((0, 1, 0, 0), (rate**2, 0, -self.g, 0), (0, 0, 0, rate), (0, 0, -rate, 0))
         return rows, (self.r0, self.v0, 0, 1)
 
+    @property
     def growing(self) -> Fraction:
         """A, the coefficient of the growing part; zero on bounded motions."""
         return (self.r0 + (self.v0 - self.g / (2 * self.O)) / self.O) / 2
 
+    @property
     def decaying(self) -> Fraction:
         """B, the coefficient of the decaying part."""
         return (self.r0 - (self.v0 - self.g / (2 * self.O)) / self.O) / 2

@@ -1,4 +1,4 @@
-"""A chain that slides from a table through a smooth quarter circle and off its end (Beatty, Dynamics, 8.12).
+"""A chain that slides from a table through a smooth quarter circle and off its end.
 
 L s'' = g (drop(s) - drop(s - L)), s the distance of the front from the start of the quarter circle of radius R, along a
 tube: drop(s) = R (1 - cos(s/R)) on it and R + s - h below, h = pi R/2 < L. While the front or the tail is on the

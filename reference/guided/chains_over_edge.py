@@ -1,4 +1,4 @@
-"""Chains that slide over an edge: s'' = w^2 (s - c) until s reaches `end`, then free fall (Beatty, Dynamics, 8.12).
+"""Chains that slide over an edge: s'' = w^2 (s - c) until s reaches `end`, then free fall.
 
 With x = s - c the motion is x = x0 cosh(wt) + (v0/w) sinh(wt). x0 and v0 are not negative, so that neither this nor the
 end time has cancellation.

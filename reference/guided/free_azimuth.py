@@ -1,4 +1,4 @@
-"""A flyball governor that spins freely (Beatty, Dynamics, 11.12.1): the azimuth is cyclic, the arms move in a well.
+"""A flyball governor that spins freely: the azimuth is cyclic, the arms move in a well.
 
 With J = I + 2 m L^2 sin^2(theta) and p = J phi' constant, M theta'^2/2 + V = E, M = 2 L^2 (m + 2 M_s sin^2(theta)) and
 V = p^2/(2 J) - 2 (m + M_s) g L cos(theta). Fast spin lifts the arms off the spindle: V then has a maximum at theta = 0,
@@ -68,6 +68,10 @@ class Governor(WellMotion):
     def momentum(self, digits: int = 15) -> Any:
         """J phi', conjugate to the azimuth."""
         return self._quantity(digits, self._momentum)
+
+    def azimuth(self, digits: int = 15) -> Any:
+        """The growth of phi in a period of theta (rad)."""
+        return self.carried_over_period(0, digits)
 
     def small_frequency(self, digits: int = 15) -> Any:
         """Angular frequency of small swings about the steady angle, sqrt(V''/M)."""

@@ -1,4 +1,4 @@
-"""A particle on a smooth surface of revolution with a vertical axis (Beatty, Dynamics, 11.10): a motion in a well.
+"""A particle on a smooth surface of revolution with a vertical axis: a motion in a well.
 
 The azimuth is cyclic: with h = rho^2 phi' constant, M(x) x'^2/2 + h^2/(2 rho(x)^2) + g z(x) = E for the coordinate x
 along the meridian (rho, z).

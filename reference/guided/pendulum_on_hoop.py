@@ -1,9 +1,9 @@
 """theta'' = -A sin(theta) + B sin(theta) cos(theta), for all A, B and starts, by Biermann's formula in balls.
 
-A bead on a rotating hoop, a plate hinged to a rotating shaft and the gyrocompass obey this equation (Beatty,
-Dynamics, 6.9, 10.12.5, 10.13, 11.12.2). With u = tan((theta - theta0)/2), u'^2 is a quartic in u. u is infinite where
-theta is opposite to its start; numerator and denominator are computed apart and stay finite. The turn of theta follows
-from the maxima of the potential V = -A cos(theta) - B sin^2(theta)/2, which bound a motion that does not pass them.
+A bead on a rotating hoop, a plate hinged to a rotating shaft and the gyrocompass obey this equation. With
+u = tan((theta - theta0)/2), u'^2 is a quartic in u. u is infinite where theta is opposite to its start; numerator and
+denominator are computed apart and stay finite. The turn of theta follows from the maxima of the potential
+V = -A cos(theta) - B sin^2(theta)/2, which bound a motion that does not pass them.
 """
 
 from __future__ import annotations

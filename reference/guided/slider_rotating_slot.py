@@ -1,4 +1,4 @@
-"""A slider on a spring in a radial slot of a uniformly rotating table, with wall friction (Beatty, Dynamics, 6.9).
+"""A slider on a spring in a radial slot of a uniformly rotating table, with wall friction.
 
 The wall presses with the Coriolis force, so that friction is mu |2 m Om r'|: linear damping for either sign of r'.
 """
@@ -36,6 +36,11 @@ class Slot(LinearMotion):
     def damping(self) -> Fraction:
         """2 mu |Om|."""
         return 2 * self.friction * abs(self.rate)
+
+    @property
+    def wall_force(self) -> Fraction:
+        """The force of the wall at the start, 2 m Om v (N)."""
+        return 2 * self.mass * self.rate * self.v0
 
     def balance(self, digits: int = 15) -> Any | None:
         """Equilibrium radius; None at the critical speed."""

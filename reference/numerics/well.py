@@ -96,6 +96,11 @@ class WellMotion(Motion):
         """The change of cyclic coordinate `index` over one period of x."""
         return self._quantity(digits, lambda mp: _shape(self, mp.prec).series[1 + index].integral_over_turn(mp), 20)
 
+    def apsidal_angle(self, digits: int = 15) -> Any:
+        """Half the change of the first cyclic coordinate over a period: from the least x to the largest."""
+        angle = self.carried_over_period(0, digits + 5)
+        return self._quantity(digits, lambda mp: mp.mpf(angle) / 2)
+
     def turning_points(self, digits: int = 15) -> tuple[Any, Any]:
         """The least and the largest x."""
         return (

@@ -65,7 +65,7 @@ class Central(WellMotion):
 
 @dataclass(frozen=True)
 class HangingMass(Central):
-    """m1 on a smooth table, on a string through a hole to m2: (m1 + m2) r'' = m1 r theta'^2 - m2 g (Beatty 7.8)."""
+    """m1 on a smooth table, on a string through a hole to m2: (m1 + m2) r'' = m1 r theta'^2 - m2 g."""
 
     g: Fraction
     m1: Fraction
@@ -115,7 +115,7 @@ class Logarithmic(Central):
 
 @dataclass(frozen=True)
 class SpringDumbbell(Central):
-    """Two masses on a spring of natural length l, relative to one: r'' = r theta'^2 - (k/mu)(r - l) (Beatty 8.6)."""
+    """Two masses on a spring of natural length l, relative to one: r'' = r theta'^2 - (k/mu)(r - l)."""
 
     stiffness: Fraction
     length: Fraction

@@ -1,4 +1,4 @@
-"""Attraction by k/r^5 (Beatty 7.8): whether the point falls into the centre, and when."""
+"""Attraction by k/r^5: whether the point falls into the centre, and when."""
 
 from __future__ import annotations
 

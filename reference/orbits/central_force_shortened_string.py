@@ -1,4 +1,4 @@
-"""A mass on a smooth table, held by a string that is drawn through a hole at a given speed (Beatty, Dynamics, 7.8).
+"""A mass on a smooth table, held by a string that is drawn through a hole at a given speed.
 
 The force is central, so h = r^2 theta' is constant; with r = r0 - c t, theta = theta0 + h t/(r0 r): rational numbers.
 """

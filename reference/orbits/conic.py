@@ -1,4 +1,4 @@
-"""The part of a Kepler motion that depends on r0^2, v0^2 and r0.v0 alone, in any number of dimensions (Beatty 7.12).
+"""The part of a Kepler motion that depends on r0^2, v0^2 and r0.v0 alone, in any number of dimensions.
 
 r(t) = f r0 + g v0 with Lagrange's coefficients in universal variables (Goodyear, Astron. J. 70, 1965). alpha = 1/a is
 formed from exact numbers, so that orbits near the parabola lose no digits.

@@ -1,4 +1,4 @@
-"""Three bodies at the corners of an equilateral triangle that keeps its shape: Lagrange's motion (Beatty 8.9.2).
+"""Three bodies at the corners of an equilateral triangle that keeps its shape: Lagrange's motion.
 
 If the initial velocities too are those of one similarity (translation, growth and rotation in the plane of the
 triangle), each side is a Kepler motion with mu = G (m1 + m2 + m3), the same for all three: with Lagrange's f and g of

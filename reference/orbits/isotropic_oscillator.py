@@ -1,4 +1,4 @@
-"""The isotropic oscillator in a plane, m r'' = -k r: two harmonic motions of the same frequency (Beatty 7.8)."""
+"""The isotropic oscillator in a plane, m r'' = -k r: two harmonic motions of the same frequency."""
 
 from __future__ import annotations
 

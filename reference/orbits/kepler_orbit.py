@@ -1,4 +1,4 @@
-"""The Kepler problem in a plane, any conic, in universal variables (Beatty, Dynamics, 7.12).
+"""The Kepler problem in a plane, any conic, in universal variables.
 
 The formulas are those of `conic`, Goodyear's (Astron. J. 70, 1965).
 """

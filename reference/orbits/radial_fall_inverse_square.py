@@ -1,4 +1,4 @@
-"""Radial motion under an attracting point: Kepler's problem without angular momentum (Beatty 5.9, 5.10, 7.7.1)."""
+"""Radial motion under an attracting point: Kepler's problem without angular momentum."""
 
 from __future__ import annotations
 

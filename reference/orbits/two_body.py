@@ -1,4 +1,4 @@
-"""Two bodies that attract each other: uniform motion of the centre of mass and a Kepler orbit about it (Beatty 8.3).
+"""Two bodies that attract each other: uniform motion of the centre of mass and a Kepler orbit about it.
 
 r1 = R - (m2/M) r and r2 = R + (m1/M) r, where r is the motion of reference/orbits/kepler_orbit.py with
 mu = G (m1 + m2) and R moves uniformly. The relative start and mu are exact rational numbers.

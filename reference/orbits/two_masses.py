@@ -1,4 +1,4 @@
-"""Two masses joined by a spring or by a rod, thrown together (Beatty, Dynamics, 8.2 to 8.9).
+"""Two masses joined by a spring or by a rod, thrown together.
 
 The centre of mass moves on a parabola; about it the pair vibrates harmonically (spring) or rotates uniformly (rod).
 """

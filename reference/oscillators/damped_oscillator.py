@@ -22,7 +22,7 @@ LEAST_CYCLING = 20
 
 @dataclass(frozen=True)
 class DampedMotion(Motion):
-    """State (x, v). Beatty 6.11."""
+    """State (x, v)."""
 
     mass: Fraction
     damping: Fraction

@@ -22,7 +22,7 @@ from gnomon.reference.numerics.weierstrass import Quartic, solve_quartic
 
 @dataclass(frozen=True)
 class DuffingMotion(Motion):
-    """State (x, v) of a bounded motion (see `bounded`). Beatty 6.13."""
+    """State (x, v) of a bounded motion (see `bounded`)."""
 
     alpha: Fraction
     beta: Fraction
@@ -87,6 +87,11 @@ class DuffingMotion(Motion):
     def energy(self, digits: int = 15) -> Any:
         """Energy over the mass."""
         return self._quantity(digits, lambda mp: mp.mpf(self.doubled_energy / 2))
+
+    @property
+    def escape_energy(self) -> Fraction | None:
+        """The energy, over the mass, at the maxima x^2 = alpha/|beta| over which a softening spring lets the mass escape."""
+        return -(self.alpha**2) / (4 * self.beta) if self.alpha > 0 > self.beta else None
 
     def turning_points(self, digits: int = 15) -> tuple[Any, Any]:
         """The least and the largest x of the motion (on a separatrix: the limits)."""

@@ -1,6 +1,6 @@
 """Linear motion of one coordinate under a load: x'' + 2b x' + c x = h + e^(rt) (C cos pt + S sin pt).
 
-Beatty, Dynamics, 6.4.1, 6.6 and 6.12. One matrix exponential covers all damping regimes and all resonances.
+One matrix exponential covers all damping regimes and all resonances.
 """
 
 from __future__ import annotations

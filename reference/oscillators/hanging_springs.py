@@ -1,4 +1,4 @@
-"""A mass that hangs on two springs in series: m x'' = m g - k x with 1/k = 1/k1 + 1/k2 (Beatty, Dynamics, 6.7)."""
+"""A mass that hangs on two springs in series: m x'' = m g - k x with 1/k = 1/k1 + 1/k2."""
 
 from __future__ import annotations
 

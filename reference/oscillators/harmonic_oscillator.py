@@ -13,7 +13,7 @@ from gnomon.reference.numerics.pointwise import Cycle
 
 @dataclass(frozen=True)
 class HarmonicMotion(Motion):
-    """State (x, v): x = x0 cos(w t) + (v0/w) sin(w t), w^2 = k/m. Beatty 6.7."""
+    """State (x, v): x = x0 cos(w t) + (v0/w) sin(w t), w^2 = k/m."""
 
     mass: Fraction
     stiffness: Fraction

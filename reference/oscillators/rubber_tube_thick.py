@@ -13,7 +13,7 @@ from gnomon.reference.numerics.well import WellMotion
 
 @dataclass(frozen=True)
 class ThickTube(WellMotion):
-    """Knowles' radial oscillation of a thick incompressible tube: state (x, v), x > 0 (Beatty, Dynamics, 6.13.2).
+    """Knowles' radial oscillation of a thick incompressible tube: state (x, v), x > 0.
 
     M = x^2 ln(1 + gam/x^2), V = (w^2/2)(x^2 - 1) ln(x^2 (1 + gam)/(x^2 + gam)) - p (x^2 - 1)/2 under an inner pressure,
     p < w^2 ln(1 + gam).

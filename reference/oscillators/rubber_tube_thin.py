@@ -1,4 +1,4 @@
-"""x'' = -w^2 (x - x^-3), x > 0: Ermakov's and Pinney's equation (Beatty, Dynamics, 6.13.2; Pinney, Proc. AMS 1, 1950).
+"""x'' = -w^2 (x - x^-3), x > 0: Ermakov's and Pinney's equation (Pinney, Proc. AMS 1, 1950).
 
 x^2 = u^2 + s^2 with u = x0 cos(wt) + (v0/w) sin(wt), s = sin(wt)/x0: a sum of squares, without cancellation even
 where x is close to zero. The period is pi/w at every amplitude.
@@ -31,8 +31,11 @@ class Pinney(Motion):
     def period(self, digits: int = 15) -> Any:
         return self._quantity(digits, lambda mp: mp.pi / mp.mpf(self.w))
 
+    def least(self, digits: int = 15) -> Any:
+        """The least x, the inverse of the largest."""
+        return self._quantity(digits, lambda mp: 1 / self._largest(mp), 20)
+
     def largest(self, digits: int = 15) -> Any:
-        """The largest x; the least is its inverse."""
         return self._quantity(digits, self._largest, 20)
 
     def top_speed(self, digits: int = 15) -> Any:

@@ -1,4 +1,4 @@
-"""Small vibrations of masses joined by springs and dampers: M q'' + C q' + K q = 0 (Beatty, Dynamics, 11.13 and 11.14).
+"""Small vibrations of masses joined by springs and dampers: M q'' + C q' + K q = 0.
 
 The motion is the matrix exponential of its first-order form. Coincident frequencies, zero modes and defective damping,
 where a sum of modes divides by differences of rates, are therefore no special cases.

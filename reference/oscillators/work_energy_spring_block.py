@@ -1,4 +1,4 @@
-"""A block that falls on a massless upright spring and is thrown off again (Beatty, Dynamics, 7.5, 7.7.2, 7.9).
+"""A block that falls on a massless upright spring and is thrown off again.
 
 y is the height over the free end of the spring: y'' = -g for y > 0 and y'' = -g - w^2 y for y < 0, w^2 = k/m. Both
 phases are elementary; the period is T = 2u/g + (2/w)(pi - atan(u w/g)), u the speed at y = 0.

@@ -19,7 +19,7 @@ from gnomon.reference.numerics.precision import Number, exact, publish, working
 
 @dataclass(frozen=True)
 class CycloidalMotion(Motion):
-    """State (phi, phi'), started between the cusps with |phi'| < sqrt(g/a). Beatty 7.11.3 to 7.11.5."""
+    """State (phi, phi'), started between the cusps with |phi'| < sqrt(g/a)."""
 
     a: Fraction
     g: Fraction
@@ -50,6 +50,16 @@ class CycloidalMotion(Motion):
     def energy(self, digits: int = 15) -> Any:
         """Energy per unit mass above the bottom: w^2/2 times the square of the arc amplitude."""
         return self._quantity(digits, lambda mp: 2 * mp.mpf(self.a * self.g) * (1 - self._clearance(mp)), 30)
+
+    @property
+    def string_length(self) -> Fraction:
+        """The length of a string between jaws of the same shape, 4 a."""
+        return 4 * self.a
+
+    def normal_force_start(self, digits: int = 15) -> Any:
+        """Over the mass: g cos(phi/2) + v^2/(4a cos(phi/2)), v = 2a cos(phi/2) phi'."""
+        pull = self.g + self.a * self.rate0**2
+        return self._quantity(digits, lambda mp: mp.mpf(pull) * mp.cos(mp.mpf(self.phi0) / 2))
 
     def normal_force_bottom(self, digits: int = 15) -> Any:
         """Normal force per unit mass at the bottom: g cos(phi/2) + v^2/(4 a cos(phi/2)) at phi = 0."""

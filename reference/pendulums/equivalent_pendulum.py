@@ -1,8 +1,6 @@
 """Systems that are simple pendulums with irrational parameters: theta'' = -W^2 sin(theta + shift).
 
-A uniform chain in a circular tube, its middle at theta from the bottom, has W^2 = (2g/L) sin(L/2R) (Beatty, Dynamics,
-8.12); a pendulum whose support is accelerated hangs along the apparent gravity (6.10). W^2 and the shift are replaced
-by rational numbers that differ from them by less than the working precision resolves.
+W^2 and the shift are replaced by rational numbers that differ from them by less than the working precision resolves.
 """
 
 from __future__ import annotations
@@ -62,36 +60,6 @@ class EquivalentPendulum(Motion):
         pendulum, shift = self._near(mp)
         theta, omega = pendulum._state(mp, t)
         return theta - shift, omega
-
-
-@dataclass(frozen=True)
-class TubeChain(EquivalentPendulum):
-    """A chain of length L in a smooth vertical tube of radius R, L < 2 pi R."""
-
-    g: Fraction
-    length: Fraction
-    radius: Fraction
-
-    def _pull(self, mp: Any) -> Any:
-        # guard digits: 2 pi R - L may be small
-        with mp.workdps(mp.dps + 40):
-            return 2 * mp.mpf(self.g / self.length) * mp.sin(mp.mpf(self.length / (2 * self.radius)))
-
-
-@dataclass(frozen=True)
-class CarriedPendulum(EquivalentPendulum):
-    """A pendulum whose support has the constant acceleration (ax, ay); g + ay and ax are not both zero."""
-
-    g: Fraction
-    length: Fraction
-    ax: Fraction
-    ay: Fraction
-
-    def _pull(self, mp: Any) -> Any:
-        return mp.hypot(mp.mpf(self.g + self.ay), mp.mpf(self.ax)) / mp.mpf(self.length)
-
-    def _shift(self, mp: Any) -> Any:
-        return mp.atan2(mp.mpf(self.ax), mp.mpf(self.g + self.ay))
 
 
 @lru_cache(maxsize=64)

@@ -1,4 +1,4 @@
-"""Foucault's pendulum for small amplitudes with the centrifugal terms of the horizontal plane (Beatty, 6.17).
+"""Foucault's pendulum for small amplitudes with the centrifugal terms of the horizontal plane.
 
 x'' = 2 W y' - (g/L - Om^2) x, y'' = -2 W x' - (g/L - W^2) y, W = Om sin(lat): no longer isotropic off the pole.
 """

@@ -1,4 +1,4 @@
-"""Foucault's pendulum for small amplitudes, exactly (Beatty, Dynamics, 6.17.2 to 6.17.4)."""
+"""Foucault's pendulum for small amplitudes, exactly."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pendulum in Cartesian coordinates, x right and y up from the pivot (Beatty, Dynamics, 11.2.1).
+"""The pendulum in Cartesian coordinates, x right and y up from the pivot.
 
 The radius and the initial angle follow from the given coordinates and are irrational. The simple pendulum starts from
 them with enough guard digits for the growth of their rounding errors.

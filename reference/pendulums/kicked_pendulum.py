@@ -1,4 +1,4 @@
-"""A pendulum under a torque impulse at a given time (Beatty, Dynamics, 7.3): two pendulum motions, one after the other.
+"""A pendulum under a torque impulse at a given time: two pendulum motions, one after the other.
 
 The state at the impulse is irrational: the second motion starts from rational numbers that differ from it by less than
 the working precision resolves.

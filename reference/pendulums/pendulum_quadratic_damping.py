@@ -1,4 +1,4 @@
-"""A pendulum with drag proportional to the square of its speed (Beatty, Dynamics, 6.13.1).
+"""A pendulum with drag proportional to the square of its speed.
 
 theta'' = -w2 sin(theta) -+ c theta'^2, the drag against the motion. In each swing, with u = +-theta growing, p = u'^2
 has the first integral p = K e^(-2 c u) + A (cos u - 2 c sin u), A = 2 w2/(1 + 4 c^2). The swing ends at the next zero

@@ -22,7 +22,7 @@ from gnomon.reference.numerics.precision import working
 
 @dataclass(frozen=True)
 class Pendulum(Motion):
-    """State (theta, omega), theta from the downward vertical (rad, unwrapped). Beatty 7.10."""
+    """State (theta, omega), theta from the downward vertical (rad, unwrapped)."""
 
     g: Fraction
     length: Fraction

@@ -1,4 +1,4 @@
-"""A rigid body thrown in uniform gravity: its centre moves on a parabola, its rotation is torque-free (Beatty 10.4)."""
+"""A rigid body thrown in uniform gravity: its centre moves on a parabola, its rotation is torque-free."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The torque-free rigid body and its attitude (Beatty, Dynamics, 10.9, 10.14).
+"""The torque-free rigid body and its attitude.
 
 Whittaker, Analytical Dynamics, sections 69 to 71; the attitude follows from angles about the angular momentum vector.
 The choice of the formula is made on exact numbers, and 1 - m is formed without cancellation.

@@ -1,4 +1,4 @@
-"""Belt drives and flywheels (Beatty, Dynamics, 10.12.1 and 10.12.2)."""
+"""Belt drives and flywheels."""
 
 from __future__ import annotations
 

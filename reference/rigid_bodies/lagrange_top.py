@@ -1,9 +1,8 @@
 """The heavy symmetric top in Euler angles, and the spherical pendulum, a top without spin.
 
-Beatty, Dynamics, 11.12.4, 6.17 and 11.10. Balls prove the digits, also next to the vertical and next to regular
-precession. The formula is chosen on exact numbers: the cosine of a rational number other than zero is transcendental
-(Lindemann), so that a start at a rational angle is never exactly a relative equilibrium, nor on the homoclinic motion
-of the sleeping top.
+Balls prove the digits, also next to the vertical and next to regular precession. The formula is chosen on exact
+numbers: the cosine of a rational number other than zero is transcendental (Lindemann), so that a start at a rational
+angle is never exactly a relative equilibrium, nor on the homoclinic motion of the sleeping top.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Only the third row of R(0), the vertical in the body, enters the motion; its length is a factor of the weight, so that
 R(0) need not be orthogonal: R(t) = R(0) Q(t). Every special motion (regular precession, passage through the vertical or
-the lowest point, asymptotic approach to the vertical) is recognised on exact numbers. Beatty, Dynamics, 11.12.4.
+the lowest point, asymptotic approach to the vertical) is recognised on exact numbers.
 """
 
 from __future__ import annotations

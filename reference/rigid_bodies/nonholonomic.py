@@ -1,4 +1,4 @@
-"""Motions with a nonholonomic constraint (Beatty, Dynamics, 11.2.2): the Chaplygin sleigh, a skate on an incline."""
+"""Motions with a nonholonomic constraint: the Chaplygin sleigh, a skate on an incline."""
 
 from __future__ import annotations
 

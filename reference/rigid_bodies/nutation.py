@@ -3,8 +3,8 @@
 u'^2 = f(u) = (2/I1) (E - W u) (1 - u^2) - (b - a u)^2/I1^2, with the roots u1 <= u <= u2 <= u3. Sum and
 difference of precession and spin have one pole each: (phi + psi)' = a (1/I3 - 1/I1) + (b + a)/(I1 (1 + u)) and
 (phi - psi)' = a (1/I1 - 1/I3) + (b - a)/(I1 (1 - u)). For b = a the top can pass through the vertical, for b = -a
-through the lowest point; c = cos(theta/2) and s = sin(theta/2) have signs, so that theta is continuous there. Beatty,
-Dynamics, 11.12.4; Whittaker, Analytical Dynamics, section 71. The caller chooses the formula, on exact numbers.
+through the lowest point; c = cos(theta/2) and s = sin(theta/2) have signs, so that theta is continuous there.
+Whittaker, Analytical Dynamics, section 71. The caller chooses the formula, on exact numbers.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A rigid body whose angular momentum decays at the rate nu in a Stokes medium (Beatty, Dynamics, 10.22).
+"""A rigid body whose angular momentum decays at the rate nu in a Stokes medium.
 
 With s = (1 - e^(-nu t))/nu the motion is that of the torque-free body (W, Q) at the time s: w(t) = e^(-nu t) W(s) and
 R(t) = Q(s). The attitude converges to that of the free body at the time 1/nu.

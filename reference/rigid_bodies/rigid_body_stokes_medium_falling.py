@@ -1,4 +1,4 @@
-"""A rigid body that falls and rotates in a Stokes medium (Beatty, Dynamics, 10.22.4).
+"""A rigid body that falls and rotates in a Stokes medium.
 
 The drag of every element, -nu v per unit mass, gives a force at the centre of mass and a torque -nu H about it:
 translation and rotation are independent.

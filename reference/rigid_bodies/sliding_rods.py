@@ -1,4 +1,4 @@
-"""A uniform rod that slides down between wall and floor, then on the floor alone (Beatty, Dynamics, 10.12.3).
+"""A uniform rod that slides down between wall and floor, then on the floor alone.
 
 theta is from the vertical. On wall and floor theta'' = (3g/2L) sin(theta), an inverted pendulum; the rod leaves the
 wall where omega^2 = (3g/2L) cos(theta), after a time that is an elliptic integral of the first kind. On the smooth

@@ -1,4 +1,4 @@
-"""Simpler models of the heavy top: steady slow precession, and small nutation about it (Beatty, Dynamics, 11.12.4)."""
+"""Simpler models of the heavy top: steady slow precession, and small nutation about it."""
 
 from __future__ import annotations
 

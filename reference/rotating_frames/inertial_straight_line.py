@@ -1,4 +1,4 @@
-"""Uniform straight motion in a rotating frame, and the first-order Coriolis deflection (Beatty 5.5.2, 5.13, 6.18)."""
+"""Uniform straight motion in a rotating frame, and the first-order Coriolis deflection."""
 
 from __future__ import annotations
 

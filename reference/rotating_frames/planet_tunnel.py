@@ -1,4 +1,4 @@
-"""Motion along a tunnel through a planet of uniform density, and above its ends (Beatty, Dynamics, 5.8 to 5.10).
+"""Motion along a tunnel through a planet of uniform density, and above its ends.
 
 Inside x'' = -(g/R) x, outside x'' = -+g R^2/x^2: the force is continuous at the surface, its derivative is not. A motion
 that leaves the planet and returns has three parts between its farthest points on both sides: a fall along the cycloid

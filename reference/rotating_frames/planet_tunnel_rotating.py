@@ -1,4 +1,4 @@
-"""Free fall inside a rotating planet of uniform density (Beatty, Dynamics, 5.8, 6.17).
+"""Free fall inside a rotating planet of uniform density.
 
 In the inertial frame it is the isotropic oscillator of frequency w = sqrt(g/R): an ellipse about the centre. Seen from
 the planet the ellipse rotates at -Om (Larmor's theorem): r'' = -(g/R) r - 2 Om x r' + Om^2 r in the equatorial plane.

@@ -1,4 +1,4 @@
-"""A fall from a tower on a rotating planet that attracts like a point mass (Beatty, Dynamics, 6.16).
+"""A fall from a tower on a rotating planet that attracts like a point mass.
 
 In the inertial frame it is a Kepler orbit that starts with the velocity of the top of the tower; the planet's frame
 rotates. So the deflection is exact, without an expansion in Om or in the height.

@@ -1,4 +1,6 @@
-"""Verify an integrator of your own against exact motions: doors that make one from plain functions, and `verify`.
+"""Verify an integrator of your own against exact motions.
+
+`from_step` and `from_solve` make an integrator from a plain function; `verify` verifies it:
 
     from gnomon.verify import from_step
     mine = from_step(step, name="RK4", order=4)      # step(f, t, y, h) -> y at t + h
@@ -8,7 +10,7 @@ and then `gnomon verify package.module:mine`.
 
 from gnomon.harness.contract.integrator import Refused, Steps, Tolerance
 from gnomon.harness.verification.checks import assert_follows, parametrize
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 from gnomon.harness.verification.verify import CLAIMS, FirstTrialError, Report, verify
 
 __all__ = [

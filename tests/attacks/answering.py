@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from gnomon.harness.contract.status import Status
-from gnomon.harness.running import run
+from gnomon.harness.running import planned_run
 from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.scoring.outcome import Outcome
 
@@ -41,6 +41,6 @@ class Answering:
 def answering(monkeypatch: pytest.MonkeyPatch, how: How = lambda *_: None) -> Answering:
     """Replace the pool of a run."""
     found = Answering(how)
-    monkeypatch.setattr(run, "Pool", found)
+    monkeypatch.setattr(planned_run, "Pool", found)
     monkeypatch.setattr("gnomon.harness.running.first_trials.crashes", lambda *_: [])
     return found

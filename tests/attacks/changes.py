@@ -1,7 +1,5 @@
 """Changes a results file through SQLite, without gnomon, as an attacker would."""
 
-from __future__ import annotations
-
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager

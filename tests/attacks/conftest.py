@@ -1,7 +1,5 @@
 """Results of a small real run, for tests that change them; a time limit for calls that could hang."""
 
-from __future__ import annotations
-
 import shutil
 import signal
 import sys
@@ -13,7 +11,7 @@ from types import FrameType
 import pytest
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -4,8 +4,6 @@ Every fork takes one of few tokens, files that are made once, so that a failure 
 Forked processes end by themselves after a minute.
 """
 
-from __future__ import annotations
-
 import atexit
 import ctypes
 import gc
@@ -16,7 +14,6 @@ import subprocess
 import sys
 import tempfile
 import threading
-import time
 import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -24,8 +21,7 @@ from typing import Any
 import mpmath
 import numpy as np
 from gnomon.harness.contract.integrator import Problem, Refused, Solution
-from gnomon.harness.running import messages
-from planted import Sound, hang, runge_kutta
+from planted import Sound, hang, runge_kutta, throw
 
 FOLDER = os.environ.get("GNOMON_ATTACKS", "")
 """The folder of the tokens; without it nothing forks."""
@@ -85,17 +81,15 @@ def answer(name: str, statuses: str, make: Callable[[Any], Any]) -> None:
     ATTACKS.append(Attack(name, statuses, lambda solution, _: make(solution)))
 
 
+def call(name: str, statuses: str, act: Callable[[], Any], early: bool = False) -> None:
+    """Register an attack that calls `act` and, if that returns, answers correctly."""
+    ATTACKS.append(Attack(name, statuses, lambda solution, _: (act(), solution)[1], early))
+
+
 # --- processes that end, exceptions and hangs ---
 
-
-@attack("timeout skipped")
-def hangs(solution: Solution, _: Problem) -> Any:
-    hang()
-
-
-@attack("timeout skipped", early=True)
-def hangs_while_preparing(solution: Solution, _: Problem) -> Any:
-    hang()
+call("hangs", "timeout skipped", hang)
+call("hangs while preparing", "timeout skipped", hang, early=True)
 
 
 @attack("timeout skipped")
@@ -108,62 +102,17 @@ def ignores_all_signals_and_hangs(solution: Solution, _: Problem) -> Any:
     hang()
 
 
-@attack("timeout skipped")
-def stops_itself(solution: Solution, _: Problem) -> Any:
-    os.kill(os.getpid(), signal.SIGSTOP)
-    hang()
-
-
-@attack("crashed")
-def exits(solution: Solution, _: Problem) -> Any:
-    sys.exit(0)
-
-
-@attack("crashed", early=True)
-def exits_while_preparing(solution: Solution, _: Problem) -> Any:
-    sys.exit(0)
-
-
-@attack("crashed")
-def exits_at_once(solution: Solution, _: Problem) -> Any:
-    os._exit(0)
-
-
-@attack("crashed")
-def aborts(solution: Solution, _: Problem) -> Any:
-    os.abort()
-
-
-@attack("crashed")
-def reads_address_zero(solution: Solution, _: Problem) -> Any:
-    ctypes.string_at(0)
-
-
-@attack("crashed")
-def sets_an_alarm(solution: Solution, _: Problem) -> Any:
-    signal.setitimer(signal.ITIMER_REAL, 0.001)
-    hang()
-
-
-@attack("interrupted")
-def kills_itself(solution: Solution, _: Problem) -> Any:
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-@attack("interrupted crashed")
-def terminates_its_parent(solution: Solution, _: Problem) -> Any:
-    os.kill(os.getppid(), signal.SIGTERM)
-    hang()
-
-
-@attack("crashed")
-def raises_an_interrupt(solution: Solution, _: Problem) -> Any:
-    raise KeyboardInterrupt
-
-
-@attack("refused")
-def refuses(solution: Solution, _: Problem) -> Any:
-    raise Refused("planted")
+call("stops itself", "timeout skipped", lambda: (os.kill(os.getpid(), signal.SIGSTOP), hang()))
+call("exits", "crashed", sys.exit)
+call("exits while preparing", "crashed", sys.exit, early=True)
+call("exits at once", "crashed", lambda: os._exit(0))
+call("aborts", "crashed", os.abort)
+call("reads address zero", "crashed", lambda: ctypes.string_at(0))
+call("sets an alarm", "crashed", lambda: (signal.setitimer(signal.ITIMER_REAL, 0.001), hang()))
+call("kills itself", "interrupted", lambda: os.kill(os.getpid(), signal.SIGKILL))
+call("terminates its parent", "interrupted crashed", lambda: (os.kill(os.getppid(), signal.SIGTERM), hang()))
+call("raises an interrupt", "crashed", lambda: throw(KeyboardInterrupt()))
+call("refuses", "refused", lambda: throw(Refused("planted")))
 
 
 @attack("crashed")
@@ -178,19 +127,9 @@ class Unspeakable(Exception):  # noqa: N818
     __repr__ = __str__
 
 
-@attack("crashed")
-def raises_what_cannot_be_printed(solution: Solution, _: Problem) -> Any:
-    raise Unspeakable
-
-
-@attack("out_of_memory")
-def takes_half_a_terabyte(solution: Solution, _: Problem) -> Any:
-    return Solution(np.ones(2**36).reshape(1, 64, -1))
-
-
-@attack("out_of_memory", early=True)
-def takes_a_terabyte_while_preparing(solution: Solution, _: Problem) -> Any:
-    bytearray(2**40)
+call("raises what cannot be printed", "crashed", lambda: throw(Unspeakable()))
+answer("takes half a terabyte", "out_of_memory", lambda s: Solution(np.ones(2**36).reshape(1, 64, -1)))
+call("takes a terabyte while preparing", "out_of_memory", lambda: bytearray(2**40), early=True)
 
 
 # --- invalid solutions ---
@@ -282,9 +221,7 @@ def forks_and_both_answer(solution: Solution, _: Problem) -> Any:
     return Solution(solution.states + 1.0, solution.steps) if fork() else solution
 
 
-@attack("ok", early=True)
-def forks_while_preparing(solution: Solution, _: Problem) -> Any:
-    fork()
+call("forks while preparing", "ok", fork, early=True)
 
 
 @attack("ok")
@@ -304,10 +241,11 @@ def leaves_a_fork_and_hangs(solution: Solution, _: Problem) -> Any:
     hang()
 
 
-@attack("ok")
-def leaves_a_program_in_a_session_of_its_own(solution: Solution, _: Problem) -> Any:
-    subprocess.Popen(["sleep", str(END_SECONDS)], start_new_session=True)
-    return solution
+call(
+    "leaves a program in a session of its own",
+    "ok",
+    lambda: subprocess.Popen(["sleep", str(END_SECONDS)], start_new_session=True),
+)
 
 
 @attack("ok")
@@ -317,16 +255,8 @@ def leaves_a_thread(solution: Solution, _: Problem) -> Any:
     return solution
 
 
-@attack("crashed")
-def closes_every_pipe(solution: Solution, _: Problem) -> Any:
-    os.closerange(3, 256)
-    return solution
-
-
-@attack("ok crashed")
-def closes_its_output(solution: Solution, _: Problem) -> Any:
-    os.closerange(0, 3)
-    return solution
+call("closes every pipe", "crashed", lambda: os.closerange(3, 256))
+call("closes its output", "ok crashed", lambda: os.closerange(0, 3))
 
 
 @attack("crashed")
@@ -339,11 +269,7 @@ def writes_to_every_pipe(solution: Solution, _: Problem) -> Any:
     return solution
 
 
-@attack("ok")
-def prints_megabytes(solution: Solution, _: Problem) -> Any:
-    print("planted" * 2**18)
-    os.write(2, b"planted" * 2**18)
-    return solution
+call("prints megabytes", "ok", lambda: (print("planted" * 2**18), os.write(2, b"planted" * 2**18)))
 
 
 @attack("crashed")
@@ -352,67 +278,26 @@ def prints_without_end(solution: Solution, _: Problem) -> Any:
         os.write(2, b"planted" * 2**17)
 
 
-@attack("crashed")
-def starts_a_program_that_prints_without_end(solution: Solution, _: Problem) -> Any:
-    subprocess.run(["yes"], check=True)
+call("starts a program that prints without end", "crashed", lambda: subprocess.run(["yes"], check=True))
+call("prints too much and answers", "crashed", lambda: [os.write(1, b"x" * 10**6) for _megabyte in range(65)])
 
 
-@attack("crashed")
-def prints_too_much_and_answers(solution: Solution, _: Problem) -> Any:
-    for _megabyte in range(65):
-        os.write(1, b"x" * 10**6)
-    return solution
+def replaces(name: str, statuses: str, module: str, **values: Any) -> None:
+    """Register an attack that gives variables of a module other values."""
+    call(name, statuses, lambda: vars(sys.modules[module]).update(values))
 
 
-@attack("ok")
-def has_no_standard_streams(solution: Solution, _: Problem) -> Any:
-    sys.stdout = sys.stderr = None  # type: ignore[assignment]
-    return solution
-
-
-@attack("crashed")
-def replaces_the_clock(solution: Solution, _: Problem) -> Any:
-    time.perf_counter = time.perf_counter_ns = lambda: 0  # type: ignore[assignment]
-    return solution
-
-
-@attack("crashed")
-def replaces_the_clock_of_the_worker(solution: Solution, _: Problem) -> Any:
-    from gnomon.harness.running import worker
-
-    worker.perf_counter_ns = lambda: 0  # type: ignore[attr-defined]
-    return solution
-
-
-@attack("ok")
-def makes_numpy_raise(solution: Solution, _: Problem) -> Any:
-    np.seterr(all="raise")
-    return solution
-
-
-@attack("ok")
-def makes_warnings_raise(solution: Solution, _: Problem) -> Any:
-    warnings.simplefilter("error")
-    return solution
-
-
-@attack("ok crashed")
-def forbids_recursion(solution: Solution, _: Problem) -> Any:
-    sys.setrecursionlimit(80)
-    return solution
-
-
-@attack("ok")
-def hangs_at_exit(solution: Solution, _: Problem) -> Any:
-    atexit.register(hang)
-    return solution
-
-
-@attack("ok")
-def turns_off_collection(solution: Solution, _: Problem) -> Any:
-    gc.disable()
-    gc.callbacks.append(lambda *_: None)
-    return solution
+WORKER, MESSAGES = "gnomon.harness.running.worker", "gnomon.harness.running.messages"
+replaces("has no standard streams", "ok", "sys", stdout=None, stderr=None)
+replaces("replaces the clock", "crashed", "time", perf_counter=lambda: 0, perf_counter_ns=lambda: 0)
+replaces("replaces the clock of the worker", "crashed", WORKER, perf_counter_ns=lambda: 0)
+replaces("replaces functions of numpy", "ok refused crashed", "numpy", array_equal=lambda *_: True)
+replaces("sends another answer", "crashed", MESSAGES, encode=lambda _message: b"gnom" + bytes(16) + b"planted" * 99)
+call("makes numpy raise", "ok", lambda: np.seterr(all="raise"))
+call("makes warnings raise", "ok", lambda: warnings.simplefilter("error"))
+call("forbids recursion", "ok crashed", lambda: sys.setrecursionlimit(80))
+call("hangs at exit", "ok", lambda: atexit.register(hang))
+call("turns off collection", "ok", lambda: (gc.disable(), gc.callbacks.append(lambda *_: None)))
 
 
 @attack("ok")
@@ -423,27 +308,12 @@ def removes_its_folder(solution: Solution, _: Problem) -> Any:
     return solution
 
 
-@attack("ok")
-def clears_the_environment(solution: Solution, _: Problem) -> Any:
-    os.environ.clear()
-    return solution
+call("clears the environment", "ok", os.environ.clear)
 
 
 @attack("ok")
 def lowers_the_precision_of_mpmath(solution: Solution, _: Problem) -> Any:
     mpmath.mp.dps = 2
-    return solution
-
-
-@attack("ok refused crashed")
-def replaces_functions_of_numpy(solution: Solution, _: Problem) -> Any:
-    np.array_equal = lambda *_: True
-    return solution
-
-
-@attack("crashed")
-def sends_another_answer(solution: Solution, _: Problem) -> Any:
-    messages.encode = lambda _message: b"gnom" + bytes(16) + b"planted" * 99
     return solution
 
 

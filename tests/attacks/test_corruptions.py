@@ -1,7 +1,5 @@
 """A damaged results file gives the numbers that were written, or one line that names the file, but no other numbers."""
 
-from __future__ import annotations
-
 import random
 import shutil
 import sqlite3

@@ -1,7 +1,5 @@
 """What cannot be compared does not pass; baselines and files of known failures are data, and are read to their end."""
 
-from __future__ import annotations
-
 import math
 import os
 import shutil

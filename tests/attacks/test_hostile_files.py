@@ -1,7 +1,5 @@
 """Results files made to harm those who open them: each gives one line and exit code 2, or is shown as plain text."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -17,7 +15,7 @@ from pathlib import Path
 import pandas
 import pytest
 from changes import changing
-from gnomon.harness.commands import cli
+from command_line import gnomon
 from gnomon.harness.reporting.report import write_report
 from gnomon.harness.results import export, regression, schema, store
 
@@ -28,58 +26,42 @@ ESCAPE = "\x1b]0;owned\x07\x1b[31m"
 DEEP = "[" * 100_000 + "]" * 100_000
 
 
-def gnomon(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
-    """The exit code of a command, run in this process."""
-    monkeypatch.setattr(sys, "argv", ["gnomon", *map(str, arguments)])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
-
-
-STRUCTURES = {
+ENDLESS = "WITH RECURSIVE n(run) AS (SELECT 1 UNION ALL SELECT run + 1 FROM n) SELECT run, 'cpu' AS name, 'x' AS value, 0 AS checksum"
+STRUCTURES = {  # what names it, and the statements that make it
     "a view that refers to itself": (
-        ["DROP TABLE trials", "CREATE VIEW trials AS SELECT * FROM trials"],
-        "the view trials",
+        "the view trials", "DROP TABLE trials", "CREATE VIEW trials AS SELECT * FROM trials"
     ),
-    "a view in place of a table": (
-        ["DROP TABLE runs", "CREATE VIEW runs AS SELECT * FROM planned"],
-        "the view runs",
-    ),
+    "a view in place of a table": ("the view runs", "DROP TABLE runs", "CREATE VIEW runs AS SELECT * FROM planned"),
     "an endless view": (
-        [
-            "DROP TABLE environment",
-            "CREATE VIEW environment AS WITH RECURSIVE n(run) AS (SELECT 1 UNION ALL SELECT run + 1 FROM n)"
-            " SELECT run, 'cpu' AS name, 'x' AS value, 0 AS checksum FROM n",
-        ],
-        "the view environment",
+        "the view environment", "DROP TABLE environment", f"CREATE VIEW environment AS {ENDLESS} FROM n"
     ),
-    "a trigger": (
-        ["CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM measurements; END"],
-        "the trigger t",
-    ),
+    "a trigger": ("the trigger t", "CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM measurements; END"),
     "a generated column": (
-        ["ALTER TABLE trials ADD COLUMN more TEXT GENERATED ALWAYS AS (hex(zeroblob(100000000)))"],
         "table trials is not made",
+        "ALTER TABLE trials ADD COLUMN more TEXT GENERATED ALWAYS AS (hex(zeroblob(100000000)))",
     ),
-    "an index on an expression": (["CREATE INDEX slow ON trials (lower(title))"], "the index slow"),
-    "a virtual table": (["CREATE VIRTUAL TABLE found USING fts5(text)"], "found"),
-    "statistics that mislead the planner": (["ANALYZE"], "sqlite_stat1"),
-    "a missing table": (["DROP TABLE settings_changed"], "settings_changed"),
-    "a missing index": (["DROP INDEX measured"], "measured"),
-    "a name that steers a terminal": ([f'CREATE TABLE "{ESCAPE}" (a)'], r"\x1b]0;owned"),
-    "an older schema's number": (["PRAGMA user_version = 1"], "not made as gnomon makes it"),
-}
+    "an index on an expression": ("the index slow", "CREATE INDEX slow ON trials (lower(title))"),
+    "a virtual table": ("found", "CREATE VIRTUAL TABLE found USING fts5(text)"),
+    "statistics that mislead the planner": ("sqlite_stat1", "ANALYZE"),
+    "a missing table": ("settings_changed", "DROP TABLE settings_changed"),
+    "a missing index": ("measured", "DROP INDEX measured"),
+    "a name that steers a terminal": (r"\x1b]0;owned", f'CREATE TABLE "{ESCAPE}" (a)'),
+    "an older schema's number": ("not made as gnomon makes it", "PRAGMA user_version = 1"),
+    "a newer schema's number": ("upgrade gnomon", f"PRAGMA user_version = {schema.SCHEMA_VERSION + 1}"),
+    "a table of others": ("the table t, which gnomon does not make", "CREATE TABLE t (x)"),
+    "another program's number": ("not one of gnomon's", "PRAGMA application_id = 0"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", STRUCTURES)
 def test_a_file_that_holds_more_or_less_than_ours_is_refused(
-    change: Change, name: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    change: Change, name: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    statements, place = STRUCTURES[name]
+    place, *statements = STRUCTURES[name]
     path = change(*statements)
     before = path.read_bytes()
     for arguments in (["export", path, "--to", path.with_suffix(".csv")], ["compare", path, path], ["report", path]):
-        assert gnomon(monkeypatch, *arguments) == 2
+        assert gnomon(*map(str, arguments)) == 2
         _one_line(capfd, str(path), place)
     with pytest.raises(ValueError, match=re.escape(place)):
         store.Store(path)
@@ -134,23 +116,20 @@ def test_a_value_that_its_column_does_not_hold_is_named(change: Change, name: st
         store.Store(path)
 
 
+QUICK = ("setting", "error_max", "seconds_median")
+"""Columns that `make test` fills; the others are slow together."""
 REALS = [
-    (table, name)
+    pytest.param(table, name, marks=() if name in QUICK else pytest.mark.slow)
     for table in ("trials", "measurements")
     for name, kind in schema.TABLES[table].items()
     if kind.startswith("REAL")
 ]
-QUICK = ("setting", "error_max", "seconds_median")
-"""Columns that `make test` fills; the others are slow together."""
 
 
 @pytest.mark.parametrize(
     "value", [1.7e308, 5e-324, *(pytest.param(x, marks=pytest.mark.slow) for x in (1e149, 1e-149))]
 )
-@pytest.mark.parametrize(
-    ("table", "column"),
-    [pytest.param(*pair, marks=() if pair[1] in QUICK else pytest.mark.slow) for pair in REALS],
-)
+@pytest.mark.parametrize(("table", "column"), REALS)
 def test_a_number_of_any_size_is_shown_or_named(
     change: Change, results: Path, tmp_path: Path, table: str, column: str, value: float
 ) -> None:
@@ -210,10 +189,13 @@ def test_what_is_no_database_is_named(
         os.mkfifo(path)
     elif kind == "loop":
         path.symlink_to(path)
+    monkeypatch.chdir(tmp_path)
     for arguments in (["export", path], ["compare", path, path], ["report", path]):
-        monkeypatch.chdir(tmp_path)
-        assert gnomon(monkeypatch, *arguments) == 2
-        _one_line(capfd, str(path))
+        assert gnomon(*map(str, arguments)) == 2
+        _one_line(capfd, str(path), "an empty file" if kind == "empty" else "")
+    if kind in ("text", "header"):
+        with pytest.raises(ValueError, match=str(path)):
+            store.Store(path)
 
 
 def test_a_journal_that_names_another_file_deletes_nothing(results: Path) -> None:
@@ -263,37 +245,29 @@ SHOWN = f"{ESCAPE}<script>alert(1)</script>=1+1|`[x](http://e.vil)*\u202e\n# x"
 
 @pytest.mark.parametrize("figures", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_names_are_shown_as_the_text_that_they_are(
-    figures: bool, change: Change, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    figures: bool, change: Change, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """In the terminal, the page, the summary and a spreadsheet: nothing in a name is a command, a tag or a formula."""
-    columns = [
-        name for name in ("title", "section", "stresses", "case", "integrator_id", "library", "sampling", "machine")
-    ]
+    columns = ("title", "section", "stresses", "case", "integrator_id", "library", "sampling", "machine")
     changes = [(f'UPDATE trials SET "{name}" = ? || "{name}"', (SHOWN,)) for name in columns]
-    changes += [("UPDATE measurements SET reason = ?, output = ?", (SHOWN, SHOWN))]
-    changes += [
-        ("UPDATE runs SET suite = ?, command = ?", (SHOWN, SHOWN)),
-        ("UPDATE environment SET value = ?", (SHOWN,)),
-    ]
+    other = {"measurements": ("reason", "output"), "runs": ("suite", "command"), "environment": ("value",)}
+    changes += [(f"UPDATE {table} SET {name} = ?", (SHOWN,)) for table, names in other.items() for name in names]
     path = change(*changes, seal=tuple(schema.TABLES))
     to = tmp_path / "report"
     page = write_report(path, to, figures=figures)
-    for text in (
-        page.read_text(encoding="utf-8").partition("<body")[2],
-        (to / "summary.md").read_text(encoding="utf-8"),
-    ):
+    summary = (to / "summary.md").read_text(encoding="utf-8")
+    for text in (page.read_text(encoding="utf-8").partition("<body")[2], summary):
         assert "<script>alert" not in text
         assert not re.search(r"[\x00-\x08\x0b-\x1f\u202e]", text)
-    summary = (to / "summary.md").read_text(encoding="utf-8")
     assert not re.search(r"(?<!\\)\](?=\()|^# x", summary, re.MULTILINE)
     tables = [len(re.findall(r"(?<!\\)\|", line)) for line in summary.splitlines() if line.startswith("|")]
     assert set(tables) == {6}
     inside = {found for found in tmp_path.rglob("*") if found.is_file() and path.name not in found.name}
     assert all(to in found.parents for found in inside)
-    assert gnomon(monkeypatch, "compare", path, path) == 0
+    assert gnomon("compare", str(path), str(path)) == 0
     assert "\x1b" not in "".join(capfd.readouterr())
     table = tmp_path / "table.csv"
-    assert gnomon(monkeypatch, "export", path, "--to", table) == 0
+    assert gnomon("export", str(path), "--to", str(table)) == 0
     assert "\x1b" not in table.read_text()
 
 
@@ -321,12 +295,8 @@ print(len(frame), len(store.states(sys.argv[1])), len(store.runs(sys.argv[1])))
 
 
 def _namespaces() -> bool:
-    tried = (
-        subprocess.run(["unshare", "-rm", "true"], capture_output=True, check=False)
-        if shutil.which("unshare")
-        else None
-    )
-    return tried is not None and tried.returncode == 0
+    command = ["sh", "-c", "unshare -rm true"]
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
 @pytest.mark.skipif(not _namespaces(), reason="needs util-linux's `unshare`, and leave to make a namespace of mounts")

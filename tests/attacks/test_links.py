@@ -1,8 +1,5 @@
 """A results file with several names: a run through a symbolic or a hard link is a run into the same file."""
 
-from __future__ import annotations
-
-import hashlib
 import os
 import sqlite3
 import subprocess
@@ -60,7 +57,7 @@ def without_the_log(file: Path) -> str:
     return subprocess.run(command, capture_output=True, text=True, check=False).stderr
 
 
-def opened(path: Path) -> None:
+def open_store(path: Path) -> None:
     store.Store(path).close()
 
 
@@ -70,15 +67,15 @@ def test_two_names_of_a_file_are_one_lock(kind: str, elsewhere: bool, tmp_path: 
     """Both runs did all trials, and with hard links each wrote a log of its own into one file."""
     file, folder = tmp_path / "results.sqlite", tmp_path / ("other" if elsewhere else ".")
     folder.mkdir(exist_ok=True)
-    opened(file)
+    open_store(file)
     link = folder / "link.sqlite"
     linked(file, link, kind)
     for first, second in ((file, link), (link, file)):
         with store.Store(first):
-            assert "in use by another run" in in_child(lambda second=second: opened(second)), "another process"
+            assert "in use by another run" in in_child(lambda second=second: open_store(second)), "another process"
             with pytest.raises(ValueError, match="in use by another run"):
                 store.Store(second)  # the same process
-        assert in_child(lambda second=second: opened(second)) == "", "the lock ends with the first run"
+        assert in_child(lambda second=second: open_store(second)) == "", "the lock ends with the first run"
     assert sorted(path.name for path in tmp_path.rglob("*.sqlite*")) == ["link.sqlite", "results.sqlite"]
 
 
@@ -86,13 +83,13 @@ def test_a_link_to_a_file_that_is_not_there_yet_is_the_same_lock(tmp_path: Path)
     link = tmp_path / "link.sqlite"
     link.symlink_to(tmp_path / "results.sqlite")
     with store.Store(link):
-        assert "in use by another run" in in_child(lambda: opened(tmp_path / "results.sqlite"))
+        assert "in use by another run" in in_child(lambda: open_store(tmp_path / "results.sqlite"))
     assert link.is_symlink()
 
 
 def test_a_new_file_can_be_read_by_whoever_could_read_one_of_sqlite(tmp_path: Path) -> None:
     """The lock makes the file: its mode is the one that SQLite gives."""
-    opened(tmp_path / "results.sqlite")
+    open_store(tmp_path / "results.sqlite")
     with closing(sqlite3.connect(tmp_path / "other.sqlite")) as db:
         db.execute("CREATE TABLE a (b)")
     modes = {path.stat().st_mode for path in (tmp_path / "results.sqlite", tmp_path / "other.sqlite")}
@@ -104,7 +101,7 @@ def test_a_run_that_was_refused_leaves_the_locks_of_sqlite_to_the_first(kind: st
     """POSIX ends all locks of a process on a file when it closes any descriptor of the file: another program could then
     take the log of a run away, with what it recorded last."""
     file, link = tmp_path / "results.sqlite", tmp_path / "link.sqlite"
-    opened(file)
+    open_store(file)
     linked(file, link, kind)
 
     with store.Store(file):
@@ -131,7 +128,7 @@ def test_a_first_write_that_was_cut_off_is_rolled_back_through_a_symbolic_link(t
     in_child(cut_off)
     assert file.stat().st_size
     assert file.with_name("results.sqlite-journal").stat().st_size
-    opened(link)
+    open_store(link)
     with store.Store(file) as results:
         assert results.history() == {}
 
@@ -148,4 +145,3 @@ def test_the_page_of_a_run_leaves_the_locks_of_sqlite_to_the_run(tmp_path: Path)
         assert "locked" in without_the_log(file)
         results.begin_run("quick", "gnomon run", {})
         assert up_to_date.key_of(link, ()) != first, "what was recorded since is in the log beside the file"
-    assert up_to_date._digest(file) == hashlib.sha256(file.read_bytes()).hexdigest()

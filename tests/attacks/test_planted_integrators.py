@@ -1,7 +1,5 @@
 """Harmful integrators: the run ends, results of others keep every bit, the status says what happened, nothing is left."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal
@@ -28,7 +26,7 @@ sys.path[:0] = {folders!r}
 import planted, planted_attacks
 from dataclasses import replace
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 if __name__ == "__main__":
     suite = replace(plan.suite("quick"), block_seconds=0.0, repeats=2).within(2.0)
     attacks = [one for one in planted_attacks.ATTACKS if one.name in {names!r}]

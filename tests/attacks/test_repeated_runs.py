@@ -1,7 +1,5 @@
 """`run --repeat` measures again what it names, whole or not at all; the key of a trial holds what its code runs on."""
 
-from __future__ import annotations
-
 import itertools
 import platform
 from collections.abc import Callable
@@ -13,15 +11,14 @@ import planted
 import pytest
 from answering import answering
 from command_line import gnomon
-from gnomon.harness.contract import environment
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import environment, lookup
 from gnomon.harness.results import store
 from gnomon.harness.results.outstanding import outstanding
 from gnomon.harness.running import plan
 from gnomon.harness.running.plan import Repeat
-from gnomon.harness.running.run import run as run_
+from gnomon.harness.running.planned_run import run as run_
 
 COMMAND = ("run", "--case", "planted:Short", "--suite", "quick", "--limit", "1")
 BOTH = ("--integrator", "planted:Sound", "--integrator", "planted:NearDuplicate")
@@ -149,7 +146,9 @@ def test_repeat_without_names_is_for_what_a_cause_outside_ended(
     suites = list[plan.Suite]()
 
     answering(monkeypatch)
-    monkeypatch.setattr("gnomon.harness.running.run.run", lambda out, suite, *_, **__: suites.append(suite) or out)
+    monkeypatch.setattr(
+        "gnomon.harness.running.planned_run.run", lambda out, suite, *_, **__: suites.append(suite) or out
+    )
     monkeypatch.setattr("gnomon.harness.commands.run._summarize", lambda *_: None)
     for more in ((), BOTH, ("--library", "scipy")):
         run(tmp_path, *more, "--repeat")

@@ -1,7 +1,5 @@
 """Code that ends the process when it is imported, and surroundings that a run cannot use: one line that names them."""
 
-from __future__ import annotations
-
 import os
 import random
 import socket
@@ -128,14 +126,15 @@ ANSWERS = {
 }
 
 
-@pytest.mark.parametrize("answer", ANSWERS)
+@pytest.mark.parametrize("answer", [*ANSWERS, "nobody"])
 def test_a_port_that_is_no_scheduler_is_one_line(answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from gnomon.harness.cluster import connection
 
     monkeypatch.setattr(connection, "CONNECT_SECONDS", 0.5)
-    babbler = Babbler(ANSWERS[answer])
+    babbler = Babbler(ANSWERS.get(answer, b""))
+    address = babbler.address if answer in ANSWERS else "tcp://127.0.0.1:9"
     named = ("--case", "pendulum_simple", "--integrator", "gnomon:RK4", "--out", str(tmp_path / "a.sqlite"))
-    code, lines = ended(tmp_path, "run", *named, "--dask", babbler.address)
+    code, lines = ended(tmp_path, "run", *named, "--dask", address)
     babbler.socket.close()
     assert (code, len(lines)) == (2, 1), lines[-20:]
-    assert lines[0].startswith(f"error: --dask {babbler.address}: no scheduler answers there")
+    assert lines[0].startswith(f"error: --dask {address}: no scheduler answers there")

@@ -1,7 +1,5 @@
 """What was planned and not measured is never lost without a word: in merged files, in comparisons, at the end of a run."""
 
-from __future__ import annotations
-
 import itertools
 import sqlite3
 from collections.abc import Callable
@@ -239,9 +237,7 @@ def test_the_page_says_what_is_missing(shards: list[Path], tmp_path: Path, capfd
     assert gnomon("report", str(target), "--to", str(tmp_path / "page"), "--case", "planted:Short") == 0
     assert "shard 3/3 is missing" in capfd.readouterr().err
     for name in ("index.html", "summary.md"):
-        text = (tmp_path / "page" / name).read_text()
-        assert "This run is not complete" in text
-        assert "shard 3/3 is missing" in text
+        assert "shard 3/3 is missing" in (tmp_path / "page" / name).read_text()
 
 
 def test_a_launch_that_was_interrupted_is_outstanding_once_the_first_one_is_scored(tmp_path: Path) -> None:

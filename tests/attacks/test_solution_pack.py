@@ -1,7 +1,5 @@
 """The reference solutions that come with gnomon: what is damaged, or is another entry's, is computed and never believed."""
 
-from __future__ import annotations
-
 import random
 import re
 import struct
@@ -58,15 +56,9 @@ def with_header(content: bytes, number: int, local: int, value: int) -> bytes:
 
 
 HEADERS: dict[str, tuple[int, int]] = {
-    "encrypted": (6, 1),
-    "patched": (6, 1 << 5),
-    "strongly encrypted": (6, 1 << 6),
-    "method 99": (8, 99),
-    "lzma": (8, 14),
-    "bzip2": (8, 12),
-    "stored": (8, 0),
-    "version 14.8": (4, 148),
-}
+    "encrypted": (6, 1), "patched": (6, 1 << 5), "strongly encrypted": (6, 1 << 6), "method 99": (8, 99),
+    "lzma": (8, 14), "bzip2": (8, 12), "stored": (8, 0), "version 14.8": (4, 148),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("change", HEADERS)

@@ -1,7 +1,5 @@
 """Standard streams that are closed, flooded, or held open by what an integrator leaves behind."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import signal
@@ -203,12 +201,12 @@ os.execv(sys.executable, [sys.executable, *sys.argv[2:]])
 """A program that leaves two processes in sessions of their own, and then is an integrator."""
 DESCRIBES = """
 import os, signal, sys
-from gnomon.harness.verification import command_door
-from gnomon.harness.verification.conversation import Conversation
+from gnomon.harness.verification import program_adapter
+from gnomon.harness.verification.program_process import ProgramProcess
 
 if sys.argv[1] == "killed":  # while the program runs
-    Conversation.close = lambda _self: os.kill(os.getpid(), signal.SIGKILL)
-command_door.from_command(sys.argv[2:])
+    ProgramProcess.close = lambda _self: os.kill(os.getpid(), signal.SIGKILL)
+program_adapter.from_command(sys.argv[2:])
 """
 
 

@@ -1,7 +1,5 @@
 """Texts of others on a terminal and in the log of a workflow: shown, without steering either, in whatever encoding."""
 
-from __future__ import annotations
-
 import io
 import json
 import sys
@@ -13,10 +11,10 @@ import pytest
 from command_line import gnomon
 from gnomon.harness.commands.options import Output
 from gnomon.harness.commands.stability import panel_table
-from gnomon.harness.contract import environment
+from gnomon.harness.registry import environment
 from gnomon.harness.results.visible import visible
-from gnomon.harness.stability import run
-from gnomon.harness.stability.run import Row
+from gnomon.harness.stability import panel_run
+from gnomon.harness.stability.panel_run import Row
 from gnomon.harness.verification import checks
 from gnomon.harness.verification.claims import failed, not_applicable
 from hypothesis import given
@@ -195,7 +193,7 @@ CHANGED: dict[str, Any] = {
 
 def with_rows(file: Path, *rows: Any) -> bytes:
     """A file of `gnomon stability` with these rows."""
-    whole = json.loads(run.as_json([], "normal"))
+    whole = json.loads(panel_run.as_json([], "normal"))
     file.write_text(json.dumps(whole | {"environment": environment.describe(), "rows": rows}))
     return file.read_bytes()
 
@@ -208,7 +206,7 @@ def resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         assert all((row.integrator, row.panel) == ("gnomon:RK4", "linear") for row in former)
         return list(former)
 
-    monkeypatch.setattr(run, "measured", measures)
+    monkeypatch.setattr(panel_run, "measured", measures)
     return tmp_path / "stability.json"
 
 

@@ -1,7 +1,5 @@
 """What runs is the object that was given: not the default of its class, nor another one of the same id."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import os
@@ -21,7 +19,7 @@ from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, references
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import compare
+from gnomon.harness.running.planned_run import compare
 from gnomon.reference.storage import import_closure
 from waiting import LIMIT_SECONDS
 
@@ -242,7 +240,7 @@ def local(thetas: Any) -> Any:
 
 
 def unnamed(_thetas: Any) -> Any:
-    from gnomon.harness.verification.doors import from_step
+    from gnomon.harness.verification.function_adapter import from_step
 
     return from_step(lambda f, t, y, h: y + h * f(t, y), name="unnamed", order=1)
 

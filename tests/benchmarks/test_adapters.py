@@ -1,7 +1,5 @@
 """Time of each SciPy, REBOUND and heyoka adapter on one problem: the cost of a library with its callbacks."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What sharing a run between machines costs: recording and merging a measurement, a task, two Dask workers."""
 
-from __future__ import annotations
-
 import time
 from contextlib import nullcontext
 from dataclasses import replace
@@ -15,7 +13,7 @@ import pytest
 from gnomon.harness.results.merging import merge
 from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run as run_here
+from gnomon.harness.running.planned_run import run as run_here
 
 TRIAL = {
     "case": "c", "variant": "default", "formulation": "standard", "library": "l", "integrator": "i", "policy": "",
@@ -91,7 +89,7 @@ def test_two_dask_workers_against_two_processes(
     of the shortest times."""
     pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
     from gnomon.harness.cluster.connection import connected
-    from gnomon.harness.cluster.run import run as run_on_cluster
+    from gnomon.harness.cluster.dask_run import run as run_on_cluster
 
     suite = replace(plan.suite("quick").within(5.0), launches=2)
     chosen = [(case, f" {k}") for k in range(12) for case, _ in plan.choose(["planted:Short"], False)]
@@ -104,7 +102,7 @@ def test_two_dask_workers_against_two_processes(
         run_on_cluster(tmp_path / f"{next(places)}", suite, chosen, [planted.Sound()], "local")
 
     with connected("local", 2) as cluster:
-        monkeypatch.setattr("gnomon.harness.cluster.run.connected", lambda *_: nullcontext(cluster))
+        monkeypatch.setattr("gnomon.harness.cluster.dask_run.connected", lambda *_: nullcontext(cluster))
         times: dict[Any, list[float]] = {alone: [], shared: []}
         for _ in range(3):
             for each in (alone, shared):

@@ -5,16 +5,14 @@ a Kepler orbit 131 (182), of which the exact state is 1.8, the draw 0.2 and the 
 1e7 pendulums are 100 s on two cores, 1e6 Kepler orbits 66 s.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 import pytest
 from gnomon.cases import get
 from gnomon.harness.ensembles.draws import varied
+from gnomon.harness.ensembles.ensemble_run import Job, execute
 from gnomon.harness.ensembles.exact_formulas import exact_states
-from gnomon.harness.ensembles.run import Job, execute
 from gnomon.harness.ensembles.samples import Ensemble
 
 pytestmark = pytest.mark.benchmark

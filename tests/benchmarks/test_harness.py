@@ -1,7 +1,5 @@
 """The time that the harness adds to a trial: scoring, storing, and messages to and from a worker process."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Each in-house integrator on the simple pendulum (about 10 swings; Euler's top for the rotation-group methods)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The report and the comparison of 20,000 measurements: their time, their memory, and the work for each measurement."""
 
-from __future__ import annotations
-
 import cProfile
 import pstats
 import subprocess
@@ -52,7 +50,7 @@ def test_comparing_two_files(benchmark: Any, large: Path) -> None:
 @pytest.mark.parametrize("command", ["report", "compare"])
 def test_a_command_takes_little_memory(command: str, large: Path, tmp_path: Path) -> None:
     """The whole process, imports included. The script that draws charts is made once for each version of a library."""
-    report_pack.packed_vega()
+    report_pack.pack_vega()
     arguments = ["--to", str(tmp_path)] if command == "report" else [str(large)]
     words = [sys.executable, "-c", PROGRAM, command, str(large), *arguments]
     printed = subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout

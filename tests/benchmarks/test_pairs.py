@@ -4,8 +4,6 @@
 `--benchmark-disable` each runs once on a short sweep, which tests that it works.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Time of a step of PyBullet on a hinge and on a free body: times in the report are compared with these."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

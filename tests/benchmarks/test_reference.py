@@ -1,7 +1,5 @@
 """Time of exact states, computed one by one and from a table."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 
+import catalogue
 import pytest
 from gnomon.cases import case_class, check_class, check_names, names
 
@@ -22,6 +23,12 @@ def test_every_row_is_there():
         if name not in registered
     ]
     assert not absent, "missing from the catalogue: " + "; ".join(absent)
+
+
+def test_the_page_of_cases_lists_every_case_with_its_files() -> None:
+    """The charts may change: `make publish` adds them."""
+    known, written = (re.sub(r"`reports/.*?`", "", text) for text in (catalogue.page(), catalogue.PAGE.read_text()))
+    assert written == known, "write docs/cases.md again: make catalogue"
 
 
 def test_rows_are_numbered_without_gaps():

@@ -9,7 +9,7 @@ import pytest
 from breadth import cheap_and_tenth
 from gnomon.cases import Case, case_class, names
 from gnomon.cases.core.scene import Readings, Scene
-from gnomon.cases.rigid_bodies.euler_top_scene import matrix, quaternion
+from gnomon.cases.scenes.attitude import matrix, quaternion
 
 EPS = np.finfo(float).eps
 WITHOUT = {("lagrange_top_attitude", "homoclinic")}

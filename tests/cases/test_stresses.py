@@ -15,7 +15,7 @@ from gnomon.cases.core.forms import FirstOrder
 
 def smallest_tilt(case: Any) -> float:
     """The smallest tilt from the vertical, up or down, from the heights between which the axis nutates."""
-    low, high = case._exact.heights(30)
+    low, high = case.exact_motion.heights(30)
     return math.sqrt(2 * float(min(1 + low, 1 - high)))
 
 

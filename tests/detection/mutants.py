@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.harness.contract.integrator import Integrator, Steps, Tolerance
-from special_doors import from_engine_class, from_events, from_rotation
+from special_adapters import from_engine_class, from_events, from_rotation
 
 from gnomon.verify import from_solve, from_step
 

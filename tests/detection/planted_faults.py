@@ -11,7 +11,7 @@ from pathlib import Path
 from gnomon.cases.core.forms import Charged, Constrained, NBody, RigidBody, SemiLinear
 from gnomon.harness.contract.integrator import Integrator, Steps
 from mutants import METHODS, SYMPLECTIC, TEXT, Method, Mutant, made, replaced
-from special_doors import from_compensated, from_ensemble, from_form
+from special_adapters import from_compensated, from_ensemble, from_form
 
 from gnomon.verify import from_solve, from_step
 

@@ -1,7 +1,5 @@
 """An invented run for tests of stores, analyses and reports."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

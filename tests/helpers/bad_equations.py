@@ -1,6 +1,4 @@
-"""Equations that fail: during the motion, at once, by branching; and the scalar problem that they are tested on."""
-
-from __future__ import annotations
+"""Equations that fail: during the motion, at once, as stiff ones; and the scalar problem that they are tested on."""
 
 from math import sqrt
 from typing import Any
@@ -27,28 +25,6 @@ def undefined(t: Any, state: Values, parameters: Values) -> Values:
     return (sqrt(-1 - x * x),)
 
 
-def branching(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return (x if x else 0,)
-
-
 def stiff(t: Any, state: Values, parameters: Values) -> Values:
     (x,) = state
     return (-100000000 * x,)
-
-
-def raising(t: Any, state: Values, parameters: Values) -> Values:
-    """Raises during the motion, at x above 2."""
-    (x,) = state
-    if x > 2:
-        raise ValueError("x is above 2")
-    return (x * x,)
-
-
-def too_many(t: Any, state: Values, parameters: Values) -> Values:
-    (x,) = state
-    return x * x, x
-
-
-def none_at_all(t: Any, state: Values, parameters: Values) -> Values:
-    return ()

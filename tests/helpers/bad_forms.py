@@ -4,8 +4,6 @@ Each form is correct except for one of its functions; `STARTS` are states from w
 have two components, as other tests have for which Radau IIA 5 is compiled.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 from typing import Any
 
@@ -43,6 +41,10 @@ def decay_twice(t: Any, state: Values, parameters: Values) -> Values:
 def swing_by_a_number(t: Any, state: Values, parameters: Values) -> Any:
     x, _v = state
     return -x
+
+
+def nothing(t: Any, state: Values, parameters: Values) -> Values:
+    return ()
 
 
 def decay_or_raise(t: Any, state: Values, parameters: Values) -> Values:
@@ -249,20 +251,15 @@ def hanging(**other: Any) -> Constrained:
 
 
 STARTS: dict[type, tuple[float, ...]] = {
-    Charged: (1, 0, 0, 2, 0, 0),
-    Constrained: (1, 0.125, -0.125, 1),
-    SemiLinear: (1,),
-    FirstOrder: (1, 0),
-    SecondOrder: (1, 0),
-    RigidBody: (1, 0.5, 0.25, 1, 0, 0, 0, 1, 0, 0, 0, 1),
-    Impact: (1, 0),
-    Friction: (1, 2),
+    Charged: (1, 0, 0, 2, 0, 0), Constrained: (1, 0.125, -0.125, 1), SemiLinear: (1,), FirstOrder: (1, 0),
+    SecondOrder: (1, 0), RigidBody: (1, 0.5, 0.25, 1, 0, 0, 0, 1, 0, 0, 0, 1), Impact: (1, 0), Friction: (1, 2),
     Hybrid: (1, 0),
-}
+}  # fmt: skip
 
 WRONG_LENGTH: dict[type, tuple[tuple[Any, str], ...]] = {
     FirstOrder: (
         (FirstOrder(fall_in_three), "fall_in_three gives 3 values where 2 are wanted"),
+        (FirstOrder(nothing), "nothing gives 0 values where 2 are wanted"),
         (FirstOrder(swing_by_a_number), "swing_by_a_number gives a float; let it give a tuple of 2"),
     ),
     SecondOrder: ((SecondOrder(decay_twice), "decay_twice gives 2 values where 1 is wanted"),),

@@ -1,7 +1,5 @@
 """Which parameters of a wide test run in `make test`. The others are marked slow: they run in `make test-all`."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterable
 from typing import Any

@@ -1,7 +1,5 @@
 """The first-order equations of every case and of every mode, and random times, states and parameters for them."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass
 from math import acos, acosh, asin, asinh, atan, atanh, cos, cosh, exp, hypot, log, sin, sinh, sqrt, tan, tanh

@@ -1,7 +1,5 @@
 """An integrator of gnomon with a planted fault: another tolerance than the one given, or other states than those found."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """The command line as a function, for tests."""
 
-from __future__ import annotations
-
 import sys
 
 from gnomon.harness.commands import cli

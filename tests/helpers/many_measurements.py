@@ -1,7 +1,5 @@
 """A results file of many measurements: invented ones, copied under further names of cases and integrators."""
 
-from __future__ import annotations
-
 import sqlite3
 from contextlib import closing
 from pathlib import Path

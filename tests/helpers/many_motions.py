@@ -1,7 +1,5 @@
 """Compares formulas for many motions with the exact motion of each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any

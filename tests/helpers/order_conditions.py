@@ -3,8 +3,6 @@
 Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.2 and II.14; a tree is the tuple of its branches.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from itertools import combinations_with_replacement

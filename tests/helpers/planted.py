@@ -1,8 +1,7 @@
 """Integrators with planted faults, and a correct one (`Sound`): each is run by worker processes."""
 
-from __future__ import annotations
-
 import os
+import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +13,8 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
 from gnomon.harness.kernels.generated_modules import announced
-from gnomon.harness.running import timed_call, worker
+from gnomon.harness.running import worker
+from gnomon.harness.scoring import prepared
 
 END_SECONDS = 300.0
 """Longer than any limit under which a planted integrator runs: one that hangs and is not killed ends by itself."""
@@ -73,7 +73,7 @@ class HalfAMillisecond(Sound):
     passed: ClassVar = 0
 
     def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        worker.perf_counter_ns = timed_call.perf_counter_ns = lambda: HalfAMillisecond.passed  # type: ignore[attr-defined]
+        worker.perf_counter_ns = prepared.perf_counter_ns = lambda: HalfAMillisecond.passed  # type: ignore[attr-defined]
         worker._verify_clocks = lambda: None  # it would notice the replaced clock
         sound = runge_kutta(problem, setting)
 
@@ -181,57 +181,36 @@ class CompilesAndHangs(Hangs):
         return solve
 
 
-class HangsInPrepare(Sound):
-    name = "hangs in prepare"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        hang()
+def throw(error: BaseException) -> NoReturn:
+    raise error
 
 
-class Aborts(Sound):
-    name = "aborts"
+def fault(title: str, answer: Callable[[Any, Any], Any], early: bool = False, module: str = __name__) -> type[Sound]:
+    """The class `title` of `module`: a correct integrator that returns `answer(solution, starts)`, or calls it `early`, in
+    `prepare`. Its name is the title in words."""
 
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        return lambda initial_states: os.abort()
+    def prepare(self: Sound, problem: Problem, setting: float) -> Callable[[Any], Solution]:
+        if early:
+            answer(None, None)
+        sound = runge_kutta(problem, setting)
+        return lambda starts: answer(sound(starts), starts)
 
-
-class Exits(Sound):
-    name = "exits"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        return lambda initial_states: os._exit(0)
-
-
-class NotANumber(Sound):
-    name = "nan"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        return lambda initial_states: Solution(np.full((1, 64, problem.dimension), np.nan), steps=1)
+    words = re.sub("([A-Z])", r" \1", title).strip().lower()
+    held = {"__module__": module, "__qualname__": title, "name": words, "prepare": prepare}
+    return type(title, (Sound,), held)
 
 
-class TooFew(Sound):
-    name = "too few states"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        return lambda initial_states: Solution(np.zeros((1, 63, problem.dimension)), steps=1)
-
-
-class NoSolution(Sound):
-    name = "no solution"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        return lambda initial_states: None  # type: ignore[arg-type,return-value]
-
-
-class Raises(Sound):
-    name = "raises"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        def solve(initial_states: Any) -> Solution:
-            print("what it printed last")
-            raise ArithmeticError("planted")
-
-        return solve
+HangsInPrepare = fault("HangsInPrepare", lambda *_: hang(), early=True)
+HangsAlways = fault("HangsAlways", lambda *_: hang())
+Aborts = fault("Aborts", lambda *_: os.abort())
+Exits = fault("Exits", lambda *_: os._exit(0))
+NotANumber = fault("NotANumber", lambda found, _: Solution(found.states * np.nan, steps=1))
+TooFew = fault("TooFew", lambda found, _: Solution(found.states[:, 1:], steps=1))
+NoSolution = fault("NoSolution", lambda *_: None)
+Raises = fault("Raises", lambda *_: (print("what it printed last"), throw(ArithmeticError("planted"))))
+Declines = fault("Declines", lambda *_: throw(Refused("the step is too beautiful")), early=True)
+DoesNothing = fault("DoesNothing", lambda _, starts: Solution(np.repeat(starts[:, np.newaxis], 64, axis=1), steps=0))
+TakesMemory = fault("TakesMemory", lambda *_: Solution(np.ones(2**36).reshape(1, 64, -1)))
 
 
 class RaisesAtLargeSteps(Sound):
@@ -243,39 +222,6 @@ class RaisesAtLargeSteps(Sound):
         if setting == problem.interval:
             raise OverflowError("planted")
         return super().prepare(problem, setting)
-
-
-class HangsAlways(Sound):
-    name = "hangs always"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        def solve(initial_states: Any) -> Solution:
-            hang()
-
-        return solve
-
-
-class Declines(Sound):
-    name = "declines"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        raise Refused("the step is too beautiful")
-
-
-class DoesNothing(Sound):
-    """Returns the initial state without a step."""
-
-    name = "does nothing"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        return lambda initial_states: Solution(np.repeat(initial_states[:, np.newaxis], 64, axis=1), steps=0)
-
-
-class TakesMemory(Sound):
-    name = "takes 512 GB"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        return lambda initial_states: Solution(np.ones(2**36).reshape(1, 64, -1))
 
 
 class MissingLibrary(Sound):

@@ -1,7 +1,5 @@
 """Integrators of pendulums whose error from every start is known, for tests of ensembles."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

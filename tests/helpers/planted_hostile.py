@@ -1,19 +1,18 @@
 """Integrators that return invalid solutions or attack other processes; each is run by worker processes."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import signal
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import planted
 from gnomon.harness.contract.integrator import Problem, Solution
-from planted import Sound, hang, runge_kutta
+from planted import Sound, hang, runge_kutta, throw
 
 FOLDER = Path(
     os.environ.setdefault("GNOMON_HOSTILE", os.path.join(tempfile.gettempdir(), f"gnomon-hostile-{os.getpid()}"))
@@ -23,82 +22,9 @@ SLEEP_SECONDS = f"100{FOLDER.name.rpartition('-')[2]}"
 """The time that processes sleep which an integrator leaves: more than a day, and found by this number."""
 
 
-class Answers(Sound):
-    """Integrates correctly and returns `answer` of the solution."""
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        sound = runge_kutta(problem, setting)
-        return lambda initial_states: self.answer(sound(initial_states))
-
-    def answer(self, solution: Solution) -> Any:
-        raise NotImplementedError
-
-
-class ManySteps(Answers):
-    name = "1e30 steps"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states, 10**30)
-
-
-class FewSteps(Answers):
-    name = "-5 steps"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states, -5)
-
-
-class NoCount(Answers):
-    name = "nan steps"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states, np.nan)  # type: ignore[arg-type]
-
-
-class Complex(Answers):
-    name = "complex"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states + 1e-3j, solution.steps)
-
-
-class ComplexInName(Answers):
-    """Complex states whose imaginary parts are zero: their real parts are the solution."""
-
-    name = "complex in name"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states + 0j, solution.steps)
-
-
-class Texts(Answers):
-    name = "texts"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states.astype(str), solution.steps)
-
-
-class OddEvents(Answers):
-    name = "odd events"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states, solution.steps, events=((np.nan, "bounce"),))
-
-
-class OddReason(Answers):
-    name = "odd reason"
-
-    def answer(self, solution: Solution) -> Any:
-        return Solution(solution.states, solution.steps, stopped=17)  # type: ignore[arg-type]
-
-
-class HalfACharacter(Sound):
-    """Raises an exception whose text cannot be encoded as UTF-8."""
-
-    name = "half a character"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        raise ArithmeticError("\ud800 planted")
+fault = partial(planted.fault, module=__name__)
+HalfACharacter = fault("HalfACharacter", lambda *_: throw(ArithmeticError("\ud800 planted")), early=True)
+"""Raises an exception whose text cannot be encoded as UTF-8."""
 
 
 class OddOptions(Sound):
@@ -114,82 +40,34 @@ class OddOptions(Sound):
         return solve
 
 
-class Forks(Answers):
-    """A forked process returns from `solve` too, with wrong states."""
-
-    name = "forks"
-
-    def answer(self, solution: Solution) -> Any:
-        if os.fork() == 0:
-            return Solution(solution.states + 0.01, solution.steps)
-        return solution
+def leave_child() -> None:
+    command = ["sleep", SLEEP_SECONDS]
+    subprocess.Popen(command, start_new_session=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
 
-class LeavesChildren(Answers):
-    """Each call leaves a child process, in a session of its own."""
-
-    name = "leaves children"
-
-    def answer(self, solution: Solution) -> Any:
-        command = ["sleep", SLEEP_SECONDS]
-        subprocess.Popen(command, start_new_session=True, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
-        return solution
-
-
-class LeavesChildrenAndAborts(LeavesChildren):
-    name = "leaves children and aborts"
-
-    def answer(self, solution: Solution) -> Any:
-        super().answer(solution)
-        os.abort()
-
-
-class LeavesChildrenAndHangs(LeavesChildren):
-    name = "leaves children and hangs"
-
-    def answer(self, solution: Solution) -> Any:
-        super().answer(solution)
+def kill_server(solution: Solution, _: Any) -> Solution:
+    """Kill the process above the one above it, once."""
+    done = FOLDER / "killed"
+    if not done.exists():
+        done.touch()
+        status = Path(f"/proc/{os.getppid()}/stat").read_text()
+        os.kill(int(status.rpartition(")")[2].split()[1]), signal.SIGKILL)
         hang()
+    return solution
 
 
-class KillsParent(Answers):
-    name = "kills its parent"
-
-    def answer(self, solution: Solution) -> Any:
-        os.kill(os.getppid(), signal.SIGKILL)
-        hang()  # its own end follows; a solution sent before would count
-
-
-class KillsServer(Answers):
-    """Kills the process above the one above it, once."""
-
-    name = "kills the server"
-
-    def answer(self, solution: Solution) -> Any:
-        done = FOLDER / "killed"
-        if not done.exists():
-            done.touch()
-            status = Path(f"/proc/{os.getppid()}/stat").read_text()
-            os.kill(int(status.rpartition(")")[2].split()[1]), signal.SIGKILL)
-            hang()
-        return solution
-
-
-class EndedFromOutside(Answers):
-    """Ended by SIGKILL, as by a user or by a machine without memory."""
-
-    name = "ended from outside"
-
-    def answer(self, solution: Solution) -> Any:
-        os.kill(os.getpid(), signal.SIGKILL)
-        return solution
-
-
-class DiskFull(Sound):
-    name = "disk full"
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        raise OSError(28, "No space left on device", "/somewhere/cache")
+Forks = fault("Forks", lambda found, _: Solution(found.states + 0.01, found.steps) if os.fork() == 0 else found)
+"""A forked process returns from `solve` too, with wrong states."""
+LeavesChildren = fault("LeavesChildren", lambda found, _: (leave_child(), found)[1])
+"""Each call leaves a child process, in a session of its own."""
+LeavesChildrenAndAborts = fault("LeavesChildrenAndAborts", lambda *_: (leave_child(), os.abort()))
+LeavesChildrenAndHangs = fault("LeavesChildrenAndHangs", lambda *_: (leave_child(), hang()))
+KillsParent = fault("KillsParent", lambda *_: (os.kill(os.getppid(), signal.SIGKILL), hang()))
+"""Its own end follows; a solution sent before would count."""
+KillsServer = fault("KillsServer", kill_server)
+EndedFromOutside = fault("EndedFromOutside", lambda *_: os.kill(os.getpid(), signal.SIGKILL))
+"""As by a user or by a machine without memory."""
+DiskFull = fault("DiskFull", lambda *_: throw(OSError(28, "No space left", "/somewhere/cache")), early=True)
 
 
 class Runs:
@@ -199,20 +77,19 @@ class Runs:
         return (os.mkdir, (str(FOLDER / "unpickled"),))
 
 
-class Pickles(Answers):
-    """Writes a pickle to every pipe and socket of its process, as a message of multiprocessing."""
+def write_pickles(solution: Solution, _: Any) -> Solution:
+    """To every pipe and socket of its process, as a message of multiprocessing."""
+    content = pickle.dumps(("done", Runs()))
+    message = len(content).to_bytes(4, "big") + content
+    for descriptor in range(3, 64):
+        try:
+            os.write(descriptor, message)
+        except OSError:
+            continue
+    return solution
 
-    name = "pickles"
 
-    def answer(self, solution: Solution) -> Any:
-        content = pickle.dumps(("done", Runs()))
-        message = len(content).to_bytes(4, "big") + content
-        for descriptor in range(3, 64):
-            try:
-                os.write(descriptor, message)
-            except OSError:
-                continue
-        return solution
+Pickles = fault("Pickles", write_pickles)
 
 
 class RaisesUnsupported(Sound):

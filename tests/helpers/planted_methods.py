@@ -1,14 +1,12 @@
 """Three methods made of plain functions, each right or with one planted fault by name: RK4, Störmer-Verlet, a pair."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Integrator, Refused, Steps, Tolerance
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 
 SCRATCH: dict[str, Any] = {}
 """State that faulty methods keep between calls."""

@@ -1,8 +1,6 @@
 """Right methods that are written in other ways than most: adaptive ones of several kinds, Jacobians of differences,
 iterations that do not converge at long steps, and methods that sleep."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,7 +9,7 @@ from typing import Any
 import numpy as np
 import right_methods
 from gnomon.harness.contract.integrator import Integrator, Steps, Tolerance
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 from scipy.integrate import solve_ivp
 
 

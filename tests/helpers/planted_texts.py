@@ -1,7 +1,5 @@
 """Integrators whose messages would steer a terminal, and the log of GitHub Actions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A results file with invented rows of every kind, for tests of code that only reads the store."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -36,12 +34,8 @@ def write(path: Path) -> Path:
     """Write the file and return its path."""
     with Store(path) as store:
         environment: dict[str, Any] = {
-            "cpu": "Invented CPU",
-            "cores": 2,
-            "python": "3.11.0",
-            "git": "0000000",
-            "numpy": "2.0.0",
-        }
+            "cpu": "Invented CPU", "cores": 2, "python": "3.11.0", "git": "0000000", "numpy": "2.0.0",
+        }  # fmt: skip
         if REVISION is not None:
             environment["revision"] = REVISION
         run = store.begin_run("full", "gnomon run", environment)

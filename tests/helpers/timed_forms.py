@@ -1,7 +1,5 @@
 """A form of each type whose motion depends on the time since `start`, which is its only parameter."""
 
-from __future__ import annotations
-
 from math import cos
 from typing import Any
 

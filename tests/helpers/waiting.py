@@ -1,7 +1,5 @@
 """Waiting for a condition with a limit, so that a test that would wait forever fails and says for what."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from pathlib import Path

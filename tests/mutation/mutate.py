@@ -1,14 +1,12 @@
 """Applies a change to a copy of the sources and runs the tests that reach it, which must fail.
 
-    make mutants                                   all mutations of `mutations.py`, one at a time
+    make mutants                                   all mutations of `mutations.toml`, one at a time
     python tests/mutation/mutate.py splitting     those whose name has the word
 
-A mutation names a function, not a line, so that it stays valid after other edits. It is caught if one of its tests fails
-with it and passes without it. The script prints for each mutation the test that failed and why, and ends with exit code 1
+A mutation names a function and not a line, and is found when it is applied: it stays valid after other edits, and after a
+module has moved. It is caught if one of its tests fails with it and passes without it. The script prints for each mutation the test that failed and why, and ends with exit code 1
 if one survived without a reason that is listed, if one could not be applied or run, or if a test fails without it too.
 """
-
-from __future__ import annotations
 
 import ast
 import os
@@ -18,6 +16,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import tomllib
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -43,26 +42,53 @@ LONGEST_SECONDS = 3600
 CAUGHT, SURVIVED, IMPOSSIBLE = "caught", "SURVIVED", "IMPOSSIBLE"
 
 
+def module(name: str, root: Path) -> Path:
+    """The path in `root` of the module that has this name, in the folder that stands before it or further down."""
+    folder, _, stem = name.rpartition("/")
+    files = [*(root / folder).rglob(f"{stem}.py")]
+    if len(files) != 1:
+        raise ValueError(f"{name}: there are {len(files)} modules of that name; name a folder that has one")
+    return files[0].relative_to(root)
+
+
 @dataclass(frozen=True)
 class Mutation:
-    """In `function` of `file` (a class or "" for module level too), `before` becomes `after`; `tests` reach it."""
+    """At `place`, a module and perhaps a function or class of it, `before` becomes `after`; `tests` reach it."""
 
     name: str
-    file: str
-    function: str
+    place: str
     before: str
     after: str
     tests: tuple[str, ...]
     survives: str = ""
     """Why no test catches it, for one that is known to survive."""
 
-    def applied(self, source: str) -> str:
-        """The source with the change. Raises ValueError where the text is not in the function exactly once."""
-        begin, end = _span(source, self.function)
+    def apply(self, package: Path) -> None:
+        """Change the sources in a folder. Raises ValueError where the text is not at the place exactly once."""
+        name, _, function = self.place.partition(".")
+        path = package / module(name, ROOT)
+        source = path.read_text(encoding="utf-8")
+        begin, end = _span(source, function)
         body = source[begin:end]
         if body.count(self.before) != 1:
-            raise ValueError(f"{self.name}: {self.before!r} stands {body.count(self.before)} times in {self.function}")
-        return source[:begin] + body.replace(self.before, self.after) + source[end:]
+            raise ValueError(f"{self.name}: {self.before!r} stands {body.count(self.before)} times in {self.place}")
+        path.write_text(source[:begin] + body.replace(self.before, self.after) + source[end:], encoding="utf-8")
+
+    def ids(self) -> list[str]:
+        """The tests as pytest names them."""
+        parts = [test.partition("::") for test in self.tests]
+        return [f"tests/{module(name, ROOT / 'tests')}{colons}{test}" for name, colons, test in parts]
+
+
+def mutations() -> list[Mutation]:
+    """All of `mutations.toml`."""
+    found = tomllib.loads(Path(__file__).with_name("mutations.toml").read_text(encoding="utf-8"))
+    reasons = found["survives"]
+    return [
+        Mutation(name, place, before, after, tuple(tests), reasons.get(name, ""))
+        for group in found["mutations"].values()
+        for name, (place, before, after, *tests) in group.items()
+    ]
 
 
 def _span(source: str, function: str) -> tuple[int, int]:
@@ -90,8 +116,7 @@ def copied(mutation: Mutation | None) -> Iterator[Path]:
         for folder in FOLDERS:
             shutil.copytree(ROOT / folder, package / folder, ignore=shutil.ignore_patterns("__pycache__"))
         if mutation is not None:
-            path = package / mutation.file
-            path.write_text(mutation.applied(path.read_text(encoding="utf-8")), encoding="utf-8")
+            mutation.apply(package)
         yield Path(name)
 
 
@@ -106,10 +131,11 @@ class Outcome:
     """Processor seconds."""
 
 
-def outcome(mutation: Mutation | None, tests: Sequence[str], stop: bool = True) -> Outcome:
-    """Run the tests with the mutation in place, until the first failure if `stop`."""
+def outcome(mutation: Mutation | None, tests: Sequence[str] = (), stop: bool = True) -> Outcome:
+    """Run tests, by default those of the mutation, with the mutation in place, until the first failure if `stop`."""
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
         try:
+            tests = mutation.ids() if mutation and not tests else tests
             with copied(mutation) as folder:
                 code, seconds = _pytest(folder, [*(["-x"] if stop else []), *tests], output.fileno())
         except ValueError as error:  # the text to change is not there
@@ -161,9 +187,7 @@ def _pytest(folder: Path, arguments: list[str], output: int) -> tuple[int, float
 
 def main(words: list[str]) -> int:
     """Run the mutations whose names have all the words; returns the exit code."""
-    from mutations import MUTATIONS
-
-    chosen = [one for one in MUTATIONS if all(word in one.name for word in words)]
+    chosen = [one for one in mutations() if all(word in one.name for word in words)]
     if not chosen:
         print(f"no mutation has {' '.join(words)!r} in its name")
         return 2
@@ -175,7 +199,7 @@ def summary(chosen: Sequence[Mutation]) -> int:
     begin = monotonic()
     outcomes = []
     for one in chosen:
-        outcomes.append(found := outcome(one, one.tests))
+        outcomes.append(found := outcome(one))
         print(f"{found.word}  {one.name}  ({found.seconds:.0f} s)", flush=True)
         known = one.survives if found.word == SURVIVED else ""
         for line in filter(None, (*found.failed[:1], found.reason, known)):

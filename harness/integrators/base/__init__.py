@@ -1,1 +1,1 @@
-"""Shared by several families of integrators: loops of steps, step-size control, error norm, linear systems."""
+"""Code that families of integrators share: loops of steps, step-size control, error norm, linear systems."""

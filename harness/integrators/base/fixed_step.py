@@ -19,13 +19,14 @@ from numpy.typing import NDArray
 
 Table = Sequence[Sequence[Any]]
 Loop = Callable[[Floats, Floats, NDArray[np.int64]], int]
-"""(initial states, out: states at the samples, stop: reason, trajectory, sample of the first early end) -> steps."""
+"""A function (initial states, out, stop) -> number of steps. It writes the states at the samples into `out`, and the
+reason, the trajectory and the sample of the first early end into `stop`."""
 
 DIGITS = 60
 """Coefficients are computed to this many digits and rounded once to binary64."""
 
 MOST_STEPS = 10**10
-"""About three minutes of the cheapest method: a setting that takes more is refused as a mistake."""
+"""About three minutes of the cheapest method: a setting that needs more steps is refused as a mistake."""
 
 
 class FixedStep(Integrator):
@@ -38,6 +39,10 @@ class FixedStep(Integrator):
     sweep = Steps()
     sampling = "grid"
     step: ClassVar[stepping.Step]
+    function: ClassVar[str] = ""
+    """The name of the function of the form that the step calls; "": its acceleration, else its equations."""
+    function_widths: ClassVar[tuple[int, int] | None] = None
+    """The result of `widths` where all forms that the method accepts have it."""
 
     @classmethod
     @abstractmethod
@@ -50,18 +55,23 @@ class FixedStep(Integrator):
 
     def equations(self, form: Form) -> Callable[..., Any]:
         """The plain function that the step calls."""
+        if self.function:
+            named: Callable[..., Any] = getattr(form, self.function)
+            return named
         if isinstance(form, SecondOrder):
             return form.acceleration
         assert isinstance(form, FirstOrder)
         return form.equations
 
     def widths(self, form: Form, dimension: int) -> tuple[int, int]:
-        """The lengths of the state that this function takes and of the values that it returns."""
+        """The number of values that `equations` takes as its state, and the number that it returns."""
+        if self.function_widths is not None:
+            return self.function_widths
         width = dimension // 2 if isinstance(form, SecondOrder) else dimension
         return width, width
 
     def kernel(self, problem: Problem) -> Kernel:
-        """The same function compiled; it counts its calls if `problem.counted`."""
+        """The compiled `equations`, which count their calls if `problem.counted`."""
         form = problem.form
         assert not isinstance(form, SceneForm)
         function, (inputs, outputs) = self.equations(form), self.widths(form, problem.dimension)
@@ -70,15 +80,15 @@ class FixedStep(Integrator):
         return function_kernel(function, inputs, len(problem.parameters), outputs, problem.counted)
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
-        """The coefficients, with what else the step needs: parameters of the case, the unit round-off."""
+        """The coefficients, with other numbers that the step needs: parameters of the case, the unit round-off."""
         return self.coefficients(mp)
 
     def table_for(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any, h: Any) -> Table:
-        """The same for methods whose coefficients depend on the step size."""
+        """The table for steps of size h; methods whose coefficients depend on h override this."""
         return self.table(mp, form, parameters, roundoff)
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
-        """The table rounded once from high precision; methods where that takes milliseconds keep it on disk (`kept`)."""
+        """The table, rounded once from high precision. Methods that need milliseconds for it keep it (see `kept`)."""
         with working(DIGITS) as mp:
             numbers = [mp.mpf(x) for x in parameters]
             return rounded(self.table_for(mp, form, numbers, mp.mpf(2) ** -52, mp.mpf(h)))
@@ -101,7 +111,7 @@ class FixedStep(Integrator):
         return Solver(solve)
 
     def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
-        """The loop with steps of h: `substeps` of them in a sampling interval, 0 where samples lie between steps."""
+        """The loop with steps of h; `substeps`: their number in a sampling interval, 0 if samples lie between steps."""
         form = problem.form
         assert not isinstance(form, SceneForm)
         step, address = self.step_for(form), self.kernel(problem).address
@@ -113,8 +123,10 @@ class FixedStep(Integrator):
         self, problem: Problem, h: float, substeps: int, step: stepping.Step, address: int, table: Floats,
         shape: tuple[tuple[int, int], int],
     ) -> Loop:  # fmt: skip
-        """The compiled loop around a step, with the equations at an address; `shape`: `widths` and the number of rows that
-        the step stores."""
+        """The compiled loop around a step, with the equations at an address.
+
+        `shape`: `widths` and the number of rows that the step stores.
+        """
         run, compensated, (widths, rows) = stepping.compiled(step), self.compensated, shape
         buffer, times = problem.buffer, problem.times
 
@@ -125,7 +137,10 @@ class FixedStep(Integrator):
 
 
 def substeps_of(problem: Problem, h: float) -> int:
-    """The number of steps of h in a sampling interval. Raises Refused where h is no positive fraction of it."""
+    """The number of steps of h in a sampling interval.
+
+    Raises Refused for an h that is not positive, takes too many steps or does not divide the interval.
+    """
     span = float(problem.elapsed[-1])
     require_positive(h, "step size")
     if span / h > MOST_STEPS or span + h == span:
@@ -141,13 +156,13 @@ def substeps_of(problem: Problem, h: float) -> int:
 
 
 def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], count: int) -> list[Any]:
-    """The `count` numbers that a form's function of the parameters returns. Raises ValueError for another number of them."""
+    """The `count` numbers that a form's function of the parameters returns. Raises ValueError for another count."""
     check_values({"function": function}, "function(p)", 0, len(parameters), count)
     return [mp.mpf(x) for x in function(tuple(parameters))]
 
 
 def rounded(table: Table, double: Callable[[Any], float] = nearest_double) -> Floats:
-    """Rows of numbers as doubles, by `double`, the nearest ones for mpmath numbers; shorter rows are padded with zeros."""
+    """Convert rows of numbers to doubles by `double`, by default from mpmath numbers; zeros fill short rows."""
     found = np.zeros((len(table), max(map(len, table))))
     for row, values in zip(found, table, strict=True):
         row[: len(values)] = [double(x) for x in values]
@@ -163,7 +178,7 @@ def kept(name: str, modules: Sequence[str], build: Callable[[], Floats]) -> Floa
 
 
 def reason(stop: NDArray[np.int64]) -> str | None:
-    """Why a trajectory ended early, as a sentence; None where it did not."""
+    """The reason for the early end of a trajectory, as a sentence; None if it reached the last sample."""
     if stop[0] == 0:
         return None
     what = {

@@ -3,18 +3,18 @@
 from typing import Any
 
 DIMENSION = 0
-"""Set when a method is compiled for the dimension of one problem; 0 where the size is that of the arrays."""
+"""Set when a method is compiled for the dimension of one problem; 0: the arrays give the size."""
 
 LEAST, MOST = 1e-150, 1e150
-"""A pivot must lie between these, where its square neither underflows nor overflows; else the matrix counts as singular."""
+"""Limits of a pivot: its square must neither underflow nor overflow. Beyond them the matrix counts as singular."""
 
 
 def factor(a: Any, pivots: Any) -> bool:
     """LU factors of `a` in place, with exchange of rows (Golub and Van Loan, algorithm 3.4.1); False if singular.
 
-    The diagonal holds reciprocals, each by one division of real numbers: several right sides are solved for, and each next
-    column waits for its pivot. Rows are exchanged in a branch, not by an index: the processor predicts the branch and
-    does not wait for the index. Returns False, too, where a number is not finite.
+    The diagonal holds reciprocals, each from one division of real numbers: several right sides use them, and each
+    column waits for the pivot before it. Rows are exchanged in a branch, not by an index: the processor predicts the
+    branch and does not wait for the index. Returns False also if a number is not finite.
     """
     n = DIMENSION or pivots.size
     for k in range(n):
@@ -39,7 +39,7 @@ def factor(a: Any, pivots: Any) -> bool:
 
 
 def magnitude(x: Any) -> Any:
-    """|Re x| + |Im x|, by which LAPACK, too, chooses pivots."""
+    """|Re x| + |Im x|, by which LAPACK also chooses pivots."""
     return abs(x.real) + abs(x.imag)
 
 

@@ -1,22 +1,23 @@
 """The error norm of adaptive methods: the error of each component is divided by the size of its group.
 
-The size of a group is the largest absolute value of its components at the ends of steps so far; in the first step it is at
-least the change at the rates of the start. A group whose size is still 0 is left out. Where a step is rejected, the rates
-are evaluated once more at the state perturbed by its round-off: an error no larger than the effect of this perturbation
-over a step cannot be reduced by a shorter step (a pendulum that stands upright stays there). All of this is independent of
-units: with lengths or times scaled by a power of two the steps are the same, scaled.
+The size of a group is the largest absolute value of its components at the ends of all steps so far; in the first step
+it is at least the change at the rates of the start. A group whose size is still 0 is left out. After a rejected step,
+the rates are evaluated once more, at the state perturbed by its round-off: a shorter step cannot reduce an error below
+the effect of this perturbation over a step (a pendulum that stands upright stays there). The norm does not depend on
+units: if lengths or times are scaled by a power of two, the steps are equal but scaled.
 
-Sizes never decrease. At equal error that takes 8 % fewer right-hand sides than 1 + |y| (`absolute`) with DOP853 and 12 %
-fewer with Radau IIA 5, in the geometric mean over pendulums, Kepler's orbits of e = 0.3 to 0.999, Duffing's oscillator,
-tops and damped oscillators; 12 to 55 % fewer at e = 0.99, where the error of a slow body far out matters least. Dormand
-and Prince's 5(4) and extrapolation take as many, within 2 %: where a tolerance gives a larger error, it gives less work.
-Sizes that decrease with the state to 1/4 or 1/16 of the largest, or by half in 32 steps, lose most or all of that gain,
-and take up to 28 % more on oscillators, whose states pass through zero. The exception is a relaxation oscillation: the
-phase of Van der Pol's oscillator (mu = 10 and 100) depends on its slow parts, whose rates are a hundredth of the largest,
-and most adaptive methods take 7 to 35 % more than with `absolute`: use that there, in units in which slow rates are about 1.
+Sizes never decrease. At equal error, this takes 8 % fewer right-hand sides than 1 + |y| (`absolute`) with DOP853 and 12
+% fewer with Radau IIA 5, in the geometric mean over pendulums, Kepler's orbits of e = 0.3 to 0.999, Duffing's
+oscillator, tops and damped oscillators; 12 to 55 % fewer at e = 0.99, where the error of a slow body far out matters
+least. Dormand and Prince's 5(4) and extrapolation take as many, within 2 %: a tolerance that gives a larger error gives
+less work. Sizes that decrease with the state to 1/4 or 1/16 of the largest size, or by half in 32 steps, lose most or
+all of this gain, and take up to 28 % more on oscillators, whose states pass through zero. Relaxation oscillations are
+an exception: the phase of Van der Pol's oscillator (mu = 10 and 100) depends on its slow parts, whose rates are a
+hundredth of the largest rate, and most adaptive methods take 7 to 35 % more than with `absolute`. For these motions use
+`absolute`, in units in which slow rates are about 1.
 
-`groups` (dim,) has the index of the group of each component, `sizes` (dim,) the size of each group, `inverse` (dim,) the
-reciprocal of the size of each component's group.
+`groups` (dim,) has the index of the group of each component, `sizes` (dim,) the size of each group, `inverse` (dim,)
+the reciprocal of the size of each component's group.
 """
 
 from math import sqrt
@@ -28,13 +29,13 @@ from numpy.typing import NDArray
 Integers = NDArray[np.int64]
 
 ABSOLUTE = 0
-"""Set when a method is compiled: 1 where the error of a component is divided by 1 + |y| in SI units instead."""
+"""Set when a method is compiled: 1 if errors are divided by 1 + |y| in SI units instead of by sizes."""
 
 SMALLEST = 2.0**-1022
 """The smallest normal number: smaller sizes are replaced by it, so that their reciprocals are finite."""
 
 TRIAL = 1e-6
-"""The longest trial step, as a fraction of the span."""
+"""The longest trial step, as a fraction of the argument `most` of `trial_step`."""
 
 
 def enlarge(values: Floats, groups: Integers, sizes: Floats) -> bool:
@@ -55,7 +56,7 @@ def invert(groups: Integers, sizes: Floats, inverse: Floats) -> None:
 
 
 def first_sizes(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inverse: Floats) -> None:
-    """Sizes from the initial state `y`; `inverse` also takes account of the `changes` of a first step at its rates."""
+    """Set the sizes from the initial state `y`; `inverse` also includes the `changes` of a first step at its rates."""
     sizes[:] = 0.0
     enlarge(changes, groups, sizes)
     enlarge(y, groups, sizes)
@@ -64,24 +65,27 @@ def first_sizes(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inv
     enlarge(y, groups, sizes)
 
 
-def nudge(y: Floats, x: Floats) -> None:
+def perturb_by_roundoff(y: Floats, x: Floats) -> None:
     """Set `x` to the first components of `y`, perturbed by one to three units of round-off of alternating sign."""
     for i in range(x.size):
         x[i] = y[i] + (1 + i % 3) * (-1) ** i * 2.0**-52 * abs(y[i])
 
 
-def roughen(slope: Floats, nudged: Floats, first: int, groups: Integers, rough: Floats) -> None:
-    """Raise `rough`, the effect of round-off of the state on the rates of each group, to |nudged - slope|.
+def enlarge_roundoff(slope: Floats, perturbed: Floats, first: int, groups: Integers, rough: Floats) -> None:
+    """Raise `rough`, the effect of round-off of the state on the rates of each group, to |perturbed - slope|.
 
-    The slopes are those of the components from `first` on.
+    The slopes belong to the components from `first` on.
     """
     for i in range(slope.size):
-        rough[groups[first + i]] = max(rough[groups[first + i]], abs(nudged[i] - slope[i]))
+        rough[groups[first + i]] = max(rough[groups[first + i]], abs(perturbed[i] - slope[i]))
 
 
-def soften(share: float, groups: Integers, rough: Floats, inverse: Floats) -> bool:
-    """Limit `inverse` so that errors are divided by no less than the effect of round-off on a step, 4 h |change of the
-    rate|, over the tolerance. `share`: the step over the tolerance. Returns whether that is near for a component."""
+def limit_by_roundoff(share: float, groups: Integers, rough: Floats, inverse: Floats) -> bool:
+    """Limit `inverse` so that errors are divided by at least the effect of round-off on a step over the tolerance.
+
+    This effect is 4 h |change of the rate|. `share`: the step over the tolerance. Returns whether a component is near
+    the limit.
+    """
     near = False
     for i in range(inverse.size):
         level = 4.0 * share * rough[groups[i]]
@@ -92,15 +96,18 @@ def soften(share: float, groups: Integers, rough: Floats, inverse: Floats) -> bo
 
 
 def one_over(i: int, y: Floats, end: Floats, inverse: Floats) -> float:
-    """The reciprocal of the scale of the error of component i."""
+    """The reciprocal of the number that divides the error of component i."""
     if ABSOLUTE == 1:
         return float(1.0 / (1.0 + max(abs(y[i]), abs(end[i]))))
     return float(inverse[i])
 
 
 def trial_step(y: Floats, rates: Floats, groups: Integers, most: float) -> float:
-    """A step over which rates differ measurably: a millionth of the span, at most a hundredth of the time in which the
-    slowest group changes by its own size."""
+    """A step over which rates differ measurably.
+
+    It is a millionth of `most`, but not above a hundredth of the time in which the slowest group changes by its own
+    size.
+    """
     size, rate = np.zeros(y.size), np.zeros(y.size)
     enlarge(y, groups, size)
     enlarge(rates, groups, rate)
@@ -114,7 +121,7 @@ def trial_step(y: Floats, rates: Floats, groups: Integers, most: float) -> float
 def turning_time(y: Floats, rates: Floats, later: Floats, h: float, groups: Integers, most: float) -> float:
     """The time in which the motion leaves its tangent: the least T of a group with |y''| T^2 = |y| + |y'| T.
 
-    From the state, its `rates` and the rates `later` after a step of h along the tangent; at most `most`.
+    The state, its `rates`, and the rates `later` after a step of h along the tangent determine it; at most `most`.
     """
     size, rate, bend = np.zeros(y.size), np.zeros(y.size), np.zeros(y.size)
     enlarge(y, groups, size)
@@ -124,7 +131,7 @@ def turning_time(y: Floats, rates: Floats, later: Floats, h: float, groups: Inte
     for g in range(y.size):
         s, d, b = size[g], rate[g], bend[g]
         if b > 0.0 and (s > 0.0 or d > 0.0):
-            # d/b and s/b are a time and its square: no product of two sizes overflows.
+            # d/b is a time and s/b the square of a time: no product of two sizes overflows.
             half = d / b / 2
             least = min(least, half + sqrt(half * half + s / b))
     return least

@@ -1,17 +1,17 @@
 """The step-size controller of adaptive one-step methods, its limits, and the loop that embedded pairs share.
 
-Extrapolation, Taylor's method and Radau IIA 5 have the limits, the reasons to stop and what surrounds the loop from here;
-their loops are their own, for reasons that stand there.
+Extrapolation, Taylor's method and Radau IIA 5 use its limits, its reasons to stop and `solving`. They have their own
+loops, for reasons that their modules give.
 
-A family (`embedded`, `nystrom`) defines the parts of a step as plain functions. Each method is the loop compiled around
-them once, with the method's number of stages and the like as constants:
+A family (`embedded`, `nystrom`) defines the parts of a step as plain functions. For each method the loop is compiled
+around them once, with numbers of the method, such as its number of stages, as constants:
 
     attempt(f, t, h, y, compensation, p, table, inverse, x, slope, k, change, end) -> norm of the estimated error
     open_step(f, t, h, y, p, table, x, slope, k)                                once in a step that contains samples
-    between(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, spare, out)   the state at t + ahead, each sample
+    between(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, spare, out)   for each sample, at t + ahead
 
-`compensation`: what the sums so far have lost to round-off. `change`: the change of the state, `compensation` included.
-For `groups` and `inverse` see `sizes`.
+`compensation`: the part of the sums so far that round-off removed. `change`: the change of the state, with
+`compensation`. For `groups` and `inverse` see `sizes`.
 """
 
 import math
@@ -27,11 +27,11 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refu
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Loop, Table, rounded
 from gnomon.harness.integrators.base.sizes import (
     enlarge,
+    enlarge_roundoff,
     first_sizes,
     invert,
-    nudge,
-    roughen,
-    soften,
+    limit_by_roundoff,
+    perturb_by_roundoff,
     trial_step,
     turning_time,
 )
@@ -41,10 +41,10 @@ from gnomon.harness.kernels.equations import acceleration, right_hand_side
 from numpy.typing import NDArray
 
 LEAST_TOLERANCE = 1e-15
-"""About four units of round-off: no step can err less."""
+"""About four units of round-off: no step can have a smaller error."""
 
 MOST_STEPS = 5_000_000
-"""A few seconds: beyond that the tolerance is too small for the span, or the equations are stiff."""
+"""A few seconds: with more steps the tolerance is too small for the span, or the equations are stiff."""
 
 NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, NOT_SOLVED = 1, 2, 3, 4
 REASONS = {
@@ -57,30 +57,32 @@ REASONS = {
 SHRINK_MOST, GROW_MOST = 3.0, 6.0
 
 SAFETY, BETA = 0.9, 0.04
-"""The PI controller and its integral part (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4)."""
+"""Safety factor and integral part of the PI controller (Hairer, Norsett, Wanner, Solving Ordinary Differential
+Equations I, II.4)."""
 
 PREDICTIVE_ORDER, PREDICTIVE_SAFETY = 8, 0.8
-"""From this order of the error on, steps are so long that on an eccentric orbit each must be much shorter than the last:
-with a controller that uses the last error alone a quarter of them are rejected. There the step-size change that the last
-two errors require is extrapolated, where it shrinks the step (Gustafsson's predictive controller, as in RADAU5: Hairer and
-Wanner, Solving Ordinary Differential Equations II, IV.8). At equal error that saves DOP853 and Verner's 9(8) a fifth of
-their right-hand sides on Kepler's orbits, RKN 12(10) an eighth, and the pendulum takes as many as before; methods of lower
-order have few rejected steps."""
+"""From this order of the error on, steps are so long that on an eccentric orbit each step must be much shorter than the
+last one: a controller that uses only the last error has a quarter of its steps rejected. So the change of the step size
+that the last two errors require is extrapolated if it shrinks the step (Gustafsson's predictive controller, as in
+RADAU5: Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8). At equal error this saves DOP853 and
+Verner's 9(8) a fifth of their right-hand sides on Kepler's orbits, RKN 12(10) an eighth; the pendulum takes as many as
+before. Methods of lower order have few rejected steps."""
 
 ORDER = ERROR_ORDER = WIDTHS = STAGES = LAST = ENDS = 0
-"""Set when a method is compiled: its order; the power of the step size that its estimated error follows; the length of the
-state over that of a slope; the number of its stages; the number of rows of `k`, of which k[STAGES] is the slope at the end
-of the step and begins the next one; 1 where the step itself uses that slope."""
+"""Set when a method is compiled. ORDER: its order; ERROR_ORDER: the power of the step size that its estimated error
+follows; WIDTHS: the length of the state over the length of a slope; STAGES: the number of its stages; LAST: the number
+of rows of `k`, in which k[STAGES] is the slope at the end of the step, the first of the next step; ENDS: 1 if the step
+itself uses that slope."""
 
 
 class Adaptive(Integrator):
     """A one-step method whose step size keeps the estimated error below the tolerance; sums are compensated.
 
-    The error of each component is relative to the largest size so far of its group (`Problem.groups`, see `sizes`), so
-    results do not depend on units. With `absolute` it is relative to 1 + |y| in SI units, as in most libraries: the same
-    tolerance then leaves a motion of a millimetre an error a thousand times as large, relative to its size. The norm of
-    the error is the root mean square over the components. A subclass gives its tableau, the constants that it is compiled
-    with, and the functions of its family.
+    The error of each component is relative to the largest size that its group has had (`Problem.groups`, see `sizes`),
+    so results do not depend on units. With `absolute` it is relative to 1 + |y| in SI units, as in most libraries: a
+    motion of a millimetre then has, relative to its size, a thousand times the error. The norm of the error is the root
+    mean square over the components. A subclass declares its tableau, the constants for its compilation, and the
+    functions of its family.
     """
 
     sampling = "dense output"
@@ -124,7 +126,7 @@ def _table(method: type[Adaptive]) -> Floats:
 
 
 class Decimals:
-    """The functions of an mpmath context that tables of decimals and fractions use, on Decimal: a tenth of the time."""
+    """Stands for an mpmath context in tables of decimals and fractions, with Decimal numbers: a tenth of the time."""
 
     mpf, zero, fsum = Decimal, Decimal(0), sum
 
@@ -136,14 +138,16 @@ def tabulated(rows: Callable[[Any], Table]) -> Floats:
 
 
 def check_tolerance(setting: float, least: float = LEAST_TOLERANCE) -> None:
-    """Raises Refused for a tolerance that is not a number from `least` to below 1."""
+    """Raise Refused for a tolerance that is not a number from `least` to below 1."""
     if not (math.isfinite(setting) and least <= setting < 1):
         raise Refused(f"tolerance {setting} is not between {least:g} and 1")
 
 
 def solving(problem: Problem, loop: Loop, most_steps: int) -> Solver:
-    """The solver of an adaptive method around its loop of steps, whose `stop` gets the reason and the sample where a
-    trajectory ended early."""
+    """The solver of an adaptive method, around its loop of steps.
+
+    The loop writes the reason and the sample of the first early end into `stop`.
+    """
 
     def solve(initial: Floats) -> Solution:
         out = blank(problem, initial)
@@ -162,7 +166,7 @@ SIGNATURE = (
 
 
 def of_the_family(*_: Any) -> Any:
-    """Replaced by a function of the family when a method is compiled."""
+    """A placeholder, which compilation of a method replaces by a function of the family."""
     raise NotImplementedError
 
 
@@ -175,7 +179,7 @@ def integrate(
 ) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
 
-    `stop` gets the reason and the sample where a trajectory ended early.
+    `stop` gets the reason and the sample of the first early end.
     """
     dimension = initial.shape[1]
     width = dimension // WIDTHS
@@ -185,7 +189,7 @@ def integrate(
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
     taken = 0
     for n in range(initial.shape[0]):
-        for i in range(dimension):  # `y[:] = initial[n]` makes numba compile an error message in seconds
+        for i in range(dimension):  # for `y[:] = initial[n]` numba compiles an error message, which takes seconds
             y[i] = initial[n, i]
             compensation[i] = 0.0
         t, sample, attempts = 0.0, 0, 0
@@ -199,7 +203,7 @@ def integrate(
             reason = obstacle(t, h, attempts)
             if reason != 0:
                 break
-            # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+            # The step is h, rounded so that t + step is exact; the last step ends at the last sample.
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
             if t == 0.0:
                 for i in range(dimension):
@@ -208,17 +212,17 @@ def integrate(
             if noisy:
                 if t > 0.0:
                     invert(groups, sizes, inverse)
-                soften(step / tolerance, groups, rough, inverse)
+                limit_by_roundoff(step / tolerance, groups, rough, inverse)
             error = attempt(f, t, step, y, compensation, p, table, inverse, x, slope, k, change, end) / tolerance
             if not error < np.inf:
                 h = min(h, step) / 10
                 rejected = True
                 continue
             if error > 1.0:
-                nudge(y, x)
+                perturb_by_roundoff(y, x)
                 call(f, t, x, p, slope)
-                roughen(k[0], slope, dimension - width, groups, rough)
-                noisy = soften(step / tolerance, groups, rough, inverse) or noisy
+                enlarge_roundoff(k[0], slope, dimension - width, groups, rough)
+                noisy = limit_by_roundoff(step / tolerance, groups, rough, inverse) or noisy
                 h = min(h, step) * max(1 / SHRINK_MOST, shortened(error))
                 rejected = True
                 continue
@@ -253,7 +257,7 @@ def integrate(
 
 
 def obstacle(t: float, h: float, attempts: int) -> int:
-    """Why there can be no step from t of about h; 0 where there can."""
+    """The reason that forbids a step of about h from t; 0 if the step is possible."""
     if not (h > 0.0 and h < np.inf):
         return NOT_FINITE
     if t + h / 4 <= t:
@@ -264,8 +268,11 @@ def obstacle(t: float, h: float, attempts: int) -> int:
 def first_step(
     f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float, groups: NDArray[np.int64]
 ) -> float:  # fmt: skip
-    """The first step size: an error (step / time)^ORDER of a hundredth of the tolerance, with the time in which the motion
-    leaves its tangent. Sets k[0]; nan where the slope at the start is not finite."""
+    """The first step size, at which the error (step / time)^ORDER is a hundredth of the tolerance.
+
+    `time` is the time in which the motion leaves its tangent. Sets k[0]; gives nan if the slope at the start is not
+    finite.
+    """
     first = y.size - x.size
     rates, later = np.empty(y.size), np.empty(y.size)
     call(f, 0.0, y, p, slope)
@@ -286,8 +293,11 @@ def first_step(
 
 
 def end_slope(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k: Floats) -> None:
-    """The slope at the end of a step. With the equations called at `end` itself, RKN 6(4) takes 40 % longer, Dormand and
-    Prince's 5(4) 5 to 20 %."""
+    """Compute the slope at the end of a step.
+
+    The equations are called at a copy of `end`: with a call at `end` itself RKN 6(4) takes 40 % longer, Dormand and
+    Prince's 5(4) 5 to 20 %.
+    """
     for i in range(x.size):
         x[i] = end[i]
     call(f, t, x, p, slope)
@@ -307,15 +317,18 @@ def arrive(f: Any, t: float, end: Floats, p: Floats, x: Floats, slope: Floats, k
 
 
 def shortened(error: float) -> float:
-    """The factor from a rejected step to the next attempt; `error`: that of the step over the tolerance, above 1."""
+    """The factor from a rejected step to the next attempt. `error`: its error over the tolerance, above 1."""
     if ERROR_ORDER >= PREDICTIVE_ORDER:
         return float(PREDICTIVE_SAFETY * error ** (-1 / ERROR_ORDER))
     return float(SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER))
 
 
 def lengthened(error: float, before: float, step: float, last: float) -> float:
-    """The factor from an accepted `step` to the next. `error`, `before`: the errors of this and the last step over the
-    tolerance; `last`: the size of the last step, 0 where there is none."""
+    """The factor from an accepted `step` to the next step.
+
+    `error`, `before`: the errors of this and the last step over the tolerance; `last`: the size of the last step, 0 if
+    there is none.
+    """
     if ERROR_ORDER < PREDICTIVE_ORDER:
         return float(SAFETY * error ** (0.2 * BETA - 1 / ERROR_ORDER) * before**BETA)
     least = max(error, 1e-4)

@@ -1,14 +1,14 @@
 """The loop of steps that every fixed-step method shares, and the compilation of a method's step into it.
 
-A step is one plain function, written once and run in two arithmetics: compiled in binary64, and uncompiled in mpmath for
-orders that binary64 cannot show. Its contract:
+A step is one plain function, written once and run in two arithmetics: compiled in binary64, and uncompiled in mpmath
+for orders that binary64 cannot show. Its contract:
 
     step(f, t, h, y, p, table, x, slope, store, increment) -> bool
 
-writes into `increment` (dim,) the change of the state `y` (dim,) from t to t + h. `call(f, t, x, p, slope)` evaluates the
-equations at the scratch vector `x` into the scratch vector `slope`. `table`: the method's coefficients, 2-D. `store`
-(rows, dim): kept, as x and slope are, from one step to the next, and zero before the first. It returns False where the
-step failed.
+writes into `increment` (dim,) the change of the state `y` (dim,) from t to t + h. `call(f, t, x, p, slope)` evaluates
+the equations at the scratch vector `x` into the scratch vector `slope`. `table`: the method's coefficients, 2-D.
+`store` (rows, dim), x and slope keep their values from one step to the next; `store` is zero before the first step. The
+function returns False if the step failed.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,10 @@ NOT_SOLVED = 2
 
 
 def blank(problem: Problem, initial: Floats) -> Floats:
-    """The array of states of a Solution, filled with nan. Raises ValueError for initial states not (n, dimension)."""
+    """An array for the states of a Solution, filled with nan.
+
+    Raises ValueError for initial states of another shape than (n, dimension).
+    """
     if initial.ndim != 2 or initial.shape[1] != problem.dimension:
         raise ValueError(f"initial states of shape {initial.shape}; they must be (n, {problem.dimension})")
     out = np.empty((len(initial), len(problem.times), problem.dimension))
@@ -38,12 +41,12 @@ def blank(problem: Problem, initial: Floats) -> Floats:
 
 
 def call(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
-    """Evaluate plain equations into `slope`. Compiled steps get CALL in its place, which takes an address for `f`."""
+    """Evaluate plain equations into `slope`. Compiled steps use CALL instead, which takes an address for `f`."""
     slope[:] = f(t, tuple(x), tuple(p))
 
 
 def product(a: Any, b: Any) -> tuple[Any, Any]:
-    """a * b, rounded, and its rounding residual (0 here). Compiled steps get PRODUCT in its place, which is exact."""
+    """a * b, rounded, and its rounding residual (0 here). Compiled steps use PRODUCT, with the exact residual."""
     return a * b, a * 0
 
 
@@ -94,8 +97,9 @@ def advance(
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps taken.
 
     With substeps > 0 the times are multiples of substeps * h. With substeps = 0 they are not: the grid is uniform, and
-    each sample is one shorter step from the last grid point before it, from which nothing is continued. A trajectory
-    whose state is not finite, or whose step fails, ends there: `stop` gets the reason, the trajectory and the sample.
+    each sample is computed by one shorter step from the grid point before it; the motion goes on from the grid point. A
+    trajectory ends if its state is not finite or a step fails; `stop` gets the reason, the trajectory and the sample of
+    the first early end.
     """
     dimension = initial.shape[1]
     y, compensation, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)
@@ -103,7 +107,7 @@ def advance(
     x_aside, slope_aside, store_aside = np.empty(widths[0]), np.empty(widths[1]), np.empty((rows, dimension))
     taken = 0
     for n in range(initial.shape[0]):
-        for i in range(dimension):  # `y[:] = initial[n]` makes numba compile an error message in seconds
+        for i in range(dimension):  # for `y[:] = initial[n]` numba compiles an error message, which takes seconds
             y[i] = initial[n, i]
             compensation[i] = 0.0
         for i in range(rows):
@@ -154,12 +158,12 @@ def advance(
 
 
 def step(*_: Any) -> bool:
-    """Replaced by the method's step, inlined into the loop; here only the name is defined."""
+    """A placeholder, which compilation replaces by the method's step, inlined into the loop."""
     raise NotImplementedError
 
 
 def aside(*_: Any) -> bool:
-    """Replaced by the method's step, not inlined, for samples between grid points."""
+    """A placeholder, which compilation replaces by the method's step, not inlined, for samples between grid points."""
     raise NotImplementedError
 
 
@@ -189,10 +193,10 @@ def compiled_whole(
     constants: tuple[tuple[str, int], ...] = (),
     pieces: tuple[Callable[..., Any], ...] = (),
 ) -> Callable[..., int]:
-    """A function with a loop of steps of its own, compiled with `call` as above.
+    """Compile a function that has its own loop of steps, with CALL and PRODUCT for `call` and `product`.
 
-    `pieces` replace the functions of the same names that it calls, `constants` the numbers of the same names that it and
-    they read.
+    By their names, `pieces` replace functions that it calls, and `constants` replace numbers that all these functions
+    read.
     """
     bound = FunctionType(method.__code__, {**method.__globals__, **{piece.__name__: piece for piece in pieces}})
     values = dict(constants)
@@ -211,7 +215,7 @@ def compiled_whole(
 
 
 def sources(method: Callable[..., Any]) -> list[str]:
-    """Source texts that define `call`, `product` and all that a method uses, the method itself last."""
+    """Source texts that define `call`, `product` and all functions that a method uses, the method itself last."""
     parts = ["import numpy as np", "from llvmlite import ir", "from numba import njit, types"]
     parts += ["from numba.extending import intrinsic", CALL, PRODUCT]
     gather_into(method, {"call": call, "product": product, "np": np}, parts)

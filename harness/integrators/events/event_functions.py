@@ -1,4 +1,4 @@
-"""The functions of a hybrid form, compiled as one, which the loop of steps calls by address."""
+"""Compile the functions of a hybrid form as one function, which the loop of steps calls by address."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition
 from gnomon.harness.contract.sources import cached_by_content
-from gnomon.harness.kernels.equations import IMPORTS, OPTIONS, address, check_values, gather_into, unpacked
+from gnomon.harness.kernels.equations import IMPORTS, OPTIONS, address, check_values, gather_into, unpack_arguments
 
 
 def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
     """Address of the functions of a form, compiled as one: out[0] selects the function, and out[:] gets its values.
 
-    In this sequence: the right-hand side of each mode, which also adds 1 to p[parameters]; the guard of each transition,
-    signed so that it is positive before the event; its reset; its map into the limit mode, where it has one.
+    Their sequence: the right-hand side of each mode, which also adds 1 to p[parameters]; the guard of each transition,
+    signed so that it is positive before the event; the reset of each transition; its map into the limit mode, or its
+    reset if it has no limit mode.
     """
     plain = tuple(replace(transition, target="") for transition in form.transitions)  # a target is not compiled
     return _parts(form.modes, plain, form.limits, dimension, parameters)
@@ -40,7 +41,7 @@ def _parts(
     sources = list(IMPORTS)
     seen: dict[str, Any] = {"np": np}
     lines = [f"@njit({OPTIONS})", "def parts(t, y_, p_, out):"]
-    lines += [*(f"    {line}" for line in unpacked(dimension, parameters)), "    k = int(out[0])"]
+    lines += [*(f"    {line}" for line in unpack_arguments(dimension, parameters)), "    k = int(out[0])"]
     for k, (function, arguments, count, ends) in enumerate(functions):
         call = f"{function.__name__}(t, y, {arguments})"
         check_values({function.__name__: function}, call, dimension, parameters, count)

@@ -7,8 +7,8 @@ from gnomon.harness.integrators.base.stepping import call
 
 MOST_TRIALS = 30
 DEEP = 0.5
-"""For a guard that falls and rises again within a step: the most evaluations of its minimum; it is evaluated only where
-interpolation predicts a minimum below DEEP of the values at the ends."""
+"""For a guard that falls and rises again within a step: the largest number of evaluations in search of its minimum. The
+search goes on only while interpolation predicts a minimum below DEEP times the values at the ends."""
 
 ERROR_5, ERROR_3 = 16, 17
 """Rows of the table of DOP853 with the weights of its error estimates."""
@@ -70,8 +70,8 @@ def locate(
 ) -> float:  # fmt: skip
     """The step length in (0, h] at which a guard crosses zero, to round-off (Chandrupatla 1997).
 
-    `before` >= 0 and `after` <= 0 are the guard's values at 0 and h. Where it is zero at 0 it rises first: the bracket
-    is halved until its lower end is past that zero.
+    `before` >= 0 and `after` <= 0 are the guard's values at 0 and h. If the guard is zero at 0, it rises first: the
+    bracket is halved until its lower end lies beyond this zero.
     """
     low, high = 0.0, h
     while before <= 0.0:
@@ -114,10 +114,10 @@ def dip(
     parts: int, guard: int, mode: int, t: float, h: float, before: float, after: float, y: Floats, end: Floats,
     p: Floats, table: Floats, stages: int, x: Floats, k: Floats, there: Floats, slope: Floats,
 ) -> float:  # fmt: skip
-    """A step length in (0, h) at which a guard that is positive at both ends is not positive; 0 where there is none.
+    """A step length in (0, h) at which a guard that is positive at both ends is not positive; 0 if there is none.
 
     A guard that falls at the start of a step and rises at its end has a minimum in between, which cubic interpolation
-    brackets. Steps are evaluated only where the cubic falls below DEEP of its values at the ends.
+    brackets. Steps are evaluated only while the cubic falls below DEEP times its values at the ends.
     """
     low, low_value, low_slope = 0.0, before, guard_slope(parts, guard, t, h, y, before, k[0], p, x, there)
     if not low_slope < 0.0:

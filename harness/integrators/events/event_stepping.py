@@ -1,7 +1,7 @@
 """The loop of steps for hybrid problems: explicit Runge-Kutta steps that end where a guard crosses zero.
 
 An event is located by root finding on the length of the method's own step, so the method keeps its order and needs no
-dense output. The loop is a state machine, each section of it the way out of the state above it:
+dense output. The loop is a state machine. Each of its sections leads out of the state that stands above it here:
 
     START, SMOOTH, EVENT    between steps
        | choose a length              -> DONE, FULL, STEP_TOO_SMALL, TOO_MANY_STEPS
@@ -16,9 +16,9 @@ dense output. The loop is a state machine, each section of it the way out of the
     CROSSED                 the motion is on a guard
        | change state and mode        -> EVENT; ASK, ACCUMULATED
 
-The loop is compiled once, for all cases; the modes and transitions of a case are one compiled function, called by address.
-It returns to Python in the final states, and is called again after two: at ASK Python gives the target of a transition
-that is a Python function, at FULL it enlarges the arrays of events.
+The loop is compiled once, for all cases; the modes and transitions of a case are one compiled function, called by
+address. The loop returns to Python in the final states. Python calls it again after two of these: at ASK Python gives
+the target of a transition whose target is a Python function, at FULL it enlarges the arrays of events.
 """
 
 from collections.abc import Callable
@@ -34,25 +34,27 @@ from numpy.typing import NDArray
 Integers = NDArray[np.int64]
 
 START, SMOOTH, EVENT, CHOSEN, ARMED, STEPPED, LOCATED, CROSSED = 0, 1, 2, 3, 4, 5, 6, 7
-"""States. START: of the motion. EVENT: right after an event. SMOOTH: neither."""
+"""States. START: the start of the motion. EVENT: right after an event. SMOOTH: between other steps."""
 
 DONE, ASK, FULL, NOT_FINITE, STEP_TOO_SMALL, TOO_MANY_STEPS, ACCUMULATED = 8, 9, 10, 11, 12, 13, 14
-"""Final states: finished; Python must give the target of where[FIRED]; the arrays of events are full; failures."""
+"""Final states. DONE: finished; ASK: Python must give the target of where[FIRED]; FULL: the arrays of events are full;
+the other states are failures."""
 
 STATE, MODE, SAMPLE, SUBSTEP, STEPS, COUNT, FIRED, REFUSED, RAPID, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
-"""Fields of `where`. STATE: the last one between steps. SAMPLE, SUBSTEP, STEPS, COUNT: the numbers of samples, of substeps
-towards the next one, of steps and of events so far. FIRED: the transition of the last event. REFUSED: the number of rejected
-steps. RAPID: the number of consecutive events of transitions that had fired within `settle` before, without limit mode."""
+"""Fields of `where`. STATE: the last state between steps. SAMPLE, SUBSTEP, STEPS, COUNT: the numbers of samples, of
+substeps towards the next sample, of steps and of events so far. FIRED: the transition of the last event. REFUSED: the
+number of rejected steps. RAPID: the number of consecutive events without limit mode whose transition had fired within
+`settle`."""
 
 PAST, REST, NEXT, NUMBERS = 0, 1, 2, 3
 """Fields of `clock`. PAST + REST: the time since the last sample, as a sum of two doubles. NEXT: the step size of the
 controller."""
 
 MOST_RAPID = 1000
-"""More consecutive ones count as a Zeno sequence."""
+"""More consecutive rapid events count as a Zeno sequence."""
 
 MOST_STEPS = 5_000_000
-"""For methods with error control: beyond it the tolerance is too small for the span, or the equations are stiff."""
+"""With error control: with more steps the tolerance is too small for the span, or the equations are stiff."""
 
 
 def run(
@@ -63,13 +65,14 @@ def run(
 ) -> int:  # fmt: skip
     """Integrate one trajectory from the point given by `y`, `clock`, `where`, `since`; returns the final state.
 
-    `parts`: address of the compiled functions of the form, the first `modes` of which are its right-hand sides.
-    `tolerance` 0: fixed steps, the nearest to h that divide the sampling interval; else the step size is controlled, and
-    steps end at the samples. `source`, `target`, `limit`: the mode before each transition, after it, and its limit mode, -1
-    where Python must give it or where there is none. `since`: the time since each transition last fired. `groups`: see
-    `sizes`.
+    `parts`: address of the compiled functions of the form; the first `modes` of them are its right-hand sides.
+    `tolerance` 0: fixed steps, the nearest to h that divide the sampling interval; else the step size is controlled,
+    and steps end at the samples. `source`, `target`, `limit`: for each transition the mode before it, the mode after it
+    (-1 if Python must give it), and its limit mode (-1 if it has none). `since`: the time since each transition last
+    fired. `groups`: see `sizes`.
 
-    One function: with one for each state, inlined or not, numba counts references to the arrays in each step.
+    It is one function, as with a function for each state, inlined or not, numba counts references to the arrays in each
+    step.
     """
     x, end, k = np.empty(y.size), np.empty(y.size), np.empty((stages, y.size))
     there, slope, inverse = np.empty(y.size), np.empty(y.size), np.empty(y.size)
@@ -105,7 +108,7 @@ def run(
             if tolerance > 0.0 and where[STEPS] + where[REFUSED] >= MOST_STEPS:
                 return TOO_MANY_STEPS
             state = CHOSEN
-        if state == CHOSEN:  # evaluate the guards of the mode at the start of the step; -1: does not count in it
+        if state == CHOSEN:  # evaluate the guards of the mode at the start of the step; -1: ignored in this step
             for g in range(transitions):
                 if source[g] == mode:
                     part(parts, guards + g, t, y, p, x)
@@ -115,7 +118,7 @@ def run(
                     if where[STATE] == EVENT and (value == 0.0 or (g == where[FIRED] and value < 0.0)):
                         value = 0.0  # on the guard, up to the round-off of the event just located
                     elif where[STATE] == START and value == 0.0:
-                        # At the start of the motion a guard that is zero counts only where it first increases.
+                        # At the start of the motion a guard that is zero counts only if it first increases.
                         one_step(parts, mode, t, length * 2.0**-20, y, p, table, stages, x, k, end)
                         part(parts, guards + g, t, end, p, x)
                         value = 0.0 if x[0] > 0.0 else -1.0
@@ -226,5 +229,5 @@ SIGNATURE = (
 
 @cache
 def compiled() -> Callable[..., int]:
-    """`run`, the same for every case."""
+    """The compiled `run`, one function for all cases."""
     return compiled_whole(run, SIGNATURE)

@@ -15,7 +15,7 @@ from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
 from numpy.typing import NDArray
 
 MOST_EVENTS = 1_000_000
-"""A few seconds: beyond it the span is too long for the time between events."""
+"""A few seconds: with more events the span is too long for the time between events."""
 
 REASONS = {
     event_stepping.NOT_FINITE: "the state or a guard was not finite",
@@ -31,9 +31,9 @@ class EventRungeKutta(Integrator):
     """An explicit Runge-Kutta method whose step ends where a guard crosses zero.
 
     The event is located by root finding on the step length, and the next step ends at the next grid point. A guard that
-    falls at the start of a step and rises at its end is evaluated in between, so that grazing is detected; that costs a
-    right-hand side in steps where the guard falls. When a transition fires twice within `settle`, the motion enters its
-    limit mode. Samples are ends of steps.
+    falls at the start of a step and rises at its end is evaluated in between, so that grazing is detected; this costs a
+    right-hand side in each step in which the guard falls. When a transition fires twice within `settle`, the motion
+    enters its limit mode. Samples are ends of steps.
     """
 
     accepts = (Hybrid,)
@@ -119,7 +119,7 @@ class Modes:
 
 
 def event_names(form: Hybrid) -> list[str]:
-    """The names of events by kind: those of the transitions, then `limit` for each."""
+    """The names of events by kind: the name of each transition, then `limit` for each transition."""
     return [g.name for g in form.transitions] + ["limit"] * len(form.transitions)
 
 

@@ -13,7 +13,7 @@ from gnomon.harness.kernels.equations import Kernel, call_kernel, check_values
 def impact_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Half a drift; the impact law for the velocities before and after, if the gap is closed there; half a drift.
+    """One step with impacts: half a drift; the impact law for the velocities, if the gap is now closed; half a drift.
 
     `call` computes the free derivatives of the state, the gap, the normal and the coefficient of restitution.
     """
@@ -40,9 +40,10 @@ def impact_step(
 def friction_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Half a drift; friction stops the motion if it can within the step, else it slows it down; half a drift.
+    """One step with friction: half a drift; friction stops the motion, or slows it if it cannot; half a drift.
 
-    `call` computes the derivatives of the state without friction, and the bounds of friction in sliding and in sticking.
+    `call` computes the derivatives of the state without friction, and the bounds of friction in sliding and in
+    sticking.
     """
     x[0] = y[0] + h / 2 * y[1]
     x[1] = y[1]
@@ -59,10 +60,11 @@ def friction_step(
 
 
 class Moreau(FixedStep):
-    """Moreau's midpoint scheme with Newton's impact law or Coulomb's of friction. Order 1.
+    """Moreau's midpoint scheme with Newton's impact law or Coulomb's friction law. Order 1.
 
     Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; Jean, Comput. Methods Appl. Mech. Eng.
-    177, 1999. A step may contain any number of impacts; times of events are not located. Sticking has the static bound.
+    177, 1999. A step may contain any number of impacts; times of events are not located. The static bound of friction
+    holds for sticking.
     """
 
     name, order = "Moreau", 1

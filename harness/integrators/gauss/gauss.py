@@ -1,4 +1,4 @@
-"""Gauss-Legendre methods: implicit Runge-Kutta of order 2s with s stages, by the fixed point or Newton's iteration."""
+"""Gauss-Legendre methods: implicit Runge-Kutta of order 2s with s stages, solved by fixed-point or Newton iteration."""
 
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -10,10 +10,9 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Step
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.base import fixed_step, linear, stepping, tableau
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Loop, Table, kept, rounded
-from gnomon.harness.integrators.base.stepping import Step
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import gauss_steps
-from gnomon.harness.integrators.gauss.gauss_steps import gauss_nystrom_step, gauss_step, newton_numbers, newton_step
+from gnomon.harness.integrators.gauss.gauss_steps import gauss_step, newton_numbers, newton_step
 from gnomon.harness.kernels.generated_modules import cache_folder, module_name
 from gnomon.harness.kernels.straight_line import compiled, counting_text
 from gnomon.reference.numerics.precision import nearest_double, working
@@ -22,11 +21,11 @@ from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 STEPS_BACK = {1: 4, 2: 2, 3: 2}
-"""The number of last steps, by the number of stages, whose slopes are extrapolated; 1 where there are more stages:
+"""The number of last steps whose slopes are extrapolated, by the number of stages. It is 1 for more stages, as
 polynomials of higher degree magnify round-off."""
 
 SHORT = 42
-"""Significant bits of the leading part of a coefficient; its rest is up to 2^10 times that of 53 bits."""
+"""Significant bits of the leading part of a coefficient. The rest is up to 2^10 times larger than after 53 bits."""
 
 
 class Gauss(FixedStep):
@@ -36,29 +35,27 @@ class Gauss(FixedStep):
     Wanner VIII.6. Second-order equations are solved in Nyström form. Sums are compensated (Hairer, McLachlan,
     Razakarivony, BIT 48, 2008).
 
-    A trajectory with a step where that iteration does not converge is stiff, or its steps are long: it is integrated
-    again from its start by Newton's iteration with the exact Jacobian (differentiated from the equations, IV.8 of Hairer
-    and Wanner, Solving Ordinary Differential Equations II, 1996). Both solve the same equations to round-off. Evaluations
-    of the Jacobian are not counted as right-hand sides.
+    If the fixed-point iteration does not converge in a step, the motion is stiff or the steps are long. The trajectory
+    is then integrated again from its start, by Newton's iteration with the exact Jacobian (differentiated from the
+    equations, IV.8 of Hairer and Wanner, Solving Ordinary Differential Equations II, 1996). Both iterations solve the
+    same equations to round-off. Evaluations of the Jacobian are not counted as right-hand sides.
     """
 
     accepts = (FirstOrder, SecondOrder)
     conserves = ("symplectic", "reversible", "momentum")
     compensated = True
+    step = gauss_step
     stages: ClassVar[int]
-
-    def step_for(self, form: Form) -> Step:
-        return gauss_nystrom_step if isinstance(form, SecondOrder) else gauss_step
 
     def rows(self, form: Form) -> int:
         return 1 + (1 + STEPS_BACK.get(self.stages, 1)) * self.stages
 
     def table(self, mp: Any, form: Form, parameters: Any, roundoff: Any) -> Table:
-        """The table of `gauss_step` or `gauss_nystrom_step`: coefficients that conserve quadratic invariants exactly.
+        """The table of `gauss_step`: coefficients that conserve quadratic invariants exactly.
 
-        A step is symplectic where m_ij + m_ji = 1 for m_ij = a_ij / b_j, or, for q'' = f, m_ij - m_ji = c_i - c_j for
-        m_ij = (a^2)_ij / b_j. Multiples of a power of two keep that, the sum of b and the symmetry of the nodes without
-        rounding (Antoñana, Makazaga, Murua, Numer. Algorithms 76, 2017).
+        A step is symplectic if m_ij + m_ji = 1 with m_ij = a_ij / b_j, or, for q'' = f, if m_ij - m_ji = c_i - c_j with
+        m_ij = (a^2)_ij / b_j. Coefficients that are multiples of a power of two satisfy this condition, the sum of b
+        and the symmetry of the nodes without rounding (Antoñana, Makazaga, Murua, Numer. Algorithms 76, 2017).
         """
         stages, second = self.stages, isinstance(form, SecondOrder)
         s, middle, zero = range(stages), stages // 2, mp.mpf(0)
@@ -106,7 +103,7 @@ class Gauss(FixedStep):
         return run
 
     def by_newton(self, problem: Problem, h: float, substeps: int) -> Loop | None:
-        """The same steps by Newton's iteration; None where the equations cannot be differentiated."""
+        """The loop that takes these steps by Newton's iteration; None if the equations cannot be differentiated."""
         form, dimension = problem.form, problem.dimension
         assert isinstance(form, FirstOrder | SecondOrder)
         width, _ = self.widths(form, dimension)
@@ -133,16 +130,16 @@ class Gauss(FixedStep):
 
 
 def compiled_once(what: str, make: Callable[[], Any]) -> None:
-    """Call `make`, which compiles for a method and its equations, unless it was called with the same sources before.
+    """Call `make`, which compiles a method for equations, unless an earlier call with the same sources did so.
 
-    So the compiled code is on disk before anything is timed, and is not loaded where it is not used.
+    The compiled code is then on disk before anything is timed, and only processes that use it load it.
     """
-    from gnomon.harness.kernels import numba_cache  # loads numba
+    from gnomon.harness.kernels import numba_fallback  # loads numba
 
     own = (__name__, *(module.__name__ for module in (fixed_step, gauss_steps, linear, stepping, tableau)))
     kernels = (f"gnomon.harness.kernels.{name}" for name in ("derivatives", "straight_line", "traced"))
     made_of = closure(*own, *kernels, within=())
-    name = f"{module_name(f'{what} {numba_cache.machine()} {made_of}')}.newton"
+    name = f"{module_name(f'{what} {numba_fallback.machine()} {made_of}')}.newton"
     if made_of is None or cachefolder.load(cache_folder(), name) is None:
         make()
         cachefolder.store_or_warn(cache_folder(), name, b"")
@@ -150,7 +147,7 @@ def compiled_once(what: str, make: Callable[[], Any]) -> None:
 
 @cached_by_content
 def derivatives(equations: Callable[..., Any], width: int, parameters: int) -> int | None:
-    """The address of a C function that computes the equations and their Jacobian; None where they cannot be traced."""
+    """The address of a C function that computes the equations and their Jacobian; None if they cannot be traced."""
     try:
         return compiled(counting_text(FirstOrder(equations), width, parameters))
     except ValueError:
@@ -167,8 +164,11 @@ def newton_table(stages: int, second_order: bool) -> Floats:
 
 
 def newton_rows(mp: Any, stages: int, second_order: bool, roundoff: Any) -> Table:
-    """The table of `newton_step`. For y' = f the change is b^T A^-1 z; for q'' = f the change of q is the same, that of v
-    is b^T A^-2 (z - c h v) / h, where b^T A^-1 1 is 2 for odd numbers of stages and 0 for even ones."""
+    """The table of `newton_step`.
+
+    For y' = f the state changes by b^T A^-1 z. For q'' = f the position changes by b^T A^-1 z and the velocity by
+    b^T A^-2 (z - c h v) / h. Here b^T A^-2 c = b^T A^-1 1 is 2 for an odd number of stages and 0 for an even one.
+    """
     rows, b = stage_rows(mp, stages, second_order, mp.prec)
     inverse = mp.matrix([row[1:] for row in stage_rows(mp, stages, False, mp.prec)[0]]) ** -1
     change = mp.matrix([b]) * inverse
@@ -177,17 +177,20 @@ def newton_rows(mp: Any, stages: int, second_order: bool, roundoff: Any) -> Tabl
 
 
 def with_rounding_residuals(mp: Any, rows: Table, last: Table, second_order: bool, roundoff: Any) -> Table:
-    """The `last` rows of a table, each followed by its rounding residual; then one row with the residual of each of
-    `rows`: of the sum of its coefficients, for second-order equations of its node."""
+    """The `last` rows of a table, each split in two (see `halves`), then one row with a residual for each of `rows`.
+
+    The residual is the sum of the rounding residuals of the coefficients or, for second-order equations, the rounding
+    residual of the node.
+    """
     halved = [half for row in last for half in halves(mp, row, roundoff)]
     return [*halved, [mp.fsum(rounding_residuals(mp, row[:1] if second_order else row[1:], roundoff)) for row in rows]]
 
 
 def halves(mp: Any, row: Sequence[Any], roundoff: Any) -> tuple[list[Any], list[Any]]:
-    """A row of numbers to SHORT bits, and the rests, which are 0 where the step runs in the context's digits.
+    """Split a row of numbers into parts of SHORT bits and rests, which are 0 if the step runs in the context's digits.
 
-    Sums begin with the rests. The rest of a number to 53 bits would be a fraction of its last bit, which a product by a
-    simple number, such as 1/4 or 5/18, rounds the same way in every step: it would be lost, and the energy drift as t.
+    Sums begin with the rests. After 53 bits a rest would be a fraction of the last bit. A product with a simple number,
+    such as 1/4 or 5/18, rounds such a fraction in the same way in every step: it is lost, and the energy drifts as t.
     """
     if roundoff <= mp.eps:
         return list(row), [mp.mpf(0)] * len(row)
@@ -197,7 +200,7 @@ def halves(mp: Any, row: Sequence[Any], roundoff: Any) -> tuple[list[Any], list[
 
 
 def rounding_residuals(mp: Any, row: Sequence[Any], roundoff: Any) -> list[Any]:
-    """Numbers minus their rounding to binary64; 0 where the step runs in the context's digits."""
+    """The numbers minus their rounding to binary64; 0 if the step runs in the context's digits."""
     return [mp.mpf(0) if roundoff <= mp.eps else value - mp.mpf(nearest_double(value)) for value in row]
 
 
@@ -218,7 +221,7 @@ def collocation(mp: Any, c: Sequence[Any], order: int) -> ButcherTableau:
 
 
 def nodes(mp: Any, stages: int) -> list[Any]:
-    """The zeros of the shifted Legendre polynomial, by Newton's method from the Chebyshev-like estimates."""
+    """The zeros of the shifted Legendre polynomial, by Newton's method from estimates similar to Chebyshev nodes."""
     found = []
     for j in range(1, stages + 1):
         x = -mp.cos(mp.pi * (4 * j - 1) / (4 * stages + 2))
@@ -232,7 +235,7 @@ def nodes(mp: Any, stages: int) -> list[Any]:
 
 
 def basis(mp: Any, c: Sequence[Any]) -> list[list[Any]]:
-    """Coefficients, lowest first, of the polynomials that are 1 at one node and 0 at the others."""
+    """Coefficients, lowest first, of the polynomials that are 1 at one node and 0 at the other nodes."""
     found = []
     for j, node in enumerate(c):
         polynomial = [mp.mpf(1)]
@@ -255,34 +258,34 @@ def lagrange(mp: Any, c: list[Any], points: list[Any]) -> list[list[Any]]:
 
 
 class ImplicitMidpoint(Gauss):
-    """One stage: the implicit midpoint rule. Order 2."""
+    """The implicit midpoint rule: the Gauss method of one stage. Order 2."""
 
     name, order, stages = "Implicit midpoint", 2, 1
     primary = False
 
 
 class Gauss2(Gauss):
-    """Two stages (Hammer and Hollingsworth, 1955). Order 4."""
+    """The Gauss method of two stages (Hammer and Hollingsworth, 1955). Order 4."""
 
     name, order, stages = "Gauss 2-stage", 4, 2
 
 
 class Gauss3(Gauss):
-    """Three stages. Order 6."""
+    """The Gauss method of three stages. Order 6."""
 
     name, order, stages = "Gauss 3-stage", 6, 3
     primary = False
 
 
 class Gauss4(Gauss):
-    """Four stages. Order 8."""
+    """The Gauss method of four stages. Order 8."""
 
     name, order, stages = "Gauss 4-stage", 8, 4
     sweep = Steps(coarsest=1.0, halvings=8)
 
 
 class Gauss5(Gauss):
-    """Five stages. Order 10."""
+    """The Gauss method of five stages. Order 10."""
 
     name, order, stages = "Gauss 5-stage", 10, 5
     primary = False
@@ -290,7 +293,7 @@ class Gauss5(Gauss):
 
 
 class Gauss6(Gauss):
-    """Six stages. Order 12."""
+    """The Gauss method of six stages. Order 12."""
 
     name, order, stages = "Gauss 6-stage", 12, 6
     primary = False
@@ -298,7 +301,7 @@ class Gauss6(Gauss):
 
 
 class Gauss7(Gauss):
-    """Seven stages. Order 14."""
+    """The Gauss method of seven stages. Order 14."""
 
     name, order, stages = "Gauss 7-stage", 14, 7
     primary = False
@@ -306,7 +309,7 @@ class Gauss7(Gauss):
 
 
 class Gauss8(Gauss):
-    """Eight stages. Order 16."""
+    """The Gauss method of eight stages. Order 16."""
 
     name, order, stages = "Gauss 8-stage", 16, 8
     primary = False

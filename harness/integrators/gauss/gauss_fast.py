@@ -1,4 +1,4 @@
-"""The fast Gauss method: eight stages in the eight lanes of one vector, steps from the tolerance."""
+"""The fast Gauss method: eight stages in the eight lanes of one vector, with steps chosen from the tolerance."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ Floats = NDArray[np.float64]
 LEAST_TOLERANCE = 1e-16
 
 FINEST_SHARE = 1e-14
-"""Share of the largest component: where the finest absolute tolerance of Radau IIA 5 is above it, Radau is not used."""
+"""Radau IIA 5 is not used if its finest absolute tolerance, as a share of the largest component, is above this number
+and above the tolerance."""
 
 REASONS = {
     gauss_fast_constants.NOT_FINITE: "the equations gave a value that is not finite",
@@ -42,19 +43,21 @@ REASONS = {
 class GaussFast(Integrator):
     """Gauss-Legendre collocation with 8 stages in SIMD lanes, adaptive. Order 16.
 
-    Kuntzmann 1961; Butcher, Mathematics of Computation 18, 1964. Stages by fixed-point iteration from the last step's
-    polynomial (Hairer, Lubich, Wanner, Geometric Numerical Integration, VIII.6), accelerated by the equations'
-    derivatives where these are few and the equations expensive, many components in groups (Gauss-Seidel). The error is
-    estimated from the decay of the stage polynomial; steps stay equal, or follow the frequency of the motion, as long as
-    it allows. Sums are compensated. Samples are separate steps within a step, of the same order.
+    Kuntzmann 1961; Butcher, Mathematics of Computation 18, 1964. The stages are solved by fixed-point iteration, which
+    starts from the last step's polynomial (Hairer, Lubich, Wanner, Geometric Numerical Integration, VIII.6). For
+    expensive equations with few components, their derivatives accelerate it; many components are iterated in groups
+    (Gauss-Seidel). The error is estimated from the decay of the coefficients of the stage polynomial. Steps stay equal,
+    or follow the frequency of the motion, as long as the error allows it. Sums are compensated. A sample is a separate
+    step from the start of the step in which it lies, of the same order.
 
-    A trajectory whose steps are limited by convergence, while it moves slowly, is stiff: Radau IIA 5 integrates it, to
-    the same tolerance.
+    A trajectory is stiff if it moves slowly while convergence limits its steps. Radau IIA 5 then integrates it, to the
+    same tolerance.
 
-    Tolerances above 1e-4 are replaced by 1e-4. At 1e-16 only round-off is left, and the error of energy grows as t^(1/2)
-    (Brouwer's law).
+    Tolerances above 1e-4 are replaced by 1e-4. At 1e-16 only round-off is left, and the error of energy grows as
+    t^(1/2) (Brouwer's law).
 
-    Ensembles: each vector holds eight trajectories with common steps, on all cores, as accurate as one by one.
+    In an ensemble each vector holds eight trajectories with common steps, and all cores are used. Each trajectory is as
+    accurate as one that is integrated alone.
     """
 
     name, order = "Gauss 8-stage SIMD", 16
@@ -125,12 +128,15 @@ class GaussFast(Integrator):
 
 
 def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | None:
-    """One trajectory by Radau IIA 5, whose tolerance is absolute below 1; None where that stops too or is too coarse."""
+    """Integrate one trajectory by Radau IIA 5, whose tolerance is absolute for components below 1.
+
+    Gives None if Radau IIA 5 stops too or is too coarse.
+    """
     form = first_order(problem.form)  # type: ignore[arg-type]
     problem, finest = replace(problem, form=form), 1e-16  # type: ignore[arg-type]
     try:
         found = radau.prepared(problem, max(tolerance, finest), 0.0)(initial)
-        # Which components stay small is known only from this solution.
+        # Only this solution shows which components stay small.
         sizes = np.max(np.abs(found.states[0]), axis=0)
         if max(tolerance, FINEST_SHARE) * np.max(sizes) < finest:
             return None
@@ -144,11 +150,11 @@ def stiffly(problem: Problem, tolerance: float, initial: Floats) -> Solution | N
 
 @cache
 def table(second_order: bool, width: float = 0.0) -> Floats:
-    """The coefficients as the kernel takes them, rounded once from high precision; each row is one cache line.
+    """The coefficients of the kernel, rounded once from high precision; each row is one cache line.
 
     `width`: the bandwidth of the slopes for which first guesses are made, in radians a step.
 
-    They take .06 s and are kept on disk, under a key of the sources that compute them.
+    The coefficients take .06 s to compute and are kept on disk, under a key of the sources that compute them.
     """
 
     def build() -> Floats:
@@ -162,7 +168,7 @@ def table(second_order: bool, width: float = 0.0) -> Floats:
 
 
 def lines(count: int) -> Floats:
-    """Zeros (count, 8), each row of which is one line of the processor's cache."""
+    """An array (count, 8) of zeros in which each row is one line of the processor's cache."""
     space = np.zeros(8 * count + 8)
     return space[-space.ctypes.data % 64 // 8 :][: 8 * count].reshape(count, 8)
 
@@ -176,7 +182,7 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
     if second_order:
         a = [[mp.fsum(a[j][m] * a[m][k] for m in s) for k in s] for j in s]
     a, once = ([summing(mp, row) for row in matrix] for matrix in (a, once))
-    # The stage polynomial about its end, where c = 1 + x, from its values at small x: exact, it has degree 7.
+    # Monomials of the stage polynomial in x = c - 1, from its values at eight small x: exact, as its degree is 7.
     points = [mp.mpf(k - 4) / 8 for k in s]
     few = [mp.nint(node * 2**24) / 2**24 for node in c]
     positions = [b[j] * (1 - c[j]) for j in s]
@@ -204,17 +210,17 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
 
 
 def bandwidth(tolerance: float) -> float:
-    """The assumed bandwidth of the slopes, in radians a step, of steps that err by this tolerance."""
+    """The assumed bandwidth of the slopes, in radians a step, for steps whose error equals the tolerance."""
     width = TUNING.usual_width * float((tolerance / 1e-6) ** TUNING.width_exponent)
     return round(min(TUNING.most_width, width), 1)
 
 
 def extrapolation_weights(mp: Any, c: list[Any], width: float) -> list[list[Any]]:
-    """Weights of a function's values at the nodes `c` in its values at 1 + c: a matrix (8, 8).
+    """The matrix (8, 8) that extrapolates a function from its values at the nodes `c` to its values at 1 + c.
 
-    The best linear estimate for random functions whose frequencies have a normal distribution of this width (Rasmussen,
-    Williams, Gaussian Processes for Machine Learning, 2006, 2.2), which tends to the interpolating polynomial as the width
-    goes to 0. Over a long step a polynomial that is continued is worse than no guess.
+    It is the best linear estimate for random functions whose frequencies have a normal distribution of this width
+    (Rasmussen, Williams, Gaussian Processes for Machine Learning, 2006, 2.2). It tends to the interpolating polynomial
+    as the width goes to 0. Over a long step an extrapolated polynomial is worse than no guess.
     """
     if width == 0:
         return lagrange(mp, c, [1 + node for node in c])
@@ -226,7 +232,7 @@ def extrapolation_weights(mp: Any, c: list[Any], width: float) -> list[list[Any]
 
 
 def summing(mp: Any, row: Sequence[Any]) -> list[Any]:
-    """A row rounded to binary64 so that its sum is not: each number is corrected by the residuals of the larger ones."""
+    """Round a row to binary64 but keep its sum: to each number the residuals of the larger numbers are added first."""
     found, left = list(row), mp.mpf(0)
     for k in sorted(range(len(row)), key=lambda k: -abs(row[k])):
         found[k] = mp.mpf(nearest_double(row[k] + left))
@@ -235,7 +241,7 @@ def summing(mp: Any, row: Sequence[Any]) -> list[Any]:
 
 
 def reason(stop: NDArray[np.int64]) -> str | None:
-    """Why a trajectory ended early, as a sentence; None where it did not."""
+    """The reason for the early end of a trajectory, as a sentence; None if it reached the last sample."""
     if stop[0] == 0:
         return None
     what = f"{REASONS[int(stop[0])]}, before sample {stop[2] + 1}"

@@ -1,12 +1,15 @@
-"""The step sizes of the fast Gauss method for single trajectories, as text: equal steps, steps from the frequency.
+"""The step sizes of the fast Gauss method for single trajectories, as text: equal steps, or steps from the frequency.
 
-Steps are kept equal where they can be: guesses are better, and energy does not drift. For motions with quick and slow parts
-(a pericentre) equal steps would be too short for most of the orbit, and with steps that follow the error alone energy
-drifts. Where the derivatives J of the acceleration are known, its frequency |J|^(1/2) can choose the step size: the mean of
-1/h on both sides of a point is the frequency there over a constant stride. That rule is the same backwards in time, so what
-energy gains towards a pericentre is lost on the way back (Huang, Leimkuhler, SIAM Journal on Scientific Computing 18, 1997).
-It is tried where the wanted step varies HOLD times within WINDOW steps, and kept while the wanted stride varies less than
-that and less than STEADIER of the former variation. See `lane_text` for the notation.
+Steps stay equal as long as possible: guesses are then better, and the energy does not drift. For motions with quick and
+slow parts (a pericentre) equal steps would be too short for most of the orbit, and with steps that follow only the
+error the energy drifts. If the derivatives J of the acceleration are known, the frequency |J|^(1/2) can choose the step
+size: the mean of 1/h before and after a point is the frequency at the point over a constant stride. This rule is
+symmetric in time, so that the motion away from a pericentre loses the energy that it gained on the way in (Huang,
+Leimkuhler, SIAM Journal on Scientific Computing 18, 1997).
+
+The rule is tried if the wanted step varies by more than a factor HOLD within WINDOW steps. It is kept while the wanted
+stride varies by less than HOLD and by less than STEADIER times the variation that the wanted step had. See `lane_text`
+for the notation.
 """
 
 from __future__ import annotations
@@ -15,13 +18,13 @@ from gnomon.harness.integrators.gauss.gauss_fast_stages import CommonText
 
 
 class ControlText(CommonText):
-    """The choice of the next step, after one that was accepted."""
+    """The text that chooses the next step after an accepted step."""
 
     def next_step(self) -> str:
-        """The next step: equal steps, as long as its error and its rate allow them.
+        """Choose the next step: steps stay equal as long as the error and the rate of convergence allow it.
 
-        After EQUAL_STEPS_NEEDED equal steps they grow by the factor that all of them allowed, `common_growth`. From HOLD times
-        on, the next step is longer by LEAP times less than that.
+        After EQUAL_STEPS_NEEDED equal steps the step grows by `common_growth`, the factor that each of these allowed.
+        If the error allows a factor `grow` of HOLD or more, the step grows at once, by grow / LEAP.
         """
         return """
             if rate > FAST and rounds > SETTLING:
@@ -45,7 +48,7 @@ class ControlText(CommonText):
         """
 
     def equal_steps(self) -> str:
-        """The usual case is in a branch of its own: the next step can start before `grow` is known."""
+        """The next step h. The usual case has its own branch, so that the step can start before `grow` is known."""
         return """
             if HOLD_FROM <= grow < HOLD:
                 h = step * more
@@ -65,9 +68,9 @@ class ControlText(CommonText):
         """
 
     def wanted_strides(self) -> str:
-        """The variation of the step that the error allows, and of its product with the frequency: eighth powers need no root.
+        """The ranges of the step that the error allows and of the stride, its product with the frequency.
 
-        A step far too short gives no good estimate of the fitting one.
+        Eighth powers of strides need no root. A step that is far too short gives no good estimate of the fitting step.
         """
         return """
             before, norm = norm, square
@@ -83,7 +86,10 @@ class ControlText(CommonText):
         """
 
     def choice_of_frequency(self) -> str:
-        """Where the frequency does not predict which steps must be short, it is tried again after ever more windows."""
+        """Begin or end steps by frequency; after each failure the next trial waits for more windows.
+
+        It fails if the frequency does not predict which steps must be short.
+        """
         return """
             if by_frequency and (
                 grow >= GROW_MOST
@@ -105,7 +111,7 @@ class ControlText(CommonText):
         """
 
     def step_by_frequency(self) -> str:
-        """The mean of 1/h before and after this point is its frequency over the stride."""
+        """The next step by frequency: the mean of 1/h before and after this point is its frequency over the stride."""
         return """
             frequency = math.sqrt(math.sqrt(norm))
             if grow < HOLD_FROM:
@@ -120,8 +126,10 @@ class ControlText(CommonText):
         """
 
     def stiffness(self) -> str:
-        """Counts steps of a slow motion that convergence limits. A component that has decayed goes on changing at the same
-        relative rate."""
+        """Count the steps of a slow motion that convergence limits.
+
+        LEAST_MOVING excludes decayed components, whose relative rate of change stays large.
+        """
         return """
             if rate > STIFF_RATE:
                 most, moves = 0.0, 0.0

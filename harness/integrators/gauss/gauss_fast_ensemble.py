@@ -1,17 +1,18 @@
 """The fast Gauss method for ensembles, as text: the lanes of a vector are eight trajectories.
 
-The method is that of `gauss_fast_stepping`: guesses, rounds, error, compensated sums. The differences:
+Guesses, rounds, error and compensated sums are as in `gauss_fast_stepping`. The differences:
 
 - The eight trajectories of a vector share t and the step, and a whole number of steps fills the interval between two
   samples, so that samples are ends of steps.
 - The stages lie in memory, in the rows of `work`. One loop computes their states and the next one the slopes: the
   processor has too few registers for both.
-- Sharp turns between two stages are not looked for.
+- Sharp turns between two stages are not detected.
 
-As there, nothing is rounded the same way in every step: the error of energy is a random walk at the finest tolerance.
+Here too, no operation rounds in the same way in every step: at the finest tolerance the error of energy is a random
+walk.
 
-A vector that cannot go on, or passes a pole, is recorded in `left_over`: the method for single trajectories integrates it
-again, and gives the reason where it stops too. See `lane_text` for the notation.
+`left_over` records a vector that cannot go on or that passes a pole. The method for single trajectories integrates
+these trajectories again, and gives the reason if it stops too. See `lane_text` for the notation.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from gnomon.harness.integrators.gauss.gauss_fast_stages import CommonText
 
 
 class EnsembleText(CommonText):
-    """The function `advance_eight` and those that it calls."""
+    """The text of the function `advance_eight` and of the functions that it calls."""
 
     def ensemble(self) -> str:
         """The functions of the module."""
@@ -35,11 +36,12 @@ class EnsembleText(CommonText):
         """
 
     def places_of_work(self) -> dict[str, int]:
-        """First rows of the parts of `work`, and their number as ROWS.
+        """First rows of the parts of `work`, and the number of rows as ROWS.
 
-        The matrix that gives the guesses, and its sums over the stages once and twice; the same sums for stages; the slopes
-        of two steps in turns; the last guess; places of the stages and their velocities; what the roundings of both left;
-        slopes before they are corrected; derivatives.
+        AFTER: the matrix that gives the guesses; ONWARD: both stage matrices times AFTER; FRESH: both stage matrices;
+        SLOPES and SLOPES_TOO: the slopes of the last step and of this one; GUESS: the last guess; POINTS: places and
+        velocities of the stages; APART: their rounding residuals; FOUND: slopes before correction; FIRST_DERIVATIVE:
+        derivatives.
         """
         count, derivatives = self.layout.count, len(self.layout.derivatives)
         names = "AFTER ONWARD FRESH SLOPES SLOPES_TOO GUESS POINTS APART FOUND FIRST_DERIVATIVE ROWS"
@@ -51,8 +53,10 @@ class EnsembleText(CommonText):
         return "\n".join(f"{name} = {row}" for name, row in places.items())
 
     def advance_eight(self) -> str:
-        """All trajectories, eight at a time. `left_over`: for each eight whether they failed, then the number of right-hand
-        sides."""
+        """Integrate all trajectories, eight at a time.
+
+        `left_over`: for each eight whether they failed, then the number of right-hand sides.
+        """
         return """
             @njit("int64({signature}, float64[:, ::1])", {options}, nogil=True)
             def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
@@ -78,7 +82,7 @@ class EnsembleText(CommonText):
         """
 
     def limits(self) -> str:
-        """What the tolerance determines, and the matrices at their places in `work`."""
+        """Numbers that depend on the tolerance, and the stage matrices at their places in `work`."""
         return """
             p = ({parameters})
             k = constants(p)
@@ -93,7 +97,7 @@ class EnsembleText(CommonText):
         """
 
     def start(self) -> str:
-        """The last trajectory fills the lanes that are left."""
+        """Start eight trajectories; if there are fewer, the last one fills the other lanes."""
         return """
             y% = lanes(0.0)
             compensation% = lanes(0.0)
@@ -134,8 +138,10 @@ class EnsembleText(CommonText):
         """
 
     def guess(self) -> str:
-        """Only the last guess is computed, to measure the error of all: one matrix gives the states of the stages directly from
-        the slopes of the last step."""
+        """Prepare the guesses: one matrix gives the states of the stages directly from the slopes of the last step.
+
+        Only the guess for the last stage is computed, to measure the error of the guesses.
+        """
         return """
             if last > 0.0:
                 if not abs(h / last - ratio) < EQUAL_WITHIN:
@@ -151,7 +157,7 @@ class EnsembleText(CommonText):
         """
 
     def carry_on(self) -> str:
-        """The matrix that continues the stage polynomial into a step `ratio` times as long, and its integrals."""
+        """The matrix that extrapolates the stage polynomial into a step `ratio` times as long, and its integrals."""
         return """
             @njit({inner})
             def carry_on(table, work, ratio):
@@ -201,8 +207,11 @@ class EnsembleText(CommonText):
         """
 
     def eight_stages(self) -> str:
-        """The iteration: see `gauss_fast_stages`. `source` and `matrix`: rows of the slopes of the round before, first of the
-        last step, and of the matrix that gives places from them; `new`: rows of the result."""
+        """The iteration for eight trajectories (see `gauss_fast_stages`).
+
+        First rows in `work`: `source`, the slopes of the round before, or of the last step in the first round;
+        `matrix`, the matrix that gives places from these slopes; `new`, the result.
+        """
         return """
             @njit(forceinline=True, {inner})
             def eight_stages(
@@ -233,7 +242,7 @@ class EnsembleText(CommonText):
         """
 
     def places(self) -> str:
-        """The places and velocities of a stage, and for corrections what their rounding left out."""
+        """The places and velocities of a stage and, for corrections, their rounding residuals."""
         return """
             b@ = y[@]  #? first_order
             m, n = lanes(h * table[NODES_HIGH, j]), lanes(h * table[NODES_LOW, j])  #? second_order
@@ -262,7 +271,7 @@ class EnsembleText(CommonText):
         """
 
     def plain_round(self) -> str:
-        """The new slopes g."""
+        """A round without derivatives: the new slopes g."""
         return """
             off = lanes(0.0)
             for j in range(8):
@@ -272,11 +281,13 @@ class EnsembleText(CommonText):
         """
 
     def corrected_round(self) -> str:
-        """With derivatives J the new slopes are corrected twice, by J h A c with the corrections c of all stages, first of
-        none.
+        """A round with derivatives J, which correct the new slopes twice.
 
-        The error that is left goes with the square of the error before the round, so after this round with the square of
-        the rate, where the corrections have converged (`rest`): two rounds are usual at fine tolerances.
+        The first correction is J times the change of the places that the new slopes cause, the second one J times the
+        change that the corrected slopes cause.
+
+        If the corrections have converged (`rest`), the error after the round is proportional to the square of the error
+        before it. So the next change is expected with the square of the rate: two rounds are usual at fine tolerances.
         """
         return """
             for j in range(8):
@@ -301,7 +312,7 @@ class EnsembleText(CommonText):
         """
 
     def corrections(self) -> str:
-        """By how much the places s and the velocities w of a stage change, and so its slopes."""
+        """The changes s of the places and w of the velocities of a stage, and the change c of its slopes."""
         return """
             s@ = lanes(table[STAGES, j]) * r@_0
             s@ = fma(lanes(table[STAGES + $, j]), r@_$, s@)
@@ -322,8 +333,11 @@ class EnsembleText(CommonText):
         return "\n".join(found)
 
     def sums(self) -> str:
-        """Over the stages: the sums for positions and velocities with the residuals of their weights, the Legendre coefficients
-        c and d of degree 6 and 7, the mean size of the slopes."""
+        """Sums over the stages.
+
+        They give the changes of velocities and positions, with the residuals of their weights, the Legendre
+        coefficients c and d of degree 6 and 7, and the mean size of the slopes.
+        """
         return """
             a@ = lanes(0.0)
             b@ = lanes(0.0)
@@ -345,7 +359,7 @@ class EnsembleText(CommonText):
         """
 
     def error(self) -> str:
-        """That of `gauss_fast_stepping`, of the worst trajectory, without sharp turns."""
+        """The error of the worst trajectory, estimated as in `gauss_fast_stepping` but without sharp turns."""
         return """
             c@ = larger(size(c@) - slope_roundoff, lanes(0.0))
             d@ = larger(size(d@) - slope_roundoff, lanes(0.0))
@@ -360,7 +374,7 @@ class EnsembleText(CommonText):
         """
 
     def end_of_step(self) -> str:
-        """The compensated update."""
+        """The compensated update of the state."""
         return """
             change = (<|fma(lanes(h), a@, fma(lanes(h), e@, compensation[@])), |>)  #? first_order
             speed@ = fma(lanes(h), a@, fma(lanes(h), e@, compensation[&]))  #? second_order
@@ -401,8 +415,11 @@ class EnsembleText(CommonText):
         """
 
     def next_step(self) -> str:
-        """Steps are kept equal until they err too much, could grow HOLD_OF_ENSEMBLE times, or EQUAL_STEPS_NEEDED of them could
-        all have grown by LEAST_GROWTH."""
+        """Choose the next step: steps stay equal as long as possible.
+
+        They change if their error is too large, if one could grow HOLD_OF_ENSEMBLE times, or if each of
+        EQUAL_STEPS_NEEDED steps could have grown by LEAST_GROWTH.
+        """
         return """
             grow = min(1 / shrink_factor, 1.0 if rejected else GROW_MOST)
             if rate > FAST and rounds > SETTLING:

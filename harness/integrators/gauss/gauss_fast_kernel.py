@@ -27,7 +27,7 @@ from numba import njit"""
 
 @cached_by_content
 def compiled(form: Form, parameters: int, dimension: int) -> Callable[..., int]:
-    """`advance(parameters, table, initial, times, tolerance, out, stop)` around the equations of a form."""
+    """Compile `advance(parameters, table, initial, times, tolerance, out, stop)` for the equations of a form."""
     source = module(SingleText(layout(form, parameters, dimension)), "single")
     run: Callable[..., int] = compiled_function(source, "advance")
     return run
@@ -35,13 +35,16 @@ def compiled(form: Form, parameters: int, dimension: int) -> Callable[..., int]:
 
 @cached_by_content
 def compiled_ensemble(form: Form, parameters: int, dimension: int) -> tuple[Callable[..., int], int]:
-    """`advance_eight(parameters, table, initial, times, tolerance, out, left_over, work)`, and the number of rows of `work`."""
+    """Compile `advance_eight(parameters, table, initial, times, tolerance, out, left_over, work)` for a form.
+
+    Also gives the number of rows of `work`.
+    """
     text = EnsembleText(layout(form, parameters, dimension, False))
     return compiled_function(module(text, "ensemble"), "advance_eight"), text.places_of_work()["ROWS"]
 
 
 def module(text: LaneText, part: str) -> str:
-    """The source of a module: the equations, and a part of the method."""
+    """The source of a module that holds the equations and the part of the method named `part`."""
     found = text.layout
     equations = [source.replace("INNER", INNER) for source in code(found.all_values, found.groups, found.poles)]
     kind = ("y' = f(t, y)", "q'' = a(t, q)", "q'' = a(t, q, q')")[found.kind]
@@ -51,7 +54,7 @@ def module(text: LaneText, part: str) -> str:
 
 @cache
 def lanes_digest() -> str:
-    """A hash of the modules that generated ones import: an edit there compiles these again."""
+    """A hash of the modules that generated modules import: an edit there compiles the generated modules again."""
     modules = (f"gnomon.harness.integrators.gauss.{name}" for name in ("lanes", "lanes_math", "lanes_step"))
     return closure(*modules, "gnomon.harness.integrators.gauss.gauss_fast_constants", within=()) or secrets.token_hex(
         16

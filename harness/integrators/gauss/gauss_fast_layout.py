@@ -1,4 +1,4 @@
-"""What the fast Gauss method knows of the equations of one case: their kind, derivatives, poles, groups."""
+"""The properties of a case's equations that the fast Gauss method uses: kind, derivatives, poles, groups."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ FIRST_ORDER, SECOND_ORDER, WITH_VELOCITY = range(3)
 
 @dataclass(frozen=True)
 class Layout:
-    """What the text of the method is written for: the unknown slopes, and the derivatives where they save time.
+    """The equations for which the text of the method is written.
 
-    `kind`: FIRST_ORDER, SECOND_ORDER or WITH_VELOCITY. `derivatives`: (slope, component of the state, value) of each that
-    is not 0. `frozen`: components of the state that never change; the equations take them after the `parameters`, whose
-    number this is. `groups`: slopes that are computed together in a round, one group after the other; empty where all
-    are computed together. `dimension`: of the state, with frozen components.
+    `kind`: FIRST_ORDER, SECOND_ORDER or WITH_VELOCITY. `values`: the unknown slopes. `derivatives`: (slope, component
+    of the state, value) of each derivative that is not 0; empty if derivatives save no time. `parameters`: the number
+    of parameters. `dimension`: the number of components of the state, frozen ones included. `frozen`: components of the
+    state that never change; the equations take them after the parameters. `groups`: the slopes that a round computes
+    together, one group after the other; empty if it computes all slopes together.
     """
 
     kind: int
@@ -42,7 +43,7 @@ class Layout:
 
     @property
     def many(self) -> bool:
-        """Whether there is more than one."""
+        """Whether there is more than one unknown slope."""
         return self.count > 1
 
     @property
@@ -68,7 +69,7 @@ class Layout:
 
     @property
     def by_position(self) -> list[int]:
-        """Where `all_values` has derivatives of an acceleration by a position."""
+        """The indices in `all_values` of the derivatives of accelerations by positions."""
         derivatives = enumerate(self.derivatives, self.count)
         return [n for n, (_, j, _) in derivatives if self.second_order and j < self.count]
 
@@ -79,7 +80,7 @@ class Layout:
 
     @property
     def indices(self) -> Sequence[Sequence[Mapping[str, str]]]:
-        """What the marks of the text stand for, one after the other (see `lane_text`)."""
+        """The values that replace the marks of the text, in sequence (see `lane_text`)."""
         moving = [i for i in range(self.dimension) if i not in self.frozen]
         return (
             [{"@": str(i), "&": str(self.count + i)} for i in range(self.count)],
@@ -90,7 +91,7 @@ class Layout:
 
 @cached_by_content
 def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -> Layout:
-    """The layout with which the equations of a form are solved in the least time. Raises Refused where they branch."""
+    """The layout that solves the equations of a form in the least time. Raises Refused if the equations branch."""
     trace = Trace(dimension, parameters)
     try:
         values = traced(form, trace)
@@ -113,10 +114,10 @@ def layout(form: Form, parameters: int, dimension: int, freezing: bool = True) -
 
 
 def groups(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, ...], ...]:
-    """Groups of slopes independent of one another, from the last component to the first: v' = a(q), then q' = v with the
-    new v.
+    """Groups of slopes that do not depend on one another, from the last component to the first.
 
-    Where that takes more than `most_groups`, a slope joins the group with the fewest slopes that it is coupled with.
+    An example: v' = a(q), then q' = v with the new v. If more than `most_groups` groups would be needed, a slope joins
+    the group with the fewest slopes to which it is coupled.
     """
     place = {x: i for i, x in enumerate(state)}
     needs = [{place[x] for x in reached([value]) if x in place} for value in values]
@@ -131,7 +132,7 @@ def groups(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, .
 
 
 def derivatives(values: Sequence[Value], state: Sequence[Node]) -> tuple[tuple[int, int, Value], ...]:
-    """Those that are not 0; none where computing them takes more time than they save."""
+    """The derivatives that are not 0; () if their computation takes more time than they save."""
     if len(values) > TUNING.most_derivatives or not any(expensive(x) for x in reached(values) if x.level == ROUND):
         return ()
     places = [(i, j) for i in range(len(values)) for j in range(len(state))]

@@ -1,7 +1,7 @@
 """The stages of one step of the fast Gauss method, as text: fixed-point iteration, accelerated by derivatives.
 
-f = f(t + c h, y + h A f), or a = a(t + c h, q + h c v + h^2 A^2 a), for all eight stages in the eight lanes of a vector; one
-vector for each component. See `lane_text` for the notation.
+The iteration solves f = f(t + c h, y + h A f), or a = a(t + c h, q + h c v + h^2 A^2 a). Each component has one vector,
+with the eight stages in its eight lanes. See `lane_text` for the notation.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from gnomon.harness.kernels.traced import reached
 
 
 class CommonText(LaneText):
-    """What single trajectories and ensembles have in common."""
+    """The parts of the text that single trajectories and ensembles share."""
 
     def signature(self) -> str:
-        """Of `p_, table, initial, times, tolerance, out` and the integers that the function gives beside `out`."""
+        """The types of `p_, table, initial, times, tolerance, out` and of the integers that the function writes."""
         return "float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1]"
 
     def placed(self) -> str:
@@ -22,11 +22,11 @@ class CommonText(LaneText):
         return "<|x@, |><|u@, |>" if self.layout.with_velocity else "<|x@, |>"
 
     def rate(self) -> str:
-        """What changes by the slopes: the velocity, or the state."""
+        """The quantity whose time derivatives the slopes are: the velocity, or the state of first-order equations."""
         return "y[&]" if self.layout.second_order else "y[@]"
 
     def first_step(self) -> str:
-        """A share of the times |y| / |y'|, or |v| / |a| + |q / a|^(1/2)."""
+        """The first step: a share of the time |y| / |y'|, or |v| / |a| + |q / a|^(1/2)."""
         return """
             first_step = FIRST_AT_REST * end
             if fastest > 0.0 and largest > 0.0:  #? first_order
@@ -37,10 +37,10 @@ class CommonText(LaneText):
         """
 
     def convergence(self) -> str:
-        """Whether the rounds end. For a rate r the change d leaves an error of d r / (1 - r), here d r.
+        """Decide whether the rounds end. A change d at the rate r leaves an error of d r / (1 - r), here taken as d r.
 
-        The rate of one round may be far better than that of the next, so `assumed_rate` is the least. Changes at the level
-        of round-off do not shrink. `rounds` is made negative where the iteration does not converge.
+        The next round may converge far more slowly than this one, so r is at least `assumed_rate`. Changes at the level
+        of round-off do not shrink. `rounds` becomes negative if the iteration does not converge.
         """
         return """
             if change * max(rate, assumed_rate) <= allowed_change and rate < SLOW:
@@ -54,14 +54,14 @@ class CommonText(LaneText):
 
 
 class StagesText(CommonText):
-    """The iteration of single trajectories: `stages` for steps, `aside` for samples."""
+    """The text of the iteration for single trajectories: `stages` for steps, `aside` for samples."""
 
     def stages(self) -> str:
-        """The iteration of a step. It also gives the fourth power of the frequency of the motion at the end of the step, 0
-        where that is not known: the square of the norm of Frobenius of J, the derivatives of accelerations by positions.
+        """The iteration of a step, which also gives the fourth power of the frequency at the end of the step.
 
-        It is continued to the end of the step by the stage polynomial. That may be inaccurate, so it is limited by the
-        value at the last stage.
+        This is the square of the Frobenius norm of J, the derivatives of accelerations by positions; 0 if J is not
+        known. The stage polynomial extrapolates it to the end of the step. As that may be inaccurate, the value at the
+        last stage limits it.
         """
         return """
             @njit(forceinline=True, {inner})
@@ -75,7 +75,7 @@ class StagesText(CommonText):
         """
 
     def aside(self) -> str:
-        """The same for a sample, as a function of its own: inlined twice, it would take twice as long to compile."""
+        """The iteration of a sample, in a function that is not inlined: that would double the time of compilation."""
         return """
             @njit({inner})
             def aside({given}):
@@ -87,21 +87,25 @@ class StagesText(CommonText):
         return " + ".join(f"g[{n}] * g[{n}]" for n in self.layout.by_position)
 
     def given(self) -> str:
-        """Of the step: f, the guesses of the slopes; p and v, their sums. Of the iteration: `unmonitored`, rounds whose
-        changes are not computed; `expected`, the rate of the first of the others, 0 where none is known."""
+        """The arguments of the iteration.
+
+        f: guesses of the slopes; p and v: their sums. `unmonitored`: number of the first rounds, whose changes are not
+        computed; `expected`: the rate of the round after them, 0 if unknown.
+        """
         return (
             "t, h, y, compensation, f, p, v, k, table, change_weight, allowed_change, noise, assumed_rate, expected, "
             "unmonitored, exactly"
         )
 
     def found(self) -> str:
-        """Rounds, the rate of convergence, slopes. Changes that are round-off give no rate."""
+        """The results: rounds, rate of convergence, slopes. The rate is 0 if the changes are round-off."""
         return "rounds, rate if before > noise else 0.0, (<|f@, |>)"
 
     def iteration(self) -> str:
-        """Rounds until the change expected in the next one is allowed. Changes are sums over all stages and components.
+        """Repeat rounds until the expected change of the next round is allowed.
 
-        The stages have b = q + h c v in common, with c in two parts, and its rounding residual e.
+        Changes are sums over all stages and components. All rounds use b = q + h c v, with c in two parts, and its
+        rounding residual e.
         """
         return """
             <|f@, |> = f
@@ -134,7 +138,7 @@ class StagesText(CommonText):
         """
 
     def sums(self) -> str:
-        """A f, or A^2 a; and A a, where the equations need velocities. `first` and `once`: rows of the matrices."""
+        """A f, or A^2 a, and A a if the equations need velocities. `first` and `once`: first rows of the matrices."""
         return """
             @njit(forceinline=True, {inner})
             def sums(f, table, first, once):
@@ -152,10 +156,11 @@ class StagesText(CommonText):
         """
 
     def round_of_all(self) -> str:
-        """The new slopes g. Sine and cosine of an angle come from those of the round before, nearly at the same angle.
+        """A round of all slopes: the new slopes g.
 
-        With derivatives J: g + J h A (g - f), the change of the slopes that the changes of the round predict. To it belongs
-        J s, where s is what the rounding of the places left out.
+        Sine and cosine come from their values at the nearby angle of the round before. With derivatives J the new
+        slopes are g + J h A (g - f), as the changes of the round predict, plus J s with the rounding residuals s of the
+        places.
         """
         return """
             {places}
@@ -168,7 +173,7 @@ class StagesText(CommonText):
         """
 
     def corrections(self) -> str:
-        """Terms that are known before the products are multiplied first, so that little waits for the products."""
+        """The corrections by derivatives. Terms without products come first, so that little waits for the products."""
         if not self.layout.derivatives:
             return "g@ = lanes(g[@])"
         lines = ["d@ = lanes(g[@]) - f@", "q = products(table, STAGES, (<|d@, |>))"]
@@ -184,9 +189,9 @@ class StagesText(CommonText):
         return "\n".join(lines + late)
 
     def round_by_groups(self) -> str:
-        """Many first-order equations: each group of slopes with the new ones of the groups before it (Gauss-Seidel).
+        """A round by groups, for many first-order equations: each group uses the new slopes of the groups before it.
 
-        A pair x' = v, v' = -x converges with the square of the rate.
+        This is Gauss-Seidel iteration: a pair x' = v, v' = -x converges with the square of the rate.
         """
         lines = []
         for n, group in enumerate(self.layout.groups):
@@ -198,7 +203,7 @@ class StagesText(CommonText):
         return "\n".join(self.places_of(self.layout.groups[-1]))
 
     def places_of(self, group: tuple[int, ...]) -> list[str]:
-        """Lines that compute places from the new slopes of a group, as far as any slope depends on them."""
+        """Lines that compute places from the new slopes of a group; places on which no slope depends are left out."""
         read = {x.operation for x in reached(self.layout.values)}
         places = [i for i in group if f"y[{i}]" in read]
         lines = [f"p = products(table, STAGES, ({', '.join(f'g{i}' for i in places)}, ))"] if places else []

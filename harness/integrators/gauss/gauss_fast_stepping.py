@@ -1,15 +1,14 @@
 """The fast Gauss method for single trajectories, as text: first guesses, error of a step, update, samples.
 
-The eight stages are the eight lanes of one vector. See `lane_text` for the notation, `gauss_fast_stages` for the stages,
-`gauss_fast_control` for step sizes.
+The eight stages are the eight lanes of one vector. See `lane_text` for the notation, `gauss_fast_stages` for the
+stages, `gauss_fast_control` for step sizes.
 
-For energy not to drift, nothing may be rounded the same way in every step (Hairer, McLachlan, Razakarivony, BIT 48,
-2008): weights and nodes come with their rounding residuals, each row of the stage matrix is rounded so that the
-sum of the row is not, step sizes have so few bits that their products are exact. Nor may a biased part of the truncation
-or of the iteration remain: tolerances below FINE leave less of both, and the error of energy is then the random walk of
-round-off (Brouwer's law). Four fifths of that come from the sums of a step where they are made in binary64 (the pendulum,
-23 steps a period), one fifth from those of the slopes. So for tolerances below EXACT the rounding residual of every sum
-and product is carried too.
+The energy drifts if an operation rounds in the same way in every step (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
+So weights and nodes have rounding residuals, each row of the stage matrix is rounded but keeps its sum, and step sizes
+have so few bits that their products are exact. Biased errors of truncation and iteration must not remain either: below
+FINE, a tolerance makes both smaller, and the error of energy is then the random walk of round-off (Brouwer's law). With
+sums in binary64 (the pendulum, 23 steps a period) four fifths of this error come from the sums of a step, and one fifth
+from the slopes. So for tolerances below EXACT the rounding residual of every sum and product is carried too.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from gnomon.harness.integrators.gauss.gauss_fast_stages import StagesText
 
 
 class SingleText(StagesText, ControlText):
-    """The function `advance` and those that it calls."""
+    """The text of the function `advance` and of the functions that it calls."""
 
     def single(self) -> str:
         """The functions of the module."""
@@ -33,7 +32,10 @@ class SingleText(StagesText, ControlText):
         """
 
     def advance(self) -> str:
-        """All trajectories, one after the other. `stop`: reason, trajectory, sample, and the number of right-hand sides."""
+        """Integrate all trajectories, one after the other.
+
+        `stop`: reason, trajectory, sample, and the number of right-hand sides.
+        """
         return """
             @njit("int64({signature})", {options})
             def advance(p_, table, initial, times, tolerance, out, stop):
@@ -65,8 +67,10 @@ class SingleText(StagesText, ControlText):
         """
 
     def limits(self) -> str:
-        """What the tolerance determines. Changes are sums over eight stages. Sums of times stay exact while steps are multiples
-        of `grid`, the spacing of numbers next to COARSE times this."""
+        """Numbers that depend on the tolerance and the span. Changes are sums over eight stages.
+
+        `grid`, a power of two, is at least the span: steps that are multiples of its spacing keep sums of times exact.
+        """
         return """
             end = times[-1]
             grid = 2.0 ** np.ceil(np.log2(end)) if end > 0.0 else 1.0
@@ -105,7 +109,7 @@ class SingleText(StagesText, ControlText):
         """
 
     def length(self) -> str:
-        """The step is h rounded so that t + step is exact; the last one ends at the last sample."""
+        """The step: h, rounded so that t + step is exact. The last step ends at the last sample."""
         return """
             if not (h > 0.0 and h < np.inf):
                 reason = NOT_FINITE
@@ -128,7 +132,7 @@ class SingleText(StagesText, ControlText):
         """
 
     def scales(self) -> str:
-        """The scale of each component, of which the error is a share: its size or its change in a step, whichever is larger.
+        """The scale of each component, which divides its error: its size or its change in a step, whichever is larger.
 
         At an equilibrium the terms of the slopes cancel, and their round-off remains.
         """
@@ -146,11 +150,14 @@ class SingleText(StagesText, ControlText):
         """
 
     def guesses(self) -> str:
-        """First guesses of the slopes. After a step of the same length: the best linear estimate for functions as smooth as the
-        tolerance implies (`gauss_fast.extrapolation_weights`). Otherwise: the last stage polynomial continued, its monomials
-        times the powers of the ratio of the steps.
+        """First guesses of the slopes.
 
-        The guesses themselves are needed only where their first change is computed, or derivatives multiply it.
+        After a step of equal length they are the best linear estimate for functions as smooth as the tolerance implies
+        (`gauss_fast.extrapolation_weights`). Otherwise they extrapolate the last stage polynomial: its monomials times
+        the powers of the ratio of the steps.
+
+        The sums p and v of the guesses are always needed, the guesses only if their first change is computed or
+        multiplied by derivatives.
         """
         return """
             if step == last:
@@ -167,7 +174,7 @@ class SingleText(StagesText, ControlText):
         """
 
     def solve(self) -> str:
-        """The slopes of the step. Where the iteration does not converge the step is repeated with a smaller size."""
+        """The slopes of the step. If the iteration does not converge, the step is repeated with a smaller size."""
         return """
             assumed_rate = best_rate if t > 0.0 else 1.0
             rounds, seen_rate, f, square = stages(
@@ -188,14 +195,16 @@ class SingleText(StagesText, ControlText):
         """
 
     def error(self) -> str:
-        """The error of the step, from the decay of the stage polynomial, in units of the tolerance.
+        """The error of the step in tolerances, from the decay of the Legendre coefficients of the stage polynomial.
 
-        Let a be the size of its two highest Legendre coefficients and F that of the derivative. Coefficient 8, the first that is
-        missing, is about a; collocation at the Gauss nodes squares it (exactly so for a linear equation), so a step errs by
-        about h a^2 / F. That holds while coefficients keep falling. A sharp turn between two nodes leaves all of them equally
-        large: then a d^2 is added, where d is the share of the two highest in the squares of the last four.
+        Let a be the size of the two highest coefficients and F the size of the derivative. Coefficient 8, the first
+        missing one, is about a. Collocation at the Gauss nodes squares it (exactly so for a linear equation), so the
+        error of a step is about h a^2 / F as long as the coefficients fall. After a sharp turn between two nodes they
+        are all equally large: then a d^2 is added, with d the share of the two highest coefficients in the squares of
+        the last four.
 
-        One component needs only the last four, by sums: eight columns do not fit the processor's registers beside the rest.
+        For one component only the last four coefficients are computed, as sums: eight columns would not fit into the
+        processor's registers.
         """
         return """
             f@ = lanes(f[@])
@@ -222,7 +231,7 @@ class SingleText(StagesText, ControlText):
         """
 
     def end_of_step(self) -> str:
-        """The compensated update."""
+        """The compensated update of the state."""
         return """
             if exactly:
                 end_state, residual = next_state_exactly(step, y, compensation, f, (<|splitter@, |>), table)
@@ -236,8 +245,10 @@ class SingleText(StagesText, ControlText):
         """
 
     def next_state(self) -> str:
-        """The state after a step, y + h b f, or q + h v + h^2 b (1 - c) a and v + h b a, and the residual of the last sum;
-        and the same with the rounding residuals of all sums and products."""
+        """The state after a step, y + h b f, or q + h v + h^2 b (1 - c) a and v + h b a; the residual of the last sum.
+
+        `next_state_exactly` includes the rounding residuals of all sums and products.
+        """
         return """
             @njit({inner})
             def next_state(h, y, compensation, f, table):
@@ -271,11 +282,12 @@ class SingleText(StagesText, ControlText):
         return " or ".join(f"(lane(beyond[{i}], 0) < 0.0) != (sides[{i}] < 0.0)" for i in range(len(self.layout.poles)))
 
     def over_a_pole(self) -> str:
-        """A step in which a divisor changes its sign is repeated with a smaller size.
+        """Repeat a step in which a divisor changes its sign with a smaller size.
 
-        A divisor of the equations keeps its sign on a smooth motion: where it goes through 0 they have a pole. A wall that
-        turns the motion round within 1e-8 of a step is met by none of its stages, and the step, right as it looks, ends
-        beyond the pole. Down to SHORTEST_AT_POLE of the span: the divisor of sin(x) / x passes 0 without a pole.
+        A divisor of the equations keeps its sign on a smooth motion, as its zero is a pole of the equations. If a wall
+        reverses the motion within 1e-8 of a step, no stage meets the wall: the step looks right but ends beyond the
+        pole. Steps shorter than SHORTEST_AT_POLE of the span are not repeated: the divisor of sin(x) / x passes 0
+        without a pole.
         """
         return """
             beyond = poles((<|lanes(end_state[%]), |>), forcing(lanes(after), k), k)
@@ -285,11 +297,13 @@ class SingleText(StagesText, ControlText):
         """
 
     def samples(self) -> str:
-        """A sample is a separate step from the start of the step that it lies in, with that step's stage polynomial as the first
-        guess: it has the order of the end of a step, and the steps do not depend on the samples.
+        """Compute each sample by a separate step from the start of the step in which it lies.
 
-        The step has converged, so its samples do too, though a change may exceed the one before; where one does not, it is
-        computed within a shorter step.
+        The stage polynomial of the whole step gives the first guess. A sample has the order of the end of a step, and
+        the steps do not depend on the samples.
+
+        As the step has converged, its samples usually converge too, though a change may exceed the change before it. If
+        a sample does not converge, the step is repeated with a smaller size.
         """
         return """
             unsolved = False

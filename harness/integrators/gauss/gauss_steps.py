@@ -1,4 +1,4 @@
-"""The steps of Gauss-Legendre methods: stages by fixed-point iteration, and by Newton's where that does not converge."""
+"""The steps of Gauss-Legendre methods: stages by fixed-point iteration, or by Newton's if that does not converge."""
 
 from typing import Any
 
@@ -11,32 +11,40 @@ MOST_ITERATIONS = 100
 def gauss_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """One step for y' = f(t, y). Rows of `table`: c_j, a_j1 / b_1 ... a_js / b_s for each stage; 0 and the coefficients
-    that extrapolate weighted slopes of the last steps, for each stage; the unit round-off, b_1 ... b_s.
+    """One step for y' = f(t, y), with its stages solved by fixed-point iteration.
 
-    `store` holds a flag, the weighted slopes b_j k_j, and those of the last steps, the latest first. The iteration ends
-    when its next change would be far below round-off, or when round-off stops it from shrinking. The error that it leaves
-    would be the same in every step, and make the energy drift as t (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
+    Rows of `table`: for each stage c_j, a_j1 / b_1 ... a_js / b_s; for each stage 0 and the coefficients that
+    extrapolate weighted slopes of the last steps; the unit round-off, b_1 ... b_s. `store` holds a flag, the weighted
+    slopes b_j k_j, and the weighted slopes of the last steps, the latest first.
+
+    The iteration ends when its next change would be far below round-off, or when round-off stops the changes from
+    shrinking. If it ended earlier, it would leave an equal error in every step, and the energy would drift as t
+    (Hairer, McLachlan, Razakarivony, BIT 48, 2008).
     """
     stages = (table.shape[0] - 1) // 2
     weights = 2 * stages
     back = table.shape[1] - 1
-    start_stages(f, t, y, p, table, x, slope, store, stages, y.size, back)
+    width = x.size
+    second = width < y.size
+    start_stages(f, t, y, p, table, x, slope, store, stages, width, back)
     before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
     for iteration in range(MOST_ITERATIONS):
         change = 0.0
         for j in range(stages):
-            for i in range(y.size):
-                x[i] = y[i] + h * weighted_sum(table, j, store, 1, i, stages)
+            for i in range(width):
+                total = weighted_sum(table, j, store, 1, i, stages)
+                if second:
+                    total = table[j, 0] * y[width + i] + h * total
+                x[i] = y[i] + h * total
             call(f, t + table[j, 0] * h, x, p, slope)
             weight = table[weights, j + 1]
-            for i in range(y.size):
+            for i in range(width):
                 weighted_slope = weight * slope[i]
                 difference = weighted_slope - store[j + 1, i]
                 distance = abs(difference)
                 if not distance <= LARGEST:
                     return False
-                size = weight * abs(y[i]) + h * abs(weighted_slope)
+                size = weight * abs(y[y.size - width + i]) + h * abs(weighted_slope)
                 if h * distance > SMALLEST and h * distance > change * size:  # divides at each new maximum only
                     change = h * distance / size
                 store[j + 1, i] = weighted_slope + beyond * difference
@@ -44,63 +52,13 @@ def gauss_step(
         stalled = stalled + 1 if change >= least else 0
         accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
         if change == 0.0 or accepted > MORE_ROUNDS:
-            for i in range(y.size):
+            for i in range(width):
                 total = 0.0
                 for j in range(stages):
                     total += store[j + 1, i]
-                increment[i] = h * total
-            return True
-        if iteration > 1 and change > before and change > FAR:
-            return False
-        if iteration == 1:
-            store[0, 0] = -store[0, 0]
-        elif iteration == 2:
-            store[0, 0] = as_far(store[0, 0], change / before)
-        least = change if iteration == 0 else min(least, change)
-        before = change
-    return False
-
-
-def gauss_nystrom_step(
-    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
-) -> bool:
-    """The same step for q'' = f(t, q), with half the unknowns: the rows of a hold the square of that matrix. After b comes
-    a row of 0 and 1 - c_j, the weights of the weighted slopes in the change of q."""
-    half = x.size
-    stages = (table.shape[0] - 2) // 2
-    weights = 2 * stages
-    back = table.shape[1] - 1
-    start_stages(f, t, y, p, table, x, slope, store, stages, half, back)
-    before, least, stalled, accepted, beyond = 0.0, 0.0, 0, 0, store[0, 0]
-    for iteration in range(MOST_ITERATIONS):
-        change = 0.0
-        for j in range(stages):
-            for i in range(half):
-                total = weighted_sum(table, j, store, 1, i, stages)
-                x[i] = y[i] + h * (table[j, 0] * y[half + i] + h * total)
-            call(f, t + table[j, 0] * h, x, p, slope)
-            weight = table[weights, j + 1]
-            for i in range(half):
-                weighted_slope = weight * slope[i]
-                difference = weighted_slope - store[j + 1, i]
-                distance = abs(difference)
-                if not distance <= LARGEST:
-                    return False
-                size = weight * abs(y[half + i]) + h * abs(weighted_slope)
-                if h * distance > SMALLEST and h * distance > change * size:  # divides at each new maximum only
-                    change = h * distance / size
-                store[j + 1, i] = weighted_slope + beyond * difference
-        beyond = 0.0
-        stalled = stalled + 1 if change >= least else 0
-        accepted = accepted + 1 if accepted > 0 or settled(iteration, change, least, stalled, table[weights, 0]) else 0
-        if change == 0.0 or accepted > MORE_ROUNDS:
-            for i in range(half):
-                total, weighted = 0.0, 0.0
-                for j in range(stages):
-                    total += store[j + 1, i]
-                    weighted += table[weights + 1, j + 1] * store[j + 1, i]
-                increment[i] = h * (h * weighted) + h * y[half + i]
-                increment[half + i] = h * total
+                increment[y.size - width + i] = h * total
+                if second:
+                    increment[i] = h * (h * weighted_sum(table, weights + 1, store, 1, i, stages)) + h * y[width + i]
             return True
         if iteration > 1 and change > before and change > FAR:
             return False
@@ -116,8 +74,10 @@ def gauss_nystrom_step(
 def start_stages(
     f: Any, t: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, stages: int, width: int, back: int
 ) -> None:
-    """First guesses of the weighted slopes: the polynomial through those of the last steps extrapolated. In the first step
-    they and the slopes of the steps before are that at t."""
+    """First guesses of the weighted slopes: the extrapolated polynomial through the weighted slopes of the last steps.
+
+    In the first step the slope at t stands for the guesses and for all slopes of earlier steps.
+    """
     if store[0, 0] == 0.0:
         store[0, 0] = FIRST_SIDE
         for i in range(width):
@@ -137,14 +97,16 @@ def start_stages(
 
 
 def as_far(beyond: Any, rate: Any) -> Any:
-    """The share of its first change by which the next step's iteration overshoots, with the sign of `beyond`: three times
-    the part that remains, so that it converges from the other side."""
+    """The share of its first change by which the iteration of the next step overshoots, with the sign of `beyond`.
+
+    It is three times the remaining part of the change, so that the iteration converges from the other side.
+    """
     share = max(3.0 * min(rate, 0.1), 1e-6)
     return share if beyond > 0.0 else -share
 
 
 def weighted_sum(table: Any, row: int, k: Any, first: int, i: int, stages: int) -> Any:
-    """The sum over the stages of weights in a row of the table times column i of the rows of k from `first`."""
+    """The sum over the stages of the weights in a row of the table times column i of k, from row `first` on."""
     total = 0.0
     for m in range(stages):
         total += table[row, m + 1] * k[first + m, i]
@@ -154,18 +116,21 @@ def weighted_sum(table: Any, row: int, k: Any, first: int, i: int, stages: int) 
 def newton_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """One step of either kind, its stages solved by Newton's iteration: for stiff equations.
+    """One step for y' = f(t, y) or q'' = f(t, q), with its stages solved by Newton's iteration: for stiff equations.
 
     `call` computes the equations and, row by row, their derivatives. The unknowns are the differences z_j of the stages
     from the start, not the slopes, whose round-off stiffness magnifies (Hairer, Wanner, Solving Ordinary Differential
-    Equations II, 1996, IV.8). Rows of `table`: c_j, a_j1 ... a_js for each stage, the squared matrix for q'' = f(t, q); the
-    unit round-off, weights of the z_j in the change of the state; their rounding residuals; the factor of the velocity in
-    its own change, and the weights of the z_j / h in it; their rounding residuals; the residuals of the sums of a_j, or of c.
+    Equations II, 1996, IV.8).
 
-    `store` holds a flag, the z_j, slopes, right sides, pivots and factors of the whole system I - h a (x) df/dy. Factors
-    are kept, from one step to the next, until the iteration converges slowly; then each stage evaluates its own
-    derivatives. A third or later change larger than the state ends the iteration: it would usually converge to another
-    solution than the one near the start.
+    Rows of `table`: for each stage c_j, a_j1 ... a_js, with the squared matrix for q'' = f(t, q); the unit round-off
+    and the weights of the z_j in the change of the state; the rounding residuals of these weights; the factor of the
+    velocity and the weights of the z_j / h in the change of the velocity; the rounding residuals of these weights; the
+    residuals of the sums of a_j, or of c.
+
+    `store` holds a flag, the z_j, slopes, right sides, pivots and factors of the whole system I - h a (x) df/dy. Steps
+    keep the factors until the iteration converges slowly; then each stage evaluates its own derivatives. A third or
+    later change larger than the state ends the iteration, which would usually converge to a solution far from the
+    start.
     """
     stages = table.shape[0] - 5
     width = x.size
@@ -245,7 +210,7 @@ def newton_step(
 
 
 def newton_numbers(stages: int, width: int) -> int:
-    """The number of doubles that Newton's step stores."""
+    """The number of doubles in the `store` of `newton_step`."""
     size = stages * width
     return 1 + (4 + size) * size
 
@@ -253,11 +218,16 @@ def newton_numbers(stages: int, width: int) -> int:
 def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any) -> bool:
     """Whether the stages are as accurate as the arithmetic allows.
 
-    `change` is that of the last round, relative to the state: the residual of the stages before it. `least` is the
-    smallest earlier change, and for `stalled` rounds none was smaller. The stages are accepted where the change is 0, or
-    the next one would be far below round-off; or where it is below CLOSE units of round-off and no longer shrinks; or
-    where it is below NOISE units and has not shrunk for STALLED_ROUNDS rounds: round-off of the equations themselves, in
-    which large terms cancel. One round that shrinks little does not suffice: changes of an oscillation rise and fall.
+    `change` is the change of the last round, relative to the state, which is the residual of the stages before the
+    round. `least` is the smallest earlier change; no change of the last `stalled` rounds was smaller. The stages are
+    accepted if
+
+    - the change is 0, or the next change would be far below round-off;
+    - or the change is below CLOSE units of round-off and no longer shrinks;
+    - or the change is below NOISE units and has not shrunk for STALLED_ROUNDS rounds: it is round-off of the equations,
+      in which large terms cancel.
+
+    A single round that shrinks little does not suffice: changes of an oscillation rise and fall.
     """
     if change == 0.0:
         return True
@@ -269,30 +239,33 @@ def settled(iteration: int, change: Any, least: Any, stalled: int, roundoff: Any
 
 
 FAR_BELOW = 2e-6
-"""The error that the iteration leaves is biased: over 1e6 steps it must stay below their random walk of round-off. A
-change below round-off does not suffice: implicit midpoint lost or gained 0.025 units in each step of the oscillator."""
+"""The largest next change, in units of round-off, at which the iteration ends. The error that the iteration leaves is
+biased: over 1e6 steps it must stay below the random walk of round-off. To end at a change of one unit does not suffice:
+implicit midpoint lost or gained 0.025 units in each step of the oscillator."""
 
 MORE_ROUNDS = 2
-"""Rounds after acceptance. Where rounding stops the changes from shrinking, the round in which that is seen depends on the
-rounding itself, which would bias the error that is left. After this number of further rounds it is not biased."""
+"""Rounds after acceptance. If rounding stops the changes from shrinking, the round in which this is detected depends on
+the rounding itself, which biases the error of the stages. After this number of further rounds the error is not
+biased."""
 
 LARGEST = 1e300
-"""A slope, or a change of a stage, beyond this or not a number ends the iteration."""
+"""The iteration ends if a slope, or a change of a stage, is larger than this or not a number."""
 
 CLOSE, NOISE, STALLED_ROUNDS = 16.0, 1e6, 20
-"""See `settled`. Changes that shrink by a fifth each round, the slowest that converge within MOST_ITERATIONS, may pause for
-half of STALLED_ROUNDS."""
+"""Limits in `settled`. Changes that shrink by a fifth in each round, the slowest that converge within MOST_ITERATIONS,
+may pause for half of STALLED_ROUNDS."""
 
 SMALLEST = 2.0**-1022
 """The smallest normal number: changes of the state up to it count as 0, so that a decaying motion can come to rest."""
 
 FIRST_SIDE = 0.1
-"""From step to step alternately, the iteration first goes beyond its first change or stops short of it by this share of it.
-Rounding stops the iteration on the side that it comes from, which would otherwise be the same in every step."""
+"""The share of its first change by which the first iteration overshoots. From step to step the iteration alternately
+overshoots its first change and falls short of it: rounding stops an iteration on the side from which it comes, and this
+side must differ between steps."""
 
 FAR = 0.1
-"""A third or later change that is larger than the one before and than this part of the state ends the fixed-point
-iteration: it does not contract, and could converge to another solution than the one near the start."""
+"""A third or later change ends the fixed-point iteration if it is larger than the change before it and than this part
+of the state: the iteration does not contract, and could converge to a solution far from the start."""
 
 SLOW = 0.1
-"""New factors are computed where a change is more than this part of the one before."""
+"""Newton's iteration computes new factors if a change is more than this part of the change before it."""

@@ -1,14 +1,14 @@
-"""The notation of generated functions of lanes: named parts of text, expanded for the equations of one case.
+"""The notation of the generated functions of lanes: named parts of text, expanded for the equations of one case.
 
 A part is a method that returns text. In the text
 
-- `{name}` is the part of that name; on a line of its own it is indented as that line is;
-- a line that ends with `#? name` is there, with the lines indented below it, only where that property of the layout is
+- `{name}` stands for the part of that name; if it fills a line, the part has the indentation of the line;
+- a line that ends with `#? name` is kept, with the lines indented below it, only if that property of the layout is
   true; `#? name and not other` is possible too;
-- a line with an index is repeated for each of its values, and so is what stands between `<|` and `|>` within a line:
-  `(<|x@, |>)` becomes `(x0, x1, )`. The indices: `@`, a slope; `&`, the velocity that belongs to that slope, in the state
-  of second-order equations; `%`, a component of the state that moves; `~`, the same in the case's own state; `$`, one of
-  the stages 1 to 7;
+- a line with an index is repeated for each value of the index, and so is the text between `<|` and `|>` within a line:
+  `(<|x@, |>)` becomes `(x0, x1, )`. The indices: `@`, a slope; `&`, the velocity that belongs to that slope, in the
+  state of second-order equations; `%`, a component of the state that moves; `~`, the place of that component in the
+  case's own state; `$`, one of the stages 1 to 7;
 - a name in capitals is a number of the module: a field of `Tuning`, or another number of `gauss_fast_constants`.
 
 So a step has no inner loop over components and stores nothing in memory, whatever the dimension.
@@ -30,7 +30,7 @@ CONDITION = " #? "
 
 
 class LaneText:
-    """The parts that all functions of lanes have, for one layout."""
+    """The parts of text that all functions of lanes share, for one layout."""
 
     def __init__(self, layout: Layout) -> None:
         self.layout = layout
@@ -51,7 +51,7 @@ class LaneText:
         return HOLE.sub(found, text)
 
     def chosen(self, text: str) -> str:
-        """The lines whose condition is true."""
+        """The text without the lines whose condition is false."""
         if CONDITION not in text:
             return text
         lines: list[str] = []
@@ -77,7 +77,7 @@ class LaneText:
         return "\n".join(f"{name} = {value!r}" for name, value in numbers.items())
 
     def parameters(self) -> str:
-        """What the equations take: parameters, then components of the state that never change."""
+        """The parameters of the equations, then the components of the state that never change."""
         own = [f"p_[{i}], " for i in range(self.layout.parameters)]
         return "".join(own + [f"initial[n, {i}], " for i in self.layout.frozen])
 
@@ -89,7 +89,7 @@ class LaneText:
 
 
 def expanded(text: str, indices: Sequence[Sequence[Mapping[str, str]]]) -> str:
-    """The text with its lines, and what stands between `<|` and `|>`, repeated for the values of their indices."""
+    """Repeat the lines with an index, and the text between `<|` and `|>`, for each value of the index."""
     tables = [(frozenset(each[0]), [str.maketrans(dict(one)) for one in each]) for each in indices]
 
     def repeated(piece: str) -> str:

@@ -1,9 +1,9 @@
 """Eight doubles in one vector, as a type that numba compiles: `<8 x double>`, with operators.
 
-LLVM splits the vector into the registers of the processor (one with AVX-512, two with AVX2). Numbers convert to a vector
-of equal lanes. A product and a sum may be contracted into one rounding, nothing else is rearranged; where the rounding
-matters the code uses `fma`. Which of them are contracted can differ between processors, and so the last bits.
-Only generated modules import this one: it loads numba.
+LLVM splits the vector into the registers of the processor (one with AVX-512, two with AVX2). Numbers convert to a
+vector of equal lanes. LLVM may contract a product and a sum into one rounding, but rearranges nothing else; the code
+uses `fma` if the rounding matters. Processors can differ in the sums that are contracted, and so in the last bits. Only
+generated modules import this module, as it loads numba.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
 TABLE = types.float64[:, ::1]
 
 SHUFFLED = 2
-"""The number of elements of a product's vectors that are shuffled, not read back from memory: found by timing."""
+"""The number of a vector's elements that `products` shuffles instead of reading them from memory: found by timing."""
 
 
 class LanesType(types.Type):  # type: ignore[misc]  # numba has no static types
@@ -146,7 +146,7 @@ total = emitting(1, _total, types.float64)
 
 
 def _totals(builder: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
-    """The sums of four vectors' lanes, in lanes 0 to 3 and again in 4 to 7: half the operations of four totals."""
+    """The sums of the lanes of four vectors, in lanes 0 to 3 and again in 4 to 7: half the operations of 4 totals."""
 
     def folded(a: Any, b: Any, first: list[int], second: list[int]) -> Any:
         masks = [ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), order) for order in (first, second)]
@@ -161,11 +161,11 @@ def _totals(builder: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 totals = emitting(4, _totals)
 
 larger = emitting(2, lambda builder, a, b: builder.select(builder.fcmp_unordered(">", a, b), a, b))
-"""The larger of both in each lane; a nan in `a` stays."""
+"""The larger of two values in each lane; a nan in `a` stays."""
 
 
 def _highest(builder: Any, a: Any) -> Any:
-    """The largest lane; nan where any lane is nan."""
+    """The largest lane; nan if any lane is nan."""
     for half in (4, 2, 1):
         b = shuffled(builder, a, [(i + half) % WIDTH for i in range(WIDTH)])
         unordered = builder.fcmp_unordered("uno", b, b)
@@ -189,7 +189,7 @@ def lanes(typingctx: Any, value: Any) -> Any:
 
 @intrinsic
 def lane(typingctx: Any, a: Any, index: Any) -> Any:
-    """One lane."""
+    """The number in one lane."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         return builder.extract_element(values[0], builder.trunc(values[1], ir.IntType(32)))
@@ -244,9 +244,9 @@ def put(typingctx: Any, table: Any, index: Any, value: Any) -> Any:
 def products(typingctx: Any, table: Any, first: Any, vectors: Any) -> Any:
     """The matrix whose columns are the eight rows of the table from `first` on, times each vector of a tuple.
 
-    Elements are broadcast from memory: that takes no shuffles, and each column is loaded once for all vectors. With one or
-    two vectors the first elements are shuffled while the stores complete. The vectors are stored in the `SCRATCH_ROWS` rows
-    of the table from `SCRATCH` on.
+    Elements are broadcast from memory: this takes no shuffles, and each column is loaded once for all vectors. With one
+    or two vectors the first elements are shuffled while the stores complete. The vectors are stored in the table, in
+    `SCRATCH_ROWS` rows from `SCRATCH` on.
     """
     if len(vectors) > SCRATCH_ROWS:
         raise TypingError(f"products of {len(vectors)} vectors, of which the table has room for {SCRATCH_ROWS}")

@@ -1,8 +1,8 @@
-"""Functions of `math` on eight lanes: sine, cosine and exponential by polynomials, the others lane by lane.
+"""Functions of `math` on eight lanes: sine, cosine and exponential by polynomials, other functions lane by lane.
 
-Errors stay below 0.8 ulp (measured by the tests). The polynomials of sine and cosine are those of fdlibm (Sun
-Microsystems, 1993); arguments are reduced with pi/2 in three parts (Cody and Waite), larger ones than these can reduce by
-the scalar function, lane by lane.
+Errors stay below 0.8 ulp (measured by the tests). Sine and cosine use the polynomials of fdlibm (Sun Microsystems,
+1993) and reduce arguments with pi/2 in three parts (Cody and Waite). Arguments that are too large for this reduction go
+to the scalar function, lane by lane.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from numba import njit, types
 from numba.extending import overload
 
 ROUNDING = 6755399441055744.0
-"""1.5 * 2^52: a sum with it is rounded to an integer, which its lowest bits hold."""
+"""1.5 * 2^52: adding it to a number rounds the number to an integer, which the lowest bits of the sum hold."""
 
 MOST_ANGLE = 524288.0
 """2^19: multiples of the first part of pi/2, which has 33 bits, are exact up to here."""
@@ -168,11 +168,11 @@ def turned_first(a):  # type: ignore[no-untyped-def]
 
 @njit(error_model="numpy")  # type: ignore[misc]
 def turned(a, near):  # type: ignore[no-untyped-def]
-    """Sine and cosine of a from those of a nearby b, in half of the time; and `near` for the next angle.
+    """Sine and cosine of a from sine and cosine of a nearby b, in half of the time, and `near` for the next angle.
 
-    The rounding residuals of those of b are added before the sum is rounded. Without them the error of the result depends
-    on a - b alone, which is a smooth function of the phase of a motion where guesses are good to some ulps: the error of
-    the pendulum's energy then grew as t, by 1e-20 to 1e-19 a step.
+    The rounding residuals of sine and cosine of b are added before the sum is rounded. Without them the error of the
+    result depends on a - b alone. If guesses are accurate to some ulps, a - b is a smooth function of the phase of a
+    motion: the error of the pendulum's energy then grew as t, by 1e-20 to 1e-19 a step.
     """
     b, sine, cosine, sine_low, cosine_low = near
     d = minus(a, b)
@@ -232,10 +232,10 @@ EACH: dict[str, Callable[..., Any]] = {}
 
 
 def _named(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function renamed to `name`, which must be unique. Raises ValueError where the name is in use.
+    """Rename a function to `name`, which must be unique. Raises ValueError if the name is in use.
 
-    Machine code of one process is linked in another by name and by the number of functions compiled before: with two
-    functions of one name the first could be called in place of the second.
+    Another process links machine code by name and by the number of functions compiled before: with two functions of one
+    name the first could be called instead of the second.
     """
     if name in EACH:
         raise ValueError(f"two functions of lanes are called {name}; give each a name of its own")

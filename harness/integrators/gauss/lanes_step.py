@@ -1,4 +1,4 @@
-"""What every step of the fast Gauss method computes in the same way: bits of numbers, powers, sums with residuals."""
+"""Functions that every step of the fast Gauss method calls: bits of numbers, powers, sums with residuals."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def fused(typingctx: Any, a: Any, b: Any, c: Any) -> Any:
 
 @njit(**INNER)  # type: ignore[misc]
 def few_bits(h):  # type: ignore[no-untyped-def]
-    """A step so rounded that products with the high parts of the nodes, and the square, are exact."""
+    """The step rounded to so few bits that its square and its products with the high parts of the nodes are exact."""
     return double(bits(h) & -(1 << 27))
 
 
@@ -55,7 +55,7 @@ def powers(r):  # type: ignore[no-untyped-def]
 
 @njit(**INNER)  # type: ignore[misc]
 def at(m, x):  # type: ignore[no-untyped-def]
-    """The polynomial with the coefficients m, at x."""
+    """The value at x of the polynomial with the coefficients m."""
     v = lanes(lane(m, 7))
     for k in range(6, -1, -1):
         v = fma(v, x, lanes(lane(m, k)))
@@ -64,7 +64,7 @@ def at(m, x):  # type: ignore[no-untyped-def]
 
 @njit(forceinline=True, **INNER)  # type: ignore[misc]
 def weighted(f, table, weights):  # type: ignore[no-untyped-def]
-    """Slopes times weights, whose rounding residuals count."""
+    """Slopes times weights, with the rounding residuals of the weights."""
     return fma(f, row(table, weights), f * row(table, weights + LOW))
 
 
@@ -72,7 +72,7 @@ def weighted(f, table, weights):  # type: ignore[no-untyped-def]
 def weighted_exactly(f, splitter, table, weights):  # type: ignore[no-untyped-def]
     """The sum of slopes times weights in two parts.
 
-    Adding and subtracting the much larger splitter leaves few bits of each lane: their sum is exact.
+    Adding and subtracting the much larger splitter leaves so few bits of each lane that the sum of the lanes is exact.
     """
     w = row(table, weights)
     parts = f * w
@@ -82,7 +82,7 @@ def weighted_exactly(f, splitter, table, weights):  # type: ignore[no-untyped-de
 
 @njit(forceinline=True, **INNER)  # type: ignore[misc]
 def summed(y, change):  # type: ignore[no-untyped-def]
-    """The sum and its rounding residual, of numbers or lanes."""
+    """The sum of two numbers or lanes, and its rounding residual."""
     end = y + change
     back = end - y
     return end, (y - (end - back)) + (change - back)

@@ -21,18 +21,18 @@ from numpy.typing import NDArray
 
 MOST_STEPS = 1_000_000
 LEAST_TOLERANCE = 1e-14
-"""Newton's iteration must converge to a fraction of the tolerance, and that lies above round-off."""
+"""Newton's iteration must converge to a fraction of the tolerance, and this fraction must lie above round-off."""
 
 
 class Radau5(Integrator):
     """Radau IIA with three stages for stiff equations, adaptive. Order 5.
 
-    Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8 (RADAU5): simplified Newton iteration on the
-    transformed system, the exact Jacobian (differentiated from the equations), Gustafsson's predictive step control, the
-    embedded estimate of order 3 with the tolerance 0.1 tol^(2/3). Samples are values of the collocation polynomial, or
-    separate steps where stiffness makes the polynomial less accurate than the steps. Sums are compensated. Evaluations of
-    the Jacobian are not counted as right-hand sides. The error of each component is relative to the largest size so far of
-    its group (see `sizes`); with `absolute`, to 1 + |y| in SI units.
+    Hairer and Wanner, Solving Ordinary Differential Equations II, 1996, IV.8 (RADAU5): simplified Newton iteration on
+    the transformed system, the exact Jacobian (differentiated from the equations), Gustafsson's predictive step
+    control, the embedded estimate of order 3 with the tolerance 0.1 tol^(2/3). Samples are values of the collocation
+    polynomial, or separate steps if stiffness makes the polynomial less accurate than the steps. Sums are
+    compensated. Evaluations of the Jacobian are not counted as right-hand sides. The error of each component is
+    relative to the largest size that its group has had (see `sizes`); with `absolute`, to 1 + |y| in SI units.
     """
 
     name, order = "Radau IIA 5", 5
@@ -53,8 +53,10 @@ class Radau5(Integrator):
 
 
 def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = True) -> Solver:
-    """`solve` with error control at `tolerance`, or with steps of `fixed` where that is > 0. `absolute`: errors are
-    relative to 1 + |y|. Raises Refused where the equations cannot be differentiated."""
+    """A solver with error control at `tolerance`, or with steps of the size `fixed` if that is > 0.
+
+    `absolute`: errors are relative to 1 + |y|. Raises Refused if the equations cannot be differentiated.
+    """
     problem = problem.since_start()
     assert isinstance(problem.form, FirstOrder)
     try:
@@ -85,15 +87,17 @@ def table() -> Floats:
 
 
 def rows(mp: Any) -> Table:
-    """c; gamma, alpha, beta; T; its inverse; weights of the stages in the error estimate; leading coefficients of the
-    basis polynomials over x.
+    """The rows of the table.
+
+    They are c; gamma, alpha, beta; T; its inverse; weights of the stages in the error estimate; leading coefficients of
+    the basis polynomials over x.
 
     The inverse of the Runge-Kutta matrix is T diag(gamma, ((alpha, -beta), (beta, alpha))) T^-1.
     """
     c = [row[0] for row in Radau5.tableau(mp).rows(mp)[:3]]
     three = mp.cbrt(3)
     nine = three * three
-    # The zeros of s^3 - 9 s^2 + 36 s - 60, the characteristic polynomial of that inverse; cube roots of 3 and 9.
+    # The zeros of s^3 - 9 s^2 + 36 s - 60, the characteristic polynomial of the inverse; cube roots of 3 and 9.
     gamma = 3 + nine - three
     alpha, beta = 3 + (three - nine) / 2, mp.sqrt(3) / 2 * (three + nine)
     real, pair = eigenvector(c, gamma), eigenvector(c, mp.mpc(alpha, -beta))
@@ -105,10 +109,11 @@ def rows(mp: Any) -> Table:
 
 
 def eigenvector(c: Sequence[Any], s: Any) -> list[Any]:
-    """The eigenvector of the inverse of the Runge-Kutta matrix for its eigenvalue s, scaled so that its last component is 1.
+    """The eigenvector of the inverse of the Runge-Kutta matrix for the eigenvalue s, scaled to a last component of 1.
 
-    With M the product of x - c_j it is M'(c_i) s^2 + M''(c_i) s + 6: the matrix integrates polynomials, so that s U - U'
-    vanishes at the nodes for the integral U of the eigenvector's polynomial, and is a multiple of M.
+    With M the product of x - c_j its components are proportional to M'(c_i) s^2 + M''(c_i) s + 6. The matrix integrates
+    polynomials: for the integral U of the eigenvector's polynomial, s U - U' vanishes at the nodes and is a multiple of
+    M.
     """
     found = []
     for i in range(3):

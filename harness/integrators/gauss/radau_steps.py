@@ -6,16 +6,17 @@ from typing import Any
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.linear import factor, substitute
-from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, soften
+from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, limit_by_roundoff, perturb_by_roundoff
 from gnomon.harness.integrators.base.step_control import NOT_FINITE, NOT_SOLVED, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
 
 DIMENSION = 0
-"""Set when compiled for a problem: with few components, loops of unknown length would cost more than their content."""
+"""The number of components, set when compiled for a problem: short loops of unknown length would take longer than their
+content."""
 
 ABSOLUTE = 0
-"""Set when compiled: 1 where errors are divided by 1 + |y| in SI units, not by `sizes`."""
+"""Set when compiled: 1 if errors are divided by 1 + |y| in SI units instead of `sizes`."""
 
 MOST_ITERATIONS = 10
 ROUNDOFF = 2e-15
@@ -41,15 +42,16 @@ def integrate(
 ) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
 
-    `stop` gets the reason and the sample where a trajectory ended early. `fixed` > 0: all steps have that size, and only
-    the iteration uses `tolerance`.
+    `stop` gets the reason and the sample of the first trajectory that ended early. `fixed` > 0: all steps have that
+    size, and only the iteration uses `tolerance`.
 
-    This is not the loop of `step_control`. A sample may need a step of its own, whose iteration can fail, and then the step
-    is repeated. Matrices, their factors and the stages of the last step are kept from one attempt to the next; they and the
-    parts of an attempt (`INLINED`) must be in one function, or a step takes twice as long.
+    The loop of `step_control` does not fit: a sample may need a step of its own, whose iteration can fail, and then the
+    step is repeated. Matrices, their factors and the stages of the last step are kept from one attempt to the next;
+    they and the parts of an attempt (`INLINED`) must be in one function, or a step takes twice as long.
 
-    Samples within a step are values of its polynomial where that is as accurate as the step (`smooth`), else each is a
-    separate step from the same start: for stiff equations the polynomial of a long step is inaccurate between its stages.
+    A sample within a step is a value of the step's polynomial if the polynomial is as accurate as the step (`smooth`).
+    Otherwise it is a separate step from the start of the step: for stiff equations the polynomial of a long step is
+    inaccurate between its stages.
     """
     n = DIMENSION or initial.shape[1]
     y, compensation, x, slope, start, error = (
@@ -81,7 +83,7 @@ def integrate(
             if aside:
                 length = times[sample] - t
             else:
-                # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+                # The step is h, rounded so that t + step is exact; the last step ends at the last sample.
                 step = times[-1] - t if t + h >= times[-1] else (t + h) - t
                 length = step
                 call(derivative, t, y, p, partial)
@@ -98,7 +100,7 @@ def integrate(
                         elif noisy:
                             invert(groups, sizes, inverse)
                         if noisy:
-                            soften(1.0 / tolerance, groups, rough, inverse)
+                            limit_by_roundoff(1.0 / tolerance, groups, rough, inverse)
                     for i in range(n):
                         weight[i] = (1.0 / (1.0 + abs(y[i])) if ABSOLUTE == 1 else inverse[i]) / tolerance
                 if aside:
@@ -189,11 +191,11 @@ def noise(
     f: Any, t: Any, y: Any, p: Any, start: Any, real: Any, pivots: Any, x: Any, slope: Any, change: Any, groups: Any,
     rough: Any,
 ) -> None:  # fmt: skip
-    """Raise `rough` to the solution of the real system for the rates' change when the state is perturbed by its round-off.
+    """Raise `rough`, the lower limit of the scale of errors (`sizes.limit_by_roundoff`), to the round-off of the stages.
 
     For a fast mode that is its own round-off, not h times that of its rates: the lower limit of the scale of errors
-    (`sizes.soften`)."""
-    nudge(y, x)
+    (`sizes.limit_by_roundoff`)."""
+    perturb_by_roundoff(y, x)
     call(f, t, x, p, slope)
     for i in range(change.size):
         change[i] = slope[i] - start[i]
@@ -209,7 +211,7 @@ def finite(values: Any) -> bool:
 
 
 def factored(partial: Any, h: Any, table: Any, real: Any, pivots: Any, both: Any, pivots_both: Any) -> bool:
-    """gamma/h - J and (alpha + i beta)/h - J, factored; False where one is singular."""
+    """Factor gamma/h - J and (alpha + i beta)/h - J; False if one of them is singular."""
     n = DIMENSION or pivots.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
     for i in range(n):
@@ -238,8 +240,8 @@ def between(x: Any, table: Any, z: Any, i: int) -> Any:
 def smooth(h: Any, table: Any, weight: Any, start: Any, z: Any, norm: Any) -> bool:
     """Whether the polynomial is as accurate within the step as at its end.
 
-    Its error follows the fourth derivative, as does the estimate before it is filtered. The filter is 1 where no component
-    is stiff, up to h |df/dy| of about gamma; where it reduces the estimate to less than half, the estimate holds only for
+    Its error follows the fourth derivative, as does the estimate before it is filtered. The filter is 1 if no component
+    is stiff, up to h |df/dy| of about gamma. If it reduces the estimate to less than half, the estimate holds only for
     the end of the step.
     """
     n = DIMENSION or weight.size
@@ -251,7 +253,7 @@ def smooth(h: Any, table: Any, weight: Any, start: Any, z: Any, norm: Any) -> bo
 
 
 def guess(last: Any, h: Any, table: Any, before_z: Any, z: Any) -> None:
-    """First values of the stages: the last step's polynomial extrapolated; 0 in the first step."""
+    """First values of the stages: the extrapolated polynomial of the last step; 0 in the first step."""
     n = DIMENSION or z.shape[1]
     ratio = h / last if last > 0.0 else 0.0
     for j in range(3):
@@ -268,9 +270,10 @@ def newton(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, tolerance: Any, x: Any, slopes: Any, weight: Any,
     real: Any, pivots: Any, both: Any, pivots_both: Any, right: Any, pair: Any, w: Any, z: Any,
 ) -> int:  # fmt: skip
-    """Simplified Newton iteration for the stages z, from their first values; returns their number, 0 where it failed.
+    """Simplified Newton iteration for the stages z, from their first values.
 
-    The error left, estimated from the rate at which changes shrink, is below `enough` of the tolerance: 3 %, or round-off.
+    Returns the number of iterations, 0 if it failed. The rate at which changes shrink gives an estimate of the
+    remaining error. The iteration ends when this is below `enough` of the tolerance: 3 %, or round-off.
     """
     n = DIMENSION or y.size
     gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
@@ -317,8 +320,8 @@ def newton(
             left = MOST_ITERATIONS - iteration
             if norm > enough and (rate >= 1.0 or rate**left / (1.0 - rate) * norm > enough):
                 return 0
-        # After the first iteration the rate is unknown: only a negligible change ends the iteration. Changes that do not
-        # shrink do not bound the error left, unless they are round-off.
+        # After the first iteration the rate is unknown: only a negligible change ends the iteration. Changes that do
+        # not shrink do not bound the error left, unless they are round-off.
         if norm <= 1e-3 * enough or (iteration > 1 and rate < 1.0 and rate / (1.0 - rate) * norm <= enough):
             return iteration
         if iteration > 1 and rate >= 1.0 and norm <= rest:
@@ -346,7 +349,7 @@ def estimate(
         found = sqrt(square / n)
         if found < 1.0 or again == 1 or not (rejected or steps == 0):
             break
-        # Where a fast mode has not decayed yet the estimate is too large; the second evaluation damps it.
+        # While a fast mode has not decayed, the estimate is too large; the second evaluation damps it.
         for i in range(n):
             x[i] = y[i] + error[i]
         call(f, t, x, p, slope)
@@ -354,4 +357,4 @@ def estimate(
 
 
 INLINED = (factor, substitute, newton, factored, finite)
-"""Functions called at one or two places. Inlined, values stay in registers between them: half the time of a step."""
+"""Functions that are called at one or two places. Inlining keeps values in registers and halves the time of a step."""

@@ -1,6 +1,6 @@
-"""Boris's method and related ones: drift, push by E and rotation by B of a charge, each in closed form."""
+"""Boris's method and related methods for a charge: drift, push by E and rotation by B, each in closed form."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import sqrt, tan
 from typing import Any, ClassVar
 
@@ -12,15 +12,16 @@ from gnomon.harness.integrators.base.stepping import call, product, sum_of
 from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6, Suzuki4
 
 RATIONAL, EXACT, MEAN = 0, 1, 2
-"""The rotation of u by the magnetic field: by 2 atan(angle/2); by the angle; as the first, with gamma of the mean u."""
+"""Kinds of rotation of u by the magnetic field. RATIONAL: by 2 atan(angle/2); EXACT: by the angle; MEAN: by
+2 atan(angle/2), with gamma of the mean u."""
 
 
 def boris_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: lengths gamma of the symmetric steps; kind of rotation, speed of light (0: not relativistic).
+    """One step for a charge, of symmetric steps: half a drift, half a push, the rotation, half a push, half a drift.
 
-    Each symmetric step of gamma h: half a drift, half a push, the whole rotation, half a push, half a drift.
+    Rows of `table`: lengths of the symmetric steps over h; kind of rotation, speed of light (0: not relativistic).
     """
     turning, light = table[1, 0], table[1, 1]
     for i in range(6):
@@ -45,10 +46,10 @@ def boris_step(
 
 
 def push(half: Any, fields: Any, store: Any, increment: Any) -> None:
-    """The change of u by E over `half`. Rounding residuals go to `store`, and from the last push to the next step.
+    """Change u by E over `half`. Rounding residuals go to `store`, after the last push to the next step.
 
-    A uniform E pushes by the same number in every step, and the rounding of a sum with it is the same wherever the sum is
-    between the same powers of two: without the residuals the error would grow as t.
+    A uniform E pushes by an equal number in every step, and all sums between two powers of two are then rounded
+    equally: without the residuals the error would grow as t.
     """
     for i in range(3):
         pushed, first = product(half, fields[i])
@@ -57,7 +58,7 @@ def push(half: Any, fields: Any, store: Any, increment: Any) -> None:
 
 
 def drift(length: Any, y: Any, light: Any, store: Any, increment: Any) -> None:
-    """The change of the position by u/gamma."""
+    """Change the position by u/gamma over `length`."""
     u1, lost1 = sum_of(y[3], increment[3])
     u2, lost2 = sum_of(y[4], increment[4])
     u3, lost3 = sum_of(y[5], increment[5])
@@ -71,7 +72,7 @@ def drift(length: Any, y: Any, light: Any, store: Any, increment: Any) -> None:
 
 
 def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, store: Any, increment: Any) -> None:
-    """The rotation of u about the magnetic field over twice `half`: u + (u + u x T) x S, S = 2 T/(1 + T^2).
+    """Rotate u about the magnetic field over twice `half`: u + (u + u x T) x S, S = 2 T/(1 + T^2).
 
     It is a rotation by 2 atan |T|, so |u| is conserved.
     """
@@ -108,7 +109,8 @@ def turn(half: Any, y: Any, fields: Any, turning: Any, light: Any, store: Any, i
 def share_of(a: Any, b: Any, c: Any) -> tuple[Any, Any]:
     """2/(1 + T^2) and its rounding residual.
 
-    Without that |u| would change by the same factor in every step with the same field, and its error grow as t.
+    Without the residual, |u| would change by an equal factor in every step in a uniform field: its error would grow as
+    t.
     """
     aa, lost_a = product(a, a)
     bb, lost_b = product(b, b)
@@ -123,20 +125,14 @@ def share_of(a: Any, b: Any, c: Any) -> tuple[Any, Any]:
 
 
 class ChargeMethod(Composed):
-    """A step for a charge: the function that it calls computes the fields."""
+    """A method for a charge, whose step calls a function that computes the fields."""
 
     accepts = (Charged,)
     conserves = ("volume", "reversible")
     compensated = True
     step = boris_step
+    function, function_widths = "fields", (3, 6)
     turning: ClassVar[int]
-
-    def equations(self, form: Form) -> Callable[..., Any]:
-        assert isinstance(form, Charged)
-        return form.fields
-
-    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
-        return 3, 6
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, Charged)
@@ -147,9 +143,9 @@ class ChargeMethod(Composed):
 class Boris(ChargeMethod):
     """Boris's rotation (Proc. 4th Conf. Numerical Simulation of Plasmas, 1970). Order 2.
 
-    Birdsall and Langdon, Plasma Physics via Computer Simulation, 1985, 4-3 and, where it is relativistic, 15-4.
+    Birdsall and Langdon, Plasma Physics via Computer Simulation, 1985, 4-3 and, for relativistic charges, 15-4.
 
-    Staggered in time as usual, synchronised by half drifts; relativistic with gamma in the middle of the push.
+    Half drifts synchronise the usual staggering in time; gamma is computed in the middle of the push.
     """
 
     name, order, turning = "Boris", 2, RATIONAL
@@ -169,7 +165,7 @@ class HigueraCary(ChargeMethod):
 
 
 class VolumePreserving4(ChargeMethod):
-    """Five symmetric steps with exact gyration, in Suzuki's lengths (He et al., J. Comput. Phys. 305, 2016). Order 4."""
+    """Five symmetric steps with exact gyration, in Suzuki's lengths (He et al., JCP 305, 2016). Order 4."""
 
     name, order, turning = "Volume-preserving 4", 4, EXACT
     primary = False

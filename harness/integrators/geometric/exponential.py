@@ -16,18 +16,20 @@ from gnomon.reference.numerics.precision import working
 Matrix = Any
 """A square numpy array of mpmath numbers."""
 Phi = Callable[[int, Any], Matrix]
-"""(k, c) -> phi_k(c h L)."""
+"""A function (k, c) -> phi_k(c h L)."""
 
 
 def exponential_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: c_1 ... c_s; then for each stage and the end, row by row, exp(c h L) - 1 and h a_1 ... h a_s; then
-    the rests of those of the end beyond their leading bits. Without the rests the errors of the linear part and of a
-    constant slope would grow as t.
+    """One step of an exponential Runge-Kutta method.
 
-    A constant slope adds the same numbers in every step, with roundings that may be the same: their residuals are carried
-    to the sum with the state and, in the last row of `store`, to the next step.
+    Rows of `table`: c_1 ... c_s; for each stage and for the end the matrices exp(c h L) - 1 and h a_1 ... h a_s, each
+    as one row; for the matrices of the end the rests beyond their leading bits. Without the rests the errors of the
+    linear part and of a constant slope would grow as t.
+
+    A constant slope adds equal numbers in every step, and their roundings may be equal too. So their residuals are
+    carried to the sum with the state and, in the last row of `store`, to the next step.
     """
     n = y.size
     stages = store.shape[0] - 1
@@ -57,7 +59,10 @@ def exponential_step(
 
 
 def combined(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, count: Any) -> Any:
-    """`total` plus component i of the state and of the first `count` slopes, times the matrices in the rows from `first`."""
+    """Add to `total` component i of the products of matrices with the state and with the first `count` slopes.
+
+    The matrices are the rows of `table` from `first` on.
+    """
     n = y.size
     for m in range(count):
         for k in range(n):
@@ -68,28 +73,25 @@ def combined(total: Any, table: Any, first: Any, i: Any, y: Any, store: Any, cou
 
 
 class ExponentialRungeKutta(FixedStep):
-    """A method given by its nodes and its coefficients, which are matrices: phi functions of h L.
+    """An exponential Runge-Kutta method, given by its nodes and its coefficients: matrices of phi functions of h L.
 
-    phi_0 = exp, phi_k(z) = (phi_{k-1}(z) - 1/(k-1)!)/z. The function that it calls is the nonlinear rest of the equations.
+    phi_0 = exp, phi_k(z) = (phi_{k-1}(z) - 1/(k-1)!)/z. The step calls the nonlinear rest of the equations.
     """
 
     accepts = (SemiLinear,)
     compensated = True
     step = exponential_step
+    function = "rest"
     nodes: ClassVar[tuple[float, ...]]
 
     @classmethod
     @abstractmethod
     def tableau(cls, phi: Phi) -> list[list[Matrix]]:
-        """a_j1 ... a_j,j-1 for each stage j, then b_1 ... b_s."""
+        """The coefficients a_j1 ... a_j,j-1 of each stage j, then b_1 ... b_s."""
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
         return [[mp.mpf(c) for c in cls.nodes]]
-
-    def equations(self, form: Form) -> Callable[..., Any]:
-        assert isinstance(form, SemiLinear)
-        return form.rest
 
     def kernel(self, problem: Problem) -> Kernel:
         assert isinstance(problem.form, SemiLinear)
@@ -125,7 +127,8 @@ class ExponentialRungeKutta(FixedStep):
 def phi_functions(mp: Any, z: Matrix, count: int = 4) -> list[Matrix]:
     """phi_0 ... phi_{count-1} of a matrix: Taylor series of z / 2^s, doubled s times (Skaflestad and Wright, 2009).
 
-    Rows of very different size lose digits; working digits are added in proportion to the logarithm of the matrix's size.
+    Rows of very different size lose digits; working digits are added in proportion to the logarithm of the matrix's
+    size.
     """
     size = max(mp.mpf(1), max(abs(x) for x in z.ravel()) * len(z))
     doublings = int(mp.ceil(mp.log(size, 2))) + 1
@@ -153,7 +156,10 @@ def _doubled(mp: Any, phi: list[Matrix], k: int) -> Matrix:
 
 
 class HochbruckOstermann4(ExponentialRungeKutta):
-    """Five stages, of order 4 for stiff problems too (Hochbruck and Ostermann, SIAM J. Numer. Anal. 43, 2005). Order 4."""
+    """Hochbruck and Ostermann's method of five stages, also for stiff problems. Order 4.
+
+    Hochbruck and Ostermann, SIAM J. Numer. Anal. 43, 2005.
+    """
 
     name, order = "Exponential Runge-Kutta 4", 4
     nodes = (0, 0.5, 0.5, 1, 0.5)

@@ -4,7 +4,7 @@ Angular velocity and attitude are rotated by the same Q in a step: R' = R Q and 
 R M, the angular momentum in space, is constant to round-off, and R(0)^T R(t) is orthogonal to round-off.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import cos, sin, sqrt
 from typing import Any
 
@@ -19,10 +19,11 @@ from gnomon.harness.integrators.runge_kutta.explicit import RK4
 def munthe_kaas_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: c_j, a_j1, ... for each stage; 1, b_1, ...; the moments of inertia.
+    """One step of the Runge-Kutta-Munthe-Kaas method.
 
-    Stage vectors u (rotation since the start of the step, Q = exp(hat u)) and g (angular momentum added by torque, along
-    the axes at the start) are in the first six columns of `store`: u' = u-dexp^-1(w), g' = Q torque.
+    Rows of `table`: c_j, a_j1, ... for each stage; 1, b_1, ...; the moments of inertia. The first six columns of
+    `store` hold the stage vectors u (rotation since the start of the step, Q = exp(hat u)) and g (angular momentum
+    added by torque, along the axes at the start): u' = u-dexp^-1(w), g' = Q torque.
     """
     stages = table.shape[0] - 2
     inertia = stages + 1
@@ -64,9 +65,9 @@ def munthe_kaas_step(
 def axis_splitting_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: lengths gamma of the symmetric steps; moments of inertia.
+    """One step of symmetric steps: half the torque, exact rotations about axes 1, 2, 3, 2, 1, half the torque.
 
-    Each symmetric step of gamma h: half the torque, exact rotations about axes 1, 2, 3, 2, 1, half the torque.
+    Rows of `table`: lengths of the symmetric steps over h; moments of inertia.
     """
     for i in range(12):
         increment[i] = 0.0
@@ -88,7 +89,7 @@ def axis_splitting_step(
 
 
 def push(f: Any, now: Any, length: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, increment: Any) -> None:
-    """The change of angular momentum by torque."""
+    """Change the angular velocity by the torque over `length`."""
     for i in range(12):
         x[i] = y[i] + increment[i]
     call(f, now, x, p, slope)
@@ -132,7 +133,7 @@ def exponential_less_one(u1: Any, u2: Any, u3: Any) -> Any:
 
 
 def times(q: Any, v1: Any, v2: Any, v3: Any) -> Any:
-    """Q v."""
+    """The product Q v."""
     return (
         q[0][0] * v1 + q[0][1] * v2 + q[0][2] * v3,
         q[1][0] * v1 + q[1][1] * v2 + q[1][2] * v3,
@@ -141,7 +142,7 @@ def times(q: Any, v1: Any, v2: Any, v3: Any) -> Any:
 
 
 def transposed_times(q: Any, v1: Any, v2: Any, v3: Any) -> Any:
-    """Q^T v."""
+    """The product Q^T v."""
     return (
         q[0][0] * v1 + q[1][0] * v2 + q[2][0] * v3,
         q[0][1] * v1 + q[1][1] * v2 + q[2][1] * v3,
@@ -150,17 +151,11 @@ def transposed_times(q: Any, v1: Any, v2: Any, v3: Any) -> Any:
 
 
 class RigidBodyMethod(FixedStep):
-    """A step for a rigid body: the function it calls is the torque, and its table ends with the moments of inertia."""
+    """A method for a rigid body: its step calls the torque, and its table ends with the moments of inertia."""
 
     accepts = (RigidBody,)
     compensated = True
-
-    def equations(self, form: Form) -> Callable[..., Any]:
-        assert isinstance(form, RigidBody)
-        return form.torque
-
-    def widths(self, form: Form, dimension: int) -> tuple[int, int]:
-        return 12, 3
+    function, function_widths = "torque", (12, 3)
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         assert isinstance(form, RigidBody)
@@ -201,13 +196,13 @@ class AxisSplitting(Composed, RigidBodyMethod):
 
 
 class AxisSplitting2(AxisSplitting):
-    """Five rotations a step. Order 2."""
+    """Axis splitting with five rotations a step. Order 2."""
 
     name, order = "Axis splitting 2", 2
 
 
 class AxisSplitting6(AxisSplitting):
-    """Nine symmetric steps with the lengths of Kahan and Li. Order 6."""
+    """Axis splitting with nine symmetric steps in the lengths of Kahan and Li. Order 6."""
 
     name, order = "Axis splitting 6", 6
     composition = KahanLi6

@@ -15,15 +15,16 @@ from gnomon.harness.kernels.equations import Kernel, call_kernel, check_values
 def rattle_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: lengths gamma of the symmetric steps; the unit round-off.
+    """One step of symmetric RATTLE steps.
 
-    `call` computes force, constraint and gradient at a position; the next step uses those at the end of this one. `store`
-    holds a flag and the constraint's value at the start of the motion, which is conserved; the gradient at the start of a
-    step; the correction of the position; the rounding residual of the position, `y` plus it being the exact one.
+    Rows of `table`: lengths of the symmetric steps over h; the unit round-off. `call` computes force, constraint and
+    gradient at a position; the next step uses the values at the end of this step. `store` holds a flag and the
+    constraint's value at the start of the motion, which is conserved; the gradient at the start of a step; the
+    correction of the position; the rounding residual of the position: the exact position is `y` plus this residual.
 
-    The gradient is that at the position with its residual. Where the position is put onto the constraint, the residual is
-    left out: it would be what the rounded constraint makes of it, the same at each return, and the momentum would drift as
-    t. On a sphere that was 4e-4 units of round-off in each step, of either sign.
+    The gradient is computed at the position plus its residual. The return to the constraint leaves the residual out:
+    otherwise the rounded constraint would determine it, equally at each return, and the momentum would drift as t. On a
+    sphere this drift was 4e-4 units of round-off in each step, of either sign.
     """
     n = x.size
     for i in range(2 * n):
@@ -66,10 +67,10 @@ def rattle_step(
 def onto_constraint(
     f: Any, now: Any, length: Any, y: Any, p: Any, roundoff: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Change the position along the gradient at the start until the constraint has its value; and the velocity with it.
+    """Move the position along the gradient at the start until the constraint has its value, and correct the velocity.
 
-    The constraint is computed at the rounded position, and extrapolated to the exact one with its gradient there. The
-    correction is summed apart: in the change of the position the rounding of its last parts would be biased.
+    The constraint is computed at the rounded position and extrapolated to the exact position with its gradient. The
+    correction has a sum of its own: as part of the change of the position, its last terms would have biased rounding.
     """
     n = x.size
     for i in range(n):
@@ -105,7 +106,7 @@ def onto_constraint(
 
 
 class ConstrainedMethod(Composed):
-    """A step for a constrained motion: the function that it calls computes force, constraint and gradient."""
+    """A method for a constrained motion, whose step calls a function that computes force, constraint and gradient."""
 
     accepts = (Constrained,)
     conserves = ("symplectic", "reversible", "momentum", "constraint")

@@ -12,9 +12,11 @@ from gnomon.harness.integrators.base.stepping import call
 def splitting_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: kicks b_1 ... b_s and drifts a_1 ... a_s, applied as b_1, a_1, b_2, a_2, ..., in units of h.
+    """One step of kicks and drifts.
 
-    A method that ends with a kick leaves the acceleration at the end of the step in `slope`, where the next starts.
+    Rows of `table`: kicks b_1 ... b_s and drifts a_1 ... a_s, applied as b_1, a_1, b_2, a_2, ..., in units of h. A
+    method that ends with a kick leaves the acceleration at the end of the step in `slope`; the next step begins with
+    it.
     """
     half = x.size
     for i in range(2 * half):
@@ -41,7 +43,8 @@ def splitting_step(
 class Splitting(FixedStep):
     """A splitting method given by its kicks and drifts. In a time-dependent potential, time drifts with the position.
 
-    Sums are compensated, which costs one to three per cent, except in methods of order 1 and 2, whose error hides it.
+    Sums are compensated, which takes one to three per cent of the time, except in methods of order 1 and 2, whose
+    errors hide round-off.
     """
 
     accepts = (SecondOrder,)
@@ -75,7 +78,7 @@ class Composition(Splitting):
 
     @classmethod
     def lengths(cls, mp: Any) -> list[Any]:
-        """gamma_1 ... gamma_s."""
+        """The lengths gamma_1 ... gamma_s."""
         first = [mp.mpf(text) for text in cls.half]
         return [*first, 1 - 2 * mp.fsum(first), *reversed(first)]
 
@@ -97,7 +100,7 @@ class StormerVerlet(Composition):
 
 
 class Composed(FixedStep):
-    """A method whose step consists of symmetric steps of its own, in the lengths of a composition."""
+    """A method that composes symmetric steps of its own, in the lengths of a composition of Störmer-Verlet steps."""
 
     composition: ClassVar[type[Composition]] = StormerVerlet
 
@@ -107,7 +110,10 @@ class Composed(FixedStep):
 
 
 class PositionVerlet(Splitting):
-    """Störmer-Verlet in position form, drift-kick-drift (Tuckerman, Berne, Martyna, J. Chem. Phys. 97, 1992). Order 2."""
+    """Störmer-Verlet in position form, drift-kick-drift. Order 2.
+
+    Tuckerman, Berne, Martyna, J. Chem. Phys. 97, 1992.
+    """
 
     name, order, compensated = "Position Verlet", 2, False
     conserves = ("symplectic", "reversible", "momentum")
@@ -146,7 +152,8 @@ class Suzuki4(Composition):
 class McLachlanAtela4(Splitting):
     """Four stages of least error (McLachlan and Atela, Nonlinearity 5, 1992). Order 4.
 
-    The paper prints 19 digits; these solve the conditions of order 4 to 60 digits, the nearest to the print.
+    The paper prints 19 digits. The numbers here solve the conditions of order 4 to 60 digits: the solution nearest to
+    the printed one.
     """
 
     name, order, conserves = "McLachlan-Atela 4", 4, ("symplectic", "momentum")
@@ -172,7 +179,7 @@ class BlanesMoan4(Splitting):
     """Six-stage Runge-Kutta-Nyström splitting SRKN6b (Blanes and Moan, J. Comput. Appl. Math. 142, 2002). Order 4.
 
     The paper prints 15 digits. b_1, a_1 and b_2 are taken as printed; a_2 and b_3 solve the two conditions of order 3
-    to 60 digits; the printed ones miss them by 1e-14.
+    to 60 digits, which the printed numbers miss by 1e-14.
     """
 
     name, order, conserves = "Blanes-Moan 4", 4, ("symplectic", "reversible", "momentum")
@@ -195,7 +202,8 @@ class BlanesMoan4(Splitting):
 class BlanesMoan6(Splitting):
     """Eleven-stage Runge-Kutta-Nyström splitting SRKN11b (Blanes and Moan, J. Comput. Appl. Math. 142, 2002). Order 6.
 
-    The paper prints 15 digits; these solve the conditions of order 6 to 60 digits, the nearest to the print.
+    The paper prints 15 digits. The numbers here solve the conditions of order 6 to 60 digits: the solution nearest to
+    the printed one.
     """
 
     name, order, conserves = "Blanes-Moan 6", 6, ("symplectic", "reversible", "momentum")
@@ -227,7 +235,7 @@ class BlanesMoan6(Splitting):
 class Yoshida6(Composition):
     """Seven Verlet steps, solution A (Yoshida, Physics Letters A 150, 1990). Order 6.
 
-    The paper prints 15 digits; these solve the order conditions to 60 and agree with the print.
+    The paper prints 15 digits. The numbers here solve the order conditions to 60 digits and agree with the print.
     """
 
     name, order = "Yoshida 6", 6
@@ -242,7 +250,7 @@ class Yoshida6(Composition):
 class Yoshida8(Composition):
     """Fifteen Verlet steps, solution D (Yoshida, Physics Letters A 150, 1990). Order 8.
 
-    The paper prints 15 digits; these solve the order conditions to 60 and agree with the print to 13.
+    The paper prints 15 digits. The numbers here solve the order conditions to 60 digits and agree with the print to 13.
     """
 
     name, order = "Yoshida 8", 8
@@ -262,7 +270,8 @@ class Yoshida8(Composition):
 class KahanLi6(Composition):
     """Nine Verlet steps (Kahan and Li, Math. Comp. 66, 1997; Hairer, Lubich, Wanner V.3.11). Order 6.
 
-    gamma_4 is taken as printed, to 26 digits; the others solve the order conditions to 60 and agree with the print.
+    gamma_4 is taken as printed, to 26 digits; the other numbers solve the order conditions to 60 digits and agree with
+    the print.
     """
 
     name, order = "Kahan-Li 6", 6
@@ -277,7 +286,8 @@ class KahanLi6(Composition):
 class KahanLi8(Composition):
     """Seventeen Verlet steps (Kahan and Li, Math. Comp. 66, 1997). Order 8.
 
-    gamma_8 is taken as printed, to 26 digits; the others solve the order conditions to 60 and agree with the print.
+    gamma_8 is taken as printed, to 26 digits; the other numbers solve the order conditions to 60 digits and agree with
+    the print.
     """
 
     name, order = "Kahan-Li 8", 8

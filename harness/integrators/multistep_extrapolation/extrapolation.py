@@ -7,24 +7,32 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.integrators.base.fixed_step import Table
-from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, nudge, one_over, roughen, soften
+from gnomon.harness.integrators.base.sizes import (
+    enlarge,
+    enlarge_roundoff,
+    first_sizes,
+    invert,
+    limit_by_roundoff,
+    one_over,
+    perturb_by_roundoff,
+)
 from gnomon.harness.integrators.base.step_control import NOT_FINITE, Adaptive, first_step, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
 
 COLUMNS = 10
-"""The most columns of the extrapolation table: order 20, 111 right-hand sides."""
+"""The largest number of columns of the extrapolation table: order 20, 111 right-hand sides."""
 
 FEWER, MORE = 0.8, 0.9
-"""A column less is used if it takes below 0.8 of the work per unit of time, one more if below 0.9 (ODEX)."""
+"""One column fewer is used if it takes less than 0.8 of the work per unit of time, one more if less than 0.9 (ODEX)."""
 
 
 class GraggBulirschStoer(Adaptive):
     """Gragg's rule extrapolated, up to ten columns, order and step chosen as in ODEX. Order 20.
 
     Gragg, SIAM J. Numerical Analysis 2, 1965; Bulirsch and Stoer, Numerische Mathematik 8, 1966; Hairer, Norsett,
-    Wanner, Solving Ordinary Differential Equations I, II.9. The table is that of the change over the step, so that
-    its round-off is that of the change.
+    Wanner, Solving Ordinary Differential Equations I, II.9. The table extrapolates the change over the step, not the
+    state, so that its round-off is relative to the change.
     """
 
     name, order = "Gragg-Bulirsch-Stoer", 2 * COLUMNS
@@ -49,9 +57,12 @@ def integrate(
     f: Any, p: Floats, table: Floats, initial: Floats, times: Floats, tolerance: float, groups: NDArray[np.int64],
     time_scale: float, out: Floats, stop: NDArray[np.int64],
 ) -> int:  # fmt: skip
-    """As `step_control.integrate`, but the order is chosen with the step: an attempt ends at the column where it pays, and
-    the next step follows from the errors and the work of all columns. A step that would pass a sample ends there, at the
-    first column within the tolerance."""
+    """Integrate as `step_control.integrate` does, but choose the order together with the step.
+
+    An attempt ends at the first column within the tolerance, but not earlier than one column before its target. The
+    errors and the work of all columns determine the next step. A step that would pass a sample ends at the sample, with
+    the first column within the tolerance.
+    """
     dimension = initial.shape[1]
     y, compensation, x, slope = np.empty(dimension), np.empty(dimension), np.empty(dimension), np.empty(dimension)
     before, now = np.empty(dimension), np.empty(dimension)
@@ -60,7 +71,7 @@ def integrate(
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
     taken = 0
     for n in range(initial.shape[0]):
-        for i in range(dimension):  # `y[:] = initial[n]` makes numba compile an error message in seconds
+        for i in range(dimension):  # for `y[:] = initial[n]` numba compiles an error message, which takes seconds
             y[i] = initial[n, i]
             compensation[i] = 0.0
         t, sample, attempts = 0.0, 0, 0
@@ -92,7 +103,7 @@ def integrate(
             if noisy:
                 if t > 0.0:
                     invert(groups, sizes, inverse)
-                soften(step / tolerance, groups, rough, inverse)
+                limit_by_roundoff(step / tolerance, groups, rough, inverse)
             good, last, previous = -1, 0, np.inf
             for j in range(target + 2):
                 midpoint(f, t, step, y, p, 2 * (j + 1), x, slope, first, before, now)
@@ -111,14 +122,14 @@ def integrate(
                 if error <= 1.0 and (j >= target - 1 or cut):
                     good = j
                     break
-                # The columns up to target + 1 cannot be expected to bring it below 1.
+                # The columns up to target + 1 are not expected to bring the error below 1.
                 if not cut and j >= target - 1 and error > hopeless(j, target):
                     break
             if good < 0:
-                nudge(y, x)
+                perturb_by_roundoff(y, x)
                 call(f, t, x, p, slope)
-                roughen(first[0], slope, 0, groups, rough)
-                noisy = soften(step / tolerance, groups, rough, inverse) or noisy
+                enlarge_roundoff(first[0], slope, 0, groups, rough)
+                noisy = limit_by_roundoff(step / tolerance, groups, rough, inverse) or noisy
                 target = max(1, min(target, last))
                 if target > 1 and work[target - 1] < FEWER * work[target]:
                     target -= 1
@@ -139,7 +150,7 @@ def integrate(
                 for i in range(dimension):
                     out[n, sample, i] = y[i]
                 sample += 1
-                # A step that a sample cut short does not predict the next, unless it was nearly of full length.
+                # A step that a sample cut short predicts the next step only if it had nearly its full length.
                 if step < 0.9 * h:
                     continue
             else:
@@ -165,7 +176,7 @@ def integrate(
 def midpoint(
     f: Any, t: Any, h: Any, y: Any, p: Any, substeps: int, x: Any, slope: Any, start: Any, before: Any, now: Any
 ) -> None:
-    """The change of the state over h by Gragg's rule, smoothed, from the slope `start` at t; written into `now`."""
+    """Write the change of the state over h into `now`, by Gragg's rule with smoothing, from the slope `start` at t."""
     small = h / substeps
     for i in range(y.size):
         before[i] = 0.0
@@ -186,7 +197,7 @@ def midpoint(
 
 
 def extrapolate(j: int, table: Any, now: Any, columns: Any) -> None:
-    """Replace the last row of the table of Aitken and Neville by the next one, columns 0 to j."""
+    """Replace the last row of the table of Aitken and Neville by the next row, columns 0 to j."""
     for i in range(now.size):
         value = now[i]
         for m in range(j):
@@ -217,14 +228,14 @@ def cost(j: int) -> float:
 
 
 def hopeless(j: int, target: int) -> float:
-    """The error at column j, near the target, above which the remaining columns are not expected to bring it below 1."""
+    """The error at column j, near the target, above which later columns are not expected to bring it below 1."""
     if j < target:
         return float(((target + 1) * (target + 2)) ** 2)
     return float((target + 2) ** 2) if j == target else 1.0
 
 
 def better_column(good: int, target: int, rejected: bool, work: Floats) -> int:
-    """The target column of the next step: that of least work per unit of time."""
+    """The target column of the next step: the column with the least work per unit of time."""
     if good == 1:
         return 1 if rejected else 2
     best = good if good <= target else good - 1

@@ -1,4 +1,4 @@
-"""Störmer's multistep methods of high order for q'' = a(t, q), in compensated summed form: one right-hand side a step."""
+"""Störmer's multistep methods for q'' = a(t, q) in compensated summed form: high order, one right-hand side a step."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -15,21 +15,23 @@ from gnomon.harness.integrators.runge_kutta.nystrom import nystrom_increment
 
 STARTER = nystrom_table.RKN_12_10
 HISTORY = 4
-"""Rows of `store` before the differences of the accelerations and the stages of the starting method: the number of steps
-made; the last change of the position and the compensation of its sum; Störmer's sum for the next step; the newest
+"""Rows of `store` before the differences of the accelerations and the stages of the starting method: the number of
+steps made; the last change of the position and the compensation of its sum; Störmer's sum for the next step; the newest
 acceleration, which is not yet in the differences."""
 
 
 def stormer_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: weights of the newest acceleration a and of the backward differences of those before it, for the
-    position and for the velocity (see `coefficients`); then the rows of the starting method, which makes the steps until
-    there are enough accelerations for Störmer's formula.
+    """One step by Störmer's formula, or by the starting method until there are enough accelerations for the formula.
+
+    Rows of `table`: weights of the newest acceleration a and of the backward differences of the accelerations before
+    it, for the position and for the velocity (see `coefficients`); then the rows of the starting method.
 
     q_n+1 - q_n is kept and summed with compensation, so no difference of neighbouring positions is computed. Weights of
-    accelerations instead of differences are large and cancel: rounded the same way in every step, they would make the
-    energy drift as t. Here those of differences 0 and 1 are summed without rounding, and the others are small.
+    accelerations, instead of differences, would be large and cancel: rounded equally in every step, they would make the
+    energy drift as t. Here the terms of differences 0 and 1 are summed without rounding, and the other weights are
+    small.
     """
     half = x.size
     stages = table.shape[0] - 4
@@ -60,7 +62,7 @@ def stormer_step(
         x[i] = y[i] + increment[i]
     call(f, t + h, x, p, slope)
     for i in range(half):
-        # All but the last terms are summed while the processor waits for the slope; small ones first: differences have
+        # All terms but the last are summed while the processor waits for the slope, small terms first: differences have
         # so few bits that ties would be frequent, and their rounding biased.
         last = store[3, i]
         ahead = 2.0 * last - store[HISTORY, i]
@@ -79,8 +81,10 @@ def stormer_step(
 
 
 class Stormer(FixedStep):
-    """Störmer's explicit formula for the position, the implicit Adams formula for the velocity: as the acceleration
-    does not depend on the velocity, both are explicit. Started by RKN 12(10) at the same step. Sums are compensated.
+    """Störmer's explicit formula for the position with the implicit Adams formula for the velocity.
+
+    Both are explicit, as the acceleration does not depend on the velocity. RKN 12(10) makes the first steps, with the
+    same step size. Sums are compensated.
 
     Störmer 1907; Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, III.1 and III.10.
     """
@@ -92,9 +96,12 @@ class Stormer(FixedStep):
 
     @classmethod
     def coefficients(cls, mp: Any) -> Table:
-        """b_0, 0, 0, b_2, b_3, ... of q_n+1 - 2 q_n + q_n-1 = h^2 (b_0 a + (1 - b_0)(2 a_1 - a_2) + sum of b_m D_m) and
-        c_0, 0, c_1, c_2, ... of v_n - v_n-1 = h (a_1 + c_0 (a - a_1) + sum of c_m D_m), where a is the newest
-        acceleration, a_1 and a_2 are those before it, D_m the difference of order m of a_1; the starting method's."""
+        """The weights of the formulas for position and velocity, then the rows of the starting method.
+
+        b_0, 0, 0, b_2, b_3, ... of q_n+1 - 2 q_n + q_n-1 = h^2 (b_0 a + (1 - b_0)(2 a_1 - a_2) + sum of b_m D_m) and
+        c_0, 0, c_1, c_2, ... of v_n - v_n-1 = h (a_1 + c_0 (a - a_1) + sum of c_m D_m). Here a is the newest
+        acceleration, a_1 and a_2 are the accelerations before it, and D_m is the difference of order m of a_1.
+        """
         tails = [
             [sum(weights[m:], Fraction(0)) for m in range(len(weights))]
             for weights in (stormer_weights(cls.order), adams_weights(cls.order + 1))
@@ -116,14 +123,14 @@ class Stormer(FixedStep):
 
 @cache
 def stormer_weights(count: int) -> tuple[Fraction, ...]:
-    """Weights of the differences 0, 1, ..., count - 1 of a_n in q_n+1 - 2 q_n + q_n-1 = h^2 sum, exact for polynomials."""
+    """Weights of the differences 0 to count - 1 of a_n in q_n+1 - 2 q_n + q_n-1 = h^2 sum, exact for polynomials."""
     logarithm = reciprocal([Fraction(1, j + 1) for j in range(count)])
     return tuple(times(times(logarithm, logarithm), [Fraction(1)] * count))
 
 
 @cache
 def adams_weights(count: int) -> tuple[Fraction, ...]:
-    """Weights of the differences 0, 1, ..., count - 1 of a_n+1 in v_n+1 - v_n = h sum, exact for polynomials."""
+    """Weights of the differences 0 to count - 1 of a_n+1 in v_n+1 - v_n = h sum, exact for polynomials."""
     return tuple(reciprocal([Fraction(1, j + 1) for j in range(count)]))
 
 
@@ -141,7 +148,7 @@ def times(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
 
 
 class Stormer8(Stormer):
-    """Eight accelerations. Order 8."""
+    """Störmer's method with eight accelerations. Order 8."""
 
     name, order = "Störmer 8", 8
     primary = False
@@ -149,7 +156,7 @@ class Stormer8(Stormer):
 
 
 class Stormer12(Stormer):
-    """Twelve accelerations. Order 12."""
+    """Störmer's method with twelve accelerations. Order 12."""
 
     name, order = "Störmer 12", 12
     primary = False

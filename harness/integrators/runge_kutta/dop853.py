@@ -8,8 +8,7 @@ from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 class Dop853(Embedded):
     """Dormand and Prince's 8(5,3) pair, predictive step control, dense output of order 7. Order 8.
 
-    Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, II.5 and II.10. The tolerance is both
-    relative and absolute, the error the root mean square over the components. Sums are compensated.
+    Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 1993, II.5 and II.10.
     """
 
     name, order = "DOP853", 8

@@ -11,13 +11,16 @@ from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.runge_kutta.explicit import stage
 
 LAST = ERRORS = DENSE = DENSE_ROWS = 0
-"""Set when a method is compiled: the number of rows of slopes; the first rows of the errors and of dense output; the number
-of rows of dense output, -1 without it."""
+"""Set when a method is compiled. LAST: the number of rows of slopes; ERRORS, DENSE: the first rows of the errors and of
+dense output; DENSE_ROWS: the number of rows of dense output, -1 without it."""
 
 
 class Embedded(Adaptive):
-    """An explicit embedded Runge-Kutta pair, given by its tableau. A second embedded formula damps the error of the first,
-    as in DOP853. Where the method has no interpolant a sample is a separate step of the same order within the step."""
+    """An explicit embedded Runge-Kutta pair, given by its tableau.
+
+    A second embedded formula damps the estimated error of the first, as in DOP853. If the method has no interpolant, a
+    sample is a separate step of the same order within the step.
+    """
 
     accepts = (FirstOrder,)
     tableau: ClassVar[ButcherTableau]
@@ -53,7 +56,7 @@ def attempt(
 
 
 def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inverse: Floats) -> float:
-    """The norm of the estimated error of a step, damped by the second estimate where there is one (II.10.17)."""
+    """The norm of the estimated error of a step, damped by the second estimate if there is one (II.10.17)."""
     first, second = 0.0, 0.0
     for i in range(y.size):
         weight = one_over(i, y, end, inverse)
@@ -71,7 +74,7 @@ def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inver
 def open_step(
     f: Any, t: float, h: float, y: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats
 ) -> None:
-    """The extra stages of the dense output."""
+    """Compute the extra stages of the dense output."""
     for j in range(STAGES + 1, LAST):
         stage(f, t, h, y, p, table, j, x, slope, k)
 
@@ -80,7 +83,7 @@ def between(
     f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
     slope: Floats, k: Floats, spare: Floats, out: Floats,
 ) -> None:  # fmt: skip
-    """The state within a step, into `out`: by the interpolant, or by a separate step where there is none."""
+    """Write the state within a step into `out`: by the interpolant, or by a separate step if there is none."""
     if DENSE_ROWS >= 0:
         interpolate(ahead / h, h, y, end, table, k, out)
     elif ahead == h:

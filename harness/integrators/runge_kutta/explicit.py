@@ -12,7 +12,7 @@ from gnomon.harness.integrators.base.tableau import ButcherTableau
 def runge_kutta_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """Rows of `table`: c_j, a_j1, a_j2, ... for each stage, then 1, b_1, b_2, ..."""
+    """One explicit Runge-Kutta step. Rows of `table`: c_j, a_j1, a_j2, ... for each stage, then 1, b_1, b_2, ..."""
     stages = table.shape[0] - 1
     for j in range(stages):
         stage(f, t, h, y, p, table, j, x, slope, store)
@@ -25,7 +25,7 @@ def runge_kutta_step(
 
 
 def stage(f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, j: int, x: Any, slope: Any, k: Any) -> None:
-    """The slope of stage j from those before it, into k[j]."""
+    """Compute the slope of stage j into k[j], from the slopes of the stages before it."""
     for i in range(y.size):
         total = 0.0
         for m in range(j):

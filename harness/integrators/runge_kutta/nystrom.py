@@ -11,7 +11,7 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Tolerance
 from gnomon.harness.integrators.base.sizes import one_over
 from gnomon.harness.integrators.base.step_control import ENDS, STAGES, Adaptive, arrive, end_slope, first_step
 from gnomon.harness.integrators.base.stepping import call
-from gnomon.harness.integrators.base.tableau import NystromTableau, listed
+from gnomon.harness.integrators.base.tableau import NystromTableau, parse_rows
 from gnomon.harness.integrators.runge_kutta.nystrom_table import RKN_12_10
 
 
@@ -84,14 +84,14 @@ def step_into(
 def open_step(
     f: Any, t: float, h: float, y: Floats, p: Floats, table: Floats, x: Floats, slope: Floats, k: Floats
 ) -> None:
-    """Does nothing: there is no interpolant to prepare."""
+    """Do nothing: a Nyström pair has no interpolant to prepare."""
 
 
 def between(
     f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
     slope: Floats, k: Floats, spare: Floats, out: Floats,
 ) -> None:  # fmt: skip
-    """The state within a step, into `out`, by a separate step; the acceleration at the end of the whole step is kept."""
+    """Write the state within a step into `out`, by a separate step; the acceleration k[STAGES] of the step is kept."""
     if ahead == h:
         for i in range(y.size):
             out[i] = end[i]
@@ -141,16 +141,16 @@ class DormandPrinceNystrom6(Nystrom):
     tableau = NystromTableau(
         orders=(6, 4),
         c=("0", "1/10", "3/10", "7/10", "17/25"),
-        a=listed("""
+        a=parse_rows("""
             ;
             1/200;
             -1/2200 1/22;
             637/6600 -7/110 7/33;
             225437/1968750 -30073/281250 65569/281250 -9367/984375;
         """),
-        b=listed("151/2142 5/116 385/1368 55/168 -6250/28101;")[0],
-        d=listed("151/2142 25/522 275/684 275/252 -78125/112404 1/12;")[0],
-        embedded=listed("""
+        b=parse_rows("151/2142 5/116 385/1368 55/168 -6250/28101;")[0],
+        d=parse_rows("151/2142 25/522 275/684 275/252 -78125/112404 1/12;")[0],
+        embedded=parse_rows("""
             1349/157500 7873/50000 192199/900000 521683/2100000 -16/125;
             1349/157500 7873/45000 27457/90000 521683/630000 -2/5 1/12;
         """),

@@ -22,15 +22,16 @@ from gnomon.harness.kernels.straight_line import compiled
 from numpy.typing import NDArray
 
 LEAST_TOLERANCE = 1e-16
-"""Unit round-off."""
+"""The unit round-off."""
 
 
 class Taylor(Integrator):
     """Taylor's method, order and step from the tolerance (Jorba and Zou, Experimental Mathematics 14, 2005). Order 20.
 
-    The order is 1 + ln(1/tolerance)/2, rounded up; the declared one is that at 1e-16. Coefficients come from recurrences
-    (automatic differentiation) generated from the equations. The remainder is relative to each component's largest size
-    so far. Sums are compensated. Right-hand sides are not called one by one, so they are not counted.
+    The order is 1 + ln(1/tolerance)/2, rounded up; the declared order is the order at 1e-16. Coefficients come from
+    recurrences (automatic differentiation) generated from the equations. The remainder is relative to the largest size
+    that each component has had. Sums are compensated. Right-hand sides are not called one by one, so they are not
+    counted.
     """
 
     name, order = "Taylor", 20
@@ -82,10 +83,10 @@ def integrate(
 ) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps.
 
-    This is not the loop of `step_control`: the size of a step follows from its own coefficients, so there is no attempt, no
-    error after it and no step that is rejected.
+    The loop of `step_control` does not fit: the size of a step follows from its own coefficients, so no error is
+    estimated after a step and no step is rejected.
 
-    `stop` gets the reason and the sample where a trajectory ended early.
+    `stop` gets the reason and the sample of the first early end.
     """
     dimension = initial.shape[1]
     y, compensation, sizes = np.empty(dimension), np.empty(dimension), np.empty(dimension)
@@ -115,7 +116,7 @@ def integrate(
             if steps >= MOST_STEPS:
                 reason = TOO_MANY_STEPS
             h = min(times[-1] - t, safety * min(radius(lower, order - 1), radius(upper, order)))
-            # The step is h rounded so that t + step is exact; the last one ends at the last sample.
+            # The step is h, rounded so that t + step is exact; the last step ends at the last sample.
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
             if step <= 0.0:
                 reason = STEP_TOO_SMALL
@@ -140,10 +141,11 @@ def integrate(
 
 
 def start_sizes(w: Floats, order: int, time_scale: float, y: Floats, sizes: Floats) -> None:
-    """Sizes of components, for those that start at zero: their change within the radius of convergence.
+    """First sizes of components, for components that start at zero: their change within the radius of convergence.
 
-    The radius is estimated from the components that do not start at zero, and is at most a time scale: at the pericentre
-    of a long ellipse it is far shorter, and the acceleration there times a time scale would exceed every velocity.
+    The radius is estimated from the components that do not start at zero, and is at most a time scale. At the
+    pericentre of a long ellipse the radius is far shorter: the acceleration there times a time scale would exceed every
+    velocity.
     """
     upper = 0.0
     for i in range(y.size):
@@ -155,8 +157,10 @@ def start_sizes(w: Floats, order: int, time_scale: float, y: Floats, sizes: Floa
 
 
 def radius(coefficient: float, power: int) -> float:
-    """coefficient ** (-1 / power), infinite for 0: by its binary exponent first, so that it scales exactly with a unit
-    of time that is a power of two."""
+    """coefficient ** (-1 / power), infinite for 0.
+
+    The binary exponent is treated first, so that the result scales exactly with a unit of time that is a power of two.
+    """
     if not 0.0 < coefficient < np.inf:
         return float(np.inf if coefficient == 0.0 else np.nan)
     whole = np.floor(np.log2(coefficient) / power)

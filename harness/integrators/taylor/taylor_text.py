@@ -2,8 +2,8 @@
 
 Coefficients are normalised: a_k is the k-th derivative over k!. With them products are convolutions, and every function
 with derivative g follows from k f_k = sum of j u_j g_(k-j) over 0 < j <= k (Jorba and Zou, Experimental Mathematics 14,
-2005, section 2). The inner terms, 0 < j < k, need only lower orders: all nodes share one loop for them, in which the sums
-are independent; the terms j = 0 and j = k are added node by node.
+2005, section 2). The inner terms, 0 < j < k, need only lower orders: all nodes share one loop for them, in which the
+sums are independent; the terms j = 0 and j = k are added node by node.
 """
 
 from collections.abc import Iterable
@@ -20,11 +20,11 @@ FEW = 4
 """Up to this number of sums in the loop, each is split in two."""
 
 ARITHMETIC = ("+", "-", "neg", "*", "/", "**", "sqrt")
-"""Operations with recurrences of their own; the others are functions of one argument with a derivative."""
+"""Operations with recurrences of their own; the other operations are functions of one argument with a derivative."""
 
 
 class Recurrences:
-    """The nodes of traced equations with their recurrences: which are constants, which are series, and their products."""
+    """The nodes of traced equations, and the recurrences of their Taylor coefficients."""
 
     def __init__(self, form: FirstOrder, dimension: int, parameters: int) -> None:
         trace = ReducedTrace(dimension, parameters)
@@ -52,7 +52,7 @@ class Recurrences:
         return STRIDE * rows.setdefault(node, len(self.rows) + len(self.rows_of_slopes))
 
     def slope_node(self, u: Node) -> Node | None:
-        """The node whose coefficients are (j + 1) u_(j+1): for a variable that of its derivative; else None."""
+        """The node whose coefficients are (j + 1) u_(j+1): the derivative of a variable if that varies; else None."""
         output = self.outputs[self.places[u]] if u in self.places else None
         return output if varying(output) else None
 
@@ -62,7 +62,7 @@ class Recurrences:
         return self.row(node) if node is not None else self._row(self.rows_of_slopes, u)
 
     def inside(self, node: Node) -> str | None:
-        """The term that a series sums over 0 < j < k; None where there is none."""
+        """The term that a series sums over 0 < j < k; None for a series without such a sum."""
         if not varying(node):
             return None
         match node.operation, node.arguments:
@@ -114,8 +114,9 @@ def varying(value: Value) -> bool:
 def coefficients_text(form: FirstOrder, dimension: int, parameters: int) -> tuple[str, int]:
     """Source text of `kernel(t, y, p, w)` and the length of `w`.
 
-    y: the state, then the highest order; w gets coefficient k of y_i at STRIDE i + k. The text uses globals ONE and math,
-    the number 1 and the functions of the arithmetic that runs it. Raises ValueError for equations that cannot be traced.
+    y: the state, then the highest order; w gets coefficient k of y_i at STRIDE i + k. The text uses globals ONE and
+    math, the number 1 and the functions of the arithmetic that runs it. Raises ValueError for equations that cannot be
+    traced.
     """
     r = Recurrences(form, dimension, parameters)
     sums = {x.index: term for x in r.sequence if (term := r.inside(x)) is not None}
@@ -140,7 +141,8 @@ def coefficients_text(form: FirstOrder, dimension: int, parameters: int) -> tupl
 def _loop(sums: dict[int, str]) -> list[str]:
     """The loop over 0 < j < k that adds each term to its sum.
 
-    Few sums would wait for their additions: each is split in two, over odd and even j. More would not fit the registers.
+    A few sums would wait for their own additions, so each is split in two, over odd and even j. The parts of many sums
+    would not fit into the registers.
     """
     lines = [f"        s{i} = 0 * ONE" for i in sums]
     added = [f"s{i} += {term}" for i, term in sums.items()]

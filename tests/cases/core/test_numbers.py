@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from gnomon.cases import Case, case_class, check_class, check_names, get, names
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
-from gnomon.cases.core.integrated import IntegratedCase
+from gnomon.cases.core.integrated import IntegratedCase, integrate
 from gnomon.cases.core.numbers import OutOfReachError, Range, show
 from gnomon.harness.running.plan import FOUNDATION
 from gnomon.harness.stability.solving import within
@@ -358,7 +358,7 @@ def test_what_is_begun_takes_as_many_steps_as_was_counted(name: str) -> None:
     """The steps of a Taylor method are shares of the radius of convergence: those of order 7 and 30 are much alike."""
     for variant in (None, *(v.name for v in case_class(name).variants)):
         case = get(name, variant).rounded()
-        motion = case._exact  # type: ignore[attr-defined]
+        motion = integrate(case)
         scout = certified.Scout(motion.rates, motion.start, False)
         scout.reach(case.span)
         coarse = certified.Path(motion.rates, motion.start, certified.COARSE, False)

@@ -1,7 +1,5 @@
 """heyoka on the pendulum and on Kepler's orbit; runs where the optional extra `peers` is installed."""
 
-from __future__ import annotations
-
 import re
 from math import atan2, hypot, log, sin
 from typing import Any
@@ -15,6 +13,7 @@ from gnomon.harness.adapters.heyoka import INTEGRATORS, FastTaylor, Taylor, syst
 from gnomon.harness.contract.integrator import Problem, Refused, Unsupported
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.running.solve import solve
+from on_cases import solved
 
 heyoka = pytest.importorskip("heyoka", reason="heyoka is optional: pip install 'gnomon[peers]'")
 
@@ -91,17 +90,15 @@ def test_the_options_recorded_are_the_options_used(policy: type[Taylor], monkeyp
 def test_follows_the_pendulum(policy: type[Taylor], tolerance: float) -> None:
     """Some 300 steps, each allowed the tolerance relative to a state of size 6, phase errors growing linearly."""
     case = get("pendulum_simple").rounded()
-    solution = policy().prepare(problem_of(case, (FirstOrder,)), tolerance)(initial_state(case)[None])
-    assert np.abs(solution.states[0] - case.sample(case.times)).max() < 1e3 * tolerance
-    assert solution.steps is not None
-    assert solution.steps > 64
+    found = solved(policy(), case, tolerance)
+    assert np.abs(found.states - case.sample(case.times)).max() < 1e3 * tolerance
+    assert found.steps > 64
 
 
 def test_takes_a_formulation_with_a_clock() -> None:
     case = KeplerOrbit().rounded()
     (sundman,) = case.formulations
-    solve = Taylor().prepare(problem_of(case, (FirstOrder,), sundman), 1e-15)
-    states = solve(initial_state(case, sundman)[None]).states[0]
+    states = solved(Taylor(), case, 1e-15, formulation=sundman).states
     assert np.abs(states[:, :4] - case.sample(case.times)).max() < 1e-11
     assert np.abs(states[:, 4] - case.times).max() < 1e-11
 
@@ -165,13 +162,11 @@ def test_an_ensemble_in_batches_is_that_of_single_trajectories() -> None:
     starts = np.column_stack([np.linspace(0.5, 2.5, 19), np.zeros(19)])
     together = solve(starts)
     assert together.stopped is None
-    assert together.steps is not None
     steps = 0
     for start, states in zip(starts, together.states, strict=True):
         alone = solve(start[None])
         assert np.abs(alone.states[0] - states).max() < 1e3 * 1e-12
-        assert alone.steps is not None
-        steps += alone.steps
+        steps += alone.steps or 0
     assert together.steps == pytest.approx(steps, rel=0.05), "steps of a batch's lanes differ from those alone by few"
 
 
@@ -225,12 +220,8 @@ def looked_up(t: Any, state: Values) -> Values:
 
 
 OPAQUE = {
-    with_abs: "abs",
-    one_sided: "x > 0",
-    equal_to_a_number: "x == 0.0",
-    true_of_a_number: "if v",
-    looked_up: "[v]",
-}
+    with_abs: "abs", one_sided: "x > 0", equal_to_a_number: "x == 0.0", true_of_a_number: "if v", looked_up: "[v]",
+}  # fmt: skip
 
 
 @every

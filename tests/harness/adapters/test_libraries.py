@@ -1,47 +1,44 @@
 """Adapters import their library in `prepare`, not earlier; a missing library is an ImportError."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 from gnomon.cases.core.registry import get
-from gnomon.harness.adapters import (
-    diffrax,
-    heyoka,
-    rebound_nbody,
-    rebound_ode,
-    scipy_ivp,
-    scipy_ode,
-    scipy_odeint,
-    sksundae,
-    sundials,
-)
+from gnomon.harness.adapters import libraries
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.contract.problem import problem_of, takes
+from gnomon.harness.registry.lookup import ADAPTERS, own
 
-MODULES = (scipy_ivp, scipy_ode, scipy_odeint, rebound_nbody, rebound_ode, heyoka, sundials, sksundae, diffrax)
-ALL = tuple(kind for module in MODULES for kind in module.INTEGRATORS)
-every = pytest.mark.parametrize("integrator", ALL, ids=lambda kind: kind().id)
+KEPLER = get("kepler_orbit").rounded()
+ALL = [one for one in own().values() if type(one).__module__ in ADAPTERS]
 
 
 def test_importing_adapters_imports_no_library() -> None:
     """`gnomon list` is fast, and works where a library is missing."""
-    names = ", ".join(module.__name__ for module in MODULES)
-    found = f"import sys, {names}; print(*({{'scipy', 'rebound', 'heyoka', 'sksundae', 'diffrax', 'jax', 'numba'}} & set(sys.modules)))"
+    heavy = {*LIBRARIES, *(name for library in LIBRARIES.values() for name in library.depends), "numba"}
+    found = f"import sys, {', '.join(ADAPTERS)}; print(*({heavy} & set(sys.modules)))"
     result = subprocess.run([sys.executable, "-c", found], capture_output=True, text=True, check=True)
     assert result.stdout.split() == []
 
 
-@every
-def test_a_missing_library_is_an_import_error(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("integrator", [one for one in ALL if takes(one, KEPLER)], ids=lambda one: one.id)
+def test_a_missing_library_is_an_import_error(integrator: Integrator, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in [integrator.library, *(name for name in sys.modules if name.startswith(f"{integrator.library}."))]:
         monkeypatch.setitem(sys.modules, name, None)
-    problem = problem_of(get("kepler_orbit").rounded(), integrator.accepts)
+    problem = problem_of(KEPLER, integrator.accepts)
     with pytest.raises(ImportError, match=integrator.library):
-        integrator().prepare(problem, problem.interval)
+        integrator.prepare(problem, problem.interval)
 
 
-def test_ids_are_unique() -> None:
-    assert len({kind().id for kind in ALL}) == len(ALL)
+def test_every_adapter_is_declared_by_its_library() -> None:
+    """An adapter that no table of libraries.toml names would never run."""
+    folder = Path(libraries.__file__).parent
+    files = {path.stem: import_module(f"gnomon.harness.adapters.{path.stem}") for path in folder.glob("*.py")}
+    defined = {name for name, module in files.items() if hasattr(module, "INTEGRATORS")}
+    assert defined == {name for library in LIBRARIES.values() for name in library.modules}
+    declared = {f"gnomon.harness.adapters.{module}": one.name for one in LIBRARIES.values() for module in one.modules}
+    assert {one.id: one.library for one in ALL} == {one.id: declared[type(one).__module__] for one in ALL}

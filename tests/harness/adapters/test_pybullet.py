@@ -3,8 +3,6 @@
 Errors are absolute, at steps of 1e-2, 1e-3 and 1e-4 s. Symplectic Euler is order 1, so each step has its own number.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -35,16 +33,11 @@ pybullet = pytest.importorskip("pybullet", reason="pybullet has wheels up to CPy
 
 STEPS = (1e-2, 1e-3, 1e-4)
 ENGINES = (
-    ("pendulum_simple", "engines"),
-    ("projectile_parabola", "engines"),
-    ("kepler_orbit", "engines"),
-    ("euler_top", "engines"),
-    ("bouncing_ball", "engines_e1"),
-    ("bouncing_ball", "engines_e08"),
-    ("block_incline_friction", "engines_stop"),
-    ("block_incline_friction", "engines_slide"),
+    ("pendulum_simple", "engines"), ("projectile_parabola", "engines"), ("kepler_orbit", "engines"),
+    ("euler_top", "engines"), ("bouncing_ball", "engines_e1"), ("bouncing_ball", "engines_e08"),
+    ("block_incline_friction", "engines_stop"), ("block_incline_friction", "engines_slide"),
     ("block_incline_friction", "engines_stick"),
-)
+)  # fmt: skip
 
 
 @contextmanager
@@ -292,18 +285,10 @@ def test_options_are_recorded_and_differ_from_the_defaults() -> None:
         with running(PyBulletAsShipped, variant(name, label), 1e-2) as run:
             assert not run.options
     assert set(recorded) == {
-        "linearDamping",
-        "angularDamping",
-        "maxJointVelocity",
-        "velocityMotorForce",
-        "useMaximalCoordinates",
-        "restitutionVelocityThreshold",
-        "contactERP",
-        "contactSlop",
-        "contactProcessingThreshold",
-        "solverResidualThreshold",
-        "numSolverIterations",
-    }
+        "linearDamping", "angularDamping", "maxJointVelocity", "velocityMotorForce", "useMaximalCoordinates",
+        "restitutionVelocityThreshold", "contactERP", "contactSlop", "contactProcessingThreshold",
+        "solverResidualThreshold", "numSolverIterations",
+    }  # fmt: skip
     client = pybullet.connect(pybullet.DIRECT)
     defaults = pybullet.getPhysicsEngineParameters(physicsClientId=client)
     pybullet.disconnect(physicsClientId=client)

@@ -1,7 +1,5 @@
 """REBOUND on Kepler's orbit, native and in ODE mode: convergence, sample times, independent runs, counts, refusals."""
 
-from __future__ import annotations
-
 import os
 import signal
 from dataclasses import replace
@@ -26,6 +24,7 @@ from gnomon.harness.adapters.rebound_nbody import (
 from gnomon.harness.adapters.rebound_ode import OdeMode
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
+from on_cases import solved
 
 pytestmark = pytest.mark.filterwarnings("ignore:At least 10 predictor corrector loops:RuntimeWarning")
 
@@ -146,15 +145,14 @@ def test_bs_converges_with_its_tolerance(integrator: type[Integrator]) -> None:
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
 def test_ode_mode_on_the_pendulum(tolerance: float) -> None:
     case = get("pendulum_simple").rounded()
-    states = OdeMode().prepare(problem_of(case, (FirstOrder,)), tolerance)(initial_state(case)[None]).states[0]
-    assert np.abs(states - case.sample(case.times)).max() < 100 * tolerance
+    assert np.abs(solved(OdeMode(), case, tolerance).states - case.sample(case.times)).max() < 100 * tolerance
 
 
 def test_ode_mode_takes_a_formulation_with_a_clock() -> None:
     (sundman,) = CASE.formulations
-    problem = problem_of(CASE, (FirstOrder,), sundman)
-    assert not problem.uniform
-    states = OdeMode().prepare(problem, 1e-11)(initial_state(CASE, sundman)[None]).states[0]
+    found = solved(OdeMode(), CASE, 1e-11, formulation=sundman)
+    states = found.states
+    assert not found.problem.uniform
     assert np.abs(states[:, :4] - exact()).max() < 1e3 * 1e-11
     assert np.abs(states[:, 4] - CASE.times).max() < 1e3 * 1e-11
 
@@ -260,8 +258,7 @@ def test_a_right_hand_side_that_is_not_finite_ends_the_run(equations: Any) -> No
     solution = OdeMode().prepare(toy(equations), 1e-6)(np.array([[1.0, 0.0]]))
     assert np.isfinite(solution.states[0, :7]).all()
     assert np.isnan(solution.states[0, 8:]).any(axis=1).all()
-    assert solution.stopped is not None
-    assert "NaN" in solution.stopped
+    assert "NaN" in str(solution.stopped)
 
 
 @native

@@ -5,8 +5,6 @@ are not run at all. So this takes one tiny step of PyBullet for all scenes witho
 on a ball joint Euler's equations about its fixed point.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -4,7 +4,7 @@ import pytest
 from gnomon.harness.contract.integrator import Refused, solver_of
 from gnomon.harness.contract.problem import accepted_form, problem_of
 from gnomon.harness.registry import lookup
-from gnomon.harness.verification.conduct_claims import IMPOSSIBLE
+from gnomon.harness.verification.call_claims import IMPOSSIBLE
 
 from gnomon import cases
 

@@ -1,7 +1,5 @@
 """Elliptic motions lie in the balls of their enclosures; a motion with a small error does not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 

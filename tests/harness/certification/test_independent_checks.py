@@ -1,7 +1,5 @@
 """Independent computations of the checks: accurate where the method is, and inaccurate where it loses digits."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`gnomon doctor`, and what is said of a library that is missing."""
 
-from __future__ import annotations
-
 import pytest
 from command_line import gnomon
 

@@ -1,4 +1,4 @@
-"""`gnomon ensemble`: what it prints and writes, and one line for what is wrong."""
+"""`gnomon ensemble`: what it prints and writes; wrong usage is in test_command_lines.py."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from command_line import gnomon
 from gnomon.harness import load_ensemble
-from gnomon.harness.ensembles.run import samples_of
+from gnomon.harness.ensembles.ensemble_run import samples_of
 
 COMMAND = ("ensemble", "--case", "pendulum_simple", "--integrator", "planted_ensembles:Fails")
 
@@ -53,52 +53,6 @@ def test_the_page_says_what_failed(capfd: pytest.CaptureFixture[str]) -> None:
     assert "first crashed, as Python:" in printed.out
     assert "us for the exact state by a formula for many motions; 300 samples about" in printed.out
     assert "power of two" in printed.err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--samples", "0"), "--samples 0: give a whole number from 1 to 2**30"),
-        (("--samples", "-4"), "give a whole number"),
-        (("--samples", "2**31"), "give a whole number"),
-        (("--samples", "many"), "--samples many"),
-        (("--seed", "-1"), "--seed -1: give a number from 0"),
-        (("--times", "0"), "--times 0"),
-        (("--worst", "-1"), "--worst -1"),
-        (("--workers", "0"), "--workers 0"),
-        (("--vary", "thet"), "did you mean theta"),
-        (("--vary", "L", "--set", "L=2"), "--set L: it varies"),
-        (("--map", "theta", "omega"), "--map: the map is a picture beside --out"),
-        (("--map", "theta", "L", "--out", "a.json"), "--map L: it does not vary"),
-        (("--out", "a.png"), "end it in .json"),
-        (("--setting", "0"), "--setting 0.0: give a positive number"),
-        (("--case", "pendulum_simpel"), "did you mean pendulum_simple"),
-        (("--case", "bouncing_ball"), "has no form SecondOrder"),
-        (("--integrator", "RK44"), "did you mean RK4"),
-        (("--vary", "g=-2:-1"), "none of 64 samples is in the domain"),
-        (("--integrator", "planted_ensembles:EndsAlways"), "ended its process in the first 32 samples"),
-    ],
-)  # fmt: skip
-def test_wrong_usage_is_one_line(
-    arguments: tuple[str, ...],
-    message: str,
-    capfd: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    samples = () if "--samples" in arguments else ("--samples", "64")
-    assert gnomon(*COMMAND, *samples, *arguments) == 2
-    error = capfd.readouterr().err
-    assert message in error
-    assert "Traceback" not in error
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_with_files_is_not_written_to(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "mine").touch()
-    assert gnomon(*COMMAND, "--samples", "64", "--parquet", str(tmp_path)) == 2
-    assert "holds files already" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(

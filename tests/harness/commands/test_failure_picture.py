@@ -1,7 +1,5 @@
 """The command that a failure names verifies it alone and draws it."""
 
-from __future__ import annotations
-
 import json
 import math
 import shlex
@@ -83,18 +81,3 @@ def test_a_solution_that_is_missing_or_not_finite_leaves_the_exact_motion() -> N
         assert len(found["vconcat"]) == (3 if value == 1e300 else 2)
         for one, other in zip(found["vconcat"][:2], usual["vconcat"][:2], strict=True):
             assert one["layer"][0]["encoding"]["y"] == other["layer"][0]["encoding"]["y"]
-
-
-@pytest.mark.parametrize(
-    ("given", "told"),
-    [
-        (("--claim", "order", "--picture", "a.svg"), "give one --case and one --claim"),
-        ((*PENDULUM, "--claim", "order", "--claim", "runs", "--picture", "a.svg"), "give one --case and one --claim"),
-        ((*PENDULUM, "--claim", "order", "--picture", "a.txt"), "must end in one of .svg, .png, .html"),
-    ],
-)
-def test_wrong_usage_is_one_line(given: tuple[str, ...], told: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert gnomon("verify", "planted_methods:signed", *given) == 2
-    shown = capsys.readouterr().err.strip()
-    assert told in shown
-    assert "\n" not in shown

@@ -1,7 +1,5 @@
 """`gnomon list` leaves nothing out."""
 
-from __future__ import annotations
-
 import pytest
 from command_line import gnomon
 

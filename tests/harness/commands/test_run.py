@@ -1,35 +1,10 @@
 """`gnomon run`: what stops it before it begins, and what it says at its end."""
 
-from __future__ import annotations
-
-import sys
 from pathlib import Path
 
 import pytest
 from command_line import gnomon
 from gnomon.harness.results import store
-
-
-@pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs a folder in which nobody can write")
-def test_results_that_cannot_be_written_are_one_line(capfd: pytest.CaptureFixture[str]) -> None:
-    arguments = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick")
-    assert gnomon(*arguments, "--out", "/proc/results.sqlite") == 2
-    line = capfd.readouterr().err.strip().splitlines()[-1]
-    assert line.startswith("error: --out /proc/results.sqlite: cannot be written")
-
-
-def test_where_a_folder_cannot_be_made_another_place_is_asked_for(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "notes.txt").write_text("mine")
-    arguments = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick")
-    assert gnomon(*arguments, "--out", str(tmp_path / "notes.txt")) == 2
-    line = capfd.readouterr().err.strip().splitlines()[-1]
-    assert (
-        line
-        == f"error: --out {tmp_path / 'notes.txt' / 'results.sqlite'}: cannot be written (File exists); name another place with --out"
-    )
-    assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
 def test_a_run_in_which_nothing_ran_says_why(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -89,34 +64,6 @@ def test_a_missing_library_that_is_named_is_wrong_usage(
     monkeypatch.setattr(lookup, "_importable", lambda library: library != "pybullet")
     assert gnomon("run", "--case", "pendulum_simple", "--integrator", "pybullet") == 2
     assert lookup.absent("pybullet") in capfd.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("source", "message"),
-    [
-        ("raise RuntimeError('boom')", "RuntimeError: boom"),
-        ("def f(:", "SyntaxError: "),
-        ("import no_such_library", "ModuleNotFoundError: No module named 'no_such_library'"),
-        (
-            "from gnomon.harness.contract.integrator import Integrator\n\nclass Thing(Integrator): name = 'x'",
-            "abstract",
-        ),
-        ("class Thing: pass", "is no gnomon.harness.contract.integrator.Integrator"),
-    ],
-)
-def test_a_module_that_cannot_be_used_is_one_line(
-    source: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "broken_module.py").write_text(source)
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "broken_module", raising=False)
-    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "broken_module:Thing") == 2
-    (line,) = capfd.readouterr().err.strip().splitlines()
-    assert line.startswith("error: broken_module:Thing")
-    assert message in line
-    if "class Thing: pass" not in source:
-        monkeypatch.delitem(sys.modules, "broken_module", raising=False)
-        assert gnomon("show", "broken_module:Thing") == 2
 
 
 def test_an_interrupted_run_says_how_to_go_on(

@@ -1,7 +1,5 @@
 """`gnomon show` prints what a case is."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """`gnomon show NAME` names the files in which a case or check and its exact motion are written."""
 
-from __future__ import annotations
-
 import ast
 import io
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What `prepare` may return, and the start time of a problem."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

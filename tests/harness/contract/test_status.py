@@ -1,7 +1,5 @@
 """One type says what became of a trial; memory, files and pages hold the same words."""
 
-from __future__ import annotations
-
 import ast
 import json
 import re

@@ -1,7 +1,5 @@
 """Counts and quantiles agree with those of all errors; parts add to the whole in any order."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draws: the bits of a sample do not depend on the part in which it is drawn, and the points are those of Sobol."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from gnomon.cases import get

@@ -1,7 +1,5 @@
 """Exact states come from the exact motion of the case where its formula does not know them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from gnomon.cases import get

@@ -1,13 +1,11 @@
 """An ensemble on a cluster of two processes has the bits of one in this process."""
 
-from __future__ import annotations
-
 import pytest
-from gnomon.harness.ensembles import run
+from gnomon.harness.ensembles import ensemble_run
 from gnomon.harness.ensembles.distribution import as_data
 from gnomon.harness.ensembles.draws import Varied
+from gnomon.harness.ensembles.ensemble_run import Job
 from gnomon.harness.ensembles.on_dask import execute_there, on_cluster
-from gnomon.harness.ensembles.run import Job
 from gnomon.harness.ensembles.samples import Ensemble
 
 GAUSS = Ensemble(
@@ -19,8 +17,8 @@ GAUSS = Ensemble(
 def test_a_cluster_gives_the_same_bits() -> None:
     job = Job(GAUSS, 1000, sides=(0, 1))
     with on_cluster("local", 2, GAUSS) as mapper:
-        found = run.run(job, mapper)
-    alone = run.run(job)
+        found = ensemble_run.run(job, mapper)
+    alone = ensemble_run.run(job)
     assert as_data(found) == as_data(alone)
     assert found.worst == alone.worst
 

@@ -1,7 +1,5 @@
 """Samples in Parquet files: read back as they were, and refused where they are not those of one ensemble."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -10,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from gnomon.harness import load_ensemble
-from gnomon.harness.ensembles import run
+from gnomon.harness.ensembles import ensemble_run
 from gnomon.harness.ensembles.draws import Varied
-from gnomon.harness.ensembles.run import Job
+from gnomon.harness.ensembles.ensemble_run import Job
 from gnomon.harness.ensembles.samples import Ensemble
 
 FAILS = Ensemble(
@@ -22,7 +20,7 @@ FAILS = Ensemble(
 
 def written(folder: Path, ensemble: Ensemble = FAILS) -> Path:
     folder.mkdir()
-    run.run(Job(ensemble, 600, folder=str(folder)))
+    ensemble_run.run(Job(ensemble, 600, folder=str(folder)))
     return folder
 
 

@@ -1,7 +1,5 @@
 """Errors in a form are reported by every method that accepts it: which function, or before which sample it ended."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 
@@ -91,8 +89,7 @@ def test_methods_that_trace_equations_refuse_branches(method: Integrator, equati
 def test_equations_that_end_on_the_way_end_the_trajectory_there(method: Integrator, kind: type) -> None:
     """The last sample of a finite state is that at t = 1 or, where a step cannot come so near, the one before."""
     solution = solved(method, UNTIL_1[kind], kind)
-    assert solution.stopped is not None
-    assert "before sample" in solution.stopped
+    assert "before sample" in str(solution.stopped)
     finite = np.all(np.isfinite(solution.states[0]), axis=1)
     assert 15 <= np.count_nonzero(finite) <= 16
     assert np.all(finite[:15])
@@ -103,8 +100,7 @@ def test_a_state_that_becomes_infinite_ends_the_trajectory(method: Integrator, k
     """Explicit methods of fixed steps step past t = 0.5 and take a few steps more to overflow."""
     form, start = BLOWING_UP[kind]
     solution = solved(method, form, kind, start)
-    assert solution.stopped is not None
-    assert "before sample" in solution.stopped
+    assert "before sample" in str(solution.stopped)
     assert 6 <= np.count_nonzero(np.all(np.isfinite(solution.states[0]), axis=1)) <= 12
 
 
@@ -129,10 +125,8 @@ def test_a_guard_that_is_not_a_number_ends_the_trajectory(method: Integrator) ->
 def test_events_that_accumulate_without_a_limit_mode_end_the_trajectory(method: Integrator) -> None:
     """A reset that leaves the ball below the plane gives events without end."""
     solution = solved(method, Hybrid(**flight(reset=bounce_nowhere)), Hybrid)
-    assert solution.stopped is not None
-    assert solution.stopped.startswith("events accumulate, and the form states no limit mode")
-    assert solution.events is not None
-    assert len(solution.events) < 1100
+    assert str(solution.stopped).startswith("events accumulate, and the form states no limit mode")
+    assert 0 < len(solution.events or ()) < 1100
 
 
 @pytest.mark.parametrize("method", EVENTS, ids=lambda method: method.name)

@@ -1,7 +1,5 @@
 """Coefficient tables: sums, symmetry, order conditions, to the 60 digits in which they are given."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import product
 from math import factorial

@@ -1,7 +1,5 @@
 """Declarations are complete and quick to import: only `prepare` loads numba."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

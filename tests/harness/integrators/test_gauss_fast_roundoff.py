@@ -1,7 +1,5 @@
 """The error of the fast Gauss method's energy at the finest tolerance is a random walk without bias."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from gnomon.cases.core.registry import get

@@ -1,19 +1,13 @@
 """Properties of every in-house method: impossible settings are refused, failures reported, results repeat to the bit,
 steps allocate nothing, and every claim of conservation is tested."""
 
-from __future__ import annotations
-
 import math
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
-import gnomon.cases
-import gnomon.harness
-import gnomon.reference
 import numpy as np
 import pytest
 from breadth import marks
@@ -82,8 +76,7 @@ def test_impossible_settings_are_refused_with_their_value(method: Integrator) ->
 def test_equations_that_are_not_finite_end_the_trajectory_at_once(method: Integrator, value: float) -> None:
     problem = problem_of(case_for(method), method.accepts)
     solution = method.prepare(problem, ordinary(method, problem))(np.full((1, problem.dimension), value))
-    assert solution.stopped is not None
-    assert "sample 1" in solution.stopped
+    assert "sample 1" in str(solution.stopped)
     assert not np.all(np.isfinite(solution.states))
     assert (solution.steps or 0) < 1000
 
@@ -119,19 +112,6 @@ def test_nothing_is_allocated_in_a_step(method: Integrator) -> None:
 def test_no_claim_without_a_test(method: Integrator) -> None:
     family = type(method).__module__.rpartition(".")[2]
     assert set(method.conserves) <= TESTED_CLAIMS.get(family, set())
-
-
-def test_no_full_fastmath() -> None:
-    """numba and LLVM may only contract a product and a sum into one rounding."""
-    flagged = 0
-    for package in (gnomon.harness, gnomon.cases, gnomon.reference):
-        for path in Path(package.__file__).parent.rglob("*.py"):
-            text = path.read_text(encoding="utf-8")
-            assert text.count("fastmath") == len(re.findall(r'fastmath(?:=|": ){"contract"}', text)), path
-            flags = re.findall(r"builder\.f\w+\(.*flags=(.*?\))", text)
-            assert set(flags) <= {'("contract",)'}, path
-            flagged += len(flags)
-    assert flagged, "operators of lanes carry their flags"
 
 
 @pytest.mark.slow

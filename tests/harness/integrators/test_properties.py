@@ -1,7 +1,5 @@
 """Properties of methods apart from their order: symplectic, reversible, momentum, the same bits, compensated sums."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
@@ -12,21 +10,27 @@ import pytest
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Problem
-from gnomon.harness.contract.problem import counting, initial_state, problem_of
+from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.gauss import gauss
 from gnomon.harness.integrators.gauss.gauss import Gauss2, Gauss4
+from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
+from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.geometric import splitting
 from gnomon.harness.integrators.geometric.splitting import KahanLi6, KahanLi8, StormerVerlet, SymplecticEuler
 from gnomon.harness.integrators.multistep_extrapolation import extrapolation, stormer
+from gnomon.harness.integrators.multistep_extrapolation.stormer import STARTER, Stormer8, Stormer12
 from gnomon.harness.integrators.runge_kutta import dop853, explicit, explicit_pairs, nystrom
 from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
-from gnomon.harness.studies.order_measurement import solve_exactly
+from gnomon.harness.integrators.taylor.taylor import Taylor
+from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics.precision import working
+from on_cases import setting_of, solved
 
 FIXED = (*explicit.INTEGRATORS, *splitting.INTEGRATORS, *gauss.INTEGRATORS, *stormer.INTEGRATORS)
 ADAPTIVE = (
-    *explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS, *extrapolation.INTEGRATORS,
+    *explicit_pairs.INTEGRATORS, *dop853.INTEGRATORS, *nystrom.INTEGRATORS, *extrapolation.INTEGRATORS, Taylor, Radau5,
+    GaussFast,
 )  # fmt: skip
 ALL = (*FIXED, *ADAPTIVE)
 START = (Fraction(3, 10), Fraction(-1, 5), Fraction(1, 4), Fraction(2, 5))
@@ -141,8 +145,7 @@ def states(integrator: Integrator, problem: Problem, setting: float, start: Any)
 def test_the_same_bits_alone_and_in_an_ensemble(method: type[Integrator]) -> None:
     case = get("pendulum_simple").rounded()
     problem = problem_of(case, method.accepts)
-    setting = 1e-9 if method.sweep.kind == "tolerance" else problem.interval / 16
-    first = initial_state(case)
+    setting, first = setting_of(method(), problem, 1e-9, 16), initial_state(case)
     pair = np.array([first, 0.5 * first])
     together = states(method(), problem, setting, pair)
     for index in range(2):
@@ -174,31 +177,24 @@ def test_steps_sum_with_compensation() -> None:
         compensated = False
 
     case = get("pendulum_simple").rounded()
-    problem = problem_of(case, KahanLi8.accepts)
-    errors = [
-        np.max(case.metric.distance(states(m, problem, problem.interval / 4096, initial_state(case)[None])[0], exact))
-        for exact in [case.sample(case.times)]
-        for m in (KahanLi8(), Plain())
-    ]
-    assert errors[1] > 5 * errors[0]
+    assert solved(Plain(), case, steps=4096).error > 5 * solved(KahanLi8(), case, steps=4096).error
 
 
 @pytest.mark.parametrize(
     ("method", "a_step", "once"),
-    [(ExplicitEuler, 1, 0), (RK4, 4, 0), (SymplecticEuler, 1, 0), (StormerVerlet, 1, 1), (KahanLi6, 9, 1)],
-)
+    [
+        (ExplicitEuler, 1, 0), (RK4, 4, 0), (SymplecticEuler, 1, 0), (StormerVerlet, 1, 1), (KahanLi6, 9, 1),
+        *((method, 1, 1 + (method.order - 1) * (len(STARTER.a) - 1)) for method in (Stormer8, Stormer12)),
+    ],
+)  # fmt: skip
 def test_right_hand_sides_are_counted(method: type[FixedStep], a_step: int, once: int) -> None:
-    case = get("pendulum_simple").rounded()
-    problem = counting(problem_of(case, method.accepts))
-    solution = method().prepare(problem, problem.interval / 4)(initial_state(case)[None])
-    assert solution.steps == 4 * 64
-    assert problem.buffer[-1] == a_step * 4 * 64 + once
+    """Störmer's methods take one a step, after a start by another method."""
+    found = solved(method(), get("pendulum_simple").rounded(), steps=4, counted=True)
+    assert (found.steps, found.calls) == (4 * 64, a_step * 4 * 64 + once)
 
 
 @pytest.mark.parametrize("method", [Gauss2, Gauss4])
 def test_gauss_needs_few_iterations_where_steps_are_short(method: type[FixedStep]) -> None:
-    case = get("pendulum_simple").rounded()
-    problem = counting(problem_of(case, method.accepts))
-    solution = method().prepare(problem, problem.interval / 64)(initial_state(case)[None])
-    assert solution.steps == 64 * 64
-    assert problem.buffer[-1] < 8 * method.order / 2 * solution.steps
+    found = solved(method(), get("pendulum_simple").rounded(), counted=True)
+    assert found.steps == 64 * 64
+    assert found.calls < 8 * method.order / 2 * found.steps

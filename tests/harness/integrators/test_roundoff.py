@@ -3,8 +3,6 @@
 The invariant is that of the method's own step, computed to 60 digits, so that truncation does not hide round-off.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -21,7 +19,7 @@ from gnomon.harness.integrators.geometric.exponential import HochbruckOstermann4
 from gnomon.harness.integrators.multistep_extrapolation import stormer
 from gnomon.harness.integrators.multistep_extrapolation.stormer import Stormer, Stormer8, adams_weights, stormer_weights
 from gnomon.harness.studies.growth import STRETCH, fitted, twenty_bits
-from gnomon.harness.studies.order_measurement import solve_exactly
+from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics.precision import working
 from scipy import stats
 

@@ -1,7 +1,5 @@
 """Every integrator starts at `Problem.t0`: equations that depend on the time since the start give the same states."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +11,7 @@ from gnomon.harness.adapters import heyoka
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solver
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
-from gnomon.harness.registry.lookup import own
+from gnomon.harness.registry.lookup import missing, own
 from planted_methods import good_pair, good_rk4
 from timed_forms import FORMS
 
@@ -71,8 +69,8 @@ def pairs() -> list[Any]:
 
 @pytest.mark.parametrize(("integrator", "kind"), pairs())
 def test_a_late_start_gives_the_same_states(integrator: Integrator, kind: type) -> None:
-    if integrator.library in ("heyoka", "pybullet", "sksundae", "diffrax"):
-        pytest.importorskip(integrator.library, reason=f"{integrator.library} is not installed")
+    if (why := missing(integrator)) is not None:
+        pytest.skip(why)
     same_from_both(integrator, kind)
 
 

@@ -1,7 +1,5 @@
 """Generated modules are kept and have names: an error in one shows the module, the line and its text."""
 
-from __future__ import annotations
-
 import traceback
 from math import sin
 from pathlib import Path

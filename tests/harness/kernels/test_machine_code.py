@@ -1,7 +1,5 @@
 """Compiled functions are loaded from their files: without their module, with the same results, and never damaged."""
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import hmac
@@ -16,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.kernels import machine_code, numba_cache
+from gnomon.harness.kernels import machine_code, numba_fallback
 from gnomon.harness.kernels.equations import C_SIGNATURE, IMPORTS, OPTIONS, SIGNATURE, kernel
 from gnomon.reference.storage import cachefolder
 
@@ -96,7 +94,7 @@ def test_a_function_holds_references_to_what_it_calls() -> None:
 def test_a_damaged_file_is_replaced(kept: Path) -> None:
     kept.write_bytes(kept.read_bytes()[:-1])
     assert machine_code.function(SOURCE, "scaled")(np.array([6.0, 4.0]), 5.0) == 7.5
-    assert machine_code.unpacked(read(kept)) is not None
+    assert machine_code.unpack(read(kept)) is not None
 
 
 class Anew(Exception):  # noqa: N818 (it says what happens)
@@ -152,7 +150,7 @@ def test_a_forged_file_is_replaced(kept: Path, tmp_path: Path) -> None:
     garbage = head + b"\n" + b"\xcc" * 20_000
     key = bytes(32)
     forged = [
-        hashlib.sha256(numba_cache.machine().encode() + b"\0" + pickled).digest() + pickled,
+        hashlib.sha256(numba_fallback.machine().encode() + b"\0" + pickled).digest() + pickled,
         pickled,
         hashlib.sha256(garbage).digest() + garbage,
         hmac.digest(key, hashlib.sha256(kept.name.encode()).digest() + garbage, "sha256") + garbage,
@@ -211,12 +209,12 @@ def test_another_compiler_or_python_does_not_use_files_of_this_one(
     module: str, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Machine code of another version may call what this one does not have."""
-    before = numba_cache.machine()
+    before = numba_fallback.machine()
     with monkeypatch.context() as patch:
-        patch.setattr(f"gnomon.harness.kernels.numba_cache.{module}.{name}", "another")
-        numba_cache.machine.cache_clear()
-        after = numba_cache.machine()
-    numba_cache.machine.cache_clear()
+        patch.setattr(f"gnomon.harness.kernels.numba_fallback.{module}.{name}", "another")
+        numba_fallback.machine.cache_clear()
+        after = numba_fallback.machine()
+    numba_fallback.machine.cache_clear()
     assert after != before
 
 

@@ -1,7 +1,5 @@
 """A user's own module: which classes in it are integrators, and the messages for those that are not."""
 
-from __future__ import annotations
-
 import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -57,17 +55,21 @@ def test_a_base_without_a_name_is_no_entry_point(module: str, monkeypatch: pytes
         assert set(lookup.registered()) == {"mine:one"}
 
 
-@pytest.mark.parametrize("source", ["import sys\nsys.exit(0)", "raise KeyboardInterrupt", "raise RuntimeError('boom')"])
-def test_an_entry_point_that_exits_on_import_ends_no_run(
+@pytest.mark.parametrize(
+    "source",
+    ["import sys\nsys.exit(0)", "raise KeyboardInterrupt", "raise RuntimeError('boom')", "import no_such_module"],
+)
+def test_an_entry_point_that_ends_its_import_affects_no_other(
     source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Every run loads all installed entry points."""
     (tmp_path / "ends_its_import.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
-    points = [EntryPoint("broken", "ends_its_import:Thing", lookup.GROUP)]
+    paths = {"broken": "ends_its_import:Thing", "sound": "planted:Sound"}
+    points = [EntryPoint(name, path, lookup.GROUP) for name, path in paths.items()]
     monkeypatch.setattr(lookup, "entry_points", lambda group: points)
     with pytest.warns(UserWarning, match=r"broken \(ends_its_import:Thing\) cannot be loaded: \w+: "):
-        assert lookup.registered() == {}
+        assert set(lookup.registered()) == {"planted:sound"}
 
 
 def test_an_integrator_that_several_names_select_is_taken_once() -> None:

@@ -1,7 +1,5 @@
 """Small multiples by kind of system: each number is that of the rows that it tells of."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pandas as pd

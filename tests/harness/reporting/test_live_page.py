@@ -1,7 +1,5 @@
 """The page of a run that is under way: when it is due, and that a page that cannot be written does not end the run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,8 +1,7 @@
 """The published report: written only by `make publish`, and only from measurements of the sources in the working tree."""
 
-from __future__ import annotations
-
 import json
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -10,13 +9,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import planted
+import planted_sidecars
 import pytest
 import synthetic
+from gnomon.cases import check_names, names
+from gnomon.harness.registry import lookup
 from gnomon.harness.reporting import publication, report
 from gnomon.harness.results import store
 from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 
 ROOT = Path(__file__).parents[3]
 MAKE, GIT = shutil.which("make"), shutil.which("git")
@@ -38,17 +40,21 @@ def commit(text: str) -> str:
     return git("rev-parse", "--short=12", "HEAD")
 
 
-def sidecars(folder: Path, revision: str | None) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in ("benchmarks", "orders", "growth"):
-        found = {"launches": 5, "environment": {"revision": revision}, "rows": []}
-        (folder / f"{name}.json").write_text(json.dumps(found))
-    ways = {"residual": 50.0, "taylor": 50.0, "rounding": 50.0}
-    row = {"case": "pendulum_simple", "variant": "default", "ways": ways, "digits": 50.0, "passed": True}
-    (folder / "certificates.json").write_text(json.dumps([row | {"revision": revision}]))
-    names = {"check": "moment_equipollent", "computation": "solve", "library": "numpy", "quantity": "force"}
-    rest = {"variant": "default", "error": 1e-16, "seconds": 1e-5, "status": "ok", "reason": ""}
-    (folder / "checks.json").write_text(json.dumps([names | rest | {"revision": revision}]))
+LOCAL, REPORTS = Path("reports/local"), Path("reports")
+WANTED = {
+    "certificates.json": {("kepler_orbit", "default")},
+    "checks.json": {("inertia_tensor_special_bodies", "default", "cubature")},
+    "stability.json": {("gnomon:RK4",)},
+}
+"""The subjects of the planted files."""
+VERIFIED: dict[str, list[str]] = {"not_measured": [], "survivors_without_reason": []}
+
+
+def sidecars(revision: str | None, **others: str) -> None:
+    """The files that were measured, of one revision or of others, and what `gnomon verify` found."""
+    revisions = dict.fromkeys(publication.MADE_BY, revision)
+    planted_sidecars.write(LOCAL, revisions | {f"{name}.json": other for name, other in others.items()})
+    (LOCAL / "verification.json").write_text(json.dumps(VERIFIED))
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +68,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
         Path("runs").mkdir()
         patched.setattr(synthetic, "REVISION", revision)
         synthetic.write(Path("runs/full.sqlite"))
-        sidecars(Path("reports/local"), revision)
+        sidecars(revision)
     return folder
 
 
@@ -74,26 +80,23 @@ def tree(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return git("rev-parse", "--short=12", "HEAD")
 
 
-def publish() -> int:
-    return publication.main(["runs/full.sqlite", "--from", "reports/local", "--to", "reports"])
+def publish(wanted: publication.Subjects = WANTED) -> Path:
+    return publication.publish(Path("runs/full.sqlite"), LOCAL, REPORTS, wanted)
 
 
 @needs_git
-def test_what_was_measured_is_published_with_its_revision(
-    tree: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_was_measured_is_published_with_its_revision(tree: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The page names the revision of each file. What takes hours may stand in reports/ already, and stays."""
     monkeypatch.setattr(report, "write_figures", lambda *_: None)  # they take most of the time, and tests of their own
     Path("README.md").write_text("documents may change after the measurement")
-    assert publish() == 0
-    assert "reports/index.html" in capsys.readouterr().out
-    page = Path("reports/index.html").read_text()
-    assert page.count(f"Of revision {tree}.") == 3, "orders, growth and certificates"
-    for name in publication.MADE_BY:
-        assert Path("reports", name).read_bytes() == Path("reports/local", name).read_bytes()
-
-
-def remove(name: str) -> Callable[[], None]:
-    return lambda: Path("reports/local", name).unlink()
+    revisions = {"orders": tree[:8], "growth": tree[:9], "certificates": tree[:10]}
+    sidecars(tree, **revisions)
+    (LOCAL / "verification.json").rename(REPORTS / "verification.json")
+    page = publish().read_text()
+    assert all(re.search(rf"\b{revision}\b", page) for revision in revisions.values())
+    for name in (*publication.MADE_BY, "stability.json"):
+        assert (REPORTS / name).read_bytes() == (LOCAL / name).read_bytes()
+    assert (REPORTS / "verification.json").exists()
 
 
 def unfinished() -> None:
@@ -101,39 +104,68 @@ def unfinished() -> None:
         results.begin_run("catalogue", "gnomon run", {"revision": git("rev-parse", "--short=12", "HEAD")})
 
 
-def edited() -> None:
-    Path("harness/contract/sources.py").write_text("a = 2")
-
-
-def of_an_edited_tree() -> None:
-    sidecars(Path("reports/local"), git("rev-parse", "--short=12", "HEAD") + "+")
+def replaced(name: str, text: str) -> Callable[[], object]:
+    return lambda: (LOCAL / name).write_text(text)
 
 
 @needs_git
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
-        *((remove(name), (name, "missing", command)) for name, command in publication.MADE_BY.items()),
-        (lambda: Path("runs/full.sqlite").unlink(), ("full.sqlite", "no results here")),
+        *(
+            ((LOCAL / name).unlink, (name, "missing", command))
+            for name, command in (publication.MADE_BY | publication.KEPT).items()
+        ),
+        (Path("runs/full.sqlite").unlink, ("full.sqlite", "no results here")),
         (unfinished, ("full.sqlite", "no finished run")),
-        (edited, ("full.sqlite", "not that of these sources")),
-        (lambda: commit("a = 3") and None, ("full.sqlite", "not that of these sources")),
-        (of_an_edited_tree, ("benchmarks.json", "not that of these sources")),
-        (lambda: sidecars(Path("reports/local"), None), ("benchmarks.json", "of revision unknown")),
-        (lambda: Path("reports/local/checks.json").write_text("[1]") and None, ("checks.json", "make it again")),
-        (lambda: Path("reports/local/growth.json").write_text("{}") and None, ("growth.json", "make it again")),
+        (lambda: Path("harness/contract/sources.py").write_text("a = 2"), ("full.sqlite", "not that of these sources")),
+        (lambda: commit("a = 3"), ("full.sqlite", "not that of these sources")),
+        (lambda: sidecars(git("rev-parse", "HEAD") + "+"), ("benchmarks.json", "not that of these sources")),
+        (lambda: sidecars(None), ("benchmarks.json", "of revision unknown")),
+        (replaced("checks.json", "[1]"), ("checks.json", "make it again")),
+        (replaced("growth.json", "{}"), ("growth.json", "make it again")),
+        *(
+            (replaced("verification.json", json.dumps(VERIFIED | {key: ["a"]})), ("verification.json", key))
+            for key in VERIFIED
+        ),
     ],
 )
 def test_what_is_missing_or_of_another_revision_is_refused_and_nothing_is_written(
-    spoil: Callable[[], None], words: tuple[str, ...], tree: str, capsys: pytest.CaptureFixture[str]
+    spoil: Callable[[], object], words: tuple[str, ...], tree: str
 ) -> None:
     spoil()
-    assert publish() == 2
+    refused(WANTED, words)
+
+
+@needs_git
+@pytest.mark.parametrize("name", WANTED)
+def test_a_file_that_lacks_a_subject_is_refused_and_nothing_is_written(name: str, tree: str) -> None:
+    """A case, a check or an integrator that came after the measurement."""
+    more = tuple(f"new {key}" for key in publication.PARTS[name])
+    command = (publication.MADE_BY | publication.KEPT)[name]
+    refused(WANTED | {name: WANTED[name] | {more}}, (name, "lacks 1 of 2", "/".join(more), command))
+
+
+def refused(wanted: publication.Subjects, words: tuple[str, ...]) -> None:
+    with pytest.raises(ValueError, match=re.escape(words[0])) as error:
+        publish(wanted)
+    assert all(word in str(error.value) for word in words)
+    assert [path.name for path in REPORTS.iterdir()] == ["local"]
+
+
+@needs_git
+def test_the_command_refuses_in_one_line(tree: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("runs/full.sqlite").unlink()
+    assert publication.main(["runs/full.sqlite", "--from", str(LOCAL), "--to", str(REPORTS)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("error: ")
-    for word in words:
-        assert word in line
-    assert [path.name for path in Path("reports").iterdir()] == ["local"]
+
+
+def test_every_case_check_and_integrator_must_be_published() -> None:
+    subjects = publication.all_subjects()
+    assert {name for name, _ in subjects["certificates.json"]} == {*names(), *check_names()}
+    assert {name for name, *_ in subjects["checks.json"]} <= {*check_names()}
+    assert {name for (name,) in subjects["stability.json"]} == lookup.own().keys()
 
 
 @pytest.mark.slow

@@ -1,13 +1,13 @@
 """The report's rows on certificates and on the independent computations of checks."""
 
-from __future__ import annotations
-
 import json
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 from gnomon.harness.reporting.report_checks import certificate_rows, certified, certified_lines, computation_rows
+from said import numbers_in
 
 
 def certificate(case: str, variant: str, digits: float, passed: bool = True) -> dict[str, Any]:
@@ -58,11 +58,9 @@ def test_certificates_that_were_made_without_git_have_no_revision(folders: tuple
 
 
 def test_the_summary_counts_and_names_what_is_not_confirmed(folders: tuple[Path, Path]) -> None:
-    assert certified_lines(*folders) == [
-        "default variants: 1 of 1 confirmed, the fewest digits are 48.0, of pendulum_simple",
-        "hard variants: 1 of 2 confirmed, the fewest digits are 20.5, of euler_top/flat",
-        "not confirmed: euler_top/flat, 20.5 digits",
-    ]
+    lines = certified_lines(*folders)
+    assert [numbers_in(line) for line in lines] == [["1", "1", "48.0"], ["1", "2", "20.5"], ["20.5"]]
+    assert ["euler_top/flat" in line for line in lines] == [False, True, True]
 
 
 def test_an_independent_computation_is_shown_by_its_worst_quantity_and_variant(folders: tuple[Path, Path]) -> None:
@@ -73,7 +71,6 @@ def test_an_independent_computation_is_shown_by_its_worst_quantity_and_variant(f
 
 def test_the_page_never_rounds_digits_up_and_escapes(folders: tuple[Path, Path]) -> None:
     page = certified(*folders)
-    assert "1 of 2 hard variants confirmed" in page
     # 49.96 digits are 49
     assert "taylor 49, residual 50" in page
     assert "moment_<wbr>equipollent" in page, "a long name may break"
@@ -86,8 +83,7 @@ def test_without_measurements_there_are_no_lines(tmp_path: Path) -> None:
 
 
 def test_a_certificate_that_fails_is_named_beside_the_count_of_those_confirmed(folders: tuple[Path, Path]) -> None:
-    page = str(certified(*folders))
-    heading = page[page.index("1 of 2 hard variants confirmed") :].partition("</summary>")[0]
-    assert "1 not confirmed" in heading
-    assert "euler_top/flat" in heading
-    assert "not confirmed" not in page[: page.index("1 of 2 hard variants confirmed")]
+    default, hard, *_ = re.findall(r"<summary>(.*?)</summary>", certified(*folders), re.DOTALL)
+    assert numbers_in(default) == ["1", "1", "48.0"]
+    assert numbers_in(hard) == ["1", "2", "1", "20.5"], "one of two, one not"
+    assert "euler_top/flat" in hard

@@ -1,7 +1,5 @@
 """A results file is data: a report imports nothing that it names, and writes and removes nothing outside its folder."""
 
-from __future__ import annotations
-
 import json
 import sqlite3
 from pathlib import Path
@@ -72,19 +70,8 @@ def test_a_report_imports_writes_and_removes_nothing_that_a_file_names(hostile: 
 
 
 def test_every_text_has_a_file_name_of_its_own() -> None:
-    texts = [
-        "pendulum_simple",
-        "Pendulum_simple",
-        "../x",
-        "x",
-        "a/b",
-        "a.b",
-        "a:b",
-        "",
-        "é" * 300,
-        "a" * 300,
-        "arc length",
-    ]
+    texts = ["pendulum_simple", "Pendulum_simple", "../x", "x", "a/b", "a.b", "a:b", "", "arc length"]
+    texts += ["é" * 300, "a" * 300]
     names = [slug(text) for text in texts]
     assert len(set(names)) == len(texts)
     assert all(set(name) <= set("abcdefghijklmnopqrstuvwxyz0123456789_") and 0 < len(name) < 80 for name in names)

@@ -1,7 +1,5 @@
 """The figures of stability show the numbers of the file at their places, and nothing where there is none."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Any

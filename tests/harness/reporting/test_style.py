@@ -1,7 +1,5 @@
 """The kind of method of a series, from what its integrator declares."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 from gnomon.harness.registry.lookup import own

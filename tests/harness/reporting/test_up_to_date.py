@@ -1,14 +1,11 @@
 """A report is written again if something that it depends on has changed, and only then."""
 
-from __future__ import annotations
-
-import json
 import sqlite3
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-import synthetic
 from gnomon.harness.reporting import report, up_to_date
 from gnomon.harness.reporting.up_to_date import refreshed
 from gnomon.harness.results import schema
@@ -31,14 +28,9 @@ def written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return times
 
 
-@pytest.fixture
-def results(tmp_path: Path) -> Path:
-    return synthetic.write(tmp_path / "results.sqlite")
-
-
-def test_what_has_not_changed_is_not_written_again(written: list[int], results: Path, tmp_path: Path) -> None:
+def test_what_has_not_changed_is_not_written_again(written: list[int], synthetic_results: Path, tmp_path: Path) -> None:
     for _ in range(3):
-        assert refreshed(results, tmp_path / "page", {}) == tmp_path / "page" / "index.html"
+        assert refreshed(synthetic_results, tmp_path / "page", {}) == tmp_path / "page" / "index.html"
     assert len(written) == 1
 
 
@@ -48,46 +40,42 @@ def _measurement(results: Path, _page: Path) -> None:
         schema.seal_all(schema.with_checksums(db), "measurements")
 
 
-def _certificates(results: Path, _page: Path) -> None:
-    (results.parent / "certificates.json").write_text(json.dumps([]))
-
-
-def _stability(results: Path, _page: Path) -> None:
-    (results.parent / "stability.json").write_text("{}")
-
-
-def _other_page(_results: Path, page: Path) -> None:
-    (page / "index.html").write_text("another page")
-
-
-def _no_summary(_results: Path, page: Path) -> None:
-    (page / "summary.md").unlink()
-
-
 def _figures(_results: Path, page: Path) -> None:
     """Figures of an earlier report, which this one would contradict."""
     (page / "figures").mkdir()
     (page / "figures" / "figures.json").write_text("[]")
 
 
-@pytest.mark.parametrize("change", [_measurement, _certificates, _stability, _other_page, _no_summary, _figures])
-def test_what_has_changed_is_written_again(written: list[int], results: Path, tmp_path: Path, change: Any) -> None:
+CHANGES: dict[str, Callable[[Path, Path], Any]] = {
+    "a measurement": _measurement,
+    "certificates": lambda results, page: (results.parent / "certificates.json").write_text("[]"),
+    "stability": lambda results, page: (results.parent / "stability.json").write_text("{}"),
+    "another page": lambda results, page: (page / "index.html").write_text("another page"),
+    "no summary": lambda results, page: (page / "summary.md").unlink(),
+    "figures": _figures,
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_what_has_changed_is_written_again(
+    written: list[int], synthetic_results: Path, tmp_path: Path, change: str
+) -> None:
     page = tmp_path / "page"
-    refreshed(results, page, {})
-    change(results, page)
-    refreshed(results, page, {})
+    refreshed(synthetic_results, page, {})
+    CHANGES[change](synthetic_results, page)
+    refreshed(synthetic_results, page, {})
     assert len(written) == 2
 
 
 def test_other_sources_write_it_again(
-    written: list[int], results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    written: list[int], synthetic_results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    refreshed(results, tmp_path / "page", {})
+    refreshed(synthetic_results, tmp_path / "page", {})
     edited = tmp_path / "edited.py"
     edited.write_text("new code")
     sources = [*up_to_date._sources(), edited]
     monkeypatch.setattr(up_to_date, "_sources", lambda: iter(sources))
-    refreshed(results, tmp_path / "page", {})
+    refreshed(synthetic_results, tmp_path / "page", {})
     assert len(written) == 2
     assert any(path.name == "report.html.j2" for path in sources)
     assert any(path.name == "kepler_orbit.py" for path in sources)

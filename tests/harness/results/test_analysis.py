@@ -1,7 +1,5 @@
 """Time at equal error, ratios, orders and verdicts of sweeps with given errors and times."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,14 +1,12 @@
 """The commands behind `make bench` write the rows of all subjects, and the machine."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections import Counter
 from pathlib import Path
 
 import pytest
-from gnomon.harness.contract import environment
+from gnomon.harness.registry import environment
 from gnomon.harness.results import measured_rows
 
 

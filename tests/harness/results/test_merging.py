@@ -1,7 +1,5 @@
 """Files of shards merge into the file of one run; what two of them measured is refused or counted, never mixed."""
 
-from __future__ import annotations
-
 import sqlite3
 from collections.abc import Callable
 from pathlib import Path

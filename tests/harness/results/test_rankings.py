@@ -1,7 +1,5 @@
 """Ranks: who is separated from whom in a cell, over a page and over hard variants; times again from the exported rows."""
 
-from __future__ import annotations
-
 import csv
 import math
 import statistics

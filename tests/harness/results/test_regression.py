@@ -1,14 +1,12 @@
 """The regression check reports a lower order, larger errors, more work, a worse status, and what was not compared."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import synthetic
-from gnomon.harness.commands import cli
+from command_line import gnomon
 from gnomon.harness.results import store
 from gnomon.harness.results.regression import SERIES, compare
 
@@ -211,15 +209,6 @@ def test_only_equal_problems_are_compared(base: Any, columns: Any, reason: str) 
     assert all("no setting can be compared" in line for line in verdict.regressions)
     both = changed(base, rows, **columns)
     assert any("times those of the base" in line for line in compare(both, run).regressions)
-
-
-def gnomon(*arguments: str) -> int:
-    """Run the command line in this process and return its exit code."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sys.argv", ["gnomon", *arguments])
-        with pytest.raises(SystemExit) as ending:
-            cli.main()
-    return int(ending.value.code or 0)
 
 
 def test_the_exit_codes_of_compare(results: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

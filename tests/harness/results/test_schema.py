@@ -1,7 +1,5 @@
 """Files of older schemas are read and migrated; a value changed in a file is detected when the file is read."""
 
-from __future__ import annotations
-
 import re
 import sqlite3
 from pathlib import Path

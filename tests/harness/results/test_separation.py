@@ -1,7 +1,5 @@
 """Tests of pairs and the false discovery rate: against other code, and simulated on the scatter that was measured."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

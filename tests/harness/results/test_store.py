@@ -1,72 +1,27 @@
 """The results file: rows are read as they were written, and other files are rejected."""
 
-from __future__ import annotations
-
 import json
-import sqlite3
 from pathlib import Path
 
 import numpy as np
 import pandas
 import pytest
 from gnomon.harness.contract.status import Status
-from gnomon.harness.results import schema, store
+from gnomon.harness.results import store
 
 COLUMNS = [
-    "case",
-    "variant",
-    "formulation",
-    "library",
-    "integrator",
-    "policy",
-    "setting_kind",
-    "setting",
-    "launch",
-    "status",
-    "reason",
-    "error_max",
-    "error_end",
-    "error_rms",
-    "floor",
-    "conditioning",
-    "rhs_calls",
-    "steps",
-    "seconds_median",
-    "seconds_low",
-    "seconds_high",
-    "prepare_seconds",
-    "trial_key",
-    "machine",
-    "title",
-    "integrator_id",
-    "order_declared",
-    "sampling",
-    "error_phase",
-    "error_shape",
-    "turns",
-    "invariant_drift",
-    "events_missing",
-    "events_extra",
-    "events_time_error",
-    "settings_changed",
-    "reset_seconds",
-    "suite",
-    "work",
-]
+    "case", "variant", "formulation", "library", "integrator", "policy", "setting_kind", "setting", "launch", "status",
+    "reason", "error_max", "error_end", "error_rms", "floor", "conditioning", "rhs_calls", "steps", "seconds_median",
+    "seconds_low", "seconds_high", "prepare_seconds", "trial_key", "machine", "title", "integrator_id",
+    "order_declared", "sampling", "error_phase", "error_shape", "turns", "invariant_drift", "events_missing",
+    "events_extra", "events_time_error", "settings_changed", "reset_seconds", "suite", "work",
+]  # fmt: skip
 
 
 def trial(key: str, series: str = "s") -> dict[str, object]:
     names = (
-        "case",
-        "variant",
-        "formulation",
-        "library",
-        "integrator",
-        "policy",
-        "integrator_id",
-        "setting_kind",
-        "machine",
-    )
+        "case", "variant", "formulation", "library", "integrator", "policy", "integrator_id", "setting_kind", "machine",
+    )  # fmt: skip
     return dict.fromkeys(names, "x") | {"trial_key": key, "series": series, "setting": 0.1}
 
 
@@ -117,23 +72,6 @@ def test_export_holds_every_row_and_full_digits(synthetic_results: Path, tmp_pat
     assert len(found) == len(expected)
     # repr round-trips; the readers of pandas may be one unit off in the last place
     np.testing.assert_allclose(found["error_max"], expected["error_max"], rtol=4e-16)
-
-
-def test_other_files_are_rejected_with_their_name(tmp_path: Path) -> None:
-    text, foreign, newer = tmp_path / "text", tmp_path / "foreign", tmp_path / "newer"
-    text.write_text("not a database, but long enough to be mistaken for the header of one" * 10)
-    with sqlite3.connect(foreign) as db:
-        db.execute("CREATE TABLE runs (run INTEGER)")
-    with sqlite3.connect(newer) as db:
-        db.execute(f"PRAGMA application_id = {schema.APPLICATION_ID}")
-        db.execute(f"PRAGMA user_version = {schema.SCHEMA_VERSION + 1}")
-    for path, message in ((text, "not a readable"), (foreign, "not one of gnomon's"), (newer, "upgrade gnomon")):
-        with pytest.raises(ValueError, match=message):
-            store.load(path)
-        with pytest.raises(ValueError, match=message):
-            store.Store(path)
-    with pytest.raises(ValueError, match="no results here"):
-        store.load(tmp_path / "absent")
 
 
 def test_a_write_that_fails_names_the_file_and_the_way_out(tmp_path: Path) -> None:

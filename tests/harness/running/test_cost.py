@@ -1,14 +1,11 @@
 """Parts of a plan have every series once, about the same cost, and do not depend on the order of options."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from command_line import gnomon
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import cost, plan
 from hypothesis import given
@@ -57,9 +54,3 @@ def test_more_launches_cost_more(series: list[plan.Series]) -> None:
     (one,) = (each for each in series if each.id == "pendulum_simple/default | standard | gnomon:RK4")
     once, often = (cost.predicted_seconds(one, replace(SUITE, launches=n)) for n in (1, 5))
     assert often - once == pytest.approx(4 * cost.COSTS["short"]["gnomon"])
-
-
-@pytest.mark.parametrize("shard", ["0/3", "4/3", "3", "1/0", "-1/2", "1/2/3", "one/two", "1/99999999"])
-def test_a_shard_that_is_none_is_refused(shard: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert gnomon("run", "--case", "pendulum_simple", "--shard", shard) == 2
-    assert f"--shard {shard}: write k/n" in " ".join(capsys.readouterr().err.split())

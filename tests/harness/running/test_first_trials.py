@@ -1,7 +1,5 @@
 """A run reports faults of a user's own integrator before it starts, and that integrator's results at its end."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -76,7 +74,7 @@ def test_a_run_that_measured_shows_it_and_names_the_next_command(
     assert gnomon(*RUN, "planted:NotANumber", "--out", str(out)) == 1, (
         "results of another integrator in the file do not count"
     )
-    assert capfd.readouterr().err.splitlines()[-1].startswith("planted:nan never succeeded (diverged: ")
+    assert capfd.readouterr().err.splitlines()[-1].startswith("planted:not a number never succeeded (diverged: ")
 
 
 def rows(tmp_path: Path) -> pd.DataFrame:

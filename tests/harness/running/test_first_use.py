@@ -1,7 +1,5 @@
 """The first use of an integrator is measured once, in a new process with empty caches, and disturbs nothing."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +11,7 @@ from gnomon.harness.registry import lookup, references
 from gnomon.harness.results import store
 from gnomon.harness.running import first_use, plan
 from gnomon.harness.running.first_use import CACHES, first_seconds
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 from gnomon.harness.scoring.reference_solution import CaseSpec
 
 from gnomon import cases

@@ -1,7 +1,5 @@
 """Messages of a worker are data: they are decoded as they were encoded, and all other bytes are rejected."""
 
-from __future__ import annotations
-
 import os
 import pickle
 

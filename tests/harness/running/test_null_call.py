@@ -1,7 +1,5 @@
 """The null call measures the cost of a call apart from the integration, without the time of steps."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator
 from typing import Any

@@ -1,13 +1,11 @@
 """Pairs, sweeps and keys of a plan."""
 
-from __future__ import annotations
-
 import importlib
 import itertools
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ from gnomon.cases.core.forms import Separable
 from gnomon.cases.core.numbers import Domain
 from gnomon.harness.certification import agreement
 from gnomon.harness.contract.integrator import Steps, Tolerance
+from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, references
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
@@ -35,6 +34,13 @@ def trials(case: cases.Case, integrator: Any) -> Any:
     (series,) = plan.pairs([(case, "")], [integrator], formulations=False)
     scorer = Scorer(case, None, reference_solution(CaseSpec.of(case)))
     return series.trials(scorer.problem(series.form))
+
+
+def settings(sweep: Tolerance | Steps, interval: float = 1.0) -> tuple[float, ...]:
+    """Of an integrator with this sweep, on a problem whose time scale is 1."""
+    swept = type("Swept", (planted.Sound,), {"sweep": sweep})()
+    problem = problem_of(CASE, swept.accepts)
+    return plan.settings(swept, CASE, replace(problem, times=interval * np.arange(1, 65), time_scale=1.0))
 
 
 def test_steps_divide_the_interval_by_powers_of_two_exactly() -> None:
@@ -56,7 +62,7 @@ def test_engine_variants_get_decimal_steps() -> None:
 
 @pytest.mark.parametrize("sweep", [Tolerance(), Tolerance(1e-3, 1e-5), Tolerance(1e-2, 1e-14, per_decade=2)])
 def test_tolerances_go_from_loosest_to_tightest(sweep: Tolerance) -> None:
-    found = plan._tolerances(sweep)
+    found = settings(sweep)
     assert len(found) >= plan.FEWEST
     assert (found[0], found[-1]) == (sweep.loosest, sweep.tightest)
     assert all(a > b for a, b in itertools.pairwise(found))
@@ -187,17 +193,6 @@ def test_a_key_depends_on_the_sources_that_compile_the_equations() -> None:
     assert {"gnomon.harness.kernels.traced", "gnomon.harness.kernels.equations"} <= found.keys()
 
 
-def test_unknown_names_come_with_the_nearest_valid_one() -> None:
-    with pytest.raises(ValueError, match="did you mean RK4"):
-        lookup.find("RK-4")
-    with pytest.raises(ValueError, match="did you mean pendulum_simple"):
-        plan.choose(["pendulum_simpel"], False)
-    with pytest.raises(ValueError, match="did you mean standard"):
-        plan.suite("standart")
-    with pytest.raises(ValueError, match=r"give package\.module:Class"):
-        lookup.find("no_such_module:Thing")
-
-
 def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
     assert len(lookup.find("rk4")) == 2, "RK4 and RK4 [events]"
     with pytest.raises(ValueError, match=r"several libraries: name gnomon:DOP853 or scipy:DOP853, or \*:DOP853"):
@@ -210,18 +205,6 @@ def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
     (one,) = lookup.find("planted:Sound")
     assert isinstance(one, planted.Sound)
     assert references.dereference(references.reference(one)).id == one.id
-
-
-def test_an_entry_point_registers_an_integrator_and_a_broken_one_does_not_affect_others(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    points = [
-        EntryPoint("broken", "no_such_module:Thing", lookup.GROUP),
-        EntryPoint("sound", "planted:Sound", lookup.GROUP),
-    ]
-    monkeypatch.setattr(lookup, "entry_points", lambda group: points)
-    with pytest.warns(UserWarning, match="no_such_module"):
-        assert set(lookup.registered()) == {"planted:sound"}
 
 
 def test_every_integrator_is_found_again_by_a_worker() -> None:
@@ -288,8 +271,8 @@ def test_at_the_edge_of_a_formulation_the_encoded_state_is_perturbed() -> None:
 
 
 def test_the_sweep_of_an_integrator_with_steps_starts_below_its_coarsest() -> None:
-    assert plan._steps(Steps(coarsest=0.1, halvings=3), 1.0, 1.0)[0] == 1 / 16
-    assert plan._steps(Steps(coarsest=0.1, halvings=3), 0.01, 1.0)[0] == 0.01
+    assert settings(Steps(coarsest=0.1, halvings=3), 1.0)[0] == 1 / 16
+    assert settings(Steps(coarsest=0.1, halvings=3), 1 / 128)[0] == 1 / 128
 
 
 def test_the_quick_suite_has_a_method_of_every_library_and_several_for_each_of_its_cases() -> None:

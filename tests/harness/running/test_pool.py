@@ -4,8 +4,6 @@ The workers here run a script of the test instead of a series; no integrator is 
 clock advances only if a worker has nothing more to say, so that no result depends on the speed of the machine.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import math
 import os

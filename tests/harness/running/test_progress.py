@@ -1,7 +1,5 @@
 """Progress in plain output and on a terminal."""
 
-from __future__ import annotations
-
 import io
 
 import pytest

@@ -27,28 +27,6 @@ def test_an_integrator_is_of_each_kind_that_it_runs() -> None:
     assert {one.library for one in selection.integrators_of(every, ["SciPy"], ["Hybrid"])} == {"scipy"}
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("list", "--family", "orbit"), "--family orbit: none of those that are named has it; did you mean orbits"),
-        (("list", "--library", "spicy"), "did you mean scipy?"),
-        (("list", "--kind", "hybird"), "did you mean Hybrid"),
-        (("list", "integrators", "spicy*"), "nothing matches 'spicy*'"),
-        (("list", "kepler*"), "is not one of 'cases', 'checks', 'integrators'"),
-        (("list", "cases", "--library", "scipy"), "cases: --family narrows cases, --library integrators"),
-        (("list", "checks", "--kind", "Hybrid"), "checks: --family narrows cases"),
-        (("run", "--case", "keppler*"), "nothing matches 'keppler*'; did you mean kepler_orbit"),
-        (("run", "--case", "kepler*", "--family", "contact"), "--family contact"),
-        (("run", "--integrator", "RK4", "--library", "scipy"), "--library scipy"),
-    ],
-)
-def test_a_word_that_selects_nothing_is_named(
-    arguments: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert gnomon(*arguments) == 2
-    assert says in " ".join(capsys.readouterr().err.split())
-
-
 def test_a_list_is_narrowed(capsys: pytest.CaptureFixture[str]) -> None:
     assert gnomon("list", "--library", "scipy", "--kind", "Hybrid") == 0
     text = capsys.readouterr().out

@@ -1,7 +1,5 @@
 """When a sweep stops, which trials it repeats, and which it skips."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

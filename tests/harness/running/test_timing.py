@@ -1,7 +1,5 @@
 """A run without times has the same errors; a run with times into the same file measures what has none."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +8,7 @@ import planted
 from gnomon.harness.results import store
 from gnomon.harness.results.schema import TIMES
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 
 TIMED = replace(plan.suite("quick").within(20.0), launches=1)
 

@@ -1,7 +1,5 @@
 """Spans for timing: which cases a suite lengthens, how often it launches what, and the one solve that error and time share."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +10,7 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.results import analysis
 from gnomon.harness.results.store import load
 from gnomon.harness.running import plan
-from gnomon.harness.running.run import run
+from gnomon.harness.running.planned_run import run
 from gnomon.harness.studies.timing_spans import ended, suffices
 
 from gnomon import cases

@@ -1,7 +1,5 @@
 """Located events are compared with the exact ones by name and number."""
 
-from __future__ import annotations
-
 import pytest
 from gnomon.cases.core.case import Event
 from gnomon.harness.scoring.events import EventScore, score_events

@@ -16,7 +16,7 @@ from gnomon import cases
 MOST_BYTES = 5 * 2**20
 
 
-def packed(spec: CaseSpec) -> ReferenceSolution | None:
+def read_pack(spec: CaseSpec) -> ReferenceSolution | None:
     key = reference_solution._key(spec)
     assert key is not None
     content = diskcache._packed(PACK).get(diskcache._name(key))
@@ -30,7 +30,7 @@ TENTH = random.Random(21).sample(specs(), len(specs()) // 10)
 def test_a_seeded_tenth_is_what_the_sources_compute(spec: CaseSpec) -> None:
     """Exact states have the same bits; conditioning is a sum of float64, which libraries of other machines may round
     otherwise. One that was made from other sources is not used, and not compared."""
-    kept = packed(spec)
+    kept = read_pack(spec)
     if kept is None:
         assert reference_solution.reference_solution(spec).exact.shape == (64, len(spec.initial_state))
         return
@@ -43,7 +43,7 @@ def test_a_seeded_tenth_is_what_the_sources_compute(spec: CaseSpec) -> None:
 @pytest.mark.slow
 def test_all_default_cases_are_in_the_pack() -> None:
     """`make solutions` renews it after a change of cases/ or reference/; until then such cases take their time."""
-    assert [spec.path for spec in specs() if packed(spec) is None] == []
+    assert [spec.path for spec in specs() if read_pack(spec) is None] == []
     assert PACK.stat().st_size < MOST_BYTES
 
 

@@ -1,7 +1,5 @@
 """Reference solutions of several cases at a time."""
 
-from __future__ import annotations
-
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The score of a solution: status, errors, drift, and the clock of a formulation."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The panel of digits: what a method loses beyond the problem, planted losses, and the horizon of a motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
@@ -10,7 +8,7 @@ import numpy as np
 import pytest
 from changed_methods import changed
 from gnomon.harness.contract import validation
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver
+from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.registry.lookup import find_one
 from gnomon.harness.stability.digits import calls_at, digits, hard_variants, horizon, levels_off, lost
 from gnomon.harness.stability.subjects import trials_of
@@ -114,13 +112,8 @@ def test_a_method_for_one_form_is_measured_on_hard_variants_of_that_form(name: s
 
 def test_a_method_that_does_not_move_is_refused() -> None:
     """The distance of the start from the exact motion is no error of a solution."""
-
-    class Still(type(find_one("gnomon:DOP853"))):  # type: ignore[misc]
-        def prepare(self, problem: Problem, setting: float) -> Solver:
-            count = len(problem.times)
-            return Solver(lambda starts: Solution(starts[:, None].repeat(count, axis=1), steps=count))
-
-    found = row(Still())
+    start = trials_of(planted(), *HARD).start
+    found = row(planted(states=lambda found: np.broadcast_to(start, found.shape).copy()))
     assert found["failed"] == validation.DID_NOT_MOVE
 
 
@@ -173,12 +166,9 @@ def test_a_solution_without_any_error_loses_no_digit() -> None:
 @pytest.mark.parametrize(
     ("points", "calls"),
     [
-        ([(100, 1e-4), (400, 1e-8)], 200.0),
-        ([(100, 1e-7)], 100.0),
-        ([(100, 1e-4)], None),
-        ([(None, 1e-9)], None),
+        ([(100, 1e-4), (400, 1e-8)], 200.0), ([(100, 1e-7)], 100.0), ([(100, 1e-4)], None), ([(None, 1e-9)], None),
     ],
-)
+)  # fmt: skip
 def test_calls_at_an_error_are_between_settings_by_a_power_law(points: Any, calls: float | None) -> None:
     assert calls_at(points, 1e-6) == (None if calls is None else pytest.approx(calls))
 

@@ -1,11 +1,10 @@
 """The panel of events: what right methods find at every depth, and the defects that each kind of passage shows."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+import right_methods
 from gnomon.cases.core.forms import Hybrid, Mode
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Steps
 from gnomon.harness.registry.lookup import find_one
@@ -15,14 +14,11 @@ BY_NAME = {passage.name: passage for passage in PASSAGES}
 SECONDS = 0.05
 
 
-def _rk4(mode: Mode, parameters: Any, t: float, y: Floats, h: float) -> Floats:
+def _rk4(mode: Mode, parameters: Any, t: float, y: Floats, h: float) -> Any:
     def f(t: float, y: Floats) -> Floats:
         return np.array(mode.equations(t, tuple(y.tolist()), (*parameters, *mode.constants)), dtype=np.float64)
 
-    a = f(t, y)
-    b = f(t + h / 2, y + h / 2 * a)
-    c = f(t + h / 2, y + h / 2 * b)
-    return y + h / 6 * (a + 2 * b + 2 * c + f(t + h, y + h * c))
+    return right_methods.rk4(f, t, y, h)
 
 
 class Planted(Integrator):

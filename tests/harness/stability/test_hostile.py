@@ -1,14 +1,12 @@
 """A method that solves nothing is measured as such: every panel says so, and no process ends."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 import pytest
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.stability import run
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.stability import panel_run
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 
 
 def not_finite(f: Any, t: float, y: Any, h: float) -> Any:
@@ -39,8 +37,8 @@ USELESS = [
 def test_no_panel_recommends_a_method_that_solves_nothing(
     integrator: Integrator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(run.DEPTHS, "normal", 0.1)
-    rows = run.measured([integrator], ["linear", "stiffness", "resonance", "tolerance", "long_time", "digits"])
+    monkeypatch.setitem(panel_run.DEPTHS, "normal", 0.1)
+    rows = panel_run.measured([integrator], ["linear", "stiffness", "resonance", "tolerance", "long_time", "digits"])
     for row in rows:
         assert "process ended" not in (row.reason or "")
         kept = [text for text in row.sentences if text.startswith("Use")]

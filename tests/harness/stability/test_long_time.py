@@ -1,7 +1,5 @@
 """The panel of long motions: laws of known methods, planted drifts, and what the fits say of series that are known."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, ClassVar
 

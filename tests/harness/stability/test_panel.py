@@ -1,7 +1,5 @@
 """A panel answers for any integrator: its data are fit for JSON, and it never raises."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

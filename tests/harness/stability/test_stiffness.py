@@ -1,7 +1,5 @@
 """What a fast decay costs, and errors on it, agree with theory; planted faults of pairs and of implicit methods show."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
@@ -14,7 +12,7 @@ from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.registry import lookup
 from gnomon.harness.stability.stiffness import FREE, LOOSE, RATE, VERY_FAST, fixed_row, row, stiffness
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 
 PAIRS = ("Bogacki-Shampine 3(2)", "Dormand-Prince 5(4)", "Tsitouras 5(4)", "Verner 6(5)", "DOP853")
 

@@ -1,13 +1,11 @@
 """Tiers: an order that chance, or one case, can turn round is not published."""
 
-from __future__ import annotations
-
 import itertools
 import json
 
 import numpy as np
 import pytest
-from gnomon.harness.stability.run import Row, as_json
+from gnomon.harness.stability.panel_run import Row, as_json
 from gnomon.harness.stability.tiers import FEWEST, by_calls, by_lost_digits, separated, summary, tiers
 
 

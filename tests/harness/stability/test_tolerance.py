@@ -1,7 +1,5 @@
 """The panel of tolerances: known methods, planted faults of the step-size control, and its intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -23,7 +21,7 @@ from gnomon.harness.stability.tolerance import (
     sensitivity,
     tolerance,
 )
-from gnomon.harness.verification.doors import from_solve
+from gnomon.harness.verification.function_adapter import from_solve
 
 SECONDS = 60.0
 """More than all tolerances and starts take: how many there are then does not depend on the machine."""

@@ -1,7 +1,5 @@
 """The fitted power and law of growths whose law is given."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Growth of energy errors: the fit finds given powers, and methods follow their laws over a thousand periods."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -111,14 +109,9 @@ def test_no_step_nearly_divides_a_period() -> None:
 
 
 SHORT = [
-    ("gnomon:Störmer-Verlet", "bounded"),
-    ("gnomon:Blanes-Moan 4", "bounded"),
-    ("gnomon:Gauss 4-stage", "bounded"),
-    ("gnomon:Axis splitting 2", "bounded"),
-    ("gnomon:RATTLE", "bounded"),
-    ("gnomon:RK4", "t"),
-    ("gnomon:DOP853", "t"),
-]
+    ("gnomon:Störmer-Verlet", "bounded"), ("gnomon:Blanes-Moan 4", "bounded"), ("gnomon:Gauss 4-stage", "bounded"),
+    ("gnomon:Axis splitting 2", "bounded"), ("gnomon:RATTLE", "bounded"), ("gnomon:RK4", "t"), ("gnomon:DOP853", "t"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "law"), SHORT)

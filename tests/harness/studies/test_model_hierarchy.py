@@ -1,7 +1,5 @@
 """Errors of the levels of model hierarchies, compared with values derived from the models."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -66,13 +64,8 @@ def test_the_rows_of_a_hierarchy_end_with_the_full_model() -> None:
     """A level that is the case itself with other parameters has an error, but no time: it was not run."""
     full = cases.get("torpedo_firing_pin")
     fixed = {
-        "machine": "one",
-        "variant": "",
-        "formulation": "",
-        "target": 1e-6,
-        "case": full.name,
-        "integrator_id": "a",
-    }
+        "machine": "one", "variant": "", "formulation": "", "target": 1e-6, "case": full.name, "integrator_id": "a",
+    }  # fmt: skip
     spans = pd.DataFrame([{"case": full.name, "span": 4.0, "time_scale": 2.0, "variant": ""}])
     level, last = hierarchies([full], pd.DataFrame([fixed | {"seconds": 3.0}]), spans).to_dict("records")
     assert level["model"] == level["hierarchy"] == last["model"] == full.name

@@ -1,13 +1,12 @@
 """The published orders: every in-house method is measured, and its order is the declared one."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
 import pytest
+from gnomon.harness.integrators.runge_kutta import explicit_pairs
 from gnomon.harness.registry.lookup import own
-from gnomon.harness.studies import orders
+from gnomon.harness.studies import growth, orders
 from gnomon.harness.studies.orders import SUBJECTS, WITHIN, Subject, measured
 
 IN_HOUSE = {m.id.removeprefix("gnomon:"): m for m in own().values() if ".integrators." in type(m).__module__}
@@ -23,6 +22,17 @@ IN_TEST_ALL = {
 
 def test_every_in_house_method_is_a_subject_once() -> None:
     assert sorted(subject.integrator for subject in SUBJECTS) == sorted(IN_HOUSE)
+
+
+def test_an_explicit_pair_that_no_line_names_is_a_subject() -> None:
+    """A new pair is a class with its coefficients: nothing else needs to name it."""
+
+    class New(explicit_pairs.DormandPrince5):
+        name = "New"
+
+    for subjects_of, name in ((orders.subjects_of, "New"), (growth.subjects_of, "gnomon:New")):
+        known = [one.integrator for one in subjects_of(explicit_pairs.INTEGRATORS)]
+        assert [one.integrator for one in subjects_of((*explicit_pairs.INTEGRATORS, New))] == [*known, name]
 
 
 @pytest.mark.parametrize(

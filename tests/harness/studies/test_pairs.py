@@ -1,7 +1,5 @@
 """Times at equal error of two sides with given errors; launches combined; their rows in the report."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -111,8 +109,7 @@ def test_launches_are_combined(published: Path) -> None:
 
 
 def test_the_report_claims_what_was_measured(published: Path) -> None:
-    found = report_benchmarks.benchmarks(published / "nowhere", published)
-    assert found is not None
+    found = report_benchmarks.benchmarks(published / "nowhere", published) or {}
     reached, short, missed = found["pairs"]
     assert (reached["ratio"], reached["range"], reached["note"]) == ("3.00", "2.80 – 3.30", "")
     assert reached["first_prepare"].startswith("prepared in 30.0 ms")
@@ -127,6 +124,5 @@ def test_the_report_claims_what_was_measured(published: Path) -> None:
 def test_a_file_of_an_earlier_revision_has_no_claims_and_does_not_end_the_report(tmp_path: Path) -> None:
     old = {"launches": 5, "environment": {}, "rows": [{"ours_name": "o", "peer_name": "x"}]}
     (tmp_path / "benchmarks.json").write_text(json.dumps(old))
-    found = report_benchmarks.benchmarks(tmp_path)
-    assert found is not None
+    found = report_benchmarks.benchmarks(tmp_path) or {}
     assert (found["earlier"], found["pairs"], found["singles"]) == (True, [], [])

@@ -1,7 +1,5 @@
 """Without the parts of Python that only Linux and macOS have, every module imports and commands work or say what is missing."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

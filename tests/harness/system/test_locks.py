@@ -1,7 +1,5 @@
 """Only one run at a time writes a results file; the next run removes the temporary folder of a killed one."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The memory of a worker is a share of that of the machine or of its cgroup, whichever is less."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

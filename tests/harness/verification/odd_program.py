@@ -1,7 +1,5 @@
 """A program that misbehaves in the way that its argument names; otherwise it integrates nothing and says so."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -4,8 +4,6 @@ No test compares two times of the clock that are close: the rule is tested on gi
 that does ten times the work.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import zipfile
@@ -191,20 +189,3 @@ def test_a_version_that_does_ten_times_the_work_is_slower(
 def test_five_launches_show_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert LAUNCHES == 5
     assert "over 5 launches)" in compared(tmp_path, capsys)
-
-
-@pytest.mark.parametrize(
-    ("given", "told"),
-    [
-        (("--command", "sh", "--against", "paced==1.0"), "a program of --command has none"),
-        (("planted_methods:good_rk4", "--claim", "time"), "--claim time needs the other version"),
-        (("planted_methods:good_rk4", "--against", "-r x"), "give a requirement as mypackage==1.2"),
-    ],
-)
-def test_options_that_do_not_fit_are_one_line(
-    given: tuple[str, ...], told: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert gnomon("verify", *given) == 2
-    shown = capsys.readouterr().err.strip()
-    assert told in shown
-    assert "\n" not in shown

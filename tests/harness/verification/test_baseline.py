@@ -1,7 +1,5 @@
 """Baselines: what an integrator did is the same again, a fault is a regression, and a file is data."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

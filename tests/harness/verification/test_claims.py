@@ -1,7 +1,5 @@
 """Each claim fails for a method with the fault that it is about, and right methods pass them all."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from functools import cache
@@ -18,7 +16,7 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import above_line, in_range, slope_of
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_rk4, pair, rk4, verlet
@@ -186,15 +184,12 @@ def test_samples_between_steps_have_the_order_declared() -> None:
 @pytest.mark.parametrize(
     ("claim", "method"),
     [
-        ("aliasing", OneBuffer()),
-        ("ensemble", FirstLeaksIntoSecond()),
-        ("bad_start", FiniteNonsense()),
-        ("bad_setting", _Changed()),
-        ("error", WrongAtOneSetting()),
+        ("aliasing", OneBuffer()), ("ensemble", FirstLeaksIntoSecond()), ("bad_start", FiniteNonsense()),
+        ("bad_setting", _Changed()), ("error", WrongAtOneSetting()),
     ],
     ids=lambda value: value if isinstance(value, str) else type(value).__name__,
-)
-def test_a_fault_of_conduct_fails_its_claim(claim: str, method: Integrator) -> None:
+)  # fmt: skip
+def test_a_fault_in_calls_fails_its_claim(claim: str, method: Integrator) -> None:
     assert outcome(claim, good_rk4) == Outcome.PASSED
     assert outcome(claim, method) == Outcome.FAILED
 

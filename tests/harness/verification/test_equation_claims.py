@@ -15,11 +15,12 @@ from gnomon.harness.contract.integrator import Integrator, Solution, Steps, Tole
 from gnomon.harness.registry.lookup import find_one
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.verification.claims import Outcome
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS, planned
 from planted_methods import good_pair, good_rk4, good_verlet
-from special_doors import from_events
+from planted_steps import increment
+from special_adapters import from_events
 
 rk4 = right_methods.rk4
 
@@ -116,7 +117,7 @@ def summed(sign: float) -> Callable[..., Any]:
         count = round((times[-1] - t0) / step)
         y, lost, found = y0, np.zeros_like(y0), []
         for k in range(count):
-            change = _increment(f, t0 + k * step, y, step) + sign * lost
+            change = increment(f, t0 + k * step, y, step) + sign * lost
             new = y + change
             lost = change - (new - y)
             y = new
@@ -125,13 +126,6 @@ def summed(sign: float) -> Callable[..., Any]:
         return np.array(found)
 
     return solve
-
-
-def _increment(f: Any, t: float, y: Any, h: float) -> Any:
-    a = f(t, y)
-    b = f(t + h / 2, y + h / 2 * a)
-    c = f(t + h / 2, y + h / 2 * b)
-    return h / 6 * (a + 2 * b + 2 * c + f(t + h, y + h * c))
 
 
 def compensated(sign: float) -> Integrator:
@@ -189,13 +183,13 @@ def test_a_fault_fails_the_claim_that_it_is_about(claim: str, method: Integrator
     assert outcome(claim, method) == Outcome.FAILED
 
 
-CONDUCT = ("start_kept", "other_problems", "more_variables", "blow_up")
+CALLS = ("start_kept", "other_problems", "more_variables", "blow_up")
 
 
 @pytest.mark.parametrize("method", [good_rk4, good_verlet, good_pair, pair(), find_one("gnomon:Gauss 2-stage")])
 def test_right_methods_keep_these_claims(method: Integrator) -> None:
     adaptive = isinstance(method.sweep, Tolerance)
-    for claim in (*CONDUCT, *(("tolerance_effect",) if adaptive else ()), *(("dense",) if method.dense_order else ())):
+    for claim in (*CALLS, *(("tolerance_effect",) if adaptive else ()), *(("dense",) if method.dense_order else ())):
         assert outcome(claim, method) == Outcome.PASSED, claim
 
 

@@ -1,7 +1,5 @@
 """`gnomon exact` prints exact states, how they were confirmed, and a hash; what it cannot do it refuses in one line."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from fractions import Fraction
@@ -64,32 +62,6 @@ def test_a_time_after_the_span_extends_the_motion(capfd: pytest.CaptureFixture[s
     """An elastic ball that falls 1 m at 2 m/s^2 takes 1 s to the ground: its period is 2 s, and 1000.5 is like 0.5."""
     asked = ("bouncing_ball", "--set", "e=1", "--set", "g=2", "--times", "1000.5", "--format", "csv")
     assert printed(capfd, *asked).splitlines()[-1] == "1000.5,0.75,-1.0"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("pendulum_simpel",), "did you mean"),
-        (("pendulum_simple", "--times", "1,two"), "'two' is not a number"),
-        (("pendulum_simple", "--times", "no_such_file.txt"), "no file has this name"),
-        (("pendulum_simple", "--times=-1,2"), "the motion starts at 0"),
-        (("pendulum_simple", "--times", "nan"), "not finite"),
-        (("pendulum_simple", "--times", "0xg"), "hexadecimal digits"),
-        (("pendulum_simple", "--times", ","), "no times"),
-        (("pendulum_simple", "--digits", "0"), "from 1 to 1000"),
-        (("pendulum_simple", "--set", "mass=1"), "no parameter 'mass'"),
-        (("pendulum_simple", "--set", "L=-1"), "outside"),
-        (("pendulum_simple", "--times", "1e299"), "1,000,000 time scales"),
-    ],
-)
-def test_what_is_refused_is_named_in_one_line(
-    arguments: tuple[str, ...], said: str, capfd: pytest.CaptureFixture[str]
-) -> None:
-    assert gnomon("exact", *arguments) == 2
-    caught = capfd.readouterr()
-    assert said in caught.err
-    assert caught.err.count("\n") == 1
-    assert not caught.out
 
 
 def test_a_motion_that_is_not_confirmed_is_a_failure(

@@ -1,7 +1,5 @@
 """`pytest --gnomon`, `gnomon.verify.parametrize` and `assert_follows`, run by pytest itself as a user would."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Other units, mirrored and permuted numbers: faults that these show, and right methods that they must not fail."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -15,11 +13,12 @@ from gnomon.harness.registry.declaration import validate
 from gnomon.harness.registry.lookup import find_one
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 from gnomon.harness.verification.claims import Outcome
-from gnomon.harness.verification.doors import from_solve, from_step
+from gnomon.harness.verification.function_adapter import from_solve, from_step
 from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_pair, good_rk4, good_verlet
 from planted_right import right_ros2, undeclared_ros2, with_differences
+from planted_steps import drops_small_increments, first_component_by_euler, increment
 from scipy.integrate import solve_ivp
 
 RELATIONS = ("units", "rounded_times", "mirror", "permuted")
@@ -36,18 +35,6 @@ def outcome(claim: str, integrator: Integrator, name: str = "kepler_orbit") -> O
     return CLAIMS[claim].check(trials).outcome
 
 
-def increment(f: Callable[..., Any], t: float, y: Any, h: float) -> Any:
-    a = f(t, y)
-    b = f(t + h / 2, y + h / 2 * a)
-    c = f(t + h / 2, y + h / 2 * b)
-    return h / 6 * (a + 2 * b + 2 * c + f(t + h, y + h * c))
-
-
-def drops_small_increments(f: Any, t: float, y: Any, h: float) -> Any:
-    change = increment(f, t, y, h)
-    return y + np.where(np.abs(change) < 1e-3, 0.0, change)
-
-
 def longest_step_in_seconds(f: Any, t: float, y: Any, h: float) -> Any:
     return y + increment(f, t, y, min(h, 1e-3))
 
@@ -55,12 +42,6 @@ def longest_step_in_seconds(f: Any, t: float, y: Any, h: float) -> Any:
 def first_component_in_single_precision(f: Any, t: float, y: Any, h: float) -> Any:
     found = y + increment(f, t, y, h)
     found[0] = np.float32(found[0])
-    return found
-
-
-def first_component_by_euler(f: Any, t: float, y: Any, h: float) -> Any:
-    found = y + increment(f, t, y, h)
-    found[0] = y[0] + h * f(t, y)[0]
     return found
 
 

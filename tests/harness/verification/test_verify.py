@@ -1,7 +1,5 @@
 """`gnomon verify`: exit codes, the first trial, hangs, known failures, and the files that it writes."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from pathlib import Path
@@ -209,14 +207,6 @@ def test_what_has_no_answer_in_time_is_tried_once_more(monkeypatch: pytest.Monke
 
     (row,) = verify(planted_right.waiting(1000, once), ["pendulum_simple"], "low", ["repeatable"]).rows
     assert row.finding.outcome == Outcome.PASSED
-
-
-@pytest.mark.parametrize(
-    "wrong", [("--depth", "deep"), ("--claim", "ordr"), ("--max-seconds", "0"), ("--case", "pendulm")]
-)
-def test_wrong_usage_is_one_line(wrong: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert gnomon("verify", "planted_methods:good_rk4", *wrong) == 2
-    assert capsys.readouterr().err.strip().count("\n") == 0
 
 
 def test_a_named_case_that_the_integrator_cannot_take_is_refused() -> None:

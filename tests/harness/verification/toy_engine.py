@@ -1,7 +1,7 @@
 """A toy engine: point masses under gravity and force laws, advanced by symplectic Euler. Order 1."""
 
 from gnomon.cases.core.scene import IDENTITY, Readings
-from gnomon.harness.verification.engine_door import from_engine
+from gnomon.harness.verification.engine_adapter import from_engine
 
 
 class ToyEngine:

@@ -47,8 +47,8 @@ def test_a_point_of_contact_is_the_plain_ball():
 def test_slip_and_drilling_end_at_the_end_time():
     """Just before the end slip and drilling rate are nearly zero, and the velocity is the final one."""
     case = get("billiard_ball_drill")
-    end = exact(case._exact.end_time(60))
-    *_, vx, vy, wx, wy, wz = case._exact.state(end * (1 - Fraction(1, 10**12)), 30)
+    end = exact(case.exact_motion.end_time(60))
+    *_, vx, vy, wx, wy, wz = case.exact_motion.state(end * (1 - Fraction(1, 10**12)), 30)
     assert abs(wz) < 1e-9
     assert abs(vx - case.quantities()["final_vx"]) < 1e-12
     assert abs(vx - mpmath.mpf("0.03") * wy) < 1e-12

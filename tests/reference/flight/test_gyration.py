@@ -58,7 +58,7 @@ def test_without_magnetic_field_it_is_a_parabola():
 
 def test_drift_and_gyroradius():
     motion = Charge(vector(0, 0, 0), vector(1, 0, "0.5"), Fraction(1), vector(1, 0, "0.2"), vector(0, 0, 5))
-    assert motion.drift() == vector(0, "-0.2", 0)
+    assert motion.drift == vector(0, "-0.2", 0)
     assert float(motion.gyroradius()) == pytest.approx((1 + 0.04) ** 0.5 / 5, rel=1e-15)
     # After a whole gyration only the drift and the motion along the field are left.
     period = motion.gyration_period(60)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import mpmath
 import pytest
+from gnomon.reference.guided.chain_in_circular_tube import TubeChain
 from gnomon.reference.numerics.precision import exact
-from gnomon.reference.pendulums.equivalent_pendulum import CarriedPendulum, TubeChain
+from gnomon.reference.pendulums.moment_of_momentum_pendulum import CarriedPendulum
 
 TUBES = {
     "default": TubeChain(*map(exact, (2, 0, "9.81", 2, 1))),

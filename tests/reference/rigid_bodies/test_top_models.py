@@ -13,7 +13,7 @@ def test_the_small_nutation_is_the_first_order_of_the_tops_equations():
     with mpmath.workdps(40):
         equations = rebind(top_equations, {"sin": mpmath.sin, "cos": mpmath.cos})
         numbers = tuple(mpmath.mpf(x.numerator) / x.denominator for x in case.parameter_values()[:5])
-        found = [mpmath.mpf(x.mid().str(38, radius=False)) for x in case._exact.rates()]
+        found = [mpmath.mpf(x.mid().str(38, radius=False)) for x in case.exact_motion.rates()]
         for place, component in enumerate((1, 2, 3)):
 
             def rate(theta, component=component):

@@ -1,7 +1,5 @@
 """Small dense systems solved in place: rows are exchanged; singular and not finite matrices are detected."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from gnomon.harness.integrators.base.linear import factor, substitute

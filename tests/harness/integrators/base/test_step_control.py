@@ -1,7 +1,5 @@
 """The loop of steps that adaptive methods share: sums keep their last digits, step sizes depend only on the motion."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -49,8 +47,7 @@ def test_sums_are_compensated(method: type[Integrator], form: Any, start: list[f
     the last place, some ten; with compensation the error is the rounding of the last step alone."""
     times = np.arange(1, 9) * 125.0
     found = method().prepare(problem(form, len(start), times), 1e-13)(np.array([start]))
-    assert found.steps is not None
-    assert found.steps > 500
+    assert (found.steps or 0) > 500
     assert np.max(np.abs(found.states[0, :, 0] - (1 + DRIFT * times))) <= 3 * 2.0**-52
 
 
@@ -64,9 +61,7 @@ def test_a_motion_that_grows_is_measured_by_the_size_that_it_has(method: type[In
     once, twice = (
         method().prepare(problem(FirstOrder(growing), 1, [span]), 1e-8)(np.ones((1, 1))) for span in (20.0, 40.0)
     )
-    assert once.steps is not None
-    assert twice.steps is not None
-    assert twice.steps == pytest.approx(2 * once.steps, rel=0.1)
+    assert twice.steps == pytest.approx(2 * (once.steps or 0), rel=0.1)
     assert twice.states[0, 0, 0] == pytest.approx(math.exp(40.0), rel=1e-6)
 
 

@@ -1,12 +1,10 @@
 """Butcher tableaux of all kinds: the order conditions of every formula, a wrong coefficient, numbers as the source has them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
 import pytest
-from gnomon.harness.integrators.base.tableau import ButcherTableau, listed
+from gnomon.harness.integrators.base.tableau import ButcherTableau, parse_rows
 from gnomon.harness.integrators.gauss import gauss
 from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
@@ -78,6 +76,6 @@ def test_fractions_decimals_and_numbers_mix() -> None:
 
 def test_rows_as_papers_print_them() -> None:
     """Columns count from 0, also those that are 0; a row may take several lines, and one without its end is not lost."""
-    assert listed("; 1/2; 0 -3 0\n 4;") == ({}, {0: "1/2"}, {1: "-3", 3: "4"})
+    assert parse_rows("; 1/2; 0 -3 0\n 4;") == ({}, {0: "1/2"}, {1: "-3", 3: "4"})
     with pytest.raises(ValueError, match=r"^'3 4' has no semicolon after it"):
-        listed("1 2; 3 4")
+        parse_rows("1 2; 3 4")

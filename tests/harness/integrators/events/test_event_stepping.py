@@ -1,7 +1,5 @@
 """The state machine of event stepping is the one of the diagram in its docstring. Uncompiled, in plain Python."""
 
-from __future__ import annotations
-
 import inspect
 import math
 import re

@@ -1,7 +1,5 @@
 """Events located by the step length: to round-off, in the right sequence, with the order of the method kept."""
 
-from __future__ import annotations
-
 import math
 from math import sin
 from typing import Any
@@ -12,13 +10,14 @@ import pytest
 from gnomon.cases import get
 from gnomon.cases.core.forms import Hybrid, Mode, Transition, Values
 from gnomon.harness.adapters import scipy_events
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
-from gnomon.harness.contract.problem import counting, initial_state, problem_of
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution
+from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.integrators.events.event_location import ERROR_3, ERROR_5, step_error
 from gnomon.harness.integrators.events.hybrid import Dop853Events, EulerEvents, RK4Events
 from gnomon.harness.scoring.events import score_events
 from gnomon.reference.numerics.precision import exact
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
+from on_cases import solved
 
 BALL = [None, "before_limit", "dead", "upward", "from_plane", "engines_e1", "engines_e08"]
 BLOCK = [
@@ -38,9 +37,8 @@ def swing(t: Any, state: Values, parameters: Values) -> Values:
     return omega, -stiffness * sin(theta)
 
 
-def wall(t: Any, state: Values, parameters: Values) -> Values:
-    theta, _ = state
-    return (theta,)
+def height(t: Any, state: Values, parameters: Values) -> Values:
+    return (state[0],)
 
 
 def rebound_from_wall(t: Any, state: Values, parameters: Values) -> Values:
@@ -55,7 +53,7 @@ def swinging(t: Any, state: Values, parameters: Values) -> str:
 WALL = Hybrid(
     modes=(Mode("swing", swing),),
     start=swinging,
-    transitions=(Transition("knock", "swing", wall, -1, rebound_from_wall, swinging),),
+    transitions=(Transition("knock", "swing", height, -1, rebound_from_wall, swinging),),
     settle=1e-9,
 )
 """A pendulum that hits a wall at the bottom of its swing and keeps 3/4 of its speed."""
@@ -92,9 +90,9 @@ EXACT, KNOCKS = knocks()
 def errors(kind: type[Integrator], setting: float) -> tuple[float, float, Solution]:
     """Largest error of a state and of an event time."""
     solution = kind().prepare(PROBLEM, setting)(START)
-    assert solution.events is not None
-    assert [name for _, name in solution.events] == ["knock"] * len(KNOCKS)
-    late = max(abs(t - true) for (t, _), true in zip(solution.events, KNOCKS, strict=True))
+    events = solution.events or ()
+    assert [name for _, name in events] == ["knock"] * len(KNOCKS)
+    late = max(abs(t - true) for (t, _), true in zip(events, KNOCKS, strict=True))
     return float(np.abs(solution.states[0] - EXACT).max()), late, solution
 
 
@@ -144,15 +142,10 @@ def test_reproduces_the_exact_events(name: str, variant: str | None, kind: type[
     Round-off of up to 2000 steps and 100 events, as a random walk about 100 ulp; SciPy's interpolants add theirs.
     """
     case = get(name, variant).rounded()
-    problem = problem_of(case, (Hybrid,))
-    setting = problem.interval / 4 if isinstance(kind.sweep, Steps) else 1e-9
-    solution = kind().prepare(problem, setting)(initial_state(case)[None])
-    assert solution.stopped is None
-    assert solution.events is not None
-    distance = case.metric.distance(solution.states[0], case.sample(case.times), case.times)
-    score = score_events(solution.events, case.events())
+    found = solved(kind(), case, steps=4)
+    score = score_events(found.events, case.events())
     assert (score.missing, score.extra) == (0, 0)
-    assert distance.max() < 1e-12
+    assert found.error < 1e-12
     assert score.time_error < 1e-12 * float(case.span)
 
 
@@ -166,47 +159,36 @@ def test_a_slip_whose_direction_is_lost_where_it_ends_leaves_no_trace(
     At the end of the slip s the direction errs by an ulp of the velocity over s: the guard is noise below its root.
     """
     case = get("billiard_ball", variant).rounded()
-    problem = problem_of(case, (Hybrid,))
-    setting = problem.interval / 4 if isinstance(kind.sweep, Steps) else 1e-9
-    solution = kind().prepare(problem, setting)(initial_state(case)[None])
-    assert solution.events is not None
-    assert case.metric.distance(solution.states[0], case.sample(case.times), case.times).max() < 1e-12
-    assert score_events(solution.events, case.events()).time_error < 1e-8 * float(case.span)
+    found = solved(kind(), case, steps=4)
+    assert found.error < 1e-12
+    assert score_events(found.events, case.events()).time_error < 1e-8 * float(case.span)
 
 
 def test_twenty_thousand_impacts_up_to_the_limit() -> None:
     """Within ten times the conditioning, the effect of half an ulp in each number on the motion."""
     case = get("bouncing_ball", "zeno").rounded()
-    problem = problem_of(case, (Hybrid,))
-    solution = RK4Events().prepare(problem, problem.interval)(initial_state(case)[None])
-    assert solution.events is not None
-    score = score_events(solution.events, case.events())
+    found = solved(RK4Events(), case, steps=1)
+    score = score_events(found.events, case.events())
     assert (score.missing, score.extra) == (0, 0)
     assert score.time_error < 1e-10
-    assert case.metric.distance(solution.states[0], case.sample(case.times)).max() < 1e-9
-    assert np.all(solution.states[0, case.times > float(case.quantities()["t_inf"])] == 0)
+    assert case.metric.distance(found.states, case.sample(case.times)).max() < 1e-9
+    assert np.all(found.states[case.times > float(case.quantities()["t_inf"])] == 0)
 
 
 @pytest.mark.parametrize("kind", [RK4Events, scipy_events.RK45])
 def test_one_flight_or_many_within_a_step(kind: type[Integrator]) -> None:
     """Steps of a whole sampling interval contain several flights near the limit; none may fall through the plane."""
     case = get("bouncing_ball", span="4.5", e="0.3").rounded()
-    problem = problem_of(case, (Hybrid,))
-    setting = problem.interval if isinstance(kind.sweep, Steps) else 1e-3
-    solution = kind().prepare(problem, setting)(initial_state(case)[None])
-    assert solution.states.min() >= -5.0  # velocities
-    assert solution.states[0, :, 0].min() >= 0
-    assert solution.events is not None
-    assert solution.events[-1][1] == "limit"
+    found = solved(kind(), case, 1e-3, steps=1)
+    assert found.states.min() >= -5.0  # velocities
+    assert found.states[:, 0].min() >= 0
+    assert found.events[-1][1] == "limit"
 
 
 @pytest.mark.parametrize("kind", [RK4Events, Dop853Events, scipy_events.RK45])
 def test_right_hand_sides_are_counted(kind: type[Integrator]) -> None:
-    case = get("bouncing_ball").rounded()
-    problem = counting(problem_of(case, (Hybrid,)))
-    setting = problem.interval if isinstance(kind.sweep, Steps) else 1e-3
-    kind().prepare(problem, setting)(initial_state(case)[None])
-    assert problem.buffer[-1] > 97 * 4  # each event needs steps of its own
+    found = solved(kind(), get("bouncing_ball").rounded(), 1e-3, steps=1, counted=True)
+    assert found.calls > 97 * 4  # each event needs steps of its own
 
 
 def oscillate(t: Any, state: Values, parameters: Values) -> Values:
@@ -215,12 +197,11 @@ def oscillate(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def near_wall(t: Any, state: Values, parameters: Values) -> Values:
-    x, _ = state
-    (where,) = parameters
-    return (x + where,)
+    return (state[0] + parameters[0],)
 
 
 def rebound(t: Any, state: Values, parameters: Values) -> Values:
+    """From where it was found, a rounding to this side of the wall or to the other."""
     x, v = state
     return x, -v
 
@@ -246,8 +227,7 @@ def test_a_wall_that_is_only_grazed_within_a_step_is_met(
     """
     problem = Problem(GRAZED, 2, np.array([1 - depth]), TIMES * 4, 1.0)
     solution = kind().prepare(problem, setting)(np.array([[1.0, 0.0]]))
-    assert solution.events is not None
-    times = np.array([time for time, _ in solution.events])
+    times = np.array([time for time, _ in solution.events or ()])
     with mpmath.workdps(30):
         first = float(mpmath.acos(mpmath.mpf(problem.parameters[0]) * -1)) if depth > 0 else np.inf
     wanted = [(2 * n + 1) * first for n in range(9) if (2 * n + 1) * first <= problem.times[-1]]
@@ -261,8 +241,7 @@ def run_on(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def notch(t: Any, state: Values, parameters: Values) -> Values:
-    (where,) = parameters
-    u = 8 * (state[0] - where)
+    u = 8 * (state[0] - parameters[0])
     return (u * u * u * u - 1 / 16384,)
 
 
@@ -270,24 +249,15 @@ def away(t: Any, state: Values, parameters: Values) -> Values:
     return (state[0] + 10,)
 
 
-def on(t: Any, state: Values, parameters: Values) -> str:
-    return "on"
-
-
 @pytest.mark.parametrize("where", [0.3, 0.5, 0.7])
 def test_a_dip_far_from_a_cubic_is_found(where: float) -> None:
     """A guard below zero on 1/45 of a step, about `where`: the cubic from its slopes at the ends has its minimum elsewhere,
     and the bracket must close from both sides. A uniform motion is integrated exactly."""
-    form = Hybrid(
-        modes=(Mode("on", run_on),),
-        start=on,
-        transitions=(Transition("notch", "on", notch, -1, away, "on"),),
-        settle=1e-9,
-    )
+    transition = Transition("notch", "on", notch, -1, away, "on")
+    form = Hybrid((Mode("on", run_on),), lambda t, state, parameters: "on", (transition,), settle=1e-9)
     problem = Problem(form, 1, np.array([where]), np.array([1.0]), 1.0)
     solution = RK4Events().prepare(problem, 1.0)(np.array([[0.0]]))
-    assert solution.events is not None
-    ((time, name),) = solution.events
+    ((time, name),) = solution.events or ()
     width = (1 / 16384) ** 0.25 / 8
     assert name == "notch"
     assert time == pytest.approx(where - width, abs=1e-15)
@@ -296,10 +266,6 @@ def test_a_dip_far_from_a_cubic_is_found(where: float) -> None:
 def fall(t: Any, state: Values, parameters: Values) -> Values:
     x, v = state
     return v, 0 * x - 1
-
-
-def height(t: Any, state: Values, parameters: Values) -> Values:
-    return (state[0],)
 
 
 def height_over_ten(t: Any, state: Values, parameters: Values) -> Values:
@@ -316,10 +282,6 @@ def back_from_the_floor(t: Any, state: Values, parameters: Values) -> Values:
     return 0 * x, -v
 
 
-def falling(t: Any, state: Values, parameters: Values) -> str:
-    return "first"
-
-
 @pytest.mark.parametrize("kind", [RK4Events, Dop853Events])
 def test_a_guard_of_the_next_mode_that_is_zero_on_arrival_counts(kind: type[Integrator]) -> None:
     """A ball falls 1/2 m and is put on the floor, height 0, in another mode with the same floor. Thrown back it lands again
@@ -327,7 +289,7 @@ def test_a_guard_of_the_next_mode_that_is_zero_on_arrival_counts(kind: type[Inte
     for reset, wanted in ((back_from_the_floor, [1.0, 3.0]), (onto_the_floor, [1.0, 1.0])):
         form = Hybrid(
             modes=(Mode("first", fall), Mode("second", fall), Mode("third", fall)),
-            start=falling,
+            start=lambda t, state, parameters: "first",
             transitions=(
                 Transition("floor", "first", height, -1, reset, "second"),
                 Transition("again", "second", height, -1, onto_the_floor, "third"),
@@ -340,9 +302,9 @@ def test_a_guard_of_the_next_mode_that_is_zero_on_arrival_counts(kind: type[Inte
         )  # fmt: skip
         problem = Problem(form, 2, np.zeros(0), np.arange(1, 9) / 2, 1.0)
         solution = kind().prepare(problem, 2.0**-4 if kind is RK4Events else 1e-9)(np.array([[0.5, 0.0]]))
-        assert solution.events is not None
-        assert [name for _, name in solution.events] == ["floor", "again"]
-        assert [time for time, _ in solution.events] == pytest.approx(wanted, abs=1e-12)
+        times, names = zip(*solution.events or (), strict=True)
+        assert names == ("floor", "again")
+        assert times == pytest.approx(wanted, abs=1e-12)
 
 
 def test_several_trajectories_are_independent_and_keep_their_starts() -> None:
@@ -360,8 +322,7 @@ def test_a_motion_that_diverges_is_reported() -> None:
     case = get("bouncing_ball").rounded()
     problem = problem_of(case, (Hybrid,))
     solution = RK4Events().prepare(problem, problem.interval)(np.array([[1e308, 1e308]]))
-    assert solution.stopped is not None
-    assert "not finite" in solution.stopped
+    assert "not finite" in str(solution.stopped)
     assert np.isnan(solution.states).any()
 
 
@@ -384,12 +345,6 @@ def test_the_estimates_of_dop853_are_combined_as_its_authors_do(dimension: int, 
     assert estimate(ratio, dimension) == pytest.approx(estimate(0.0, 1) / np.sqrt(1 + 0.01 * ratio**2))
 
 
-def thrown_back(t: Any, state: Values, parameters: Values) -> Values:
-    """From where it was found, a rounding above the floor or below."""
-    x, v = state
-    return x, -v
-
-
 def third_of_height(t: Any, state: Values, parameters: Values) -> Values:
     return (state[0] / 3 - 1 / 3,)
 
@@ -397,13 +352,11 @@ def third_of_height(t: Any, state: Values, parameters: Values) -> Values:
 @pytest.mark.parametrize("height_of_fall", [0.3, 0.7, 1.1, 1.9])
 def test_a_flight_that_starts_a_rounding_below_the_floor_ends_on_it(height_of_fall: float) -> None:
     """Flights of one to four seconds, each a parabola, which the method follows exactly, and several within a step."""
-    transition = Transition("floor", "flight", third_of_height, -1, thrown_back, "flight")
-    form = Hybrid(modes=(Mode("flight", fall),), start=lambda t, state, parameters: "flight", transitions=(transition,),
-                  settle=1e-9)  # fmt: skip
+    transition = Transition("floor", "flight", third_of_height, -1, rebound, "flight")
+    form = Hybrid((Mode("flight", fall),), lambda t, state, parameters: "flight", (transition,), settle=1e-9)
     problem = Problem(form, 2, np.zeros(0), np.arange(1, 5) * 16.0, 1.0)
     solution = RK4Events().prepare(problem, 16.0)(np.array([[1 + height_of_fall, 0.0]]))
-    assert solution.events is not None
+    times = [time for time, _ in solution.events or ()]
     half = math.sqrt(2 * height_of_fall)
-    expected = half * (1 + 2 * np.arange(len(solution.events)))
-    assert len(solution.events) == 1 + int((64 / half - 1) // 2)
-    assert [time for time, _ in solution.events] == pytest.approx(expected.tolist(), abs=1e-9)
+    assert len(times) == 1 + int((64 / half - 1) // 2)
+    assert times == pytest.approx((half * (1 + 2 * np.arange(len(times)))).tolist(), abs=1e-9)

@@ -1,15 +1,13 @@
 """Moreau's time stepping: its forms agree with the modes, its order is 1, a body at rest stays at rest."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 import pytest
 from gnomon.cases.core.forms import Friction, Hybrid, Impact
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.events.moreau import Moreau
+from on_cases import solved
 
 IMPACTS = ("bouncing_ball", "bouncing_ball_incline")
 RUBBING = ("coulomb_friction_oscillator", "block_incline_friction")
@@ -54,11 +52,7 @@ def test_friction_is_that_of_the_modes(name: str) -> None:
 
 def errors(name: str, counts: list[int], variant: str | None = None) -> list[float]:
     case = get(name, variant).rounded()
-    problem = problem_of(case, Moreau.accepts)
-    exact, start = case.sample(case.times), initial_state(case)[None]
-    solutions = [Moreau().prepare(problem, problem.interval / count)(start) for count in counts]
-    assert all(solution.stopped is None for solution in solutions)
-    return [float(np.max(case.metric.distance(s.states[0], exact, case.times))) for s in solutions]
+    return [solved(Moreau(), case, steps=count).error for count in counts]
 
 
 @pytest.mark.parametrize("name", [*IMPACTS, *RUBBING])
@@ -75,15 +69,13 @@ def test_order(name: str) -> None:
 def test_a_body_at_rest_stays_at_rest() -> None:
     assert errors("coulomb_friction_oscillator", [1, 16], "held") == [0, 0]
     ball = get("bouncing_ball", initial_state=(0, 0), span=2).rounded()
-    problem = problem_of(ball, Moreau.accepts)
-    assert not np.any(Moreau().prepare(problem, problem.interval)(np.zeros((1, 2))).states)
+    assert not np.any(solved(Moreau(), ball, steps=1).states)
 
 
 def test_steps_far_longer_than_flights_pass_the_zeno_limit() -> None:
     """The span contains infinitely many impacts; a thousand steps end at rest, on the plane within the fall of a step."""
     case = get("bouncing_ball").rounded()
-    problem = problem_of(case, Moreau.accepts)
-    h = problem.interval / 16
-    y, v = Moreau().prepare(problem, h)(initial_state(case)[None]).states[0, -1]
+    found = solved(Moreau(), case, steps=16)
+    h, (y, v) = found.problem.interval / 16, found.states[-1]
     assert abs(v) < 9.81 * h
     assert abs(y) < 9.81 * h

@@ -1,7 +1,5 @@
 """Gauss methods on stiff equations: Newton's iteration against Padé's approximants, the fixed point and exact motions."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from math import sin
@@ -14,7 +12,6 @@ from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem
-from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.gauss.gauss import (
     INTEGRATORS,
@@ -26,8 +23,9 @@ from gnomon.harness.integrators.gauss.gauss import (
     newton_rows,
 )
 from gnomon.harness.integrators.gauss.gauss_steps import newton_numbers, newton_step, start_stages
-from gnomon.harness.studies.order_measurement import solve_exactly
+from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics.precision import nearest_double, working
+from on_cases import solved
 
 METHODS = [method for method in INTEGRATORS if issubclass(method, Gauss)]
 TIMES = np.arange(1.0, 65.0)
@@ -281,9 +279,7 @@ def newton_steps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 def test_nothing_is_differentiated_where_the_fixed_point_converges(newton_steps: list[int]) -> None:
     for name in ("pendulum_simple", "kepler_orbit"):
-        case = get(name).rounded()
-        given = problem_of(case, Gauss4.accepts)
-        assert Gauss4().prepare(given, given.interval / 16)(initial_state(case)[None]).stopped is None
+        solved(Gauss4(), get(name).rounded(), steps=16)
     assert newton_steps == []
 
 
@@ -295,18 +291,17 @@ def test_the_slow_part_of_a_stiff_motion(method: type[Gauss], variant: str) -> N
     Two steps to a sample of 5/32 s: the method's approximant to round-off, the exact motion to what the order leaves.
     """
     case = get("damped_oscillator", variant).rounded()
-    given = problem_of(case, method.accepts)
-    solution = method().prepare(given, given.interval / 2)(initial_state(case)[None])
-    assert solution.stopped is None
+    found = solved(method(), case, steps=2)
+    interval = found.problem.interval
     rate = float(case.parameters["k"])
     exact = case.sample(case.times)
-    slow = solution.states[0, :, 0] + solution.states[0, :, 1] / rate
+    slow = found.states[:, 0] + found.states[:, 1] / rate
     with mpmath.workdps(40):
-        factor = pade(method.stages, -mpmath.mpf(given.interval) / 2) ** 2
+        factor = pade(method.stages, -mpmath.mpf(interval) / 2) ** 2
         expected = np.array([float(factor ** (k + 1)) for k in range(64)])
     assert np.max(np.abs(slow - expected)) < 4 * ROUNDOFF
     # R(z) - exp(z) begins with s!^2 z^(2s+1) / (2s)! (2s+1)!: that over h a unit of time, and t exp(-t) is 0.37 at most.
-    s, h = method.stages, given.interval / 2
+    s, h = method.stages, interval / 2
     leading = math.factorial(s) ** 2 / (math.factorial(2 * s) * math.factorial(2 * s + 1))
     error = np.max(np.abs(slow - (exact[:, 0] + exact[:, 1] / rate)))
     assert error < 0.4 * leading * h ** (2 * s) + 4 * ROUNDOFF
@@ -316,13 +311,9 @@ def test_the_slow_part_of_a_stiff_motion(method: type[Gauss], variant: str) -> N
 def test_small_vibrations_with_a_coupling_of_1e12() -> None:
     """Second-order form, frequencies 1e6 apart: the fast mode starts at rest, and the error falls with the order."""
     case = get("small_vibrations_mdof", "stiff_1e12").rounded()
-    given = problem_of(case, Gauss2.accepts)
-    assert isinstance(given.form, SecondOrder)
-    exact, errors = case.sample(case.times), []
-    for count in (4, 8, 16):
-        solution = Gauss2().prepare(given, given.interval / count)(initial_state(case)[None])
-        assert solution.stopped is None
-        errors.append(float(np.max(case.metric.distance(solution.states[0], exact, case.times))))
+    found = [solved(Gauss2(), case, steps=count) for count in (4, 8, 16)]
+    assert isinstance(found[0].problem.form, SecondOrder)
+    errors = [one.error for one in found]
     # The fast mode that rounding the initial state excites, 3e-7, is 4 % of the last error.
     assert errors[0] / errors[1] == pytest.approx(16, rel=0.1)
     assert errors[1] / errors[2] == pytest.approx(16, rel=0.1)
@@ -342,8 +333,7 @@ def test_without_a_jacobian_the_failure_is_clear(method: type[Gauss]) -> None:
 
 def test_the_first_trajectory_that_newton_cannot_do_either_is_named() -> None:
     solution = Gauss4().prepare(problem(FirstOrder(decay), 1, 1e6), 1.0)(np.array([[1.0], [math.nan], [math.nan]]))
-    assert solution.stopped is not None
-    assert "did not converge before sample 1 of trajectory 2;" in solution.stopped
+    assert "did not converge before sample 1 of trajectory 2;" in str(solution.stopped)
     assert np.all(np.isfinite(solution.states), axis=(1, 2)).tolist() == [True, False, False]
     assert solution.steps == 64
 
@@ -436,10 +426,9 @@ def test_a_step_that_has_no_solution_ends_its_trajectory_alone() -> None:
 def test_right_hand_sides_are_counted_and_a_linear_step_takes_few() -> None:
     """The factors are kept: two or three rounds a step, the last of which changes only round-off."""
     case = get("damped_oscillator", "stiff_1e6").rounded()
-    given = counting(problem_of(case, Gauss4.accepts))
-    solution = Gauss4().prepare(given, given.interval)(initial_state(case)[None])
-    assert solution.steps == 64
-    rounds = given.buffer[-1] / (4 * 64)
+    found = solved(Gauss4(), case, steps=1, counted=True)
+    assert found.steps == 64
+    rounds = found.calls / (4 * 64)
     assert 2 <= rounds < 3, "with what the fixed point took before it gave up"
 
 

@@ -1,9 +1,6 @@
 """The fast Gauss method: functions of lanes to the ulp, accuracy, eccentric orbits, stiffness, the same bits."""
 
-from __future__ import annotations
-
 import math
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -13,12 +10,13 @@ from typing import Any
 
 import mpmath
 import numpy as np
+import on_cases
 import pytest
 import scipy.special
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.integrator import Problem, Refused
+from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.gauss import gauss_fast, gauss_fast_constants, gauss_fast_kernel
 from gnomon.harness.integrators.gauss.gauss import integrals, nodes
@@ -32,21 +30,14 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-def solved(name: str, variant: str | None, tolerance: float, sundman: bool = False) -> tuple[float, float, Any]:
-    """Largest error over the samples, conditioning, solution."""
-    case, exact, conditioning = exact_samples(name, variant)
-    formulation = case.formulations[0] if sundman else None
-    problem = problem_of(case, GaussFast.accepts, formulation)
-    solution = GaussFast().prepare(problem, tolerance)(initial_state(case, formulation)[None])
-    states = solution.states[0][:, : len(case.state)]
-    return float(np.max(case.metric.distance(states, exact))), conditioning, solution
+def solved(name: str, variant: str | None, tolerance: float, sundman: bool = False) -> on_cases.Solved:
+    case = rounded(name, variant)
+    return on_cases.solved(GaussFast(), case, tolerance, formulation=case.formulations[0] if sundman else None)
 
 
 @cache
-def exact_samples(name: str, variant: str | None) -> tuple[Case, Floats, float]:
-    """The rounded case, its exact motion at its sample times, the largest conditioning there."""
-    case = get(name, variant).rounded()
-    return case, case.sample(case.times), float(np.max(case.conditioning(case.times)))
+def rounded(name: str, variant: str | None) -> Case:
+    return get(name, variant).rounded()
 
 
 def applied(function: Callable[[Any], Any], values: Floats) -> Floats:
@@ -151,6 +142,13 @@ def test_other_functions_and_operators_of_lanes() -> None:
     expected = -(2 * x - 1 / x + x**3 + x**-2 + x**0.5 - 3 + np.arctan2(x, 1.0) + np.sqrt(x) + np.tanh(x) - np.log(x))
     # Twelve terms of size up to 8, each rounded to 2^-53 of its sum.
     assert np.abs(applied(mixed, x) - expected).max() < 12 * 8 * 2.0**-53
+
+
+def test_sums_of_lanes_are_rounded_one_by_one() -> None:
+    """As the compiled functions of `test_functions.py`: only a product and a sum may be contracted into one rounding."""
+    x = RANDOM.uniform(1, 2, 800)
+    assert np.array_equal(applied(lambda v: (v + 1e16) - 1e16, x), (x + 1e16) - 1e16)
+    assert np.isnan(applied(lambda v: v - v, np.full(8, np.inf))).all()
 
 
 def test_the_table_is_the_rounding_of_the_exact_method() -> None:
@@ -267,17 +265,17 @@ def test_first_guesses_of_the_tolerance_save_rounds(
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top", "damped_oscillator"])
 def test_accurate_to_conditioning_at_tight_tolerance(name: str) -> None:
-    error, conditioning, solution = solved(name, None, 1e-15)
-    assert solution.stopped is None
+    found = solved(name, None, 1e-15)
+    conditioning = np.max(found.case.conditioning(found.case.times))
     # Conditioning is the effect of half an ulp once; some hundred steps round once each, more or less at random.
-    assert error < 10 * conditioning + 1e-15 * math.sqrt(solution.steps)
+    assert found.error < 10 * conditioning + 1e-15 * math.sqrt(found.steps)
 
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top", "damped_oscillator"])
 def test_the_error_follows_the_tolerance(name: str) -> None:
     """Over six decades of tolerance: local errors follow its power 17/15, or those of the iteration the tolerance itself. At
     the loose end orbits err by two decades more: steps are too long for this law."""
-    loose, tight = solved(name, None, 1e-6)[0], solved(name, None, 1e-12)[0]
+    loose, tight = solved(name, None, 1e-6).error, solved(name, None, 1e-12).error
     assert 1e-10 < tight / loose < 1e-4
     assert tight < 1e-12 * 1e4, "ten periods, errors growing with the square of time"
 
@@ -288,9 +286,7 @@ def test_the_error_follows_the_tolerance(name: str) -> None:
 def test_survives_close_passages(variant: str, e: float, periods: int) -> None:
     """An error d of the energy is one of 3 pi d periods in phase, magnified by (1-e)^(-3/2) at a pericentre; d is some ten
     tolerances, the sum over the steps of a passage."""
-    error, _, solution = solved("kepler_orbit", variant, 1e-12)
-    assert solution.stopped is None
-    assert error < 10 * 1e-12 * 3 * math.pi * periods / (1 - e) ** 1.5
+    assert solved("kepler_orbit", variant, 1e-12).error < 10 * 1e-12 * 3 * math.pi * periods / (1 - e) ** 1.5
 
 
 @pytest.mark.parametrize(
@@ -305,26 +301,25 @@ def test_survives_close_passages(variant: str, e: float, periods: int) -> None:
 )
 def test_steps_do_not_make_energy_drift(name: str, variant: str, tolerance: float, steps: int, bound: float) -> None:
     """Equal steps where possible; elsewhere steps that follow the frequency symmetrically in time."""
-    error, _, solution = solved(name, variant, tolerance)
-    assert solution.steps < steps
-    assert error < bound
+    found = solved(name, variant, tolerance)
+    assert found.steps < steps
+    assert found.error < bound
 
 
 @pytest.mark.parametrize("variant", ["near_cusp", "cusp_to_cusp"])
 def test_a_frequency_that_does_not_fit_is_not_followed(variant: str) -> None:
     """At the cusp the derivatives are unbounded though the motion is smooth."""
-    error, _, solution = solved("cycloidal_pendulum", variant, 1e-8)
-    assert solution.steps < 1500
-    assert error < 1e-6
+    found = solved("cycloidal_pendulum", variant, 1e-8)
+    assert found.steps < 1500
+    assert found.error < 1e-6
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12, 1e-15])
 def test_no_step_passes_over_a_wall(tolerance: float) -> None:
     """A tube turns within 1e-8 of its period: no stage of a step of half a second meets that, but the sign of x changes."""
-    error, _, solution = solved("rubber_tube_thin", "squeezed_1e-4", tolerance)
-    assert solution.stopped is None
-    assert error < 1e-3
-    assert solution.steps < 3000
+    found = solved("rubber_tube_thin", "squeezed_1e-4", tolerance)
+    assert found.error < 1e-3
+    assert found.steps < 3000
 
 
 def test_no_ensemble_passes_over_a_wall() -> None:
@@ -369,42 +364,38 @@ def test_a_sharp_turn_between_two_stages_is_seen() -> None:
     """Coefficients of a step with a turn that none of its stages meets stop falling: their square is small, the error is
     not. With the square alone 31 of these 55 settings err more, most of them a hundred times or more."""
     tolerances = 10.0 ** (-np.arange(10, 65) / 4)
-    errors = np.array([solved("projectile_quadratic_drag", "steep", tolerance)[0] for tolerance in tolerances.tolist()])
+    errors = np.array(
+        [solved("projectile_quadratic_drag", "steep", tolerance).error for tolerance in tolerances.tolist()]
+    )
     assert np.sum(errors > 1e3 * tolerances) < 8, "what lies between the last stage and the end is not seen"
 
 
 @pytest.mark.parametrize("tolerance", [1e-12, 1e-13])
 def test_round_off_of_slopes_that_cancel_is_no_sharp_turn(tolerance: float) -> None:
     """A drop at its terminal speed: weight and drag cancel up to round-off, whose coefficients do not decrease."""
-    _, _, solution = solved("millikan_oil_drop", "stiff", tolerance)
-    assert solution.stopped is None
-    assert solution.steps < 4000
+    assert solved("millikan_oil_drop", "stiff", tolerance).steps < 4000
 
 
 @pytest.mark.parametrize("variant", ["near_cusp", "cusp_to_cusp"])
 @pytest.mark.parametrize("tolerance", [1e-12, 1e-14, 1e-16])
 def test_a_cusp_does_not_shorten_what_follows(variant: str, tolerance: float) -> None:
     """A step that once failed to converge kept its rate of 5 while round-off hid all later ones, and halved each step."""
-    error, _, solution = solved("cycloidal_pendulum", variant, tolerance)
-    assert solution.stopped is None
-    assert error < 1e-9
-    assert solution.steps < 4000
+    found = solved("cycloidal_pendulum", variant, tolerance)
+    assert found.error < 1e-9
+    assert found.steps < 4000
 
 
 @pytest.mark.parametrize("name", ["kepler_orbit", "pendulum_simple"])
 def test_the_loosest_tolerances_are_one(name: str) -> None:
-    sundman = name == "kepler_orbit"
-    (_, _, loose), (error, _, loosest) = (solved(name, None, x, sundman) for x in (0.5, TUNING.loosest))
+    loose, loosest = (solved(name, None, x, sundman=name == "kepler_orbit") for x in (0.5, TUNING.loosest))
     assert np.array_equal(loose.states, loosest.states)
-    assert error < 0.1
+    assert loosest.error < 0.1
 
 
 def test_takes_a_formulation_with_a_clock() -> None:
-    error, _, solution = solved("kepler_orbit", "speed_e099", 1e-13, sundman=True)
-    assert solution.stopped is None
-    assert error < 1e-7
-    direct = solved("kepler_orbit", "speed_e099", 1e-13)[2]
-    assert solution.steps < direct.steps
+    with_clock, direct = (solved("kepler_orbit", "speed_e099", 1e-13, sundman=way) for way in (True, False))
+    assert with_clock.error < 1e-7
+    assert with_clock.steps < direct.steps
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
@@ -423,10 +414,9 @@ def test_stiff_equations_are_handed_over(name: str, variant: str, tolerance: flo
 
     In `make test` an equation with a force and one without; the projectile's, of four components, take 13 s to compile.
     """
-    error, _, solution = solved(name, variant, tolerance)
-    assert solution.stopped is None
-    assert error < 10 * tolerance
-    assert solution.steps < 2e4
+    found = solved(name, variant, tolerance)
+    assert found.error < 10 * tolerance
+    assert found.steps < 2e4
 
 
 def test_stiff_ensembles_are_handed_over() -> None:
@@ -439,21 +429,9 @@ def test_stiff_ensembles_are_handed_over() -> None:
 
 def test_fast_motion_is_not_stiff() -> None:
     """At loose tolerance convergence limits a thousand steps of half a period each, a fifth of what Radau IIA 5 takes."""
-    case = get("harmonic_oscillator", span=3000).rounded()
-    solution = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-3)(initial_state(case)[None])
-    assert solution.stopped is None
-    assert 1000 < solution.steps < 2000  # type: ignore[operator]
-    assert np.max(case.metric.distance(solution.states[0], case.sample(case.times))) < 0.2
-
-
-def test_trajectories_together_are_those_one_by_one() -> None:
-    case = get("pendulum_simple").rounded()
-    solve = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-9)
-    starts = np.array([[2.0, 0.0], [0.5, 7.0], [-1.0, 0.5]])
-    together = solve(starts).states
-    for start, states in zip(starts, together, strict=True):
-        assert np.array_equal(solve(start[None]).states[0], states)
-    assert np.array_equal(solve(starts).states, together)
+    found = on_cases.solved(GaussFast(), get("harmonic_oscillator", span=3000).rounded(), 1e-3)
+    assert 1000 < found.steps < 2000
+    assert found.error < 0.2
 
 
 def pendulums(count: int) -> Floats:
@@ -490,8 +468,7 @@ def test_one_trajectory_that_stops_leaves_the_others_of_an_ensemble_alone() -> N
     starts = pendulums(24)
     starts[10, 1] = math.nan
     solution = solve(starts)
-    assert solution.stopped is not None
-    assert "of trajectory 11" in solution.stopped
+    assert "of trajectory 11" in str(solution.stopped)
     assert np.isfinite(np.delete(solution.states, 10, axis=0)).all()
     assert np.array_equal(solution.states[9], solve(starts[9:10]).states[0]), "its vector was left to single steps"
 
@@ -513,14 +490,12 @@ def test_counts_of_an_ensemble_are_of_all_its_trajectories() -> None:
 )
 def test_equilibria_and_starts_from_rest(name: str, variant: str) -> None:
     """Slopes that are exactly 0 at the start, or only round-off, do not stop the integration."""
-    error, _, solution = solved(name, variant, 1e-12)
-    assert solution.stopped is None
-    assert error < 1e-11
+    assert solved(name, variant, 1e-12).error < 1e-11
 
 
 def test_the_first_step_is_as_good_as_the_others() -> None:
     """The rigid body starts with rates and entries of R that are 0: their first changes do not measure convergence."""
-    errors = [solved("euler_top", None, tolerance)[0] for tolerance in (1e-5, 1e-7, 1e-9)]
+    errors = [solved("euler_top", None, tolerance).error for tolerance in (1e-5, 1e-7, 1e-9)]
     assert errors[1] < errors[0] / 10
     assert errors[2] < errors[1] / 10
 
@@ -528,7 +503,7 @@ def test_the_first_step_is_as_good_as_the_others() -> None:
 def test_the_pendulum_of_the_timing_tables_reaches_the_floor_of_binary64() -> None:
     """A hundred periods of some thirty steps: each rounds an energy of 2 by 2e-18 of it; a random walk and the growth of a
     phase error with time make that 2e-13. With sums in binary64 it was 6e-13."""
-    errors = [solved("pendulum_simple", "speed", tolerance)[0] for tolerance in np.linspace(0.8e-15, 1.25e-15, 12)]
+    errors = [solved("pendulum_simple", "speed", tolerance).error for tolerance in np.linspace(0.8e-15, 1.25e-15, 12)]
     assert np.sqrt(np.mean(np.square(errors))) < 4e-13
 
 
@@ -553,9 +528,7 @@ def test_energy_walks_at_random_at_the_finest_tolerance(name: str, periods: floa
 def test_the_finest_tolerances_leave_less_of_the_truncation(name: str) -> None:
     """Truncation is biased: below FINE it must shrink with the fifth power of the tolerance, by 3^5 = 243 for a factor of 3;
     with an error of order 15 that takes 1.44 times as many steps."""
-    coarse, fine = (solved(name, None, tolerance)[2].steps for tolerance in (3e-16, 1e-16))
-    assert coarse is not None
-    assert fine is not None
+    coarse, fine = (solved(name, None, tolerance).steps for tolerance in (3e-16, 1e-16))
     assert 1.25 < fine / coarse < 1.8
 
 
@@ -639,7 +612,7 @@ def test_samples_are_as_good_as_the_steps() -> None:
     problem = replace(problem_of(case, GaussFast.accepts), times=times)
     solution = GaussFast().prepare(problem, 1e-10)(initial_state(case)[None])
     errors = case.metric.distance(solution.states[0], case.sample(times))
-    ends = solved("kepler_orbit", None, 1e-10)[0]
+    ends = solved("kepler_orbit", None, 1e-10).error
     # 64 samples miss the pericentres, where a phase error is magnified to (1+e)^(1/2)/(1-e)^(3/2) = 5 times the mean.
     assert np.max(errors) < 10 * ends
 
@@ -648,8 +621,8 @@ def test_samples_are_as_good_as_the_steps() -> None:
 def test_no_sample_errs_far_more_than_the_others(tolerance: float) -> None:
     """Samples whose first changes grew once kept the value of the step's polynomial: sixty times the error of others."""
     case = get("euler_top", "speed").rounded()
-    solution = GaussFast().prepare(problem_of(case, GaussFast.accepts), tolerance)(initial_state(case)[None])
-    errors = np.max(np.abs(solution.states[0] - case.sample(case.times)), axis=1)
+    found = on_cases.solved(GaussFast(), case, tolerance)
+    errors = np.max(np.abs(found.states - case.sample(case.times)), axis=1)
     around = np.maximum(errors[:-2], errors[2:])
     assert np.max(errors[1:-1] / np.maximum(around, tolerance / 100)) < 5
 
@@ -672,18 +645,14 @@ def test_groups_of_a_rotating_body_do_not_need_one_another() -> None:
 )
 def test_groups_take_fewer_rounds(name: str, variant: str | None, rounds: int) -> None:
     """A pair of components that drive each other converges with the square of the rate, a triple nearly so."""
-    case = get(name, variant).rounded()
-    problem = counting(problem_of(case, GaussFast.accepts))
-    solution = GaussFast().prepare(problem, 1e-9)(initial_state(case)[None])
-    assert problem.buffer[-1] < rounds * 8 * (solution.steps + len(problem.times))  # type: ignore[operator]
+    found = on_cases.solved(GaussFast(), get(name, variant).rounded(), counted=True)
+    assert found.calls < rounds * 8 * (found.steps + 64)
 
 
 def test_right_hand_sides_are_counted() -> None:
-    case = get("pendulum_simple").rounded()
-    problem = counting(problem_of(case, GaussFast.accepts))
-    solution = GaussFast().prepare(problem, 1e-9)(initial_state(case)[None])
-    assert problem.buffer[-1] % 8 == 0
-    assert problem.buffer[-1] >= 2 * 8 * solution.steps  # type: ignore[operator]
+    found = on_cases.solved(GaussFast(), get("pendulum_simple").rounded(), counted=True)
+    assert found.calls % 8 == 0
+    assert found.calls >= 2 * 8 * found.steps
 
 
 def test_counting_takes_no_other_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -707,10 +676,3 @@ def test_an_ensemble_counts_what_all_its_threads_do() -> None:
     assert counts[0] > 0
     assert counts[0] % 64 == 0
     assert counts == [counts[0], 3 * counts[0], 0]
-
-
-@pytest.mark.parametrize("tolerance", [0.0, -1e-6, math.nan, math.inf, 1e-17, 1.0])
-def test_a_tolerance_that_cannot_be_met(tolerance: float) -> None:
-    problem = problem_of(get("pendulum_simple").rounded(), GaussFast.accepts)
-    with pytest.raises(Refused, match=re.escape(f"tolerance {tolerance}")):
-        GaussFast().prepare(problem, tolerance)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import inspect
 from dataclasses import FrozenInstanceError, fields
 from functools import cache
 from typing import Any
@@ -108,16 +107,14 @@ ELSEWHERE = "most_derivatives fewest_grouped most_groups usual_width width_expon
 """Fields of the structure that Python reads, not the generated text."""
 
 
-def test_every_tuned_number_is_used_and_documented_and_cannot_be_changed() -> None:
+def test_every_tuned_number_is_used_and_cannot_be_changed() -> None:
     used = {
         one.id
         for text in texts()
         for one in ast.walk(text)
         if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Load)
     }
-    lines = {line.partition(":")[0].strip(): line for line in inspect.getsource(Tuning).splitlines()}
     for field in fields(Tuning):
-        assert "  # " in lines[field.name], f"{field.name} does not say what it means"
         assert field.name in ELSEWHERE.split() or field.name.upper() in used, f"{field.name} is not used"
     with pytest.raises(FrozenInstanceError):
         TUNING.hold = 2.0  # type: ignore[misc]

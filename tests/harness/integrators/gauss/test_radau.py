@@ -1,17 +1,14 @@
 """Radau IIA 5: coefficients, order at fixed steps, stiff equations in few steps, failures with their reason."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import cos, sin
 from typing import Any
 
 import numpy as np
 import pytest
-from bad_equations import branching, scalar, squared, undefined
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.integrator import Problem, Refused
+from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.gauss import radau, radau_steps
 from gnomon.harness.integrators.gauss.gauss import integrals
@@ -19,22 +16,17 @@ from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.gauss.radau_steps import BACK, BASIS, EIGENVALUES, ERROR, FORWARD, basis
 from gnomon.harness.results.convergence_order import fit_order
 from gnomon.reference.numerics.precision import working
+from on_cases import of_order, solved
 
 SIXTY = 1e-56
 """Sixty digits, of which sums of a few terms of size 10 and a small linear system lose three."""
 
 
-def test_collocation_at_the_radau_nodes() -> None:
-    """B(5) and C(3), which make order 5, and the last stage is the end of the step."""
+def test_the_last_stage_is_the_end_of_the_step() -> None:
+    """Its order is tested with the other tableaux, in test_tableau.py."""
     with working(60) as mp:
-        *stages, (_, *b) = Radau5.tableau(mp).rows(mp)
-        c, a = [row[0] for row in stages], [row[1:] for row in stages]
-        assert a[2] == b
-        for q in range(1, 6):
-            assert abs(mp.fsum(w * x ** (q - 1) for w, x in zip(b, c, strict=True)) - mp.mpf(1) / q) < SIXTY
-        for q in range(1, 4):
-            for i in range(3):
-                assert abs(mp.fsum(a[i][j] * c[j] ** (q - 1) for j in range(3)) - c[i] ** q / q) < SIXTY
+        *_, last, end = Radau5.tableau(mp).rows(mp)
+    assert last[1:] == end[1:]
 
 
 def test_the_transformation_block_diagonalizes_the_inverse_matrix() -> None:
@@ -81,33 +73,23 @@ def test_order_at_fixed_steps(name: str) -> None:
         states = radau.prepared(problem, 1e-14, h)(start).states[0]
         # Between steps the collocation polynomial is of order 3: samples that are steps count.
         errors.append(float(np.max(case.metric.distance(states[7::8], exact[7::8]))))
-    measured = fit_order(steps, errors, floor=1e-14)
-    assert measured is not None
-    assert measured[0] == pytest.approx(5, abs=0.1)
+    assert fit_order(steps, errors, floor=1e-14) == of_order(5)
 
 
 @pytest.mark.parametrize("variant", ["stiff_1e6", "stiff_1e9", "stiff_1e12"])
 def test_stiffness_takes_no_more_steps(variant: str) -> None:
     """A mode faster by 1e6 to 1e12 takes no more steps than the slow motion needs."""
     case = get("damped_oscillator", variant).rounded()
-    problem = counting(problem_of(case, Radau5.accepts))
-    solution = Radau5().prepare(problem, 1e-8)(initial_state(case)[None])
-    assert solution.stopped is None
-    assert solution.steps is not None
-    assert solution.steps < 150
-    assert problem.buffer[-1] < 20 * solution.steps, "a few iterations of three stages"
+    found = solved(Radau5(), case, 1e-8, counted=True)
+    assert found.steps < 150
+    assert found.calls < 20 * found.steps, "a few iterations of three stages"
     # At each step the error of order 3 is below 0.1 tol^(2/3), that of order 5 about tol.
-    assert np.max(case.metric.distance(solution.states[0], case.sample(case.times))) < 100 * 1e-8
+    assert found.error < 100 * 1e-8
 
 
 def test_errors_fall_with_the_tolerance() -> None:
     case = get("pendulum_simple").rounded()
-    problem = problem_of(case, Radau5.accepts)
-    exact, start = case.sample(case.times), initial_state(case)[None]
-    errors = [
-        float(np.max(case.metric.distance(Radau5().prepare(problem, tolerance)(start).states[0], exact)))
-        for tolerance in (1e-4, 1e-7, 1e-10)
-    ]
+    errors = [solved(Radau5(), case, tolerance).error for tolerance in (1e-4, 1e-7, 1e-10)]
     # h^4 follows tol^(2/3), so the error of order 5 follows tol^(5/6): 2.5 decades of 3.
     assert errors[0] / errors[1] == pytest.approx(10**2.5, rel=0.6)
     assert errors[1] / errors[2] == pytest.approx(10**2.5, rel=0.6)
@@ -284,27 +266,3 @@ def test_changes_that_do_not_shrink_are_no_solution() -> None:
     )  # fmt: skip
     assert calls[0] > 6, "the changes were small enough to go on"
     assert iterations == 0
-
-
-def test_the_same_bits_alone_in_an_ensemble_and_again() -> None:
-    case = get("pendulum_simple").rounded()
-    solve = Radau5().prepare(problem_of(case, Radau5.accepts), 1e-7)
-    first = initial_state(case)
-    pair = np.array([first, 0.5 * first])
-    together = solve(pair).states
-    assert np.array_equal(together, solve(pair).states)
-    assert np.array_equal(together[1], solve(pair[1:]).states[0])
-
-
-def test_equations_that_branch_are_refused() -> None:
-    with pytest.raises(Refused, match="must not branch"):
-        Radau5().prepare(scalar(branching), 1e-6)
-
-
-@pytest.mark.parametrize(("equations", "why"), [(squared, "fell below the spacing"), (undefined, "not finite")])
-def test_failures_end_with_their_reason(equations: Any, why: str) -> None:
-    solution = Radau5().prepare(scalar(equations), 1e-6)(np.array([[1.0]]))
-    assert solution.stopped is not None
-    assert why in solution.stopped
-    assert "before sample" in solution.stopped
-    assert np.isnan(solution.states[0, -1, 0])

@@ -1,7 +1,5 @@
 """Exponential Runge-Kutta: its matrix functions, order conditions as matrices, measured order, stiff linear parts."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 from math import sin
@@ -13,11 +11,12 @@ from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import SemiLinear, Values
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Refused
-from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.integrators.geometric.exponential import HochbruckOstermann4, phi_functions
 from gnomon.harness.results.convergence_order import fit_order
-from gnomon.harness.studies.order_measurement import measure_order, solve_exactly
+from gnomon.harness.studies.orders import measure_order, solve_exactly
 from gnomon.reference.numerics.precision import working
+from on_cases import of_order, solved
 
 CASES = ("damped_oscillator", "forced_oscillator", "projectile_stokes_drag")
 
@@ -106,9 +105,7 @@ def test_stiff_order_conditions_of_inner_stages_hold_as_matrices() -> None:
 
 
 def test_order_on_a_driven_oscillator() -> None:
-    measured = measure_order(HochbruckOstermann4(), get("forced_oscillator"))
-    assert measured is not None
-    assert measured[0] == pytest.approx(4, abs=0.1)
+    assert measure_order(HochbruckOstermann4(), get("forced_oscillator")) == of_order(4)
 
 
 def pendulum_matrix(parameters: Values) -> Values:
@@ -135,9 +132,7 @@ def test_order_on_a_nonlinear_rest() -> None:
                 HochbruckOstermann4(), form, case.parameter_values(), case.initial_state, case.span, count
             )
             errors.append(float(max(abs(a - b) for a, b in zip(found, exact, strict=True))))
-    measured = fit_order([1 / count for count in counts], errors)
-    assert measured is not None
-    assert measured[0] == pytest.approx(4, abs=0.1)
+    assert fit_order([1 / count for count in counts], errors) == of_order(4)
 
 
 @pytest.mark.parametrize(
@@ -150,11 +145,11 @@ def test_order_on_a_nonlinear_rest() -> None:
 )
 def test_linear_problems_are_solved_to_round_off_in_one_step_a_sample(name: str, variant: str | None) -> None:
     case = get(name, variant).rounded()
-    problem = problem_of(case, HochbruckOstermann4.accepts)
-    found = HochbruckOstermann4().prepare(problem, problem.interval)(initial_state(case)[None]).states[0]
-    error = np.max(case.metric.distance(found, case.sample(case.times)))
     # The coefficients are rounded once: an ulp each for a few terms, and 64 compensated steps.
-    assert error < np.max(case.conditioning(case.times)) + 4 * np.finfo(float).eps
+    assert (
+        solved(HochbruckOstermann4(), case, steps=1).error
+        < np.max(case.conditioning(case.times)) + 4 * np.finfo(float).eps
+    )
 
 
 def test_samples_off_the_grid_are_refused() -> None:

@@ -3,8 +3,6 @@
 The reference solution is the Taylor integration of Euler's equations in balls, which shares nothing with the methods.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -14,15 +12,15 @@ import pytest
 from gnomon.cases.core.forms import RigidBody, Values, euler_equations
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem, Refused
-from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.geometric import lie
-from gnomon.harness.integrators.geometric.lie import AxisSplitting2, AxisSplitting6, MuntheKaas4, RigidBodyMethod
+from gnomon.harness.integrators.geometric.lie import AxisSplitting2, AxisSplitting6, MuntheKaas4
 from gnomon.harness.results.convergence_order import fit_order
-from gnomon.harness.studies.order_measurement import solve_exactly
+from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics import taylor
 from gnomon.reference.numerics.precision import nearest_double, working
 from numpy.typing import NDArray
+from on_cases import of_order, solved
 
 MOMENTS = (1.0, 2.0, 3.0)
 START = (1.0, 0.6, 0.1, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -83,9 +81,7 @@ def test_order(method: type[FixedStep], name: str) -> None:
     counts = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32]
     errors = [float(np.max(np.abs(states(method(), TORQUES[name], n) - exact(name)))) for n in counts]
     # Round-off of a few thousand steps, each of an ulp: about 1e-14.
-    measured = fit_order([0.25 / n for n in counts], errors, floor=1e-14)
-    assert measured is not None
-    assert measured[0] == pytest.approx(method.order, abs=0.1)
+    assert fit_order([0.25 / n for n in counts], errors, floor=1e-14) == of_order(method.order)
 
 
 @pytest.mark.parametrize("method", lie.INTEGRATORS, ids=lambda method: method.name)
@@ -178,7 +174,4 @@ def test_splitting_is_reversible(method: type[FixedStep], name: str) -> None:
 def test_short_steps_reach_the_conditioning_on_the_heavy_top() -> None:
     """Rotations are added as changes, with compensation: 16384 steps of 45 rotations each leave no drift."""
     case = get("lagrange_top_attitude").rounded()
-    problem = problem_of(case, RigidBodyMethod.accepts)
-    found = AxisSplitting6().prepare(problem, problem.interval / 256)(initial_state(case)[None]).states[0]
-    error = np.max(case.metric.distance(found, case.sample(case.times)))
-    assert error < np.max(case.conditioning(case.times))
+    assert solved(AxisSplitting6(), case, steps=256).error < np.max(case.conditioning(case.times))

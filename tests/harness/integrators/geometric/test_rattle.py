@@ -1,7 +1,5 @@
 """RATTLE: order, constraint and tangency to round-off, symplectic on the constraint, reversible."""
 
-from __future__ import annotations
-
 import random
 from fractions import Fraction
 from typing import Any
@@ -17,8 +15,9 @@ from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.integrators.geometric import rattle
 from gnomon.harness.integrators.geometric.rattle import Rattle
 from gnomon.harness.results.convergence_order import fit_order
-from gnomon.harness.studies.order_measurement import measure_order, solve_exactly
+from gnomon.harness.studies.orders import measure_order, solve_exactly
 from gnomon.reference.numerics.precision import working
+from on_cases import of_order, solved
 
 METHODS = pytest.mark.parametrize("method", rattle.INTEGRATORS, ids=lambda method: method.name)
 
@@ -63,8 +62,7 @@ def test_equations_are_force_and_constraint(name: str, n: int, count: int) -> No
 @pytest.mark.parametrize("variant", [None, "rotation"])
 def test_order_on_the_circle(method: type[FixedStep], variant: str | None) -> None:
     measured = measure_order(method(), get("holonomic_constraint_dae", variant), most_steps=20_000)
-    assert measured is not None
-    assert measured[0] == pytest.approx(method.order, abs=0.1)
+    assert measured == of_order(method.order)
 
 
 @METHODS
@@ -78,17 +76,14 @@ def test_order_on_the_sphere(method: type[FixedStep]) -> None:
     for count in counts:
         states = method().prepare(problem, problem.interval / count)(start).states[0]
         errors.append(float(np.max(case.metric.distance(formulation.decode(states, problem.parameters), exact))))
-    measured = fit_order([problem.interval / count for count in counts], errors, floor=1e-14)
-    assert measured is not None
-    assert measured[0] == pytest.approx(method.order, abs=0.1)
+    assert fit_order([problem.interval / count for count in counts], errors, floor=1e-14) == of_order(method.order)
 
 
 @METHODS
 def test_constraint_and_tangency_hold_to_round_off(method: type[FixedStep]) -> None:
     """Each step corrects the position: errors do not accumulate over a thousand periods."""
     case = get("holonomic_constraint_dae", "long_1e3").rounded()
-    problem = problem_of(case, method.accepts)
-    found = method().prepare(problem, problem.interval / 1024)(initial_state(case)[None]).states[0]
+    found = solved(method(), case, steps=1024).states
     length = float(np.sum(initial_state(case)[:2] ** 2))
     assert np.max(np.abs(np.sum(found[:, :2] ** 2, axis=1) / length - 1)) < 8 * np.finfo(float).eps
     assert np.max(np.abs(np.sum(found[:, :2] * found[:, 2:], axis=1))) < 32 * np.finfo(float).eps

@@ -1,7 +1,5 @@
 """Splitting methods with a force that depends on time, and symplectic Euler compared with its formula."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 
@@ -9,7 +7,7 @@ import pytest
 from gnomon.cases.core.forms import SecondOrder, Values
 from gnomon.harness.integrators.geometric import splitting
 from gnomon.harness.integrators.geometric.splitting import Splitting, SymplecticEuler
-from gnomon.harness.studies.order_measurement import solve_exactly
+from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics.precision import working
 
 METHODS: tuple[type[Splitting], ...] = splitting.INTEGRATORS  # type: ignore[assignment]

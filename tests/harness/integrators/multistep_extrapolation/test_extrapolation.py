@@ -1,56 +1,32 @@
 """Extrapolation: each column has its order, the error follows the tolerance, the order follows it too."""
 
-from __future__ import annotations
-
-import numpy as np
 import pytest
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
 from gnomon.harness.studies.fixed_step_formulas import with_columns
-from gnomon.harness.studies.order_measurement import measure_order_exactly
+from gnomon.harness.studies.orders import measure_order_exactly
+from on_cases import of_order, solved
 
 
 @pytest.mark.parametrize(("count", "coarsest"), [(1, 96), (2, 48), (4, 24), (7, 24)])
 def test_each_column_is_two_orders_better(count: int, coarsest: int) -> None:
     counts = [coarsest * n // 12 for n in (12, 16, 24, 32)]
     measured = measure_order_exactly(with_columns(count), get("kepler_orbit", span="0.5"), counts, digits=80)
-    assert measured is not None
-    assert measured[0] == pytest.approx(2 * count, abs=0.1), "the next term is smaller by the square of the step"
-
-
-@pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top"])
-def test_the_error_follows_the_tolerance(name: str) -> None:
-    case = get(name).rounded()
-    problem, exact = problem_of(case, GraggBulirschStoer.accepts), case.sample(case.times)
-    errors = []
-    for tolerance in (1e-6, 1e-12):
-        solution = GraggBulirschStoer().prepare(problem, tolerance)(initial_state(case)[None])
-        assert solution.stopped is None
-        errors.append(np.max(case.metric.distance(solution.states[0], exact)))
-    assert 1e-8 < errors[1] / errors[0] < 1e-4
-    assert errors[1] < 1e-12 * 1e4, "ten periods, errors growing with the square of time"
+    assert measured == of_order(2 * count), "the next term is smaller by the square of the step"
 
 
 def test_the_order_follows_the_tolerance() -> None:
     """Right-hand sides a step: a third column at 1e-3, a seventh or more at 1e-13, and at most three times as many steps."""
     case = get("kepler_orbit").rounded()
-    found = []
-    for tolerance in (1e-3, 1e-13):
-        problem = counting(problem_of(case, GraggBulirschStoer.accepts))
-        solution = GraggBulirschStoer().prepare(problem, tolerance)(initial_state(case)[None])
-        assert solution.steps is not None
-        found.append((problem.buffer[-1] / solution.steps, solution.steps))
-    assert found[0][0] < 25
-    assert found[1][0] > 50
-    assert found[1][1] < 3 * found[0][1]
+    loose, tight = (solved(GraggBulirschStoer(), case, tolerance, counted=True) for tolerance in (1e-3, 1e-13))
+    assert loose.calls < 25 * loose.steps
+    assert tight.calls > 50 * tight.steps
+    assert tight.steps < 3 * loose.steps
 
 
 def test_steps_follow_an_orbit_of_high_eccentricity() -> None:
     """At e = 0.99 the steps at pericentre are a thousandth of those at apocentre."""
     case = get("kepler_orbit", "speed_e099").rounded()
-    problem = problem_of(case, GraggBulirschStoer.accepts)
-    solution = GraggBulirschStoer().prepare(problem, 1e-13)(initial_state(case)[None])
-    assert solution.stopped is None
-    error = np.max(case.metric.distance(solution.states[0], case.sample(case.times)))
-    assert error < 1e-13 * 1e7, "a hundred periods, and a conditioning near 1e-9"
+    assert solved(GraggBulirschStoer(), case, 1e-13).error < 1e-13 * 1e7, (
+        "a hundred periods, and a conditioning near 1e-9"
+    )

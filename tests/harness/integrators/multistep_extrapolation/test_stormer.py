@@ -1,6 +1,4 @@
-"""Störmer's multistep methods: coefficients, measured order, one right-hand side a step, no drift of round-off."""
-
-from __future__ import annotations
+"""Störmer's multistep methods: coefficients, measured order, no drift of round-off."""
 
 from fractions import Fraction
 from math import comb
@@ -10,16 +8,15 @@ import numpy as np
 import pytest
 from gnomon.cases.core.forms import SecondOrder, Values
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.multistep_extrapolation.stormer import (
-    STARTER,
     Stormer,
     Stormer8,
     Stormer12,
     adams_weights,
     stormer_weights,
 )
-from gnomon.harness.studies.order_measurement import solve_exactly
+from gnomon.harness.studies.orders import solve_exactly
+from on_cases import solved
 
 
 def ordinates(differences: tuple[Fraction, ...]) -> tuple[Fraction, ...]:
@@ -49,15 +46,6 @@ def test_the_first_weights_are_the_known_ones() -> None:
     assert ordinates(adams_weights(4)) == tuple(Fraction(n, 24) for n in (9, 19, -5, 1))
 
 
-@pytest.mark.parametrize("method", [Stormer8, Stormer12])
-def test_a_step_costs_one_right_hand_side(method: type[Stormer]) -> None:
-    case = get("pendulum_simple").rounded()
-    problem = counting(problem_of(case, method.accepts))
-    solution = method().prepare(problem, problem.interval / 8)(initial_state(case)[None])
-    assert solution.steps == 8 * 64
-    assert problem.buffer[-1] == 8 * 64 + 1 + (method.order - 1) * (len(STARTER.a) - 1)
-
-
 def power_of_time(t: Any, q: Values, parameters: Values) -> Values:
     (power,) = parameters
     return (t**power,)
@@ -78,7 +66,4 @@ def test_the_velocity_is_exact_for_one_power_of_time_more_than_the_place(method:
 def test_round_off_stays_near_the_conditioning(method: type[Stormer]) -> None:
     """At 6.5e4 steps, where plain sums of positions would lose 1e-16 times the square of their number: 4e-7."""
     case = get("pendulum_simple").rounded()
-    problem = problem_of(case, method.accepts)
-    solution = method().prepare(problem, problem.interval / 1024)(initial_state(case)[None])
-    error = np.max(case.metric.distance(solution.states[0], case.sample(case.times)))
-    assert error < 20 * np.max(case.conditioning(case.times))
+    assert solved(method(), case, steps=1024).error < 20 * np.max(case.conditioning(case.times))

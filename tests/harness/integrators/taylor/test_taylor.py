@@ -9,18 +9,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bad_equations import branching, scalar, squared, stiff, undefined
+from bad_equations import scalar, squared
 from case_equations import every_function
 from gnomon.cases.core import registry
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.harness.contract.integrator import Problem, Refused
-from gnomon.harness.contract.problem import accepted_form, initial_state, problem_of
+from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.integrators.taylor.taylor import Taylor, order_for, start_sizes
 from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
 from gnomon.harness.studies.fixed_step_formulas import taylor_steps
-from gnomon.harness.studies.order_measurement import fit_order_exactly
+from gnomon.harness.studies.orders import fit_order_exactly
 from gnomon.reference.numerics.precision import working
+from on_cases import of_order, solved
 
 ORDER = 12
 
@@ -67,8 +68,7 @@ def test_order_at_fixed_order_and_step(order: int, coarsest: int) -> None:
     counts = [coarsest * n // 12 for n in (12, 16, 24, 32)]
     with working(60) as mp:
         measured = fit_order_exactly(lambda count: taylor_steps(mp, case, order, count), case, counts)
-    assert measured is not None
-    assert measured[0] == pytest.approx(order, abs=0.1)
+    assert measured == of_order(order)
 
 
 def first_order_cases() -> list[str]:
@@ -92,10 +92,7 @@ def test_coefficients_of_every_case(name: str) -> None:
 def error(name: str, variant: str | None, tolerance: float) -> tuple[float, float]:
     """Error and the case's conditioning."""
     case = registry.get(name, variant).rounded()
-    solution = Taylor().prepare(problem_of(case, Taylor.accepts), tolerance)(initial_state(case)[None])
-    assert solution.stopped is None
-    distances = case.metric.distance(solution.states[0], case.sample(case.times))
-    return float(np.max(distances)), float(np.max(case.conditioning(case.times)))
+    return solved(Taylor(), case, tolerance).error, float(np.max(case.conditioning(case.times)))
 
 
 @pytest.mark.parametrize(
@@ -120,21 +117,6 @@ def test_order_follows_from_the_tolerance() -> None:
     assert order_for(0.9) == 3, "of lower ones no second radius of convergence is left"
 
 
-def test_the_same_bits_alone_in_an_ensemble_and_again() -> None:
-    case = registry.get("pendulum_simple").rounded()
-    solve = Taylor().prepare(problem_of(case, Taylor.accepts), 1e-10)
-    first = initial_state(case)
-    pair = np.array([first, 0.5 * first])
-    together = solve(pair).states
-    assert np.array_equal(together, solve(pair).states)
-    assert np.array_equal(together[1], solve(pair[1:]).states[0])
-
-
-def test_equations_that_branch_are_refused() -> None:
-    with pytest.raises(Refused, match="must not branch"):
-        Taylor().prepare(scalar(branching), 1e-9)
-
-
 def angle(t: Any, state: Values, parameters: Values) -> Values:
     (x,) = state
     return (atan2(x, 2),)
@@ -143,18 +125,6 @@ def angle(t: Any, state: Values, parameters: Values) -> Values:
 def test_functions_without_a_recurrence_are_refused() -> None:
     with pytest.raises(Refused, match="atan2 has no recurrence"):
         Taylor().prepare(scalar(angle), 1e-9)
-
-
-@pytest.mark.parametrize(
-    ("equations", "why"),
-    [(squared, "step size fell below"), (undefined, "not finite"), (stiff, "more than 5000000 steps")],
-)
-def test_failures_end_with_their_reason(equations: Any, why: str) -> None:
-    solution = Taylor().prepare(scalar(equations), 1e-8)(np.array([[1.0]]))
-    assert solution.stopped is not None
-    assert why in solution.stopped
-    assert "before sample" in solution.stopped
-    assert np.isnan(solution.states[0, -1, 0])
 
 
 def test_the_polynomial_between_steps_is_as_good_as_the_step() -> None:

@@ -1,0 +1,1 @@
+"""Scenes, as a physics engine is given them, that several cases use, and long ones."""

@@ -1,0 +1,64 @@
+"""The third-party libraries that adapters drive, as `libraries.toml` declares them.
+
+The file is data, so that reading it imports no library, and that a word for the page changes no key of a result.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from gnomon.harness.contract.declared import declared
+
+
+@dataclass(frozen=True)
+class Library:
+    """A table of `libraries.toml`."""
+
+    name: str
+    """The name by which Python imports it, and the first part of the ids of its integrators."""
+    title: str
+    """Its name in texts."""
+    requirement: str
+    """Its distribution with the versions that were tried, as pip takes it."""
+    licence: str
+    modules: tuple[str, ...]
+    """Its adapters: modules of this folder with a tuple `INTEGRATORS`."""
+    quick: tuple[str, ...]
+    """Its integrators in the suite `quick`, without the name of the library."""
+    extra: str | None = None
+    """The extra of pyproject.toml that installs it; None for a library that is installed with gnomon."""
+    last_wheels: tuple[int, int] | None = None
+    """The newest CPython that it has wheels for; None if it has wheels for every supported one."""
+    depends: tuple[str, ...] = ()
+    """The other distributions whose versions change its results."""
+    preload: tuple[str, ...] = ()
+    """The modules that worker processes find imported. A library that starts threads at its import has none: processes
+    are forked from the one that imports them."""
+    calls: Mapping[str, str] = field(default_factory=dict)
+    """How its integrators call the equations of a case, with the words of the page for these integrators: `compiled`
+    together with the method, `direct` as machine code, or through `python`. Empty for an engine with its own equations."""
+    colour: str | None = None
+    """In charts; without, it has one of those that no library declares."""
+
+    @property
+    def package(self) -> str:
+        """The name of its distribution."""
+        return re.split(r"[^\w.-]", self.requirement)[0]
+
+    @property
+    def versions(self) -> tuple[str, ...]:
+        """The distributions whose versions results record, and their keys hold."""
+        return (self.package, *self.depends)
+
+
+def _read(name: str, table: Mapping[str, Any]) -> Library:
+    row: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
+    return Library(name, **row)
+
+
+LIBRARIES = {name: _read(name, table) for name, table in declared("adapters", "libraries.toml").items()}
+"""By name, in the order in which gnomon lists them."""
+
+INSTALLED_FIRST = tuple(sorted(LIBRARIES.values(), key=lambda library: library.extra is not None))
+"""The libraries that are installed with gnomon, then the optional ones."""

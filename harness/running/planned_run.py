@@ -1,0 +1,282 @@
+"""A run: plan, reference solutions, sweeps in worker processes, results in the store."""
+
+import shlex
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Protocol
+
+from gnomon.cases import Case
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.status import Status
+from gnomon.harness.kernels.generated_modules import cache_folder
+from gnomon.harness.registry import declaration, environment, lookup, references
+from gnomon.harness.results import store
+from gnomon.harness.results.store import TO_REPEAT, Known, Store
+from gnomon.harness.running import plan
+from gnomon.harness.running.call_cost import described as python_calls
+from gnomon.harness.running.cost import launch_seconds, shard, shard_named
+from gnomon.harness.running.plan import Repeat, Series, Suite, Trial
+from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
+from gnomon.harness.running.progress import Progress
+from gnomon.harness.running.sweep import Sweep
+from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
+from gnomon.harness.scoring.score import Scorer
+from gnomon.harness.system.limitations import need_fork
+from gnomon.harness.system.locks import temporary_folder
+from gnomon.harness.system.streams import open_standard_streams
+from gnomon.reference.storage import cachefolder, diskcache
+
+WORKERS = 2
+
+
+def run(
+    out: str | Path,
+    suite: Suite,
+    chosen: Sequence[tuple[Case, str]],
+    integrators: Sequence[Integrator],
+    progress: Progress | None = None,
+    workers: int = WORKERS,
+    prepare_seconds: float = PREPARE_SECONDS,
+    near_duplicates: bool = True,
+) -> Path:
+    """Run every chosen case (see `plan.choose`) through every integrator; return the path of the results file.
+
+    If `near_duplicates` is False, near-duplicate methods (those with `primary = False`) do not run on hard variants.
+
+    Trials that the file already contains are not repeated. After an interruption at any moment, an equal call continues
+    from the file. Raises ValueError before anything runs if an integrator's declaration is wrong, if two integrators
+    have one id, or if a worker process could not make one again; and after all other cases are done if the exact motion
+    of a case cannot be computed.
+    """
+    need_fork()
+    path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
+    with open_run(path, suite, chosen, integrators, progress or Progress(quiet=True), near_duplicates) as run_:
+        method = references.start_method(integrators)
+        Pool(workers, method, prepare_seconds).run(run_.sweeps(), run_.progress.interlude)
+    return path
+
+
+@contextmanager
+def open_run(
+    path: Path,
+    suite: Suite,
+    chosen: Sequence[tuple[Case, str]],
+    integrators: Sequence[Integrator],
+    progress: Progress,
+    near_duplicates: bool,
+) -> Iterator["PlannedRun"]:
+    """A run whose plan is in the results file; the caller runs its `work`. Raises ValueError as `run` does."""
+    open_standard_streams()  # else a file of the run may take the place of a standard stream
+    for integrator in integrators:
+        declaration.validate(integrator)
+        references.require_rebuilt(integrator)
+    lookup.require_distinct(integrators)
+    _verify_caches()
+    whole = plan.pairs(chosen, integrators, near_duplicates=near_duplicates)
+    series, named = shard(whole, suite, near_duplicates), shard_named(whole, suite, near_duplicates)
+    with progress, Store(path) as results:
+        known, broken = _reference_solutions(series, progress)
+        calls = python_calls() if any(one.library == "scipy" for one in integrators) else {}
+        number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls | named)
+        run_ = PlannedRun(results, number, suite, known, progress, near_duplicates, named)
+        run_.plan(series)
+        yield run_
+        results.end_run(number)
+    _verify_caches()  # the disk may have become full in the meantime
+    if broken:
+        raise ValueError("; ".join(f"{spec.path} {spec.variant or ''}: {error}" for spec, error in broken.items()))
+
+
+def compare(
+    cases: Sequence[str | Case] | str | Case,
+    integrators: Sequence[str | Integrator | type[Integrator]] | str | Integrator | type[Integrator],
+    limit_seconds: float = 1.0,
+    launches: int = 1,
+) -> Any:
+    """Run cases through integrators and return the measurements, for notebooks.
+
+    Parameters
+    ----------
+    cases : str, Case, or sequence of these
+        Names, or Case objects, whose numbers are rounded to binary64.
+    integrators : str, Integrator, type, or sequence of these
+        Names, or Integrator classes or objects, which run as they are and may be defined in the notebook itself.
+    limit_seconds : float
+        The time limit of a trial (s).
+    launches : int
+        The number of launches of each series on a default variant.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each measurement, as from `gnomon.harness.load`.
+
+    Raises
+    ------
+    ValueError
+        For unknown names or a wrong declaration, or if an exact motion cannot be computed.
+
+    Examples
+    --------
+    >>> from gnomon.harness import compare
+    >>> frame = compare("pendulum_simple", "gnomon:DOP853")
+    >>> bool((frame["status"] == "ok").any())
+    True
+    """
+    chosen: list[tuple[Case, str]] = []
+    for case in [cases] if isinstance(cases, str | Case) else cases:
+        chosen += plan.choose([case], False) if isinstance(case, str) else [(case.rounded(), "")]
+    given = [integrators] if isinstance(integrators, str | Integrator | type) else list(integrators)
+    found = lookup.find_all(given) if given else ()
+    suite = replace(
+        plan.suite("foundation").within(limit_seconds), name="compare", launches=launches, timing_spans=False
+    )
+    with tempfile.TemporaryDirectory(dir=temporary_folder()) as folder:
+        return store.load(run(folder, suite, chosen, found))
+
+
+def _verify_caches() -> None:
+    """Warn if a cache cannot be written, as workers do not. Raises ValueError if another user could write to it."""
+    cachefolder.prepare(cache_folder(), diskcache.folder())
+
+
+def _reference_solutions(
+    series: Sequence[Series], progress: Progress
+) -> tuple[dict[CaseSpec, ReferenceSolution], dict[CaseSpec, str]]:
+    """The reference solutions of all cases in the run, and the error messages of the cases without one."""
+    wanted = dict.fromkeys(CaseSpec.of(s.case, s.formulation) for s in series)
+    progress.begin("exact motions", len(wanted))
+    found = reference_solutions(list(wanted), progress.advance)
+    known = {spec: exact for spec, exact in found.items() if isinstance(exact, ReferenceSolution)}
+    return known, {spec: exact for spec, exact in found.items() if isinstance(exact, str)}
+
+
+class Results(Protocol):
+    """The part of a `Store` that a run needs, and that other classes have too."""
+
+    def history(self) -> dict[tuple[str, int], Known]: ...
+
+    def interruptions(self) -> dict[tuple[str, int], int]: ...
+
+    def plan(self, run: int, trials: Iterable[Mapping[str, Any]]) -> None: ...
+
+    def add(self, run: int, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None: ...
+
+    def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None: ...
+
+
+@dataclass
+class PlannedRun:
+    """The work of one run: its sweeps, their order, and the place of their measurements."""
+
+    results: Results
+    number: int
+    suite: Suite
+    reference_solutions: Mapping[CaseSpec, ReferenceSolution]
+    progress: Progress
+    near_duplicates: bool
+    shard: Mapping[str, str] = field(default_factory=dict)
+    """Its shard, in the form of a run's environment."""
+    again: dict[str, set[int]] = field(default_factory=dict)
+    """By series, the launches that run in any suite, because they were interrupted or are to be repeated."""
+    scorers: dict[CaseSpec, Scorer] = field(default_factory=dict)
+    work: list[tuple[Series, tuple[Trial, ...], Scorer]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.history = self.results.history()
+        self.interruptions = self.results.interruptions()
+        self.known: dict[str, list[int]] = {}
+        for key, launch in self.history:
+            self.known.setdefault(key, []).append(launch)
+
+    def plan(self, series: Sequence[Series]) -> None:
+        """Record the trials of all series; for pairs that cannot run, also record the status."""
+        rows: list[dict[str, Any]] = []
+        left_out: list[dict[str, Any]] = []
+        for one in series:
+            spec = CaseSpec.of(one.case, one.formulation)
+            if spec not in self.reference_solutions:
+                continue
+            scorer = self._scorer(spec, one)
+            trials = one.trials(scorer.problem(one.form))
+            rows += [one.describe(trial, **scorer.summary()) for trial in trials]
+            if self.history and one.left_out is None:
+                self.reopen(one, trials, len(scorer.reference.turned) > 0 and not one.over_timing_span)
+            if one.left_out is None:
+                self.work.append((one, trials, scorer))
+            elif (trials[0].key, 1) not in self.history:
+                status, reason = one.left_out
+                left_out.append({"trial_key": trials[0].key, "launch": 1, "status": status, "reason": reason})
+        self.results.plan(self.number, rows)
+        self.results.add_all(self.number, left_out)
+
+    def sweeps(self) -> Iterator[Sweep | None]:
+        """Every launch of every series that has trials to run. All series are launched once before any is repeated.
+
+        A launch begins after the previous launch of its series, whose settings it repeats. None is a pause, while all
+        launches that are left have to wait.
+        """
+        launches = [(launch, *work) for work in self.work for launch in self.launches(work[0])]
+        launches.sort(key=lambda item: item[0])
+        pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
+        self.progress.begin("series", len(pending), sum(launch_seconds(one, self.suite, n) for n, one, *_ in pending))
+        under_way = set[str]()
+
+        def finished(one: Series, cost: float) -> None:
+            under_way.remove(one.id)
+            self.progress.advance(cost)
+
+        while pending:
+            place = next((k for k, (_, one, *_) in enumerate(pending) if one.id not in under_way), None)
+            if place is None:
+                yield None
+                continue
+            launch, one, trials, scorer = pending.pop(place)
+            under_way.add(one.id)
+            suite, ended = self.suite.of(one.case), partial(finished, one, launch_seconds(one, self.suite, launch))
+            yield Sweep(one, trials, scorer, suite, launch, self.history, self._record, ended, self.interruptions)
+
+    def launches(self, series: Series) -> list[int]:
+        """The launches of a series in this run."""
+        suite = range(1, plan.launches(series, self.suite, self.near_duplicates) + 1)
+        return sorted({*suite, *self.again.get(series.id, ())})
+
+    def reopen(self, series: Series, trials: Sequence[Trial], symmetric: bool) -> None:
+        """Remove from the history the results of these trials that this run must measure again.
+
+        A trial to repeat is first recorded as interrupted: if this run ends early, the next one measures it, and no old
+        measurement remains among new ones.
+        """
+        suite, repeat = self.suite.of(series.case), self.suite.repeat
+        limit_seconds = suite.limit(series.case)
+        marks: list[dict[str, Any]] = []
+        for trial in trials:
+            for launch in self.known.get(trial.key, ()):
+                known = self.history[trial.key, launch]
+                turned = symmetric and suite.turned and launch == 1
+                first = trial is trials[0] and plan.wants_first_use(series, suite, launch)
+                repeated = repeat == Repeat.ALL or (repeat == Repeat.FROM_OUTSIDE and known.from_outside)
+                if repeated:
+                    row = {"trial_key": trial.key, "launch": launch, "status": Status.INTERRUPTED, "reason": TO_REPEAT}
+                    marks.append(row)
+                    self.interruptions.pop((trial.key, launch), None)
+                if repeated or known.status == Status.INTERRUPTED:
+                    self.again.setdefault(series.id, set()).add(launch)
+                elif launch > self.suite.launches or known.settles(limit_seconds, turned, suite.timed, first):
+                    continue
+                del self.history[trial.key, launch]
+        self.results.add_all(self.number, marks)
+
+    def _scorer(self, spec: CaseSpec, series: Series) -> Scorer:
+        if spec not in self.scorers:
+            self.scorers[spec] = Scorer(series.case, series.formulation, self.reference_solutions[spec])
+        return self.scorers[spec]
+
+    def _record(self, measurement: Mapping[str, Any], options: Any, states: Any) -> None:
+        self.results.add(self.number, measurement, options, states)
+        self.history[measurement["trial_key"], measurement["launch"]] = Known.of(measurement)

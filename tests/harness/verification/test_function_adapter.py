@@ -1,0 +1,95 @@
+"""Integrators made of plain functions: counts, samples, settings, and where worker processes find them."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import planted_methods
+import pytest
+from gnomon.cases.core.registry import get
+from gnomon.harness.contract.integrator import Refused, Steps
+from gnomon.harness.contract.problem import counting, initial_state, problem_of
+from gnomon.harness.integrators.runge_kutta.explicit import RK4
+from gnomon.harness.registry import lookup, references
+from gnomon.harness.verification.function_adapter import from_solve, from_step, right_hand_side
+
+CASE = get("pendulum_simple").rounded()
+
+
+def solved(integrator: Any, problem: Any, setting: float) -> Any:
+    return integrator.prepare(problem, setting)(initial_state(CASE)[None])
+
+
+def test_a_step_made_of_a_plain_function_is_the_method() -> None:
+    """The in-house method has the same coefficients: 1024 steps differ by rounding, carried by the motion."""
+    problem = problem_of(CASE, RK4.accepts)
+    mine, theirs = (solved(one, problem, problem.interval / 16) for one in (planted_methods.good_rk4, RK4()))
+    allowed = 2 * 1024 * float(np.max(CASE.conditioning(CASE.times)))
+    assert np.max(CASE.metric.distance(mine.states[0], theirs.states[0])) < allowed
+    assert mine.steps == theirs.steps == 16 * 64
+
+
+def test_right_hand_sides_of_a_plain_f_are_counted() -> None:
+    problem = counting(problem_of(CASE, RK4.accepts))
+    solved(planted_methods.good_rk4, problem, problem.interval / 2)
+    assert problem.buffer[-1] == 4 * 2 * 64
+
+
+def test_samples_between_steps_are_reached_by_shorter_steps() -> None:
+    """The error at samples off the grid is that of the method, 1e-6 here, not that of a sample at a wrong time."""
+    problem = problem_of(CASE, RK4.accepts)
+    shifted = problem.times - 0.37 * problem.interval
+    found = solved(planted_methods.good_rk4, replace(problem, times=shifted), problem.interval / 64)
+    assert np.max(CASE.metric.distance(found.states[0], CASE.sample(shifted))) < 1e-5
+
+
+def test_a_solver_gets_the_times_and_the_tolerance() -> None:
+    given: list[Any] = []
+
+    def solve(f: Any, t0: float, y0: Any, times: Any, tolerance: float) -> Any:
+        given.extend([t0, y0.tolist(), times.tolist(), tolerance])
+        return [y0] * len(times)
+
+    problem = problem_of(CASE, RK4.accepts)
+    found = solved(from_solve(solve, name="constant"), problem, 1e-5)
+    assert given == [0.0, initial_state(CASE).tolist(), problem.times.tolist(), 1e-5]
+    assert np.all(found.states[0] == initial_state(CASE))
+    assert found.steps is None
+
+
+def test_an_answer_of_another_shape_names_both_shapes() -> None:
+    problem = problem_of(CASE, RK4.accepts)
+    transposed = from_solve(lambda f, t0, y0, times, tolerance: np.zeros((2, 64)), name="transposed")
+    with pytest.raises(ValueError, match=r"shape \(2, 64\), not \(64, 2\)"):
+        solved(transposed, problem, 1e-5)
+    with pytest.raises(ValueError, match=r"shape \(1,\), not \(2,\)"):
+        solved(from_step(lambda f, t, y, h: y[:1], name="half"), problem, problem.interval)
+
+
+def test_f_gives_accelerations_or_nan_where_the_equations_have_no_value() -> None:
+    problem = problem_of(CASE, planted_methods.good_verlet.accepts)
+    f = right_hand_side(problem)
+    g, length = problem.parameters
+    assert f(0.0, [0.5]) == pytest.approx([-g / length * math.sin(0.5)], rel=1e-15)
+    assert np.isnan(f(0.0, [math.inf])).all(), "math.sin(inf) raises"
+
+
+@pytest.mark.parametrize("setting", [0.0, -1.0, math.nan, math.inf, 1e-300])
+@pytest.mark.parametrize("integrator", planted_methods.GOOD, ids=lambda one: one.name)
+def test_impossible_settings_are_refused(integrator: Any, setting: float) -> None:
+    with pytest.raises(Refused, match=r"^(step size|tolerance) "):
+        integrator.prepare(problem_of(CASE, integrator.accepts), setting)
+
+
+def test_other_processes_find_it_by_its_name_in_its_module() -> None:
+    found = references.dereference(references.reference(planted_methods.good_pair))
+    assert found is planted_methods.good_pair
+    assert lookup.from_path("planted_methods:good_verlet") is planted_methods.good_verlet
+
+
+def test_a_wrong_declaration_is_refused_when_it_is_made() -> None:
+    with pytest.raises(ValueError, match="order = 0"):
+        from_step(lambda f, t, y, h: y, name="still", order=0)
+    with pytest.raises(ValueError, match="sweep"):
+        from_step(lambda f, t, y, h: y, name="still", sweep=Steps(coarsest=-1.0))

@@ -1,0 +1,79 @@
+"""A method on a case: what it finds at a setting, how far that is from the exact motion, and a fitted order."""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+from unittest.mock import ANY
+
+import numpy as np
+import pytest
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.formulation import Formulation
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, solver_of
+from gnomon.harness.contract.problem import initial_state, problem_of
+
+
+@cache
+def exact_states(case: Case) -> Floats:
+    """At the sample times, shape (64, dimension); once for a case."""
+    return case.sample(case.times)
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A solution that reached the end. Of several trajectories `states` and `error` are of the first."""
+
+    case: Case
+    problem: Problem
+    solution: Solution
+
+    @property
+    def states(self) -> Floats:
+        return self.solution.states[0]
+
+    @property
+    def steps(self) -> int:
+        assert self.solution.steps is not None
+        return self.solution.steps
+
+    @property
+    def calls(self) -> int:
+        """The right-hand sides, where they are counted."""
+        return int(self.problem.buffer[-1])
+
+    @property
+    def events(self) -> tuple[tuple[float, str], ...]:
+        assert self.solution.events is not None
+        return self.solution.events
+
+    @property
+    def error(self) -> float:
+        """The largest distance at a sample, without what a formulation adds to the state."""
+        states = self.states[:, : len(self.case.state)]
+        return float(np.max(self.case.metric.distance(states, exact_states(self.case), self.case.times)))
+
+
+def setting_of(method: Integrator, problem: Problem, tolerance: float, steps: float) -> float:
+    """The tolerance, or the step of which so many are from sample to sample: what the method takes."""
+    return tolerance if method.sweep.kind == "tolerance" else problem.interval / steps
+
+
+def solved(
+    method: Integrator,
+    case: Case,
+    tolerance: float = 1e-9,
+    steps: float = 64,
+    formulation: Formulation | None = None,
+    counted: bool = False,
+) -> Solved:
+    """At the tolerance or with the steps of `setting_of`."""
+    problem = problem_of(case, method.accepts, formulation, counted)
+    solver = solver_of(method, problem, setting_of(method, problem, tolerance, steps))
+    solution = solver(initial_state(case, formulation)[None])
+    assert solution.stopped is None
+    return Solved(case, problem, solution)
+
+
+def of_order(order: float | None) -> tuple[Any, Any]:
+    """Equal to a fit of this order, to a tenth, to any number of points."""
+    return pytest.approx(order, abs=0.1), ANY

@@ -1,0 +1,62 @@
+"""Small JSON files beside a page, as the commands of gnomon write them."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+PAIR = {
+    "group": "against heyoka:Taylor", "problem": "pendulum_simple/speed", "level": "1e-06", "unit": "s",
+    "first_name": "Gauss", "second_name": "heyoka:Taylor", "first": 1e-4, "second": 7.65e-4, "first_null": 1e-6,
+    "second_null": None, "median": 7.65, "low": 7.0, "high": 8.0, "launches": 5, "ratios": [7.0, 7.65, 8.0, 7.5, 7.9],
+}  # fmt: skip
+LAW = {
+    "integrator": "RK4", "case": "pendulum_simple", "setting": "128 steps a period", "periods": 1e5, "starts": 4,
+    "size": 1e-3, "power": 1.0, "uncertainty": 0.01, "low": 0.98, "high": 1.02, "law": "t", "expected": "t",
+}  # fmt: skip
+ORDER = {
+    "integrator": "RK4", "case": "pendulum_simple", "span": 3.0, "digits": 16, "at_fixed_steps": False, "points": 6,
+    "order": 3.9487, "declared": 4, "keeps": ["symplectic", "momentum"],
+}  # fmt: skip
+CERTIFICATE = {
+    "case": "kepler_orbit", "variant": "default", "ways": {"taylor": 48.2, "residual": 46.1}, "note": "a note",
+    "required": 45, "digits": 46.1, "passed": True, "worst": "residual",
+}  # fmt: skip
+COMPUTATION = {
+    "check": "inertia_tensor_special_bodies", "variant": "default", "computation": "cubature", "library": "scipy",
+    "quantity": "box", "error": 5e-15, "seconds": 0.1, "status": "ok", "reason": "",
+}  # fmt: skip
+STABILITY = {
+    "schema": 1, "depth": "normal", "environment": {}, "panels": {"linear": "Linear stability"},
+    "figures": {"linear": {"cells": False, "columns": [{"id": "limit", "title": "h w", "decades": False, "ends": None}]}},
+    "tiers": {"lost_digits": {"tiers": [["gnomon:RK4"], ["heyoka:Taylor"]]}},
+    "rows": [
+        {"integrator": "gnomon:RK4", "panel": "linear", "data": {}, "sentences": ["Use it up to h w < 2.828."],
+         "marks": [{"column": "limit", "at": 2.828, "low": None, "high": None, "text": "limit 2.828"}]},
+        {"integrator": "heyoka:Taylor", "panel": "linear", "data": {"refused": "not here"}, "sentences": []},
+    ],
+}  # fmt: skip
+
+
+def files(revisions: Mapping[str, str | None] = {}) -> dict[str, Any]:
+    """The contents of each file, with its revision where one is given."""
+    at = {name: {"revision": revisions[name]} if name in revisions else {} for name in (*ROWS, *LISTS)}
+    return {name: content | {"environment": at[name]} for name, content in ROWS.items()} | {
+        name: [row | at[name] for row in rows] for name, rows in LISTS.items()
+    }
+
+
+ROWS: dict[str, dict[str, Any]] = {
+    "benchmarks.json": {"launches": 5, "rows": [PAIR]},
+    "growth.json": {"rows": [LAW]},
+    "orders.json": {"rows": [ORDER]},
+    "stability.json": STABILITY,
+}
+LISTS: dict[str, list[dict[str, Any]]] = {"certificates.json": [CERTIFICATE], "checks.json": [COMPUTATION]}
+
+
+def write(folder: Path, revisions: Mapping[str, str | None] = {}) -> None:
+    """Write all of them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in files(revisions).items():
+        (folder / name).write_text(json.dumps(content))
