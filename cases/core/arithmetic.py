@@ -55,10 +55,11 @@ def _value(name: str, value: Any, arithmetic: dict[str, Any], done: dict[Any, An
 
 @cache
 def calling(function: Callable[..., Any], arguments: str, what: str, before: str = "") -> Callable[..., Any]:
-    """The function of (t, state, parameters) that returns function(`arguments`), an expression in the three; with `before`,
-    a tuple of expressions, followed by the function's values.
+    """A function of (t, state, parameters) that returns function(`arguments`).
 
-    It has source text of its own, because equations are compiled from that. Its name ends in `what`.
+    `arguments` is the text of expressions in t, state and parameters. `before`, the text of a tuple of such expressions,
+    comes before the values of the function. The result has source text of its own, because equations are compiled from
+    source text. Its name ends in `what`.
     """
     name = function.__name__ if function.__name__.isidentifier() else "function"
     value = f"{before} + {name}({arguments})" if before else f"{name}({arguments})"

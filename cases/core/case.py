@@ -67,7 +67,23 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """One event of a hybrid motion: its time (s), the name of its transition (or `limit`), the states before and after."""
+    """One event of a hybrid motion.
+
+    Attributes
+    ----------
+    time : mpf
+        The time (s).
+    name : str
+        The name of its transition, or ``limit``.
+    before, after : tuple of mpf
+        The states before and after the event, as the case has them.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> get("bouncing_ball").events()[0].name
+    'bounce'
+    """
 
     time: Any
     name: str
@@ -98,12 +114,35 @@ def conserved(**functions: Callable[[Any, tuple[Any, ...], tuple[Any, ...]], tup
     -------
     dict[str, Invariant]
         For `Case.invariants`; a case with both kinds states `conserved(...) | decaying(...)`.
+
+    Examples
+    --------
+    >>> def energy(t, state, p):
+    ...     return (state[1] ** 2 / 2 + state[0] ** 2 / 2,)
+    >>> conserved(energy=energy)["energy"].law
+    'constant'
     """
     return {name: Invariant(function) for name, function in functions.items()}
 
 
 def decaying(**functions: Callable[[Any, tuple[Any, ...], tuple[Any, ...]], tuple[Any, ...]]) -> dict[str, Invariant]:
-    """Quantities that never grow on the motion, such as an energy with friction; see `conserved`."""
+    """Quantities that never grow on the motion, such as an energy with friction.
+
+    Parameters
+    ----------
+    **functions : Callable
+        (t, state, parameters) -> (value,), by the name of the quantity.
+
+    Returns
+    -------
+    dict[str, Invariant]
+        For `Case.invariants`.
+
+    Examples
+    --------
+    >>> decaying(energy=lambda t, state, p: (state[1] ** 2 / 2,))["energy"].law
+    'decays'
+    """
     return {name: Invariant(function, "decays") for name, function in functions.items()}
 
 
@@ -119,6 +158,12 @@ class Level:
         Maps states of the model, shape (n, dim), to states of the case that has the hierarchy.
     effect : str
         The effect that this level adds to the level before.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> Level(get("harmonic_oscillator"), same, "a linear spring").effect
+    'a linear spring'
     """
 
     case: Case
@@ -127,17 +172,58 @@ class Level:
 
 
 def same(states: Floats) -> Floats:
-    """The projection of a level whose model has the same state as the case that has the hierarchy."""
+    """The projection of a level whose model has the same state as the case that has the hierarchy.
+
+    Parameters
+    ----------
+    states : ndarray, shape (n, dim)
+        States of the model.
+
+    Returns
+    -------
+    ndarray, shape (n, dim)
+        The array `states` itself.
+
+    Examples
+    --------
+    >>> same(np.zeros((3, 2))).shape
+    (3, 2)
+    """
     return states
 
 
 class Case(Declared):
     """One initial value problem with exact numbers. A subclass is one case; an instance is that case with given numbers.
 
-    A subclass declares its numbers, its exact motion, its variants, `forms`, and those of the class attributes and methods
-    below that are not as a case has them by default. A property below may be a class attribute where it does not depend
-    on the numbers: `forms = (FirstOrder(f),)`. Where the book describes a system without equations, `conventions` begins
-    with [inferred] and states the model.
+    A subclass declares its numbers, exact motion, variants and `forms`. It also declares each attribute and method below
+    whose default does not suit the case. A property below may be a class attribute if it does not depend on the numbers:
+    `forms = (FirstOrder(f),)`. If the book describes a system without equations, `conventions` begins with [inferred] and
+    states the model. `gnomon.cases.get` makes an instance from a name.
+
+    Parameters
+    ----------
+    variant : str, optional
+        The name of a variant, whose numbers replace the defaults.
+    initial_state : sequence of number, optional
+        The initial state in the order of the coordinates, in their units.
+    span : number, optional
+        The duration (s).
+    **parameters : number
+        Parameters by name, in their units.
+
+    Raises
+    ------
+    ValueError
+        For an unknown variant or parameter, and for numbers outside the domain.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> circle = get("kepler_orbit", span=10)
+    >>> [coordinate.name for coordinate in circle.state]
+    ['x', 'y', 'vx', 'vy']
+    >>> circle.sample(circle.times).shape
+    (64, 4)
     """
 
     state: ClassVar[tuple[Coordinate, ...]]

@@ -24,6 +24,25 @@ class Check(Declared):
 
     Both return the same names. The part of a name after a dot is a component; the components of a quantity share a norm
     (`force.x`, `force.y`).
+
+    Parameters
+    ----------
+    variant : str, optional
+        The name of a variant, whose numbers replace the defaults.
+    **parameters : number
+        Parameters by name, in their units.
+
+    Raises
+    ------
+    ValueError
+        For an unknown variant or parameter, and for numbers outside the domain.
+
+    Examples
+    --------
+    >>> from gnomon.cases import check_names, get_check
+    >>> check = get_check(check_names()[0])
+    >>> check.exact(20) == check.independent(20)
+    True
     """
 
     guard: ClassVar[int] = 30
@@ -63,7 +82,7 @@ class Check(Declared):
             return dict(zip(found, publish(map(mp.mpf, found.values()), digits), strict=True))
 
     def sizes(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """By what errors of `values` are divided: the largest component of each quantity, or its natural size if that is 0."""
+        """The sizes by which errors of `values` are divided: the largest component of a quantity, its natural size if 0."""
         largest: dict[str, Any] = {}
         for name, value in values.items():
             quantity = name.partition(".")[0]

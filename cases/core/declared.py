@@ -100,6 +100,7 @@ class Parameter:
 
     Examples
     --------
+    >>> from gnomon.cases.declare import positive
     >>> g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     """
 
@@ -134,6 +135,11 @@ class Attitude:
         Whether tests and searches draw the default attitude alone.
     axis : str
         Group of the third column, if it has its own.
+
+    Examples
+    --------
+    >>> [coordinate.name for coordinate in Attitude().coordinates()][:4]
+    ['R11', 'R12', 'R13', 'R21']
     """
 
     start: Sequence[Number] = (1, 0, 0, 0, 1, 0, 0, 0, 1)
@@ -141,6 +147,7 @@ class Attitude:
     axis: str = ""
 
     def coordinates(self) -> Iterator[Coordinate]:
+        """The nine coordinates, row by row."""
         for n, value in enumerate(self.start):
             row, column = divmod(n, 3)
             allowed = typical(float(value), float(value)) if self.fixed else typical(-1, 1)

@@ -30,6 +30,12 @@ def bind(motion: Callable[..., M], **names: str) -> M:
     -------
     Motion
         An instance of the case reads its own motion from the attribute, which is made once.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> type(get("pendulum_simple").exact_motion).__name__
+    'Pendulum'
     """
     return cast(M, Bound(motion, names))
 

@@ -19,9 +19,20 @@ Equations = Callable[[Any, Values, Values], Values]
 
 @dataclass(frozen=True)
 class FirstOrder:
-    """y' = equations(t, y, parameters).
+    """Equations of first order: y' = equations(t, y, parameters).
 
-    `source` is the more structured form from which these equations were derived, if there is one; it is compiled instead.
+    Attributes
+    ----------
+    equations : Callable
+        (t, state, parameters) -> derivatives, tuples of numbers.
+    source : SecondOrder or RigidBody, optional
+        The more structured form from which these equations were derived; it is compiled instead.
+
+    Examples
+    --------
+    >>> decay = FirstOrder(lambda t, y, p: (-p[0] * y[0],))
+    >>> decay.equations(0, (3,), (2,))
+    (-6,)
     """
 
     equations: Equations
@@ -44,7 +55,7 @@ class Charged(FirstOrder):
 class Constrained(FirstOrder):
     """Coordinates of unit mass under one holonomic constraint: q'' = force - lam gradient, constraint(q) = constant.
 
-    State (q..., q'...), tangent to the constraint. `force(t, q, parameters)` without that of the constraint,
+    State (q..., q'...), tangent to the constraint. `force(t, q, parameters)` excludes the force of the constraint,
     `constraint` -> (g,), `gradient` -> dg/dq. `equations` have index 1: the multiplier is eliminated.
     """
 
@@ -55,7 +66,25 @@ class Constrained(FirstOrder):
 
 @dataclass(frozen=True, kw_only=True)
 class SemiLinear(FirstOrder):
-    """y' = L y + rest(t, y, parameters); `linear(parameters)` gives L row by row. Any stiff part is in L."""
+    """Equations with a linear part: y' = L y + rest(t, y, parameters). Any stiff part is in L.
+
+    Attributes
+    ----------
+    equations : Callable
+        The whole right-hand side, as in `FirstOrder`.
+    linear : Callable
+        parameters -> the numbers of L, row by row.
+    rest : Callable
+        (t, state, parameters) -> the other part of the derivatives.
+
+    Examples
+    --------
+    >>> form = SemiLinear(
+    ...     lambda t, y, p: (-p[0] * y[0] + t,), linear=lambda p: (-p[0],), rest=lambda t, y, p: (t,)
+    ... )
+    >>> form.linear((5,))
+    (-5,)
+    """
 
     linear: Callable[[Values], Values]
     rest: Equations
@@ -63,14 +92,39 @@ class SemiLinear(FirstOrder):
 
 @dataclass(frozen=True)
 class SecondOrder:
-    """q'' = acceleration(t, q, parameters)."""
+    """Equations of second order: q'' = acceleration(t, q, parameters). The state is (q..., q'...).
+
+    Attributes
+    ----------
+    acceleration : Callable
+        (t, q, parameters) -> accelerations.
+
+    Examples
+    --------
+    >>> SecondOrder(lambda t, q, p: (-p[0] * q[0],)).acceleration(0, (2,), (3,))
+    (-6,)
+    """
 
     acceleration: Equations
 
 
 @dataclass(frozen=True)
 class Separable(SecondOrder):
-    """q' = v, v' = acceleration = -dV/dq per unit mass, with `potential(t, q, parameters)` -> (V,) per unit mass."""
+    """Equations of second order whose force has a potential: q'' = acceleration = -dV/dq, per unit mass.
+
+    Attributes
+    ----------
+    acceleration : Callable
+        (t, q, parameters) -> accelerations.
+    potential : Callable
+        (t, q, parameters) -> (V,) per unit mass.
+
+    Examples
+    --------
+    >>> spring = Separable(lambda t, q, p: (-p[0] * q[0],), lambda t, q, p: (p[0] * q[0] ** 2 / 2,))
+    >>> spring.potential(0, (2,), (3,))
+    (6.0,)
+    """
 
     potential: Equations
 
@@ -100,7 +154,23 @@ class NBody:
 
 @dataclass(frozen=True)
 class Mode:
-    """One smooth regime of a hybrid case. `constants`, mostly signs, are appended to the parameters."""
+    """One smooth regime of a hybrid case.
+
+    Attributes
+    ----------
+    name : str
+        The name of the mode.
+    equations : Callable
+        (t, state, parameters) -> derivatives.
+    constants : tuple of float
+        Numbers, mostly signs, that are appended to the parameters in this mode.
+
+    Examples
+    --------
+    >>> sliding = Mode("slides right", lambda t, y, p: (y[1], -p[1] * p[0]), constants=(1.0,))
+    >>> sliding.equations(0, (0, 2), (4, *sliding.constants))
+    (2, -4.0)
+    """
 
     name: str
     equations: Equations
@@ -109,11 +179,31 @@ class Mode:
 
 @dataclass(frozen=True)
 class Transition:
-    """The end of a mode: `guard(t, state, parameters)` -> (value,) crosses zero in `direction` (+1 up, -1 down).
+    """The end of a mode: its guard crosses zero.
 
-    `reset` maps the state on the guard to the state after it. `target` is the name of the next mode, or a function
-    (t, state_after, parameters) -> name of floats or mpf, which may branch. `onto`, given only if `reset` changes the
-    state, maps a state to the nearest one on the guard.
+    Attributes
+    ----------
+    name, mode : str
+        The name of the transition, and of the mode that it ends.
+    guard : Callable
+        (t, state, parameters) -> (value,), which crosses zero at the event.
+    direction : int
+        +1 if the guard grows through zero, -1 if it falls.
+    reset : Callable
+        (t, state, parameters) -> the state after the event, from the state on the guard.
+    target : str or Callable
+        The name of the next mode, or a function (t, state_after, parameters) -> name, which may branch.
+    onto : Callable, optional
+        (t, state, parameters) -> the nearest state on the guard. Needed if `reset` changes the state.
+
+    Examples
+    --------
+    >>> impact = Transition(
+    ...     "impact", "flies", guard=lambda t, y, p: (y[0],), direction=-1,
+    ...     reset=lambda t, y, p: (y[0], -p[0] * y[1]), target="flies", onto=lambda t, y, p: (0, y[1]),
+    ... )
+    >>> impact.reset(0, (0, -4), (0.5,))
+    (0, 2.0)
     """
 
     name: str
@@ -131,10 +221,29 @@ class Transition:
 
 @dataclass(frozen=True)
 class Hybrid:
-    """Modes and transitions. `start(t, state, parameters)` names the mode of an initial state.
+    """A motion of smooth modes, which transitions end.
 
-    A mode in `terminal` has no transition. When a transition named in `limits` occurs twice within `settle` seconds, the
-    motion enters its limit mode. nan: a case sets `settle` to 1e-9 of its time scale.
+    Attributes
+    ----------
+    modes : tuple of Mode
+        All modes.
+    start : Callable
+        (t, state, parameters) -> the name of the mode of an initial state.
+    transitions : tuple of Transition
+        All transitions.
+    settle : float
+        If a transition named in `limits` occurs twice within this time (s), the motion enters its limit mode. nan: a case
+        sets it to 1e-9 of its time scale.
+    terminal : frozenset of str
+        Modes without a transition.
+    limits : tuple
+        (transition, limit mode, map of the state) for each Zeno sequence.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> [mode.name for mode in get("bouncing_ball").hybrid.modes]
+    ['flight', 'rest']
     """
 
     modes: tuple[Mode, ...]
@@ -143,9 +252,9 @@ class Hybrid:
     settle: float = nan
     terminal: frozenset[str] = frozenset()
     limits: tuple[tuple[str, str, Equations], ...] = ()
-    """(transition, limit mode, map of the state) for each Zeno sequence."""
 
     def mode(self, name: str) -> Mode:
+        """The mode of this name."""
         return next(mode for mode in self.modes if mode.name == name)
 
 

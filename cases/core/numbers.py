@@ -63,6 +63,16 @@ class Range:
 def typical(low: float, high: float) -> Range:
     """Any number; tests and searches draw from [low, high].
 
+    Parameters
+    ----------
+    low, high : float
+        The interval.
+
+    Returns
+    -------
+    Range
+        For the argument `range` of a `Coordinate` or `Parameter`.
+
     Examples
     --------
     >>> typical(-7, 7).admits(Fraction(100))
@@ -74,6 +84,16 @@ def typical(low: float, high: float) -> Range:
 def positive(low: float = 0.1, high: float = 10.0) -> Range:
     """A number above zero; tests and searches draw from [low, high].
 
+    Parameters
+    ----------
+    low, high : float
+        The interval.
+
+    Returns
+    -------
+    Range
+        For the argument `range` of a `Coordinate` or `Parameter`.
+
     Examples
     --------
     >>> print(positive())
@@ -84,6 +104,16 @@ def positive(low: float = 0.1, high: float = 10.0) -> Range:
 
 def nonnegative(low: float = 0.0, high: float = 10.0) -> Range:
     """Zero or a number above it; tests and searches draw from [low, high].
+
+    Parameters
+    ----------
+    low, high : float
+        The interval.
+
+    Returns
+    -------
+    Range
+        For the argument `range` of a `Coordinate` or `Parameter`.
 
     Examples
     --------
@@ -211,6 +241,7 @@ def matching(pattern: str, names: Iterable[str]) -> list[str]:
 
 
 def is_pattern(name: str) -> bool:
+    """Whether a name has a wildcard."""
     return "*" in name or "?" in name
 
 

@@ -62,14 +62,43 @@ def entry(name: str) -> Entry:
 
 
 def names() -> tuple[str, ...]:
-    """The names of all cases (checks excluded), entry points of the group `gnomon.cases` included."""
+    """The names of all cases (checks excluded), entry points of the group `gnomon.cases` included.
+
+    Returns
+    -------
+    tuple of str
+        The names in the order of lists and reports.
+
+    Examples
+    --------
+    >>> "kepler_orbit" in names()
+    True
+    """
     return (*_entries(False), *(point.name for point in entry_points(group="gnomon.cases")))
 
 
 def case_class(name: str) -> type[Case]:
-    """The class of a case by its name, or by `package.module:Class`.
+    """The class of a case.
 
-    Raises ValueError for an unknown name, with the nearest valid ones.
+    Parameters
+    ----------
+    name : str
+        The name of the case, or ``package.module:Class``.
+
+    Returns
+    -------
+    type
+        A subclass of `Case`.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name; the message has the nearest valid names.
+
+    Examples
+    --------
+    >>> case_class("kepler_orbit").title
+    'Kepler orbit'
     """
     if name in _entries(False):
         return load(_entries(False)[name].path)
@@ -113,20 +142,82 @@ def get(
     span: Number | None = None,
     **parameters: Number,
 ) -> Case:
-    """A case with exact numbers (SI units). A variant's numbers are overridden by those given.
+    """A case with exact numbers.
 
-    Raises ValueError for an unknown name, variant or parameter and for numbers outside the domain.
+    Parameters
+    ----------
+    name : str
+        The name of the case, or ``package.module:Class``.
+    variant : str, optional
+        The name of a variant, whose numbers replace the defaults.
+    initial_state : sequence of number, optional
+        The initial state in the order of the case's coordinates, in their units; it replaces the variant's.
+    span : number, optional
+        The duration (s); it replaces the variant's.
+    **parameters : number
+        Parameters by name, in their units; they replace the variant's. A number is an int, a float, a Fraction, or a
+        decimal text, which is exact: ``g="9.81"``.
+
+    Returns
+    -------
+    Case
+        The initial value problem with its exact motion.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, variant or parameter, and for numbers outside the domain.
+
+    Examples
+    --------
+    >>> swing = get("pendulum_simple", g="9.81", L=2)
+    >>> float(swing.exact(0)[0])
+    2.0
+    >>> swing.times.shape
+    (64,)
     """
     return case_class(name)(variant, initial_state, span, **parameters)
 
 
 def check_names() -> tuple[str, ...]:
-    """The names of all checks: rows of the catalogue without motion."""
+    """The names of all checks, which are rows of the catalogue without motion.
+
+    Returns
+    -------
+    tuple of str
+        The names in the order of lists and reports.
+
+    Examples
+    --------
+    >>> len(check_names()) > 20
+    True
+    """
     return tuple(_entries(True))
 
 
 def check_class(name: str) -> type[Check]:
-    """The class of a check by its name. Raises ValueError for an unknown name, with the nearest valid ones."""
+    """The class of a check.
+
+    Parameters
+    ----------
+    name : str
+        The name of the check.
+
+    Returns
+    -------
+    type
+        A subclass of `Check`.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name; the message has the nearest valid names.
+
+    Examples
+    --------
+    >>> check_class(check_names()[0]).name == check_names()[0]
+    True
+    """
     if name not in _entries(True):
         raise ValueError(f"no check is named {name!r}; {nearest(name, check_names())}")
     module, _, attribute = _entries(True)[name].path.partition(":")
@@ -135,8 +226,31 @@ def check_class(name: str) -> type[Check]:
 
 
 def get_check(name: str, variant: str | None = None, **parameters: Number) -> Check:
-    """A check with exact numbers (SI units). A variant's numbers are overridden by those given.
+    """A check with exact numbers.
 
-    Raises ValueError for an unknown name, variant or parameter and for numbers outside the domain.
+    Parameters
+    ----------
+    name : str
+        The name of the check.
+    variant : str, optional
+        The name of a variant, whose numbers replace the defaults.
+    **parameters : number
+        Parameters by name, in their units; they replace the variant's.
+
+    Returns
+    -------
+    Check
+        The closed forms and their independent computation.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, variant or parameter, and for numbers outside the domain.
+
+    Examples
+    --------
+    >>> check = get_check(check_names()[0])
+    >>> check.exact(20).keys() == check.independent(20).keys()
+    True
     """
     return check_class(name)(variant, **parameters)

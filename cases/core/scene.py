@@ -1,4 +1,4 @@
-"""What a physics engine is given: bodies, joints, forces and contacts."""
+"""Scenes for physics engines: bodies, joints, forces and contacts."""
 
 from __future__ import annotations
 
@@ -145,10 +145,19 @@ class Scene:
 
 @dataclass(frozen=True)
 class Readings:
-    """What an engine reports at one sample time, by name.
+    """The state that an engine reads at one sample time, by name.
 
-    `joints`: (coordinate, rate) of each hinge, slider and guide. `bodies`: (position, quaternion, velocity, angular
-    velocity), as in Body, of each body without a joint.
+    Attributes
+    ----------
+    joints : mapping
+        (coordinate, rate) of each hinge, slider and guide: m and m/s, or rad and rad/s.
+    bodies : mapping
+        (position, quaternion, velocity, angular velocity) of each body without a joint, as in `Body`.
+
+    Examples
+    --------
+    >>> Readings(bodies={"ball": ((0, 0, 1), IDENTITY, (0, 0, -3), (0, 0, 0))}).bodies["ball"][0]
+    (0, 0, 1)
     """
 
     joints: Mapping[str, tuple[float, float]] = field(default_factory=dict)

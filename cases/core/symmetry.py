@@ -21,15 +21,18 @@ UNITS = {"m": (1, 0), "s": (0, 1), "N": (1, -2), "Pa": (-1, -2), "V": (2, -2), "
 
 @dataclass(frozen=True)
 class Relation:
-    """How a motion follows from a known one: its number `name` is `factors[name]` (1 without an entry) times the number
-    `sources[name]` (`name` without an entry) of the known motion, and its times are `time` times as long."""
+    """A relation between two motions: the related motion follows from the known motion.
+
+    The number `name` of the related motion is `factors[name]` (1 without an entry) times the number `sources[name]`
+    (`name` without an entry) of the known motion, and its times are `time` times as long.
+    """
 
     factors: Mapping[str, float] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
     time: float = 1.0
 
     def applied(self, names: Sequence[str], values: Floats) -> Floats:
-        """Numbers (..., n) of the motion that follows, from those of the one that is known."""
+        """Compute the numbers (..., n) of the related motion from the numbers of the known motion."""
         places = [names.index(self.sources.get(name, name)) for name in names]
         factors = [self.factors.get(name, 1.0) for name in names]
         return np.asarray(values, dtype=np.float64)[..., places] * factors

@@ -17,11 +17,22 @@ Floats = NDArray[np.float64]
 
 
 class Refused(Exception):  # noqa: N818 - named for the status that it becomes
-    """Raised by an integrator that declines a problem or a setting; the message says why. Status `refused`."""
+    """Raised by an integrator that declines a problem or a setting; the message says why. Status `refused`.
+
+    Examples
+    --------
+    >>> from gnomon.verify import from_step
+    >>> def step(f, t, y, h):
+    ...     if h > 0.5:
+    ...         raise Refused("a step above 0.5 s")
+    ...     return y + h * f(t, y)
+    >>> from_step(step, name="careful Euler", order=1).id
+    'mine:careful Euler'
+    """
 
 
 class Unsupported(Refused):
-    """Raised by an integrator that lacks a property of the problem; the message names it. Status `unsupported`."""
+    """Raised by an integrator that lacks an ability that the problem needs; the message names it. Status `unsupported`."""
 
 
 @dataclass(frozen=True)

@@ -65,6 +65,12 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     ------
     ValueError
         If there is no results file at `path`, or it is damaged.
+
+    Examples
+    --------
+    >>> from gnomon.harness import load
+    >>> rows = load("results.sqlite")  # doctest: +SKIP
+    >>> rows.groupby("integrator")["rel_error"].max()  # doctest: +SKIP
     """
     import pandas  # slow to load: the command line starts without it
 

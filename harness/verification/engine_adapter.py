@@ -118,6 +118,15 @@ def from_engine(
     ------
     ValueError
         For a wrong declaration, or an engine that workers cannot import.
+
+    Examples
+    --------
+    >>> class Frozen:
+    ...     def load(self, scene): ...
+    ...     def step(self, dt): ...
+    ...     def read(self): ...
+    >>> from_engine(Frozen, name="Frozen", tokens=["hinge"]).id
+    'engine:Frozen'
     """
     module, qualified = getattr(engine, "__module__", None), getattr(engine, "__qualname__", "")
     if not isinstance(module, str) or not qualified.isidentifier():

@@ -102,7 +102,7 @@ class ProgramIntegrator(Integrator):
 
 
 def from_command(command: str | Sequence[str], seconds: float | None = None) -> ProgramIntegrator:
-    """The integrator that `command` starts: a command line, or its words. It is run once, to describe itself.
+    """Make an integrator from a program in any language.
 
     Parameters
     ----------
@@ -112,10 +112,21 @@ def from_command(command: str | Sequence[str], seconds: float | None = None) -> 
         The limit of processor time (s) for one problem (see `TimeLimit`), for use outside a run; in a run, workers have
         their own limits.
 
+    Returns
+    -------
+    ProgramIntegrator
+        The program as an integrator. It starts when it is first prepared for a problem.
+
     Raises
     ------
     ValueError
         If the program cannot be started or does not describe itself.
+
+    Examples
+    --------
+    >>> from_command("no_such_program --digits 17")
+    Traceback (most recent call last):
+    ValueError: --command 'no_such_program --digits 17': no program has this name; give the path of one that can be executed
     """
     shown = command if isinstance(command, str) else shlex.join(command)
     try:

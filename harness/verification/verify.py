@@ -56,7 +56,17 @@ FIRST = "first trial"
 
 
 class FirstTrialError(Exception):
-    """Raised if the integrator raises at its first trial; the message is the traceback."""
+    """Raised if the integrator raises at its first trial; the message is the traceback.
+
+    Examples
+    --------
+    >>> from gnomon.verify import from_step, verify
+    >>> try:
+    ...     verify(from_step(lambda f, t, y, h: y / "h", name="typo", order=1), ["pendulum_simple"], "low")
+    ... except FirstTrialError as error:
+    ...     print(str(error).splitlines()[-1][:9])
+    TypeError
+    """
 
 
 @dataclass(frozen=True)
@@ -86,6 +96,12 @@ class Report:
         The claims that the user named; empty if all were verified.
     diagnosis : str, optional
         The likely cause of all failures, as ``id: sentence``; None without failures or without a known cause.
+
+    Examples
+    --------
+    >>> report = Report("mine:Euler", "low", [Row("order", "pendulum_simple", passed("1.00"))])
+    >>> report.checked, len(report.of(Outcome.FAILED))
+    (1, 0)
     """
 
     integrator: str
@@ -149,7 +165,7 @@ def verify(
     --------
     >>> from gnomon.verify import from_step, verify
     >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
-    >>> verify(euler, ["pendulum_simple"], "low", ["order"]).checked
+    >>> verify(euler, ["pendulum_simple"], "low", ["order_short"]).checked
     1
     """
     need_fork()

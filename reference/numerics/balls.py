@@ -33,7 +33,23 @@ def precision(bits: int) -> Iterator[None]:
 
 
 def ball(value: Fraction | int) -> Any:
-    """An exact rational as a ball at the current precision."""
+    """An exact rational as a ball at the current precision.
+
+    Parameters
+    ----------
+    value : Fraction or int
+        The number.
+
+    Returns
+    -------
+    flint.arb
+        A ball that contains the number.
+
+    Examples
+    --------
+    >>> ball(Fraction(1, 3)).contains(flint.fmpq(1, 3))
+    True
+    """
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 

@@ -24,6 +24,20 @@ class Motion(Pointwise):
        every input with `mp.mpf(fraction)`;
     2. `_guard(t)`: the number of digits that this formula loses to cancellation at t;
     3. `_cycle(mp)`, if the motion repeats itself: sampling many times is then fast, however late they are.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class Decay(Motion):
+    ...     rate: Fraction
+    ...     def _state(self, mp, t):
+    ...         rate = mp.mpf(self.rate.numerator) / self.rate.denominator
+    ...         return [mp.exp(-rate * t.numerator / t.denominator)]
+    ...     def _guard(self, t):
+    ...         return 2
+    >>> float(Decay(Fraction(1, 2)).state(Fraction(2), 20)[0])
+    0.36787944117144233
     """
 
     def sample(self, times: Floats, span: float | None = None, breaks: Sequence[Any] = ()) -> Floats:
@@ -46,7 +60,22 @@ class Motion(Pointwise):
 
 
 class BallMotion(Motion):
-    """A motion whose state is a formula in balls, `_balls(t)`, at the current precision."""
+    """A motion whose state is a formula in ball arithmetic, `_balls(t)`, at the current precision.
+
+    The base class raises the precision until the balls prove the digits, so the formula needs no care about cancellation.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> from gnomon.reference.numerics.balls import ball
+    >>> @dataclass(frozen=True)
+    ... class Decay(BallMotion):
+    ...     rate: Fraction
+    ...     def _balls(self, t):
+    ...         return [(-ball(self.rate * t)).exp()]
+    >>> float(Decay(Fraction(1, 2)).state(Fraction(2), 20)[0])
+    0.36787944117144233
+    """
 
     @abstractmethod
     def _balls(self, t: Fraction) -> Sequence[Any]: ...
