@@ -202,7 +202,6 @@ WRONG_ENSEMBLE = {
     ("--case", "pendulum_simpel"): "did you mean pendulum_simple",
     ("--case", "bouncing_ball"): "has no form SecondOrder",
     ("--integrator", "RK44"): "did you mean RK4",
-    ("--vary", "g=-2:-1"): "none of 64 samples is in the domain",
     ("--integrator", "planted_ensembles:EndsAlways"): "ended its process in the first 32 samples",
 }
 

@@ -55,6 +55,11 @@ def test_the_page_says_what_failed(capfd: pytest.CaptureFixture[str]) -> None:
     assert "power of two" in printed.err
 
 
+def test_samples_outside_the_domain_are_an_error(capfd: pytest.CaptureFixture[str]) -> None:
+    assert gnomon(*COMMAND, "--samples", "64", "--vary", "g=-2:-1") == 2
+    assert "none of 64 samples is in the domain" in capfd.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("text", "number"),
     [("2**20", 2**20), ("2^10", 1024), ("1e6", 10**6), ("7", 7), ("0.5", -1), ("2**x", -1), ("9**9**9", -1)],

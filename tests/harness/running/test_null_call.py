@@ -12,6 +12,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Solution, St
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.running import null_call
 from gnomon.harness.running.null_call import SHRUNK
+from gnomon.harness.scoring import prepared
 
 ENTRY, STEP = 1e-3, 2e-6
 """Simulated seconds of a call, and of each step in it."""
@@ -78,7 +79,7 @@ class Fails(Costs):
 @pytest.fixture
 def measured(monkeypatch: pytest.MonkeyPatch) -> Callable[[type[Costs]], tuple[float | None, int | None, Costs]]:
     clock = [0.0]
-    monkeypatch.setattr(null_call, "perf_counter_ns", lambda: round(clock[0] * 1e9))
+    monkeypatch.setattr(prepared, "perf_counter_ns", lambda: round(clock[0] * 1e9))
 
     def measure(kind: type[Costs]) -> tuple[float | None, int | None, Costs]:
         made = kind(clock)

@@ -16,8 +16,11 @@ from gnomon.harness.running import worker
 from gnomon.harness.running.worker import ANNOUNCED_SECONDS, FEWEST_CALLS, MOST_REPEATS, Request, _Series
 from gnomon.harness.scoring import prepared
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
+from gnomon.harness.scoring.prepared import Prepared
 
 START = np.zeros(2)
+UNUSED = object.__new__(Prepared)
+"""Prepared for nothing: `planted_series` replaces its calls."""
 
 
 def never_called(initial_states: Any) -> NoReturn:
@@ -42,7 +45,7 @@ def planted_series(monkeypatch: pytest.MonkeyPatch, call: Any) -> _Series:
     series.task = SimpleNamespace(start=START, times=np.zeros(64), output="")  # type: ignore[assignment]
     series.perturbed = (np.full(2, float(k)) for k in itertools.count(1))
     series.say = lambda stage, **content: None  # type: ignore[assignment]
-    monkeypatch.setattr(worker, "Call", lambda solver, start, shape, keep=True: call(start))
+    monkeypatch.setattr(Prepared, "timed", lambda solver, start, keep=True: call(start))
     return series
 
 
@@ -58,7 +61,7 @@ def timed(
 
     series = planted_series(monkeypatch, call)
     request = Request(0.1, False, block, repeats, slow)
-    calls, scored, others = series._timed(None, request, estimate, None)  # type: ignore[arg-type]
+    calls, scored, others = series._timed(UNUSED, request, estimate, None)
     assert gc.isenabled()
     return [call.number for call in calls], scored.number, others  # type: ignore[attr-defined]
 
@@ -104,7 +107,7 @@ def announced(monkeypatch: pytest.MonkeyPatch, seconds: float, estimate: float, 
     said: list[str] = []
     series = planted_series(monkeypatch, call)
     series.say = lambda stage, **content: said.append(stage)  # type: ignore[assignment]
-    series._timed(None, Request(0.1, False, 99.0, repeats, 0.02), estimate, None)  # type: ignore[arg-type]
+    series._timed(UNUSED, Request(0.1, False, 99.0, repeats, 0.02), estimate, None)
     return found
 
 
@@ -126,7 +129,7 @@ def delayed_calls(monkeypatch: pytest.MonkeyPatch, delays: list[float | None], r
         return call_of(1.0, start, next(given))
 
     series = planted_series(monkeypatch, call)
-    calls, scored, _ = series._timed(None, Request(0.1, False, 0.0, repeats, 0.5), 1.0, None)  # type: ignore[arg-type]
+    calls, scored, _ = series._timed(UNUSED, Request(0.1, False, 0.0, repeats, 0.5), 1.0, None)
     return [one.delay_seconds for one in calls], scored, starts
 
 
