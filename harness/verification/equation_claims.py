@@ -28,6 +28,8 @@ DAMPED = 2.0
 """If q'' = 2^60 q grows to at most this many times its start, the method damps all fast growth."""
 RESTING = 6
 """Number of variables at rest, before the moving ones: the first that moves is the seventh."""
+LARGER = 2.0**13
+"""Ratio of the variables at rest to the start, for fixed steps: an iteration that ends by the largest variable."""
 MOST_CALLS = 10**5
 """Most right-hand sides of a plain function before a motion that ends: thousands suffice, but some solvers go on."""
 SUMMED = 2**12
@@ -207,10 +209,15 @@ def _few_variables(trials: Trials) -> str | None:
 
 @claim("more_variables", _few_variables, once=True)
 def _more_variables(trials: Trials) -> Finding:
-    """Six variables at rest (positions, for accelerations), before the case's variables, must not change the motion."""
+    """Six variables at rest (positions, for accelerations), before the case's variables, must not change the motion.
+
+    With a tolerance they are as large as the variables of the case, as the tolerance may be relative to the largest one.
+    """
     form, second = _after_resting(trials.form)
+    larger = LARGER if trials.steps else 1.0
     parts = np.split(trials.start, 1 + second)
-    start = np.concatenate([np.append(np.resize(part, RESTING) * (part is parts[0]), part) for part in parts])
+    rest = larger * np.resize(parts[0], RESTING)
+    start = np.concatenate([np.append(rest * (part is parts[0]), part) for part in parts])
     moving = np.tile(np.arange(RESTING + len(parts[0])) >= RESTING, len(parts))
     problem = replace(trials.problem(), form=form, dimension=len(start), groups=(), names=None)
     (states,) = trials.solutions(problem, trials.usual(), [start])
@@ -220,7 +227,7 @@ def _more_variables(trials: Trials) -> Finding:
             trials.named(trials.usual()), "variables whose derivatives are 0 at rest", f"moved by {moved:.2g}"
         )
     what = f"the motion after {np.sum(~moving)} variables that rest"
-    return same_solution(trials, states[:, moving], what, APART, 0.5)
+    return same_solution(trials, states[:, moving], what, APART * larger, 0.5)
 
 
 def _after_resting(form: FirstOrder | SecondOrder) -> tuple[Form, bool]:

@@ -26,6 +26,7 @@ from gnomon.harness.verification import (
     event_claims,
     quadrature_claim,
     relation_claims,
+    scene_claim,
     structure_claims,
 )
 from gnomon.harness.verification.claims import TEXTS, TIME, Claim, Finding, Outcome, failed, not_applicable, passed
@@ -36,13 +37,14 @@ from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 from gnomon import cases
 
 _MODULES = (
-    convergence_claims, quadrature_claim, structure_claims, relation_claims, call_claims, equation_claims, event_claims
+    convergence_claims, quadrature_claim, scene_claim, structure_claims, relation_claims, call_claims, equation_claims,
+    event_claims,
 )  # fmt: skip
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
 CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS if name != TIME}
 """All claims about one integrator by id, the most informative first."""
 CASES = (
-    "pendulum_simple", "forced_oscillator", "kepler_orbit", "bouncing_ball", "block_incline_friction", "euler_top",
+    "pendulum_simple", "forced_oscillator", "kepler_orbit", "bouncing_ball", "sliding_can", "block_incline_friction", "euler_top",
     "charge_in_E_and_B", "holonomic_constraint_dae", "rotating_pendulum_swept", "damped_oscillator", "duffing_unforced",
     "cycloidal_pendulum", "foucault_pendulum_linear", "projectile_parabola", "coulomb_friction_oscillator", "two_body",
 )  # fmt: skip
