@@ -20,6 +20,7 @@ from gnomon.harness.verification.convergence_claims import same_solution
 from gnomon.harness.verification.function_adapter import FunctionAdapter
 from gnomon.harness.verification.quadrature_claim import ROUNDINGS
 from gnomon.harness.verification.relation_claims import APART
+from gnomon.harness.verification.structure_claims import DECLINED
 from gnomon.harness.verification.trials import HALF_ULP, Floats, Trials
 
 SAMPLES, END, STEPS = 8, 2.0, 8
@@ -32,6 +33,8 @@ LARGER = 2.0**13
 """Ratio of the variables at rest to the start, for fixed steps: an iteration that ends by the largest variable."""
 MOST_CALLS = 10**5
 """Most right-hand sides of a plain function before a motion that ends: thousands suffice, but some solvers go on."""
+SWINGS = 4
+"""Least number of steps of an oscillator whose stiffness depends on the time: long steps show a stage at a wrong time."""
 SUMMED = 2**12
 """Number of samples, and least number of steps, of a sum that is compared with its exact value."""
 
@@ -58,6 +61,12 @@ def grows(t: Any, place: Values, parameters: Values) -> Values:
     """Acceleration of q = exp(2^30 t)."""
     (q,) = place
     return (2**60 * q,)
+
+
+def swing(t: Any, place: Values, parameters: Values) -> Values:
+    """Acceleration of an oscillator whose stiffness is 1 + (t - c)^2."""
+    (q,), (c,) = place, parameters
+    return (-q * (1 + (t - c) * (t - c)),)
 
 
 def steady(t: Any, place: Values, parameters: Values) -> Values:
@@ -238,6 +247,42 @@ def _after_resting(form: FirstOrder | SecondOrder) -> tuple[Form, bool]:
     after = calling(function, f"t, state[{RESTING}:], parameters", "after_resting", _zeros(RESTING))
     more = SecondOrder(after) if second else FirstOrder(after)
     return more if isinstance(form, SecondOrder) else first_order(more) or more, second
+
+
+def _structured(trials: Trials) -> str | None:
+    if not {"symplectic", "reversible"} & set(trials.integrator.conserves):
+        return "it declares neither symplectic nor reversible"
+    return _plain(trials) if trials.steps else "its setting is a tolerance"
+
+
+@claim("time_structure", _structured, once=True)
+def _time_structure(trials: Trials) -> Finding:
+    """The map of a linear oscillator has determinant 1, and is its own way back if the stiffness is even in time."""
+    turn = np.diag([1.0, -1.0])
+    for steps in (SWINGS * 2 ** np.arange(DECLINED)).tolist():
+        try:
+            growing, even = (_swing_map(trials, c, 1 / steps) for c in (0.0, 0.5))
+        except Refused:
+            continue
+        if not np.all(np.isfinite([growing, even])):
+            continue
+        defects = {
+            "symplectic": abs(float(np.linalg.det(growing)) - 1),
+            "reversible": float(np.max(np.abs(turn @ even @ turn @ even - np.eye(2)))),
+        }
+        allowed = 2 * HALF_ULP * ROUNDINGS * 2 * steps
+        word = max(defects.keys() & set(trials.integrator.conserves), key=lambda each: defects[each])
+        if defects[word] <= allowed:
+            return passed(f"{defects[word]:.2g}")
+        return failed(f"h = {1 / steps:.6g}", f"{word} to {allowed:.2g}", f"{defects[word]:.2g}")
+    return not_applicable("no solution with finite states at its longest steps")
+
+
+def _swing_map(trials: Trials, c: float, setting: float) -> Floats:
+    """The matrix (2, 2) of the motion of `swing` over a time of 1."""
+    times = np.arange(1, SWINGS + 1) / SWINGS
+    problem = Problem(_form(trials, swing), 2, np.array([c]), times, 1.0)
+    return np.array([states[-1] for states in trials.solutions(problem, setting, list(np.eye(2)))]).T
 
 
 def _summed(trials: Trials) -> str | None:

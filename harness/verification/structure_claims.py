@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from gnomon.cases.core.forms import Constrained, FirstOrder, RigidBody, SecondOrder, Separable, Values, first_order
-from gnomon.harness.contract.integrator import Problem, Refused, Steps
+from gnomon.cases.core.forms import Constrained, RigidBody, Separable
+from gnomon.harness.contract.integrator import Problem, Steps
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.trials import HALF_ULP, Answer, Floats, Trials
 
@@ -138,13 +137,14 @@ def from_constraint(trials: Trials, states: Floats) -> tuple[float, float]:
     """The largest distance of positions from the constraint, and of velocities from its tangent, over their sizes."""
     form, p = trials.form, tuple(trials.problem().parameters.tolist())
     places, speeds = np.split(states, 2, axis=1)
-    first = np.split(trials.start, 2)[0]
-    slopes = np.array([form.gradient(0.0, tuple(q), p) for q in places])
-    values = np.array([form.constraint(0.0, tuple(q), p)[0] for q in [first, *places]])
-    steep = np.linalg.norm(slopes, axis=1)
-    off = np.abs(values[1:] - values[0]) / (steep * np.linalg.norm(places, axis=1))
+    moments = [(t, tuple(q)) for t, q in zip(trials.reference.times.tolist(), places, strict=True)]
+    slopes = np.array([form.gradient(t, q, p) for t, q in moments])
+    (value,) = form.constraint(0.0, tuple(np.split(trials.start, 2)[0]), p)
+    off = [abs(form.constraint(t, q, p)[0] - value) for t, q in moments]
     along = np.abs(np.sum(slopes * speeds, axis=1))
-    return float(np.max(off)), float(np.max(along) / np.max(steep * np.linalg.norm(speeds, axis=1)))
+    steep = np.linalg.norm(slopes, axis=1)
+    sizes = [float(np.max(steep * np.linalg.norm(part, axis=1))) for part in (places, speeds)]
+    return float(np.max(off)) / sizes[0], float(np.max(along)) / sizes[1]
 
 
 @claim("attitude", _declares("attitude", _has_form(RigidBody)))
@@ -155,55 +155,6 @@ def _attitude(trials: Trials) -> Finding:
 @claim("constraint", _declares("constraint", _has_form(Constrained)))
 def _constraint(trials: Trials) -> Finding:
     return _kept(trials, lambda states: max(from_constraint(trials, states)), "constraint kept")
-
-
-def swing(t: Any, place: Values, parameters: Values) -> Values:
-    """Acceleration of an oscillator whose stiffness 1 + (t - c)^2 depends on the time."""
-    (q,), (c,) = place, parameters
-    return (-q * (1 + (t - c) * (t - c)),)
-
-
-def _declares_of_time(trials: Trials) -> str | None:
-    if not {"symplectic", "reversible"} & set(trials.integrator.conserves):
-        return "it declares neither symplectic nor reversible"
-    if not trials.steps:
-        return "its setting is a tolerance"
-    return None if {FirstOrder, SecondOrder} & set(trials.integrator.accepts) else "it takes no plain equations"
-
-
-@claim("time_structure", _declares_of_time, once=True)
-def _time_structure(trials: Trials) -> Finding:
-    """The map of four steps of a linear oscillator: determinant 1 where the stiffness grows, and back where it is even."""
-    declared = trials.integrator.conserves
-    for halvings in range(DECLINED):
-        setting = 1 / STEPS / 2**halvings
-        try:
-            grows, even = (_map(trials, c, setting) for c in (0.0, 0.5))
-        except Refused:
-            continue
-        if not (np.all(np.isfinite(grows)) and np.all(np.isfinite(even))):
-            continue
-        turn = np.diag([1.0, -1.0])
-        defects = {
-            "symplectic": abs(float(np.linalg.det(grows)) - 1),
-            "reversible": float(np.max(np.abs(turn @ even @ turn @ even - np.eye(2)))),
-        }
-        allowed = 2 * ROUNDINGS * 2 * HALF_ULP * STEPS * 2**halvings
-        for word, found in defects.items():
-            if word in declared and not found <= allowed:
-                where = f"h = {setting:.6g}, q'' = -q (1 + (t - c)^2)"
-                return failed(where, f"{word} to {allowed:.2g}", f"{found:.2g}")
-        return passed(f"{max(found for word, found in defects.items() if word in declared):.2g}")
-    return not_applicable(f"no solution with finite states at its {DECLINED} longest steps")
-
-
-def _map(trials: Trials, c: float, setting: float) -> Floats:
-    """The matrix (2, 2) of the motion of `swing` over a time of 1."""
-    form = SecondOrder(swing)
-    given = form if SecondOrder in trials.integrator.accepts else first_order(form) or form
-    times = np.arange(1, STEPS + 1) / STEPS
-    problem = Problem(given, 2, np.array([c]), times, 1.0)
-    return np.array([states[-1] for states in trials.solutions(problem, setting, list(np.eye(2)))]).T
 
 
 def _coarse(trials: Trials) -> Iterator[tuple[int, Problem]]:
