@@ -26,7 +26,6 @@ from gnomon.harness.verification import (
     event_claims,
     quadrature_claim,
     relation_claims,
-    scene_claim,
     structure_claims,
 )
 from gnomon.harness.verification.claims import TEXTS, TIME, Claim, Finding, Outcome, failed, not_applicable, passed
@@ -37,8 +36,7 @@ from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 from gnomon import cases
 
 _MODULES = (
-    convergence_claims, quadrature_claim, scene_claim, structure_claims, relation_claims, call_claims, equation_claims,
-    event_claims,
+    convergence_claims, quadrature_claim, structure_claims, relation_claims, call_claims, equation_claims, event_claims
 )  # fmt: skip
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
 CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS if name != TIME}
