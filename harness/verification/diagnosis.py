@@ -17,6 +17,7 @@ from gnomon.cases import Case
 from gnomon.cases.core.forms import Charged, Constrained, RigidBody
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.convergence_claims import dense
+from gnomon.harness.verification.structure_claims import from_constraint, from_rotations
 from gnomon.harness.verification.trials import Answer, Floats, Trials
 
 NEAR, MOST = 0.05, 0.9
@@ -32,7 +33,7 @@ LEFT = 1e-9
 DIGITS = range(4, 13)
 HISTORY = "history: "
 """Beginning of a diagnosis that solutions depend on earlier calls."""
-STRUCTURE = {"symplectic", "reversible", "momentum"}
+STRUCTURE = {"symplectic", "reversible", "momentum", "attitude", "constraint", "time_structure"}
 CONTROL = {"tolerance", "tolerance_short", "tolerance_effect", "proportional", "work"}
 ACCURACY = {"order", "step_order", "order_short", "error", "proportional", "work_order", "event_order"}
 
@@ -197,17 +198,11 @@ def _late(trials: Trials, answer: Answer) -> bool:
 
 def _left(trials: Trials, answer: Answer) -> str | None:
     """How the states violate a rotation or constraint that the method declares to keep; None if they keep it."""
-    states, form, p = np.asarray(answer.states), trials.form, tuple(trials.problem().parameters.tolist())
-    if isinstance(form, RigidBody) and "attitude" in trials.integrator.conserves:
-        rotations = states[:, 3:].reshape(-1, 3, 3)
-        apart = np.max(np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3)))
-        return "its attitudes are no rotations" if apart > LEFT else None
-    if isinstance(form, Constrained) and "constraint" in trials.integrator.conserves:
-        places, speeds = np.split(states, 2, axis=1)
-        slopes = np.array([form.gradient(0.0, tuple(q), p) for q in places])
-        along = np.abs(np.sum(slopes * speeds, axis=1))
-        if np.max(along) > LEFT * np.max(np.linalg.norm(slopes, axis=1) * np.linalg.norm(speeds, axis=1)):
-            return "its velocities are not tangent to the constraint"
+    states, form, kept = np.asarray(answer.states), trials.form, trials.integrator.conserves
+    if isinstance(form, RigidBody) and "attitude" in kept and from_rotations(states) > LEFT:
+        return "its attitudes are no rotations"
+    if isinstance(form, Constrained) and "constraint" in kept and from_constraint(trials, states)[1] > LEFT:
+        return "its velocities are not tangent to the constraint"
     return None
 
 

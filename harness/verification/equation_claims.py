@@ -1,4 +1,4 @@
-"""Claims on equations without a case: motions that end, problems in between, more variables, sums of known result."""
+"""Claims without a case: motions that end, problems in between, more variables, sums of known result, a body in space."""
 
 from __future__ import annotations
 
@@ -7,19 +7,22 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from itertools import count
-from math import sqrt
+from math import cos, sqrt
 from typing import Any
 
 import numpy as np
 from gnomon.cases.core.arithmetic import calling, written
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
+from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.harness.contract.integrator import Problem, Refused, Solution
+from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.call_claims import answers, same_bits
 from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed
-from gnomon.harness.verification.convergence_claims import same_solution
+from gnomon.harness.verification.convergence_claims import Point, same_solution, slope_of
 from gnomon.harness.verification.function_adapter import FunctionAdapter
 from gnomon.harness.verification.quadrature_claim import ROUNDINGS
 from gnomon.harness.verification.relation_claims import APART
+from gnomon.harness.verification.structure_claims import DECLINED
 from gnomon.harness.verification.trials import HALF_ULP, Floats, Trials
 
 SAMPLES, END, STEPS = 8, 2.0, 8
@@ -28,8 +31,20 @@ DAMPED = 2.0
 """If q'' = 2^60 q grows to at most this many times its start, the method damps all fast growth."""
 RESTING = 6
 """Number of variables at rest, before the moving ones: the first that moves is the seventh."""
+LARGER = 2.0**13
+"""Ratio of the variables at rest to the start, for fixed steps: an iteration that ends by the largest variable."""
 MOST_CALLS = 10**5
 """Most right-hand sides of a plain function before a motion that ends: thousands suffice, but some solvers go on."""
+SWINGS = 4
+"""Least number of steps of an oscillator whose stiffness depends on the time: long steps show a stage at a wrong time."""
+FREQUENCIES = np.array([1.0, 2.0, 3.0])
+"""Of the springs, or of the forces, along the axes of space: each differs, so that no axis can stand for another."""
+COUNTS = 2 ** np.arange(4, 12)
+"""Numbers of steps in a time of 1; the finest show a time that is wrong by its fifth digit."""
+STARTS = np.array([[-1.0, 2.0, -0.5, 1.0, 0.5, -2.0], [0.5, -0.75, 1.0, 1.0, 0.25, -0.5]])
+"""Two starts that one engine solves in turn; the second one is compared with its exact motion."""
+ADDED = 4
+"""Half ulps that each step of an engine may add to the state: two roundings, which the motion at most doubles."""
 SUMMED = 2**12
 """Number of samples, and least number of steps, of a sum that is compared with its exact value."""
 
@@ -56,6 +71,12 @@ def grows(t: Any, place: Values, parameters: Values) -> Values:
     """Acceleration of q = exp(2^30 t)."""
     (q,) = place
     return (2**60 * q,)
+
+
+def swing(t: Any, place: Values, parameters: Values) -> Values:
+    """Acceleration of an oscillator whose stiffness is 1 + (t - c)^2."""
+    (q,), (c,) = place, parameters
+    return (-q * (1 + (t - c) * (t - c)),)
 
 
 def steady(t: Any, place: Values, parameters: Values) -> Values:
@@ -207,10 +228,15 @@ def _few_variables(trials: Trials) -> str | None:
 
 @claim("more_variables", _few_variables, once=True)
 def _more_variables(trials: Trials) -> Finding:
-    """Six variables at rest (positions, for accelerations), before the case's variables, must not change the motion."""
+    """Six variables at rest (positions, for accelerations), before the case's variables, must not change the motion.
+
+    With a tolerance they are as large as the variables of the case, as the tolerance may be relative to the largest one.
+    """
     form, second = _after_resting(trials.form)
+    larger = LARGER if trials.steps else 1.0
     parts = np.split(trials.start, 1 + second)
-    start = np.concatenate([np.append(np.resize(part, RESTING) * (part is parts[0]), part) for part in parts])
+    rest = larger * np.resize(parts[0], RESTING)
+    start = np.concatenate([np.append(rest * (part is parts[0]), part) for part in parts])
     moving = np.tile(np.arange(RESTING + len(parts[0])) >= RESTING, len(parts))
     problem = replace(trials.problem(), form=form, dimension=len(start), groups=(), names=None)
     (states,) = trials.solutions(problem, trials.usual(), [start])
@@ -220,7 +246,7 @@ def _more_variables(trials: Trials) -> Finding:
             trials.named(trials.usual()), "variables whose derivatives are 0 at rest", f"moved by {moved:.2g}"
         )
     what = f"the motion after {np.sum(~moving)} variables that rest"
-    return same_solution(trials, states[:, moving], what, APART, 0.5)
+    return same_solution(trials, states[:, moving], what, APART * larger, 0.5)
 
 
 def _after_resting(form: FirstOrder | SecondOrder) -> tuple[Form, bool]:
@@ -231,6 +257,42 @@ def _after_resting(form: FirstOrder | SecondOrder) -> tuple[Form, bool]:
     after = calling(function, f"t, state[{RESTING}:], parameters", "after_resting", _zeros(RESTING))
     more = SecondOrder(after) if second else FirstOrder(after)
     return more if isinstance(form, SecondOrder) else first_order(more) or more, second
+
+
+def _structured(trials: Trials) -> str | None:
+    if not {"symplectic", "reversible"} & set(trials.integrator.conserves):
+        return "it declares neither symplectic nor reversible"
+    return _plain(trials) if trials.steps else "its setting is a tolerance"
+
+
+@claim("time_structure", _structured, once=True)
+def _time_structure(trials: Trials) -> Finding:
+    """The map of a linear oscillator has determinant 1, and is its own way back if the stiffness is even in time."""
+    turn = np.diag([1.0, -1.0])
+    for steps in (SWINGS * 2 ** np.arange(DECLINED)).tolist():
+        try:
+            growing, even = (_swing_map(trials, c, 1 / steps) for c in (0.0, 0.5))
+        except Refused:
+            continue
+        if not np.all(np.isfinite([growing, even])):
+            continue
+        defects = {
+            "symplectic": abs(float(np.linalg.det(growing)) - 1),
+            "reversible": float(np.max(np.abs(turn @ even @ turn @ even - np.eye(2)))),
+        }
+        allowed = 2 * HALF_ULP * ROUNDINGS * 2 * steps
+        word = max(defects.keys() & set(trials.integrator.conserves), key=lambda each: defects[each])
+        if defects[word] <= allowed:
+            return passed(f"{defects[word]:.2g}")
+        return failed(f"h = {1 / steps:.6g}", f"{word} to {allowed:.2g}", f"{defects[word]:.2g}")
+    return not_applicable("no solution with finite states at its longest steps")
+
+
+def _swing_map(trials: Trials, c: float, setting: float) -> Floats:
+    """The matrix (2, 2) of the motion of `swing` over a time of 1."""
+    times = np.arange(1, SWINGS + 1) / SWINGS
+    problem = Problem(_form(trials, swing), 2, np.array([c]), times, 1.0)
+    return np.array([states[-1] for states in trials.solutions(problem, setting, list(np.eye(2)))]).T
 
 
 def _summed(trials: Trials) -> str | None:
@@ -259,3 +321,80 @@ def _sum(trials: Trials) -> tuple[Problem, Floats]:
     times = np.arange(1, SUMMED + 1) / SUMMED
     form, counted = _form(trials, steady), trials.integrator.counts_rhs
     return Problem(form, 2, np.array([2 / 3]), times, 1.0, counted=counted), np.array([0.0, 1.0])
+
+
+def springs(t: float, position: Vector, velocity: Vector) -> Vector:
+    x, y, z = position
+    return -x, -4 * y, -9 * z
+
+
+def pushes(t: float, position: Vector, velocity: Vector) -> Vector:
+    return cos(t), cos(2 * t), cos(3 * t)
+
+
+def _scene(token: str) -> SceneForm:
+    law = springs if token == "position_force" else pushes
+
+    def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+        x, y, z, u, v, w = state
+        body = Body("body", 1.0, (0.0, 0.0, 0.0), (x, y, z), velocity=(u, v, w))
+        return Scene((0.0, 0.0, 0.0), (body,), forces=(Force("body", token, law),))
+
+    def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
+        position, _, velocity, _ = readings.bodies["body"]
+        return *position, *velocity
+
+    return SceneForm(build, observe, frozenset({token}), conservative=token == "position_force")
+
+
+def _exact(token: str, t: float) -> Floats:
+    place, speed = np.split(STARTS[1], 2)
+    w = FREQUENCIES
+    c, s = np.cos(w * t), np.sin(w * t)
+    if token == "position_force":
+        return np.concatenate([place * c + speed * s / w, speed * c - place * w * s])
+    return np.concatenate([place + speed * t + (1 - c) / w**2, speed + s / w])
+
+
+def _is_engine(trials: Trials) -> str | None:
+    if SceneForm not in trials.integrator.accepts or not trials.steps:
+        return "it is not an engine that takes scenes"
+    return "it declares no order" if trials.integrator.order is None else None
+
+
+@claim("scene", _is_engine, once=True)
+def _scenes(trials: Trials) -> Finding:
+    order = trials.integrator.order
+    assert order is not None
+    found = not_applicable("it takes neither forces of position nor forces of time")
+    for token, what in (("position_force", "springs"), ("time_force", "forces of time")):
+        if trials.integrator.unsupported(_scene(token)) is not None:
+            continue
+        points = _points(trials, token)
+        if points and points[-1][0] == 1 / COUNTS[-1] and not points[-1][1] < LARGEST_ERROR:
+            expected = f"an error of a body under {what} below {LARGEST_ERROR:g}, as of order 1"
+            return failed(f"h = {points[-1][0]:.3g}", expected, f"{points[-1][1]:.2g}")
+        finding = slope_of(points, order, f"errors of a body under {what}")
+        if finding.outcome == Outcome.FAILED:
+            return finding
+        if found.outcome != Outcome.PASSED:
+            found = finding
+    return found
+
+
+def _points(trials: Trials, token: str) -> list[Point]:
+    times = np.arange(1, SWINGS + 1) / SWINGS
+    exact = np.array([_exact(token, t) for t in times])
+    found: list[Point] = []
+    for steps in COUNTS.tolist():
+        problem = Problem(_scene(token), STARTS.shape[1], np.zeros(0), times, 1.0)
+        try:
+            states = trials.solutions(problem, 1 / steps, list(STARTS))[1]
+        except Refused:
+            continue
+        error = float(np.max(np.abs(states - exact)) / np.max(np.abs(exact)))
+        roundoff = ADDED * HALF_ULP * steps
+        found.append((1 / steps, error, roundoff))
+        if error < roundoff:
+            break
+    return found

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from gnomon.cases.core.forms import Separable
+from gnomon.cases.core.forms import Constrained, RigidBody, Separable
 from gnomon.harness.contract.integrator import Problem, Steps
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.trials import HALF_ULP, Answer, Trials
+from gnomon.harness.verification.trials import HALF_ULP, Answer, Floats, Trials
 
 DIFFERENCE = 2.0**-17
 """Relative distance of central differences, extrapolated with twice the distance. Rounding leaves about 1e-11,
@@ -103,16 +103,58 @@ def _momenta(trials: Trials) -> list[str]:
 
 @claim("momentum", _declares("momentum", _has_momentum))
 def _momentum(trials: Trials) -> Finding:
+    def drift(states: Floats) -> float:
+        drifts = trials.scorer.drift(states)
+        return max(float(np.max(drifts[name])) for name in _momenta(trials))
+
+    return _kept(trials, drift, "momentum kept")
+
+
+def _kept(trials: Trials, departure: Callable[[Floats], float], what: str) -> Finding:
+    """Whether the largest departure of the states is within the rounding of all steps."""
     answers = (trials.whole(setting) for setting in trials.settings[:DECLINED])
     usable = (a for a in answers if a.states is not None and not math.isnan(a.error))
 
     def defect(answer: Answer) -> _Defect:
         assert answer.states is not None
-        drifts = trials.scorer.drift(answer.states)
         allowed = ROUNDINGS * HALF_ULP * max(answer.work or 0, len(trials.reference.times))
-        return _Defect(answer.setting, 0, max(float(np.max(drifts[name])) for name in _momenta(trials)), allowed)
+        return _Defect(answer.setting, 0, departure(answer.states), allowed)
 
-    return _at_the_longest(trials, map(defect, usable), "momentum kept")
+    return _at_the_longest(trials, map(defect, usable), what)
+
+
+def _has_form(kind: type) -> Callable[[Trials], str | None]:
+    return lambda trials: None if isinstance(trials.form, kind) else f"it takes no {kind.__name__}"
+
+
+def from_rotations(states: Floats) -> float:
+    """The largest difference between R R^T and one, for states (n, 12) of a rigid body."""
+    rotations = states[:, 3:].reshape(-1, 3, 3)
+    return float(np.max(np.abs(rotations @ rotations.transpose(0, 2, 1) - np.eye(3))))
+
+
+def from_constraint(trials: Trials, states: Floats) -> tuple[float, float]:
+    """The largest distance of positions from the constraint, and of velocities from its tangent, over their sizes."""
+    form, p = trials.form, tuple(trials.problem().parameters.tolist())
+    places, speeds = np.split(states, 2, axis=1)
+    moments = [(t, tuple(q)) for t, q in zip(trials.reference.times.tolist(), places, strict=True)]
+    slopes = np.array([form.gradient(t, q, p) for t, q in moments])
+    (value,) = form.constraint(0.0, tuple(np.split(trials.start, 2)[0]), p)
+    off = [abs(form.constraint(t, q, p)[0] - value) for t, q in moments]
+    along = np.abs(np.sum(slopes * speeds, axis=1))
+    steep = np.linalg.norm(slopes, axis=1)
+    sizes = [float(np.max(steep * np.linalg.norm(part, axis=1))) for part in (places, speeds)]
+    return float(np.max(off)) / sizes[0], float(np.max(along)) / sizes[1]
+
+
+@claim("attitude", _declares("attitude", _has_form(RigidBody)))
+def _attitude(trials: Trials) -> Finding:
+    return _kept(trials, from_rotations, "rotations kept")
+
+
+@claim("constraint", _declares("constraint", _has_form(Constrained)))
+def _constraint(trials: Trials) -> Finding:
+    return _kept(trials, lambda states: max(from_constraint(trials, states)), "constraint kept")
 
 
 def _coarse(trials: Trials) -> Iterator[tuple[int, Problem]]:

@@ -42,9 +42,10 @@ _DECLARED = [value for module in _MODULES for value in vars(module).values() if 
 CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS if name != TIME}
 """All claims about one integrator by id, the most informative first."""
 CASES = (
-    "pendulum_simple", "forced_oscillator", "kepler_orbit", "bouncing_ball", "block_incline_friction", "euler_top",
-    "charge_in_E_and_B", "holonomic_constraint_dae", "rotating_pendulum_swept", "damped_oscillator", "duffing_unforced",
-    "cycloidal_pendulum", "foucault_pendulum_linear", "projectile_parabola", "coulomb_friction_oscillator", "two_body",
+    "pendulum_simple", "forced_oscillator", "kepler_orbit", "bouncing_ball", "sliding_can",
+    "block_incline_friction", "euler_top", "charge_in_E_and_B", "holonomic_constraint_dae",
+    "rotating_pendulum_swept", "damped_oscillator", "duffing_unforced", "cycloidal_pendulum",
+    "foucault_pendulum_linear", "projectile_parabola", "coulomb_friction_oscillator", "two_body",
 )  # fmt: skip
 """A depth takes the first of these cases that an integrator accepts; each has another form or difficulty."""
 UNCLAIMED = ("long", "engines", "speed", "turns", "orbits", "precessions", "revolutions")

@@ -50,8 +50,8 @@ from defects import DEFECTS  # noqa: E402
 from summary import NEEDED, published  # noqa: E402
 
 FAULT_DEPTHS, RIGHT_DEPTH = ("low", "normal"), "low"
-EARLY = ("quadrature", "step_order", "order_short", "tolerance_short", "proportional", "symplectic", "reversible", "repeatable", "aliasing",
-         "bad_setting")  # fmt: skip
+EARLY = ("quadrature", "scene", "attitude", "constraint", "time_structure", "step_order", "order_short", "tolerance_short",
+         "proportional", "symplectic", "reversible", "repeatable", "aliasing", "bad_setting")  # fmt: skip
 """Claims that cost little: they are verified on all cases before the others, so that most faults are found in seconds."""
 DRAWN = 240
 """Mutants that are measured: the chosen faults, and a seeded draw of the others, as many of each method."""

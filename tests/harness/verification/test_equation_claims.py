@@ -220,6 +220,20 @@ def test_a_solver_that_goes_on_for_ever_near_a_singularity_is_stopped() -> None:
     assert outcome("blow_up", endless) == Outcome.PASSED
 
 
+@pytest.mark.parametrize(("time", "expected"), [("h / 2", Outcome.PASSED), ("h / 2 * (1 - 1e-10)", Outcome.FAILED)])
+def test_the_time_of_a_stage_is_right_to_ten_digits_in_a_method_with_a_structure(time: str, expected: Outcome) -> None:
+    """The error of the stage is a part of the method's own error, so that no order shows it; the area does."""
+    step = changed("implicit_midpoint", ("better = y + h / 2 * f(t + h / 2,", f"better = y + h / 2 * f(t + {time},"))
+    method = from_step(step, name=time, order=2, conserves=("symplectic", "reversible"), sweep=Steps(0.125, 8))
+    assert outcome("time_structure", method) == expected
+
+
+def test_low_has_an_event_whose_guard_depends_on_the_time() -> None:
+    """Elsewhere the time of the guard shows in no result."""
+    chosen = planned(find_one("gnomon:RK4 [events]"), None, "low")
+    assert not all(case.autonomous for case, _ in chosen)
+
+
 def test_events_are_located_to_the_order_declared() -> None:
     """The errors of an event on a parabola fall as h^3, but not from each step to its half: its place in a step changes."""
     case = "coulomb_friction_oscillator"
