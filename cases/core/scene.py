@@ -1,7 +1,5 @@
 """What a physics engine is given: bodies, joints, forces and contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 

@@ -1,8 +1,7 @@
 """A double Atwood machine: one of the masses is a pulley with two masses of its own."""
 
-from math import sqrt
-
 from gnomon.cases.declare import *
+from gnomon.cases.guided.uniform import fall_time
 from gnomon.reference.guided.double_atwood import DoubleAtwood as Motion
 
 
@@ -75,8 +74,6 @@ class DoubleAtwood(Case):
 
     @property
     def time_scale(self) -> float:
-        """The largest speed over the largest acceleration; from rest the time of the first metre; 1 s if both are zero."""
-        rate, speed = max(map(abs, self.exact_motion.rates)), max(abs(self.V), abs(self.v))
-        if rate == 0:
-            return 1.0
-        return float(speed / rate) or sqrt(2 / float(rate))
+        """With the larger speed and acceleration of the two coordinates."""
+        speed, rate = max(abs(self.V), abs(self.v)), max(map(abs, self.exact_motion.rates))
+        return fall_time(float(speed), float(rate))

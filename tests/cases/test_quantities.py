@@ -4,8 +4,6 @@ Of the cases whose exact motions are expensive a seeded tenth runs in `make test
 independent computation, and that every quantity has both is tested for all cases.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import independent  # noqa: F401, fills SMOOTH and HYBRID

@@ -1,7 +1,5 @@
 """All independent derivations and quantities, and how derivations are compared with the equations of a case."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Second derivation of the double Atwood machine, and its tensions from the accelerations of the masses."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from independent_mechanics import World

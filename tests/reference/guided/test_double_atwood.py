@@ -1,7 +1,5 @@
 """Double Atwood machine: tensions and Newton's laws, single machines at its limits, a Taylor integration."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath
