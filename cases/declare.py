@@ -29,7 +29,7 @@ from gnomon.cases.core.forms import (
     Separable,
     Transition,
     Values,
-)  # fmt: skip
+)
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Range, Rule, nonnegative, positive, typical
