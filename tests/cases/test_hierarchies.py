@@ -63,11 +63,11 @@ def test_a_projected_motion_starts_at_the_start_and_its_positions_change_at_its_
 )
 def test_each_level_is_closer_to_the_case(name: str, numbers: dict[str, Any], factor: float) -> None:
     full = get(name, **numbers).rounded()
-    exact, levels = full.sample(full.times), [level.case for level in full.hierarchy]
+    exact, models = full.sample(full.times), [level.case for level in full.hierarchy]
     crude, near = (
         np.max(full.metric.distance(level.project(level.case.sample(full.times)), exact)) for level in full.hierarchy
     )
     assert crude > factor * near > 0
-    assert {level.span for level in levels} == {full.span}
+    assert {model.span for model in models} == {full.span}
     if name == "pendulum_simple":
-        assert [level.name for level in levels] == ["harmonic_oscillator", "duffing_unforced"]
+        assert [model.name for model in models] == ["harmonic_oscillator", "duffing_unforced"]

@@ -100,6 +100,9 @@ def test_quantities_of_the_ball() -> None:
     assert (found["t_inf"], found["first_impact"], found["bounces"]) == (7, 1, 48)
     assert get("bouncing_ball").quantities()["bounces"] == mpmath.inf
     assert "t_inf" not in get("bouncing_ball", "elastic").quantities()
+    zeno = get("bouncing_ball", "zeno").events(30)
+    assert sorted(zeno, key=lambda event: event.time) == [*zeno]
+    assert (zeno[-1].name, zeno[-1].after) == ("limit", (0, 0))
     tenth = [event.time for event in get("bouncing_ball", "engines_e08").events(30)]
     assert len(tenth) == 10
 

@@ -127,8 +127,9 @@ def test_samples_leave_no_gap_in_the_phase(name, variant):
     case = get(name, variant).rounded()
     found = case.quantities()
     rates = [1 / float(found[period]) for period in PERIODS if period in found]
-    rates += [abs(float(found[rate])) / math.tau for rate in ("precession_rate",) if rate in found]
-    for turns in (case.times * rate for rate in rates):
+    rates.append(abs(float(found.get("precession_rate", 0))) / math.tau)
+    for rate in rates:
+        turns = case.times * rate
         if turns[-1] > 1:
             phases = np.sort(np.mod(turns, 1))
             assert np.max(np.diff(np.append(phases, phases[0] + 1))) <= 0.1

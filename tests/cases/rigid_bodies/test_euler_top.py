@@ -1,9 +1,6 @@
 import gnomon.cases as cases
 import numpy as np
 import pytest
-from gnomon.cases.rigid_bodies.euler_top import EulerTopCase
-
-VARIANTS = [None, *(variant.name for variant in EulerTopCase.variants)]
 
 
 def test_the_tumbling_body_flips():
