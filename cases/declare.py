@@ -1,40 +1,47 @@
-"""All that the file of a case or of a check needs to declare it: `from gnomon.cases.declare import *`."""
+"""All that the file of a case or of a check needs to declare it: `from gnomon.cases.declare import *`.
 
+The numbers and the functions of `math` that equations use, the classes of a case, its forms, and the parts of a scene.
+"""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from math import acos, asinh, atan, atan2, cos, exp, hypot, inf, log, pi, sin, sqrt, tan, tau
 from typing import Any
 
-from gnomon.cases.core.case import Case, Event, Level, Span, conserved, decaying, same
+from gnomon.cases.core.case import Case, Event, Floats, Level, Span, conserved, decaying, same
 from gnomon.cases.core.check import Check
 from gnomon.cases.core.declared import Attitude, Coordinate, Parameter, Variant
 from gnomon.cases.core.exact_motion import bind
-from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, SecondOrder, SemiLinear, Separable, Transition, Values
+from gnomon.cases.core.forms import (
+    Charged,
+    Constrained,
+    Equations,
+    FirstOrder,
+    Form,
+    Friction,
+    Hybrid,
+    Impact,
+    Mode,
+    NBody,
+    RigidBody,
+    SecondOrder,
+    SemiLinear,
+    Separable,
+    Transition,
+    Values,
+)
+from gnomon.cases.core.formulation import Formulation
+from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Range, Rule, nonnegative, positive, typical
+from gnomon.cases.core.scene import Body, Contact, Force, Guide, Hinge, Readings, Scene, SceneForm, Slider, Vector
+from gnomon.cases.core.turning import Turning
+from gnomon.reference.numerics.precision import Number
 
 __all__ = [
-    "Any",
-    "Attitude",
-    "Case",
-    "Check",
-    "Coordinate",
-    "Event",
-    "FirstOrder",
-    "Hybrid",
-    "Level",
-    "Mode",
-    "Parameter",
-    "Range",
-    "Rule",
-    "SecondOrder",
-    "SemiLinear",
-    "Separable",
-    "Span",
-    "Transition",
-    "Values",
-    "Variant",
-    "bind",
-    "conserved",
-    "decaying",
-    "nonnegative",
-    "positive",
-    "same",
-    "typical",
-]
+    "Any", "Attitude", "Body", "Case", "Charged", "Check", "Constrained", "Contact", "Coordinate", "Equations", "Event",
+    "FirstOrder", "Floats", "Force", "Form", "Formulation", "Fraction", "Friction", "Guide", "Hinge", "Hybrid", "Impact",
+    "IntegratedCase", "Level", "Mapping", "Mode", "NBody", "Number", "Parameter", "Range", "Readings", "RigidBody", "Rule",
+    "Scene", "SceneForm", "SecondOrder", "SemiLinear", "Separable", "Slider", "Span", "Transition", "Turning", "Values",
+    "Variant", "Vector", "acos", "asinh", "atan", "atan2", "bind", "conserved", "cos", "decaying", "exp", "hypot", "inf",
+    "log", "nonnegative", "pi", "positive", "same", "sin", "sqrt", "tan", "tau", "typical",
+]  # fmt: skip

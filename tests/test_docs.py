@@ -1,7 +1,5 @@
 """The documents are right: Python in docs/ runs, commands exist and run, pages are in the contents, paths exist."""
 
-from __future__ import annotations
-
 import linecache
 import re
 import shlex

@@ -1,8 +1,5 @@
 """Rides of an amusement park: the forces that keep a rider on a circle."""
 
-from collections.abc import Mapping
-from fractions import Fraction
-
 import flint
 from gnomon.cases.core.check import Numbers
 from gnomon.cases.declare import *

@@ -1,7 +1,5 @@
 """The friction of a belt around a pulley (Beatty, Dynamics, 10.12.1)."""
 
-from collections.abc import Mapping
-
 from gnomon.cases.declare import *
 
 

@@ -3,8 +3,6 @@
 Checks: com_rigid_body, moment_equipollent.
 """
 
-from collections.abc import Mapping
-
 import flint
 from gnomon.cases.declare import *
 from gnomon.reference.numerics.balls import ball

@@ -1,7 +1,5 @@
 """Aiming at a target that falls (Beatty, Dynamics, 6.4.2)."""
 
-from collections.abc import Mapping
-
 from gnomon.cases.declare import *
 from gnomon.reference.numerics.balls import ball
 

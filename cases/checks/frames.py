@@ -3,8 +3,6 @@
 Checks: apparent_gravity_earth, frame_transformation, material_frame_indifference.
 """
 
-from collections.abc import Mapping
-
 import flint
 from gnomon.cases.declare import *
 from gnomon.reference.numerics.vectors import (

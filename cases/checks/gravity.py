@@ -3,9 +3,6 @@
 Checks: gravity_field_particle_body, weight_local_gravity.
 """
 
-from collections.abc import Mapping
-from fractions import Fraction
-
 from gnomon.cases.declare import *
 from gnomon.reference.numerics.quadrature import integral, integral_near, unit_steps
 from gnomon.reference.numerics.vectors import named

@@ -1,8 +1,6 @@
 """Hamilton's principle: the action of actual and varied paths (Beatty, Dynamics, 11.11)."""
 
-import math
-from collections.abc import Callable, Mapping
-from fractions import Fraction
+from collections.abc import Callable
 
 from gnomon.cases.declare import *
 from gnomon.reference.numerics.quadrature import integral, unit_steps
@@ -30,7 +28,7 @@ class HamiltonAction(Check):
         Variant(
             "conjugate_point",
             "T is the double nearest to pi/w: the path goes 1e16 m away, the variation nearly vanishes",
-            {"w": 1, "T": Fraction(math.pi)},
+            {"w": 1, "T": Fraction(pi)},
         ),
         Variant("beyond_conjugate", "w T = 4: a variation lowers the action", {"w": 1, "T": 4}),
         Variant("small_variation", "eps = 1e-12: the change is 1e-24 of the action", {"eps": "1e-12"}),

@@ -3,15 +3,12 @@
 Checks: inertia_tensor_special_bodies, inertia_composite_parallel_axis, inertia_transformation_principal.
 """
 
-from collections.abc import Mapping
-from fractions import Fraction
 from itertools import pairwise
 
 import flint
 from gnomon.cases.core.check import Numbers
 from gnomon.cases.declare import *
 from gnomon.reference.numerics.balls import ball
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.numerics.vectors import (
     PLANES,
     apply,

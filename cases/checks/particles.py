@@ -3,8 +3,6 @@
 Checks: rod_tension_circular, moment_momentum_moving_point, internal_potential_energy.
 """
 
-from collections.abc import Mapping
-from fractions import Fraction
 from itertools import combinations
 
 import flint

@@ -3,8 +3,6 @@
 Checks: projectile_coriolis_first_order, falkland_gunnery, stability_pendulum_linearisation.
 """
 
-from collections.abc import Mapping
-from fractions import Fraction
 from typing import ClassVar
 
 from gnomon.cases.declare import *

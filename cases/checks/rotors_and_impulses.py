@@ -3,7 +3,6 @@
 Checks: rotor_dynamic_balance, generalized_impulse.
 """
 
-from collections.abc import Mapping
 from typing import ClassVar
 
 from gnomon.cases.checks.frames import second_derivative

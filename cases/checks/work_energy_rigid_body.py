@@ -1,7 +1,6 @@
 """Work, kinetic energy and power of rigid bodies: a free body, a heavy top, a sliding ball (Beatty 10.16-10.21)."""
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import ClassVar
 
@@ -39,9 +38,7 @@ class WorkEnergyRigidBody(Check):
     A = Parameter("kg m^2", "0.8", "transverse moment of the top about its fixed point", positive(2, 5))
     C = Parameter("kg m^2", "0.3", "moment of the top about its axis", positive(0.5, 3))
     W = Parameter("N m", 3, "weight of the top times the distance of its centre from the fixed point", positive(1, 20))
-    theta = Parameter(
-        "rad", "0.6", "tilt of the top at the start", Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0))
-    )
+    theta = Parameter("rad", "0.6", "tilt of the top at the start", Range(0.0, pi, low_open=True, typical=(0.1, 3.0)))
     rate = Parameter("rad/s", "0.5", "theta' at the start", typical(-2, 2))
     p_psi = Parameter("kg m^2/s", "4.5", "momentum of the spin", typical(-5, 5))
     p_phi = Parameter("kg m^2/s", 4, "momentum about the vertical", typical(-5, 5))

@@ -3,8 +3,6 @@
 Checks: work_constant_linear_coulomb, conservative_force_test.
 """
 
-from collections.abc import Mapping
-from fractions import Fraction
 from typing import ClassVar
 
 import flint

@@ -4,14 +4,11 @@ Cases: three_ball_chain, newtons_cradle.
 """
 
 import itertools
-from collections.abc import Mapping
-from fractions import Fraction
 
-from gnomon.cases.core.forms import Equations
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.impact import ball_line
 from gnomon.reference.contact.impacts import BallLine
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import publish, working
 
 
 def three_uniform(t: Any, state: Values, parameters: Values) -> Values:

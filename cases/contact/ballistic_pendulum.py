@@ -1,14 +1,11 @@
 """A ballistic pendulum: the bullet's speed follows from the height of the swing."""
 
 from collections.abc import Callable
-from fractions import Fraction
-from math import sin, sqrt
 
-from gnomon.cases.core.scene import Body, Contact, Hinge, Readings, Scene, SceneForm, Slider
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.two_masses import NO_INERTIA
 from gnomon.reference.contact.ballistic_pendulum import BallisticPendulum
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 from mpmath import mpf
 

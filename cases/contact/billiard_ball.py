@@ -1,16 +1,10 @@
 """The billiard ball: oblique sliding with spin, then rolling."""
 
-import math
-from math import sqrt
-
 import numpy as np
-from gnomon.cases.core.case import Floats
-from gnomon.cases.core.forms import Equations
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.scenes.billiard_ball import SCENE
 from gnomon.reference.contact.billiard_ball import BilliardBall
-from gnomon.reference.numerics.precision import Number
 
 
 def slip_velocity(state: Values, radius: Any) -> Values:
@@ -136,7 +130,7 @@ class BilliardBallCase(Case):
     @property
     def time_scale(self) -> float:
         """The duration of sliding, at least the time of a fall through the radius."""
-        fall = math.sqrt(float(self.R / self.g))
+        fall = sqrt(float(self.R / self.g))
         return max(fall, float(self.exact_motion.rolling_time())) if self._ends else fall
 
     def natural_span(self) -> Number:
@@ -147,7 +141,7 @@ class BilliardBallCase(Case):
     def hierarchy(self) -> tuple[Level, ...]:
         """Uniform deceleration against the initial slip without end: like a throw, with axes along and across the slip."""
         sx, sy = map(float, self.exact_motion.slip)
-        size = math.hypot(sx, sy)
+        size = hypot(sx, sy)
         if not size:
             return ()
         along, radius = (sx / size, sy / size), float(self.R)

@@ -3,9 +3,7 @@
 Cases: billiard_ball_attitude, billiard_ball_drill.
 """
 
-import math
 from functools import cached_property
-from math import sqrt
 
 from gnomon.cases.contact.billiard_ball import (
     BilliardBallCase,
@@ -21,7 +19,6 @@ from gnomon.cases.declare import *
 from gnomon.cases.scenes.billiard_ball import ATTITUDE_SCENE, DRILL_SCENE
 from gnomon.reference.contact.billiard_ball_attitude import MOST_TURN, BilliardAttitude
 from gnomon.reference.contact.billiard_ball_drill import DrillingBall
-from gnomon.reference.numerics.precision import Number
 
 IDENTITY = (1, 0, 0, 0, 1, 0, 0, 0, 1)
 
@@ -130,9 +127,9 @@ class BilliardBallAttitude(Case):
     @property
     def time_scale(self) -> float:
         """The time scale of billiard_ball, or the time of a radian of the fastest rotation if that is shorter."""
-        scale, rate = self._plain.time_scale, math.hypot(*map(float, self.initial_state[4:7]))
+        scale, rate = self._plain.time_scale, hypot(*map(float, self.initial_state[4:7]))
         if self._plain._ends:
-            rate = max(rate, math.hypot(*map(float, self._plain.exact_motion.rolling_state()[4:7])))
+            rate = max(rate, hypot(*map(float, self._plain.exact_motion.rolling_state()[4:7])))
         return min(scale, 1 / rate) if rate else scale
 
     def natural_span(self) -> Number:
@@ -140,7 +137,7 @@ class BilliardBallAttitude(Case):
         span = float(self._plain.natural_span())
         mu, g, radius = (self.parameters[name] for name in ("mu", "g", "R"))
         slid = min(span, float(self._plain.exact_motion.rolling_time())) if self._plain._ends else 0.0
-        turn = math.hypot(*map(float, self.initial_state[4:7])) * slid + 5 * float(mu * g / radius) * slid * slid
+        turn = hypot(*map(float, self.initial_state[4:7])) * slid + 5 * float(mu * g / radius) * slid * slid
         if turn > MOST_TURN:
             raise ArithmeticError(
                 f"it slides for {slid:.3g} s and turns by up to {turn:.3g} rad, more than {MOST_TURN}; give a shorter "
@@ -216,8 +213,8 @@ class BilliardBallDrill(Case):
     def time_scale(self) -> float:
         """The time in which the slip would end without drilling, at least the time of a fall through the radius."""
         n = self.parameters
-        slide = 2 * math.hypot(*map(float, self.exact_motion.slip)) / (7 * float(n["mu"] * n["g"]))
-        return max(slide, math.sqrt(float(n["R"] / n["g"])))
+        slide = 2 * hypot(*map(float, self.exact_motion.slip)) / (7 * float(n["mu"] * n["g"]))
+        return max(slide, sqrt(float(n["R"] / n["g"])))
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

@@ -1,15 +1,11 @@
 """A block on an incline with Coulomb friction: it stops, then holds or slides back."""
 
 import math
-from fractions import Fraction
-from math import cos, sin
 
-from gnomon.cases.core.forms import Friction
-from gnomon.cases.core.scene import SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.block_incline_friction import BlockIncline, holds
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.precision import exact
 from mpmath import mpf
 
 

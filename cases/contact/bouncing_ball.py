@@ -1,15 +1,10 @@
 """The bouncing ball: impacts, and the Zeno limit, the finite time at which infinitely many impacts end."""
 
 from collections.abc import Sequence
-from fractions import Fraction
-from math import sqrt
 
-from gnomon.cases.core.forms import Impact
 from gnomon.cases.core.interface import Between
-from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.reference.contact.bouncing_ball import BouncingBall as Motion
-from gnomon.reference.numerics.precision import Number
 from mpmath import fneg, mpf
 
 

@@ -1,15 +1,12 @@
 """The bouncing ball on a smooth incline: infinitely many impacts, after which it slides."""
 
 from functools import cached_property
-from math import sqrt
 
 from gnomon.cases.contact.bouncing_ball import BouncingBall
-from gnomon.cases.core.forms import Impact
 from gnomon.cases.core.interface import Between
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.impact import INCLINE
 from gnomon.reference.contact.bouncing_ball_incline import BouncingIncline
-from gnomon.reference.numerics.precision import Number
 
 
 def incline_flight(t: Any, state: Values, parameters: Values) -> Values:

@@ -1,14 +1,10 @@
 """A ball that bounces on a vibrating or accelerated table; the motion is regular or chaotic."""
 
-from collections.abc import Mapping
-from fractions import Fraction
 from functools import cached_property
-from math import sin, sqrt
 
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.impact import TABLE
 from gnomon.reference.contact.bouncing_ball_table import VibratingTable
-from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
 
 

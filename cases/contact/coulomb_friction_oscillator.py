@@ -1,15 +1,12 @@
 """A mass on a spring with dry friction."""
 
-import math
 from dataclasses import replace
 
-from gnomon.cases.core.forms import Friction
-from gnomon.cases.core.scene import SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
 from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.coulomb_friction_oscillator import CoulombOscillator
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.precision import exact
 from mpmath import mpf
 
 
@@ -143,12 +140,12 @@ class CoulombFrictionOscillator(Case):
     @property
     def time_scale(self) -> float:
         """sqrt(m/k)."""
-        return math.sqrt(float(self.m / self.k))
+        return sqrt(float(self.m / self.k))
 
     def natural_span(self) -> Number:
         """1.13 times the time until it stays; 10.37 periods if that is late or never."""
         turns = self.exact_motion.turns
-        periods = 10.37 * 2 * math.pi * self.time_scale
+        periods = 10.37 * 2 * pi * self.time_scale
         if not turns or (turns > 100 and self.variant != "many"):
             return periods
         return 1.13 * float(self.exact_motion.turn_time(turns))

@@ -1,9 +1,7 @@
 """A projectile that bursts in flight into two parts."""
 
 from collections.abc import Callable
-from fractions import Fraction
 
-from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.two_masses import NO_INERTIA
 from gnomon.reference.contact.exploding_projectile import Fragments

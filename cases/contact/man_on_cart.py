@@ -1,8 +1,5 @@
 """A man who walks back and forth on a cart or in a boat: the centre of mass moves uniformly."""
 
-from fractions import Fraction
-from math import cos, sin
-
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.cart import MAN
 from gnomon.reference.oscillators.forced_oscillators import ForcedLinear

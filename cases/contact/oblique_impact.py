@@ -1,13 +1,8 @@
 """Two smooth discs that collide obliquely."""
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import hypot, sqrt
-
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.impact import DISCS
 from gnomon.reference.contact.impacts import DiscImpact
-from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
 
 

@@ -1,12 +1,8 @@
 """Two blocks and a wall: an exact count of elastic impacts."""
 
-from collections.abc import Mapping
-from fractions import Fraction
-
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.impact import ball_line
 from gnomon.reference.contact.restitution_impact_1d_2d import TwoBlocks
-from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
 
 

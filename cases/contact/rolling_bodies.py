@@ -3,15 +3,11 @@
 Cases: rolling_bodies, yo_yo.
 """
 
-import math
-from math import cos, sin
-
-from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm, Slider
 from gnomon.cases.declare import *
 from gnomon.reference.contact.block_incline_friction import holds
 from gnomon.reference.contact.rolling_bodies import RollingBody
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.precision import exact
 
 
 def slipping_body(t: Any, state: Values, parameters: Values) -> Values:
@@ -116,7 +112,7 @@ class RollingBodies(Case):
     v = Coordinate("m/s", 2, typical(-5, 5))
     w = Coordinate("rad/s", 0, typical(-5, 5))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
-    alpha = Parameter("rad", "0.4", "angle of the incline", Range(0.0, math.pi / 2, typical=(0.0, 1.3)))
+    alpha = Parameter("rad", "0.4", "angle of the incline", Range(0.0, pi / 2, typical=(0.0, 1.3)))
     mu = Parameter("1", "0.2", "coefficient of friction", nonnegative(0, 1))
     k = Parameter("1", "0.5", "moment of inertia over m R^2", positive(0.1, 1))
     R = Parameter("m", "0.1", "radius", positive(0.1, 2))
@@ -173,7 +169,7 @@ class RollingBodies(Case):
     @property
     def time_scale(self) -> float:
         """The duration of the slip, at least the time of a fall through the radius."""
-        fall = math.sqrt(float(self.R / self.g))
+        fall = sqrt(float(self.R / self.g))
         return max(fall, float(self.exact_motion.slip_time())) if self.exact_motion.slip_ends else fall
 
     def natural_span(self) -> Number:

@@ -1,14 +1,11 @@
 """A chilled can that starts to slide when the air in it has warmed."""
 
-import math
 from dataclasses import replace
-from math import cos, exp, sin
 
-from gnomon.cases.core.scene import SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.sliding_can import SlidingCan
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.precision import exact
 from mpmath import mpf
 
 
@@ -90,7 +87,7 @@ class SlidingCanCase(Case):
     v = Coordinate("m/s", 0, Range(low=0.0, high=0.0, typical=(0.0, 0.0)))
     m = Parameter("kg", "0.02", "mass of the can", positive(0.5, 2))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 15))
-    alpha = Parameter("rad", "0.1", "angle of the incline", Range(0.0, math.pi / 2, low_open=True, typical=(0.05, 0.6)))
+    alpha = Parameter("rad", "0.1", "angle of the incline", Range(0.0, pi / 2, low_open=True, typical=(0.05, 0.6)))
     mu_s = Parameter("1", "0.3", "coefficient of static friction", nonnegative(0.1, 0.8))
     mu_k = Parameter("1", "0.25", "coefficient of kinetic friction", nonnegative(0, 0.5))
     P = Parameter("N", "0.17", "final lift of the air, p1 A", positive(0.1, 30))

@@ -1,12 +1,9 @@
 """A block on a moving belt, held by a spring: stick-slip motion."""
 
-import math
-
-from gnomon.cases.core.scene import SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.box import flat_box
 from gnomon.reference.contact.stick_slip_belt import StickSlip
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.precision import exact
 from mpmath import mpf
 
 
@@ -131,7 +128,7 @@ class StickSlipBelt(Case):
     @property
     def time_scale(self) -> float:
         """sqrt(m/k)."""
-        return math.sqrt(float(self.m / self.k))
+        return sqrt(float(self.m / self.k))
 
     def natural_span(self) -> Number:
         """Until the first release, and 5.37 cycles more."""

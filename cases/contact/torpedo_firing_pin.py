@@ -1,12 +1,9 @@
 """The firing pin of a torpedo that hits its target."""
 
-import math
-
-from gnomon.cases.core.scene import Body, Contact, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.box import HALF_EXTENTS
 from gnomon.reference.contact.torpedo_firing_pin import FiringPin
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.precision import exact
 from mpmath import mpf
 
 
@@ -145,7 +142,7 @@ class TorpedoFiringPin(Case):
     @property
     def time_scale(self) -> float:
         """sqrt(m/k)."""
-        return math.sqrt(float(self.m / self.k))
+        return sqrt(float(self.m / self.k))
 
     def natural_span(self) -> Number:
         """A third longer than the motion."""

@@ -3,8 +3,6 @@
 Results of many evaluations of the exact motion are kept on disk; exact numbers, times and sources are their key.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """A case's equations in another arithmetic, by replacing the globals of their functions, or with other arguments."""
 
-from __future__ import annotations
-
 import linecache
 import math
 import types

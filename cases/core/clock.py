@@ -1,7 +1,5 @@
 """A form by another clock: one that shows 0 at the start of the motion."""
 
-from __future__ import annotations
-
 import dataclasses
 import types
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The exact motion of a case, bound to the numbers of the case by their names."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from fractions import Fraction

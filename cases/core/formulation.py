@@ -1,7 +1,5 @@
 """Another way to write a case, with its own state, equations and independent variable."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

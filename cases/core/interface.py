@@ -1,7 +1,5 @@
 """What sampling, turned starts, the metric and accuracy read of a case. `Case` calls them, so they stand below it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple, Protocol, Self

@@ -1,7 +1,5 @@
 """The numbers of a case: their names, units and meaning, their ranges, and the rules that join several of them."""
 
-from __future__ import annotations
-
 import difflib
 import fnmatch
 import math

@@ -1,7 +1,5 @@
 """The sample times of a case, and its exact states at given times, rounded to binary64."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

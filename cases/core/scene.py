@@ -1,7 +1,5 @@
 """Scenes for physics engines: bodies, joints, forces and contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 

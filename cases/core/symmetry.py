@@ -1,7 +1,5 @@
 """Motions that follow from a motion of a case: in other units, mirrored, with like parts exchanged."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

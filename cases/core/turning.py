@@ -1,7 +1,5 @@
 """Rotational symmetry of a case: the motion from a turned start is the turned motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

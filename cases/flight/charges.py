@@ -3,20 +3,14 @@
 Cases: charge_in_E_and_B, relativistic_charge.
 """
 
-import math
 from dataclasses import replace
-from fractions import Fraction
-from math import sqrt
 
-from gnomon.cases.core.forms import Charged
-from gnomon.cases.core.scene import Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import SPACE, free_point
 from gnomon.reference.flight.gyration import Charge
 from gnomon.reference.flight.relativistic_charge import RelativisticCharge
-from gnomon.reference.numerics.precision import Number
 
-TURNS = 10.37 * 2 * math.pi
+TURNS = 10.37 * 2 * pi
 
 
 def uniform_fields(t: Any, place: Values, parameters: Values) -> Values:
@@ -152,8 +146,8 @@ class ChargeInFields(Case):
     def time_scale(self) -> float:
         """One radian of the gyration, or the time in which E changes the velocity if that is shorter."""
         q_m, ex, ey, ez, *_ = map(float, self.parameter_values())
-        force = abs(q_m) * math.hypot(ex, ey, ez)
-        speed = math.hypot(*map(float, self.initial_state[3:]))
+        force = abs(q_m) * hypot(ex, ey, ez)
+        speed = hypot(*map(float, self.initial_state[3:]))
         times = [1 / float(self.exact_motion.gyration_rate())] if self.exact_motion.gyration_rate() else []
         return min(times + ([speed / force] if speed and force else [])) if times or (force and speed) else 1.0
 
@@ -326,13 +320,13 @@ class RelativisticChargeCase(Case):
     def time_scale(self) -> float:
         """gamma over (q/m) (|B| + |E|/c): the time in which the fields change the velocity."""
         q_m, c, ex, ey, ez, bx, by, bz = map(float, self.parameter_values())
-        rate = abs(q_m) * (math.hypot(bx, by, bz) + math.hypot(ex, ey, ez) / c)
+        rate = abs(q_m) * (hypot(bx, by, bz) + hypot(ex, ey, ez) / c)
         return float(self.exact_motion.gamma()) / rate if rate else 1.0
 
     def natural_span(self) -> Number:
         """10.37 gyrations if B is larger than E/c, else ten time scales."""
         _q_m, c, ex, ey, ez, bx, by, bz = map(float, self.parameter_values())
-        weak = 2 * math.hypot(ex, ey, ez) < c * math.hypot(bx, by, bz)
+        weak = 2 * hypot(ex, ey, ez) < c * hypot(bx, by, bz)
         return (TURNS if weak else 10) * self.time_scale
 
     def derived(self, digits: int) -> dict[str, Any]:

@@ -4,13 +4,11 @@ Cases: ink_jet_printer, millikan_oil_drop.
 """
 
 from dataclasses import replace
-from math import atan
 
-from gnomon.cases.core.scene import Contact, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import free_point, railed_point
 from gnomon.reference.flight.droplets import InkJet, OilDrop
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.precision import exact
 from mpmath import mpf
 
 

@@ -1,8 +1,5 @@
 """A short pulse of force, and its limit, an impulse."""
 
-from math import atan, pi, sin
-
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed
 from gnomon.reference.flight.impulse_instantaneous import Pulse

@@ -1,8 +1,5 @@
 """The projectile in uniform gravity, without drag."""
 
-import math
-
-from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.reference.flight.projectile_parabola import Projectile
 
@@ -75,7 +72,7 @@ class ProjectileParabola(Case):
     @property
     def time_scale(self) -> float:
         """The time in which gravity changes the velocity by the initial speed; the span if gravity or speed is zero."""
-        speed = math.hypot(float(self.vx), float(self.vy))
+        speed = hypot(float(self.vx), float(self.vy))
         g = float(self.g)
         return speed / g if speed * g > 0 else float(self.span)
 

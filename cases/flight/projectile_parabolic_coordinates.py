@@ -1,14 +1,9 @@
 """Lagrange's equations of a projectile in parabolic coordinates, in which its Hamilton-Jacobi equation separates."""
 
-import math
-from collections.abc import Mapping
-from fractions import Fraction
-
 import numpy as np
 from gnomon.cases.core import accuracy
 from gnomon.cases.declare import *
 from gnomon.reference.flight.projectile_parabolic_coordinates import ParabolicProjectile
-from gnomon.reference.numerics.precision import Number
 
 
 def parabolic_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -87,9 +82,9 @@ class ProjectileInParabolicCoordinates(Case):
     def time_scale(self) -> float:
         """The time in which gravity changes the velocity by the speed, or in which the body moves as far as the focus is."""
         flight = self.exact_motion.projectile()
-        g, speed, away = float(flight.g), math.hypot(float(flight.vx), float(flight.vy)), self._away(Fraction(0))
+        g, speed, away = float(flight.g), hypot(float(flight.vx), float(flight.vy)), self._away(Fraction(0))
         if not speed:
-            return math.sqrt(away / g) if g else float(self.span)
+            return sqrt(away / g) if g else float(self.span)
         return min(away / speed, speed / g) if g else away / speed
 
     @property
@@ -99,11 +94,11 @@ class ProjectileInParabolicCoordinates(Case):
 
     def _away(self, t: Number) -> float:
         x, y, _, _ = self.exact_motion.projectile().rational(t)
-        return math.hypot(float(x), float(y))
+        return hypot(float(x), float(y))
 
     def _speed(self, t: Number) -> float:
         _, _, vx, vy = self.exact_motion.projectile().rational(t)
-        return math.hypot(float(vx), float(vy))
+        return hypot(float(vx), float(vy))
 
     def _nearest(self) -> list[float]:
         """Times in the span at which the distance from the focus is extremal (s)."""
@@ -117,8 +112,8 @@ class ProjectileInParabolicCoordinates(Case):
         found = accuracy.grid_scales(self)
         for t in self._nearest():
             xi, eta, u, v = map(float, self.exact(t))
-            found["length"] = max(found["length"], math.hypot(xi, eta))
-            found["velocity"] = max(found["velocity"], math.hypot(u, v))
+            found["length"] = max(found["length"], hypot(xi, eta))
+            found["velocity"] = max(found["velocity"], hypot(u, v))
         return found
 
     def derived(self, digits: int) -> dict[str, Any]:

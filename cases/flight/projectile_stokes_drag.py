@@ -1,12 +1,9 @@
 """The projectile with Stokes drag, proportional to the velocity."""
 
-import math
-
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.scenes.point import UP, free_point
 from gnomon.reference.flight.projectile_stokes_drag import StokesDrag
-from gnomon.reference.numerics.precision import Number
 
 
 def stokes_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -69,13 +66,13 @@ class ProjectileStokesDrag(Case):
     def time_scale(self) -> float:
         """The shorter of the times in which drag slows the body and in which gravity bends its path."""
         g, nu = map(float, self.parameter_values())
-        speed = math.hypot(*map(float, self.initial_state[2:])) or 1.0
+        speed = hypot(*map(float, self.initial_state[2:])) or 1.0
         return min(1 / nu, speed / g) if nu > 0 else speed / g
 
     def natural_span(self) -> Number:
         """Beyond the end of the throw: four times the time in which gravity bends the path, at most twenty decay times."""
         g, nu = map(float, self.parameter_values())
-        speed = math.hypot(*map(float, self.initial_state[2:])) or 1.0
+        speed = hypot(*map(float, self.initial_state[2:])) or 1.0
         return min(20 / nu, 1.97 * speed / g) if nu > 0 else 1.97 * speed / g
 
     def derived(self, digits: int) -> dict[str, Any]:

@@ -3,15 +3,11 @@
 Cases: projectile_quadratic_drag, vertical_quadratic_drag.
 """
 
-import math
-from math import asinh, sqrt
-
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.flight.projectile_stokes_drag import ProjectileStokesDrag
 from gnomon.cases.scenes.point import UP, free_point, railed_point
 from gnomon.reference.flight.quadratic_drag import QuadraticDragPlane, QuadraticDragVertical
-from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
 
 
@@ -69,14 +65,14 @@ class ProjectileQuadraticDrag(Case):
     def time_scale(self) -> float:
         """The shorter of the times in which drag slows the body and in which gravity bends its path."""
         g, k = map(float, self.parameter_values())
-        speed = math.hypot(*map(float, self.initial_state[2:]))
-        return min(1 / (k * speed), speed / g, 1 / math.sqrt(g * k))
+        speed = hypot(*map(float, self.initial_state[2:]))
+        return min(1 / (k * speed), speed / g, 1 / sqrt(g * k))
 
     def natural_span(self) -> Number:
         """About the flight without drag, at most five times the time to the limiting speed."""
         g, k = map(float, self.parameter_values())
-        speed = math.hypot(*map(float, self.initial_state[2:]))
-        return min(1.97 * speed / g, 5 / math.sqrt(g * k))
+        speed = hypot(*map(float, self.initial_state[2:]))
+        return min(1.97 * speed / g, 5 / sqrt(g * k))
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
@@ -90,7 +86,7 @@ class ProjectileQuadraticDrag(Case):
     @property
     def _first_rate(self) -> float:
         """k |v0|."""
-        return float(self.k) * math.hypot(*map(float, self.initial_state[2:]))
+        return float(self.k) * hypot(*map(float, self.initial_state[2:]))
 
 
 def rising_or_falling(t: Any, state: Values, parameters: Values) -> Values:
@@ -174,13 +170,13 @@ class VerticalQuadraticDrag(Case):
         """vt/g, the time to the limiting speed; v0/g if that is shorter."""
         g, k = map(float, self.parameter_values())
         speed = abs(float(self.v))
-        return min(1 / math.sqrt(g * k), speed / g or math.inf)
+        return min(1 / sqrt(g * k), speed / g or inf)
 
     def natural_span(self) -> Number:
         """1.3 times the flight back to the start; four times vt/g if it starts at rest or downward."""
         if self.v > 0:
             return 1.3 * float(self.exact_motion.return_time())
-        return 4 / math.sqrt(float(self.g) * float(self.k))
+        return 4 / sqrt(float(self.g) * float(self.k))
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """The apex of a throw upward."""

@@ -1,8 +1,7 @@
 """An Atwood machine whose pulley has a moment of inertia."""
 
-from math import sqrt
-
 from gnomon.cases.declare import *
+from gnomon.cases.guided.uniform import fall_time
 from gnomon.cases.scenes.rope import ATWOOD
 from gnomon.reference.guided.atwood_pulley_systems import Atwood
 
@@ -35,6 +34,7 @@ class AtwoodPulleySystems(Case):
     R = Parameter("m", "0.1", "radius of the pulley", positive())
     exact_motion = bind(lambda c: Atwood((c.x,), (c.v,), *c.parameter_values()))
     default_span = Span(3.3, "time scale")
+    quantity_names = ("acceleration=rate", "tension_1 tension_2=tensions")
     variants = (
         Variant("light_pulley", "a pulley without inertia: both parts of the rope have the same tension", {"I": 0}),
         Variant(
@@ -51,12 +51,4 @@ class AtwoodPulleySystems(Case):
 
     @property
     def time_scale(self) -> float:
-        """Initial speed over acceleration; from rest the time of the first metre; 1 s if both are zero."""
-        rate, speed = abs(float(self.exact_motion.rate)), abs(float(self.v))
-        if rate == 0:
-            return 1.0
-        return speed / rate or sqrt(2 / rate)
-
-    def derived(self, digits: int) -> dict[str, Any]:
-        first, second = self.exact_motion.tensions(digits)
-        return {"acceleration": self.exact_motion.acceleration(0, digits), "tension_1": first, "tension_2": second}
+        return fall_time(abs(float(self.v)), abs(float(self.exact_motion.rate)))

@@ -1,11 +1,8 @@
 """A bead on a wire that rotates in a vertical plane: a rheonomic constraint."""
 
-from math import cos, pi, sin
-
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed_point
 from gnomon.reference.guided.bead_rotating_wire_vertical_plane import BeadOnTurningWire
-from gnomon.reference.numerics.precision import Number
 
 
 def bead_wire_equations(t: Any, state: Values, parameters: Values) -> Values:

@@ -1,9 +1,5 @@
 """A uniform chain in a smooth circular tube, which moves exactly like a pendulum."""
 
-from fractions import Fraction
-from math import cos, sin
-
-from gnomon.cases.core.scene import Body, Hinge, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.equivalent_pendulum import EquivalentPendulumCase
 from gnomon.cases.scenes.pendulum import pendulum_reading

@@ -1,14 +1,10 @@
 """A chain that slides from a table over a smooth quarter circle to the vertical."""
 
 import math
-from collections.abc import Mapping
-from fractions import Fraction
-from math import atan, cos, sin, sqrt
 
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed
 from gnomon.reference.guided.chain_quarter_circle import ChainQuarter
-from gnomon.reference.numerics.precision import Number
 
 BELOW, ABOVE = Fraction(math.pi), Fraction(math.nextafter(math.pi, 4))
 """Bounds of pi."""

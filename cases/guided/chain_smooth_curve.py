@@ -1,9 +1,5 @@
 """A uniform chain on a smooth cycloid: isochronous for every length."""
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import sqrt
-
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion

@@ -3,15 +3,9 @@
 Cases: chain_off_table, chain_over_pulley.
 """
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import sqrt
-
-from gnomon.cases.core.forms import Equations
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed
 from gnomon.reference.guided.chains_over_edge import SlidingChain
-from gnomon.reference.numerics.precision import Number
 from mpmath import mpf
 
 

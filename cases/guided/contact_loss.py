@@ -3,16 +3,11 @@
 Cases: bead_leaving_sphere, amusement_park, pendulum_on_string.
 """
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import atan2, cos, hypot, pi, sin, sqrt
 from typing import ClassVar
 
-from gnomon.cases.core.forms import Equations
-from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.reference.guided.contact_loss import ContactLoss
-from gnomon.reference.numerics.precision import Number, quantity, working
+from gnomon.reference.numerics.precision import quantity, working
 from mpmath import mpf
 
 

@@ -3,13 +3,8 @@
 Cases: curve_sliding_small, curve_sliding_quartic, curve_sliding_catenary.
 """
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import asinh, sqrt
 from typing import ClassVar
 
-from gnomon.cases.core.forms import Equations
-from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
 from gnomon.cases.oscillators.well import WellCase

@@ -6,7 +6,6 @@ from typing import ClassVar
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.guided.free_azimuth import Governor
-from gnomon.reference.numerics.precision import Number
 
 HEAVIER = 2**40
 """The rate of a spindle or hoop that is heavier by this factor is constant to twelve digits."""

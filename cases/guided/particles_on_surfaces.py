@@ -3,17 +3,13 @@
 Cases: ignorable_coordinates (cone), particle_on_paraboloid, particle_on_torus.
 """
 
-from collections.abc import Callable, Mapping
-from fractions import Fraction
+from collections.abc import Callable
 from functools import cached_property
-from math import asin, atan2, cos, hypot, inf, pi, sin, tau
+from math import asin
 
-from gnomon.cases.core.forms import Values
-from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.reference.guided.particles_on_surfaces import OnCone, OnParaboloid, OnSurface, OnTorus
-from gnomon.reference.numerics.precision import Number
 
 
 def cone_equations(t: Any, state: Values, parameters: Values) -> Values:

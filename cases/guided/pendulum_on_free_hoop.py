@@ -3,11 +3,6 @@
 Cases: rotating_pendulum_free_hoop, rotating_pendulum_swept.
 """
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import cos, pi, sin, sqrt
-
-from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.declare import *
 from gnomon.cases.guided.free_azimuth import FreeAzimuthCase
 from gnomon.cases.guided.pendulum_on_hoop import RotatingPendulum, hoop_acceleration

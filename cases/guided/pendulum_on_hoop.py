@@ -4,9 +4,6 @@ Cases: rotating_pendulum, bearing_reaction_torque_stability. The gyrocompass (ca
 has such an equation too.
 """
 
-from fractions import Fraction
-from math import cos, pi, sin, sqrt, tau
-
 import numpy as np
 from gnomon.cases.core import accuracy
 from gnomon.cases.declare import *

@@ -1,15 +1,10 @@
 """A slider in a radial slot of a rotating table."""
 
 from collections.abc import Sequence
-from fractions import Fraction
-from math import sqrt, tau
 
-from gnomon.cases.core.forms import Form
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed_point, railed_pull
 from gnomon.reference.guided.slider_rotating_slot import Slot
-from gnomon.reference.numerics.precision import Number
 
 
 def slot_equations(t: Any, state: Values, parameters: Values) -> Values:

@@ -1,9 +1,7 @@
 """A block on a wedge that is free to slide."""
 
-import math
-from math import cos, sin, sqrt
-
 from gnomon.cases.declare import *
+from gnomon.cases.guided.uniform import fall_time
 from gnomon.cases.scenes.cart import WEDGE
 from gnomon.reference.guided.wedge_block_energy_momentum import Wedge
 
@@ -46,7 +44,7 @@ class WedgeBlock(Case):
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     m = Parameter("kg", 1, "mass of the block", positive())
     M = Parameter("kg", 3, "mass of the wedge", positive())
-    alpha = Parameter("rad", "0.5", "angle of the face", Range(0.0, math.pi / 2, typical=(0.05, 1.5)))
+    alpha = Parameter("rad", "0.5", "angle of the face", Range(0.0, pi / 2, typical=(0.05, 1.5)))
     exact_motion = bind(Wedge, places="X s", velocities="V v")
     default_span = Span(3.3, "time scale")
     variants = (
@@ -62,11 +60,8 @@ class WedgeBlock(Case):
 
     @property
     def time_scale(self) -> float:
-        """Speed of the block over its acceleration; from rest the time of the first metre."""
-        rate, speed = abs(float(self.exact_motion.acceleration(1))), abs(float(self.v))
-        if rate == 0:
-            return 1.0
-        return speed / rate or sqrt(2 / rate)
+        """Of the block, relative to the wedge."""
+        return fall_time(abs(float(self.v)), abs(float(self.exact_motion.acceleration(1))))
 
     def derived(self, digits: int) -> dict[str, Any]:
         motion = self.exact_motion

@@ -3,9 +3,6 @@
 Cases: central_force_conservation, central_force_hanging_mass, central_force_logarithmic, dumbbell_spring.
 """
 
-from math import log, sqrt
-
-from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.cases.scenes.rope import HANGING

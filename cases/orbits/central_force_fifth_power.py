@@ -1,15 +1,10 @@
 """Attraction by the inverse fifth power of the distance: circles through the centre, unstable circles about it."""
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import hypot, sqrt
-
-from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import show
 from gnomon.cases.declare import *
 from gnomon.cases.orbits.central_force import isotropic_spin
 from gnomon.cases.scenes.point import free_point
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.precision import exact
 from gnomon.reference.orbits.central_force_fifth_power import collision_time
 
 

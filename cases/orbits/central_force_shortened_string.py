@@ -1,11 +1,7 @@
 """A mass on a table, its string drawn through a hole at a given speed: moment of momentum is constant, energy is not."""
 
-from fractions import Fraction
-from math import tau
-
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.rope import SHORTENED
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.central_force_shortened_string import ShortenedString
 
 

@@ -1,18 +1,15 @@
 """Three bodies under mutual attraction: Lagrange's equilateral triangle, and starts that are close to one."""
 
 from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
-from math import sqrt
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.forms import NBody
-from gnomon.cases.core.integrated import IntegratedCase, integrate
+from gnomon.cases.core.integrated import integrate
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.two_masses import attracting
-from gnomon.reference.numerics.precision import Number, quantity
+from gnomon.reference.numerics.precision import quantity
 from gnomon.reference.orbits.equilateral_three_body import Homographic, keeps_its_shape
 
 

@@ -1,21 +1,14 @@
 """The Kepler problem in a plane: a central mass and a light body, on any conic."""
 
-import math
 from collections.abc import Sequence
-from fractions import Fraction
-from math import hypot, sqrt
 
 import numpy as np
-from gnomon.cases.core.forms import NBody
-from gnomon.cases.core.formulation import Floats, Formulation
-from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
-from gnomon.cases.core.turning import Turning
+from gnomon.cases.core.formulation import Floats
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.kepler_orbit import Kepler
 
-TURN = 2 * math.pi
+TURN = 2 * pi
 
 
 def attraction(t: Any, q: Values, parameters: Values) -> Values:
@@ -103,7 +96,7 @@ def upright(states: Floats) -> Floats:
 def pericentre_start(e: float) -> tuple[Number, ...]:
     """The state at pericentre for a = 1, mu = 1, rounded here to binary64; the case has these rounded numbers."""
     distance = Fraction(str(e))
-    return 1 - distance, 0, 0, math.sqrt((1 + distance) / (1 - distance))
+    return 1 - distance, 0, 0, sqrt((1 + distance) / (1 - distance))
 
 
 def kepler_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
@@ -229,7 +222,7 @@ class KeplerOrbit(Case):
             return float(motion.period()) / TURN
         if motion.angular_momentum:
             return float(motion.pericentre() ** 2) / abs(float(motion.angular_momentum))
-        return math.sqrt(math.hypot(*map(float, self.initial_state[:2])) ** 3 / float(self.mu))
+        return sqrt(hypot(*map(float, self.initial_state[:2])) ** 3 / float(self.mu))
 
     def natural_span(self) -> Number:
         """10.37 periods; an unbound orbit passes its pericentre; a radial fall ends close to the collision."""
@@ -239,7 +232,7 @@ class KeplerOrbit(Case):
             return float(collision) * (1 - 2.0**-10)
         if motion.conic > 0:
             return 10.37 * float(motion.period())
-        radian = math.hypot(*map(float, self.initial_state[:2])) / math.hypot(*map(float, self.initial_state[2:]))
+        radian = hypot(*map(float, self.initial_state[:2])) / hypot(*map(float, self.initial_state[2:]))
         return 20 * radian + 2 * abs(float(motion.pericentre_time()))
 
     @property

@@ -1,11 +1,7 @@
 """Radial fall under the inverse-square law."""
 
-import math
-
-from gnomon.cases.core.forms import NBody
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed_pull
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.radial_fall_inverse_square import RadialFall
 
 
@@ -90,7 +86,7 @@ class RadialFallInverseSquare(Case):
     def time_scale(self) -> float:
         """sqrt(r0^3/mu), or r0 over the speed if that is shorter."""
         mu, (r, v) = float(self.mu), map(float, self.initial_state)
-        return min(math.sqrt(r**3 / mu), abs(r / v) if v else math.inf)
+        return min(sqrt(r**3 / mu), abs(r / v) if v else inf)
 
     def natural_span(self) -> Number:
         """0.93 of the time to the collision; 20.7 time scales if there is none or it is later."""

@@ -1,17 +1,10 @@
 """Two bodies under their mutual attraction, neither of them fixed."""
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import pi, sqrt
-
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.case import Floats
-from gnomon.cases.core.forms import NBody
 from gnomon.cases.declare import *
 from gnomon.cases.orbits.kepler_orbit import KeplerOrbit
 from gnomon.cases.scenes.two_masses import attracting
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.kepler_orbit import Kepler
 from gnomon.reference.orbits.two_body import TwoBody as Motion
 

@@ -3,12 +3,8 @@
 Cases: two_mass_spring, center_of_mass_motion, dumbbell_free_flight.
 """
 
-from fractions import Fraction
-from math import cos, sin, sqrt, tau
-
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.two_masses import ON_A_LINE, ROD, attracting
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.orbits.two_masses import RodPair, SpringPair
 
 

@@ -1,13 +1,9 @@
 """Free vibration with viscous damping."""
 
 from collections.abc import Sequence
-from fractions import Fraction
-from math import sqrt
 
-from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.harmonic_oscillator import spring_energy
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.damped_oscillator import DampedMotion
 
 

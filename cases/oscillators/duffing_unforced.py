@@ -1,13 +1,8 @@
 """The conservative cubic oscillator."""
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import sqrt, tau
-
 from gnomon.cases.core import accuracy
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed_pull
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.duffing_unforced import DuffingMotion
 
 

@@ -3,14 +3,8 @@
 Cases: forced_oscillator, second_order_linear_ode, time_varying_force.
 """
 
-import math
-from fractions import Fraction
-from math import cos, exp, sin
-
-from gnomon.cases.core.forms import Form
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed_point
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.forced_oscillators import ForcedLinear, SwitchedOff
 
 ZERO = Fraction(0)
@@ -37,9 +31,9 @@ def linear_times(damping: float, stiffness: float) -> tuple[float, float]:
     """The characteristic and the shortest time of x'' + 2b x' + c x = 0 (s); infinite if b = c = 0."""
     square = damping**2 - stiffness
     if square <= 0:
-        natural = 1 / math.sqrt(stiffness) if stiffness else math.inf
-        return natural, min(natural, 1 / abs(damping) if damping else math.inf)
-    fast = abs(damping) + math.sqrt(square)
+        natural = 1 / sqrt(stiffness) if stiffness else inf
+        return natural, min(natural, 1 / abs(damping) if damping else inf)
+    fast = abs(damping) + sqrt(square)
     slow = abs(stiffness) / fast
     return 1 / slow if slow and damping > 0 and stiffness > 0 else 1 / fast, 1 / fast
 
@@ -96,7 +90,7 @@ class ForcedOscillator(Case):
     def _times(self) -> tuple[float, float]:
         m, c, k, _f0, w = map(float, self.parameter_values())
         slow, fast = linear_times(c / (2 * m), k / m)
-        driven = 1 / w if w else math.inf
+        driven = 1 / w if w else inf
         return min(slow, driven), min(fast, driven)
 
     @property
@@ -111,7 +105,7 @@ class ForcedOscillator(Case):
     def natural_span(self) -> Number:
         """10.37 periods of the force, or of the free vibration without a force."""
         w = float(self.w)
-        return 10.37 * 2 * math.pi * (1 / w if w else self.time_scale)
+        return 10.37 * 2 * pi * (1 / w if w else self.time_scale)
 
     @property
     def quantity_names(self) -> tuple[str, ...]:
@@ -189,8 +183,8 @@ class SecondOrderLinearOde(Case):
         """The shortest time of the free motion and of the load."""
         b, c, _h0, h1, r, p = map(float, self.parameter_values())
         loads = [1 / abs(rate) for rate in (r, p) if rate and h1]
-        shortest = min(linear_times(b, c)[1], *loads, math.inf)
-        return shortest if shortest < math.inf else 1.0
+        shortest = min(linear_times(b, c)[1], *loads, inf)
+        return shortest if shortest < inf else 1.0
 
     def natural_span(self) -> Number:
         """20.7 characteristic times; 5 if the motion or the load grows, so that it grows at most e^5 times."""

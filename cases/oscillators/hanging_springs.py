@@ -1,7 +1,5 @@
 """A mass that hangs on two springs in series."""
 
-from math import sqrt
-
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed_pull
 from gnomon.reference.oscillators.hanging_springs import HangingSprings

@@ -1,8 +1,5 @@
 """The harmonic oscillator."""
 
-from math import sqrt
-
-from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.cases.declare import *
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion
 

@@ -1,12 +1,10 @@
 """Damped vibrations of two masses: Rayleigh's dissipation function."""
 
 from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.row import masses_in_a_row
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.small_vibrations import Vibrations, chain
 
 

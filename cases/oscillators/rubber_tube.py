@@ -3,10 +3,6 @@
 Cases: rubber_tube_thin, rubber_tube_thick.
 """
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import log
-
 from gnomon.cases.core import accuracy
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase

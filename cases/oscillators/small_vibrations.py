@@ -4,12 +4,11 @@ Cases: small_vibrations_3dof_chain, small_vibrations_mdof.
 """
 
 from collections.abc import Sequence
-from fractions import Fraction
 from functools import cached_property
 
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.row import masses_in_a_row
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.precision import exact
 from gnomon.reference.oscillators.small_vibrations import Vibrations, chain
 
 

@@ -1,7 +1,6 @@
 """Base class of cases with one coordinate in a potential well: span, time scale, period, turning points, reversal."""
 
 from functools import cached_property
-from math import tau
 from typing import ClassVar
 
 from gnomon.cases.declare import *

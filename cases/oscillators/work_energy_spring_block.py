@@ -1,8 +1,5 @@
 """A block dropped on a spring."""
 
-from fractions import Fraction
-from math import sqrt
-
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import railed
 from gnomon.reference.oscillators.work_energy_spring_block import SpringBlock

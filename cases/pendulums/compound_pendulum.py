@@ -3,10 +3,7 @@
 Cases: rotation_fixed_axis_compound_pendulum, rolling_sphere_in_bowl.
 """
 
-from fractions import Fraction
-from math import cos, sin, sqrt, tau
-
-from gnomon.cases.core.scene import IDENTITY, Body, Guide, Hinge, Readings, Scene, SceneForm, Vector
+from gnomon.cases.core.scene import IDENTITY
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.cases.scenes.pendulum import pendulum_reading

@@ -1,17 +1,11 @@
 """Huygens' isochronous pendulum."""
 
 from collections.abc import Sequence
-from math import cos, pi, sin, sqrt, tan
 
 import numpy as np
 from gnomon.cases.core import accuracy
-from gnomon.cases.core.formulation import Formulation
-from gnomon.cases.core.scene import Body, Guide, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.reference.pendulums.cycloidal_pendulum import CycloidalMotion
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
 
 
 def cycloid_equations(t: Any, state: Values, parameters: Values) -> Values:

@@ -1,11 +1,6 @@
 """The planar double pendulum."""
 
-from math import cos, sin
-
 import numpy as np
-from gnomon.cases.core.case import Floats
-from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.small_vibrations import SmallVibrations
 from gnomon.reference.numerics.precision import publish, working

@@ -1,7 +1,5 @@
 """Base class of cases that move exactly like a pendulum: a chain in a tube, a pendulum on an accelerated support."""
 
-from math import tau
-
 from gnomon.cases.core import accuracy
 from gnomon.cases.declare import *
 from gnomon.reference.pendulums.equivalent_pendulum import EquivalentPendulum

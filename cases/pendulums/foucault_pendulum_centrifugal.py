@@ -1,7 +1,5 @@
 """Foucault's pendulum for small amplitudes with the centrifugal terms of the horizontal plane."""
 
-from math import pi, sin, sqrt
-
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession, no_load
 from gnomon.cases.scenes.point import free_point

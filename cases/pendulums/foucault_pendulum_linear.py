@@ -3,17 +3,13 @@
 Cases: foucault_pendulum_linear, foucault_precession.
 """
 
-import math
-from math import sin
 from typing import ClassVar
 
-from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
-from gnomon.cases.core.turning import Turning
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import free_point
 from gnomon.reference.pendulums.foucault_pendulum_linear import Foucault
 
-TURN = 2 * math.pi
+TURN = 2 * pi
 
 
 def foucault_equations(t: Any, state: Values, parameters: Values) -> Values:
@@ -111,7 +107,7 @@ class FoucaultLinear(Case):
     g = Parameter("m/s^2", "9.81", "apparent gravity", positive(5, 15))
     L = Parameter("m", 67, "length of the pendulum", positive(0.5, 100))
     Om = Parameter("rad/s", "7.292115e-5", "rate of rotation of the Earth", typical(-1, 1))
-    lat = Parameter("rad", "0.8526", "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
+    lat = Parameter("rad", "0.8526", "latitude", Range(-pi / 2, pi / 2, typical=(-1.5, 1.5)))
     exact_motion = bind(Foucault)
     quantity_names = ("precession_rate", "swing_period", "closest")
     turning = Turning((("x", "y"), ("vx", "vy")))

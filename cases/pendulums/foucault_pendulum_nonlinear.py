@@ -1,17 +1,10 @@
 """Foucault's pendulum at any amplitude: a spherical pendulum with the Coriolis force."""
 
 import math
-from collections.abc import Mapping
-from fractions import Fraction
-from math import cos, sin
 
 import numpy as np
-from gnomon.cases.core.case import Floats
-from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.foucault_pendulum_linear import FoucaultLinear, FoucaultPrecession
-from gnomon.reference.numerics.precision import Number
 
 
 def foucault_sphere(t: Any, state: Values, parameters: Values) -> Values:

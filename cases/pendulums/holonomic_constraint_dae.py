@@ -1,11 +1,5 @@
 """The pendulum in Cartesian coordinates: a holonomic constraint with its multiplier."""
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import pi, sqrt
-
-from gnomon.cases.core.forms import Constrained
-from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.reference.pendulums.holonomic_constraint_dae import CartesianPendulum
 

@@ -1,8 +1,5 @@
 """A pendulum on an accelerated support, which moves exactly like a pendulum in the apparent gravity."""
 
-from math import cos, sin
-
-from gnomon.cases.core.scene import Body, Hinge, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.equivalent_pendulum import EquivalentPendulumCase
 from gnomon.cases.scenes.pendulum import pendulum_reading

@@ -1,7 +1,5 @@
 """A pendulum under a cart that is free to roll: the centre of mass moves uniformly along the rail."""
 
-from math import cos, pi, sin, sqrt
-
 from gnomon.cases.core import accuracy
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.well import WellCase

@@ -1,14 +1,8 @@
 """A pendulum with drag proportional to the square of its speed."""
 
-import math
-from collections.abc import Mapping
-from fractions import Fraction
-from math import sin, sqrt
-
-from gnomon.cases.core.scene import Body, Force, Hinge, Readings, Scene, SceneForm, Vector
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
-from gnomon.reference.numerics.precision import Number, exact
+from gnomon.reference.numerics.precision import exact
 from gnomon.reference.pendulums.pendulum_quadratic_damping import DampedPendulum
 from mpmath import mpf
 
@@ -39,7 +33,7 @@ def dragged_energy(t: Any, state: Values, parameters: Values) -> Values:
 
 def swing_mode(t: Any, state: Values, parameters: Values) -> str:
     theta, v = map(exact, state)
-    forward = v > 0 if v else math.sin(theta) < 0
+    forward = v > 0 if v else sin(theta) < 0
     return "forward" if forward else "backward"
 
 
@@ -141,16 +135,16 @@ class PendulumQuadraticDamping(Case):
     @property
     def time_scale(self) -> float:
         """1/sqrt(w2), the time of a small swing; the time of a radian at the start if that is shorter."""
-        return 1 / max(math.sqrt(float(self.w2)), abs(float(self.v)))
+        return 1 / max(sqrt(float(self.w2)), abs(float(self.v)))
 
     def natural_span(self) -> Number:
         """Until the pendulum has come to rest ten times, and 0.37 of a small half swing more."""
-        half = math.pi / math.sqrt(float(self.w2))
+        half = pi / sqrt(float(self.w2))
         return float(self.exact_motion.turning_point(int(self.periods))[0]) + 0.37 * half
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """The times at which the pendulum comes to rest: at most one in the time of a small half swing."""
-        self.limit_events(float(self.span) * math.sqrt(float(self.w2)) / math.pi, MOST_RESTS)
+        self.limit_events(float(self.span) * sqrt(float(self.w2)) / pi, MOST_RESTS)
         found: list[Event] = []
         while True:
             time, angle = self.exact_motion.turning_point(len(found) + 1, digits)

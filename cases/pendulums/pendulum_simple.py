@@ -1,7 +1,5 @@
 """The simple pendulum."""
 
-from math import cos, pi, sin, sqrt, tau
-
 from gnomon.cases.core import accuracy
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.duffing_unforced import DuffingUnforced

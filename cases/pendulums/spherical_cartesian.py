@@ -1,7 +1,5 @@
 """The spherical pendulum in Cartesian coordinates with its rod as a constraint: regular at the poles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

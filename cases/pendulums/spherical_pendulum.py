@@ -1,14 +1,9 @@
 """The spherical pendulum in angles. With phi -> phi - Om t it is also the nonlinear Foucault pendulum at the pole."""
 
-import math
 from collections.abc import Sequence
-from fractions import Fraction
-from math import cos, sin
 
 import mpmath
 import numpy as np
-from gnomon.cases.core.case import Floats
-from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.orbits.central_force import CentralForceConservation
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
@@ -62,7 +57,7 @@ class SphericalPendulumCase(Case):
     title = "Spherical pendulum"
     section = "6.17, 11.10"
     conventions = "theta from the downward vertical; h = sin^2(theta) phi' is constant and not zero; phi continuous."
-    theta = Coordinate("rad", 1, Range(0.0, math.pi, low_open=True, typical=(0.1, 3.0)), group="tilt")
+    theta = Coordinate("rad", 1, Range(0.0, pi, low_open=True, typical=(0.1, 3.0)), group="tilt")
     omega = Coordinate("rad/s", 0, typical(-5, 5))
     phi = Coordinate("rad", 0, group="azimuth")
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
@@ -98,14 +93,14 @@ class SphericalPendulumCase(Case):
         g, length, h = map(float, self.parameter_values())
         low, high = self.exact_motion.heights(30) or (0, 0)
         nearest = min(float((1 - low) * (1 + low)), float((1 - high) * (1 + high)))
-        return 1 / max(math.sqrt(g / length), abs(h) / nearest)
+        return 1 / max(sqrt(g / length), abs(h) / nearest)
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
         """Two horizontal oscillators, then the plane swing without h; only for starts below the height of the support."""
         g, length, _h = self.parameter_values()
         theta, omega, phi = self.initial_state
-        if float(theta) >= math.pi / 2:
+        if float(theta) >= pi / 2:
             return ()
         flat = CentralForceConservation(
             initial_state=flat_start(self.initial_state, self.parameter_values()), span=self.span, m=length, k=g
@@ -121,9 +116,9 @@ class SphericalPendulumCase(Case):
 
         def in_the_plane(states: Floats) -> Floats:
             angle, rate = states.T
-            side = np.where(np.remainder(angle, 2 * math.pi) <= math.pi, 1.0, -1.0)
-            tilt = np.abs(np.remainder(angle + math.pi, 2 * math.pi) - math.pi)
-            azimuth = float(phi) + np.where(side > 0, 0.0, math.pi)
+            side = np.where(np.remainder(angle, 2 * pi) <= pi, 1.0, -1.0)
+            tilt = np.abs(np.remainder(angle + pi, 2 * pi) - pi)
+            azimuth = float(phi) + np.where(side > 0, 0.0, pi)
             return np.stack([tilt, side * rate, azimuth], axis=-1)
 
         return (

@@ -1,11 +1,6 @@
 """The spring pendulum: a point mass that swings on a spring."""
 
-import math
-from math import cos, sin, sqrt
-
 import numpy as np
-from gnomon.cases.core.case import Floats
-from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.small_vibrations import SmallVibrations
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
@@ -115,7 +110,7 @@ class SpringPendulum(IntegratedCase):
         smallest = Level(small, hung, "small swings: spring and swing uncoupled")
         if not x and not vx:
             return (smallest,)
-        away, begin = math.hypot(float(x), float(y)), math.atan2(float(x), -float(y))
+        away, begin = hypot(float(x), float(y)), atan2(float(x), -float(y))
         turn = (float(vx) * cos(begin) + float(vy) * sin(begin)) / away
         rod = PendulumSimple(initial_state=(begin, turn), span=self.span, g=g, L=hanging)
 

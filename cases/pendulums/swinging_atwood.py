@@ -1,10 +1,6 @@
 """The swinging Atwood machine: a hanging mass pulls the string of a pendulum over a pulley."""
 
-from collections.abc import Mapping
-from math import cos, sin, sqrt
-
 from gnomon.cases.core.case import Invariant
-from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.rope import SWINGING
 

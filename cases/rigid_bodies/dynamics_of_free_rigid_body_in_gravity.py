@@ -1,9 +1,6 @@
 """A rigid body thrown in uniform gravity."""
 
-import math
-
-from gnomon.cases.core.forms import Equations, euler_equations
-from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
+from gnomon.cases.core.forms import euler_equations
 from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.euler_top import (
     TRIANGLE,
@@ -127,5 +124,5 @@ class DynamicsOfFreeRigidBodyInGravity(Case):
     @property
     def time_scale(self) -> float:
         """One radian at the initial rate."""
-        rate = math.hypot(*map(float, self.initial_state[6:9]))
+        rate = hypot(*map(float, self.initial_state[6:9]))
         return min(1 / rate, 1.0) if rate else 1.0

@@ -1,9 +1,5 @@
 """A flyball governor whose spindle spins freely."""
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import cos, pi, sin
-
 from gnomon.cases.declare import *
 from gnomon.cases.guided.free_azimuth import FreeAzimuthCase
 from gnomon.cases.scenes.hoop import GOVERNOR

@@ -1,18 +1,10 @@
 """The torque-free rigid body, with its attitude."""
 
-import math
-from collections.abc import Mapping
-from fractions import Fraction
-from math import sqrt
-
-from gnomon.cases.core.forms import RigidBody
-from gnomon.cases.core.turning import Turning
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.attitude import SCENE
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 
-TURN = 2 * math.pi
+TURN = 2 * pi
 
 
 def principal_moments(parameters: Values) -> Values:
@@ -154,7 +146,7 @@ class EulerTopCase(Case):
     @property
     def time_scale(self) -> float:
         """One radian at the initial rate."""
-        rate = math.hypot(*map(float, self.initial_state[:3]))
+        rate = hypot(*map(float, self.initial_state[:3]))
         return 1 / rate if rate else float(self.span)
 
     def natural_span(self) -> Number:

@@ -3,13 +3,9 @@
 Cases: belt_driven_machine, flywheel, flywheel_coast_down.
 """
 
-import math
-from math import cos
-
-from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.hinge import hinged_point
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.rigid_bodies.flywheels import BeltDrive, CoastDown, Flywheel
 from mpmath import mpf
 
@@ -202,7 +198,7 @@ class FlywheelCase(Case):
 
     def natural_span(self) -> Number:
         """10.37 cycles, but no less than ten seconds if the cycle is slow."""
-        return min(10.37 * 2 * math.pi / max(abs(float(self.W)), 1.0), 65.0)
+        return min(10.37 * 2 * pi / max(abs(float(self.W)), 1.0), 65.0)
 
     @property
     def quantity_names(self) -> tuple[str, ...]:

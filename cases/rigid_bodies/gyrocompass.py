@@ -1,8 +1,5 @@
 """The gyrocompass with its axis held in the horizontal plane, which moves like a pendulum on a turning hoop."""
 
-from fractions import Fraction
-from math import cos, sin
-
 from gnomon.cases.declare import *
 from gnomon.cases.guided.pendulum_on_hoop import HoopCase
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple

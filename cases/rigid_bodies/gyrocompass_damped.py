@@ -1,11 +1,7 @@
 """The gyrocompass with viscous damping, for small angles."""
 
-from fractions import Fraction
-from math import sqrt
-
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.hinge import hinged_point
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.oscillators.damped_oscillator import DampedMotion
 
 

@@ -3,12 +3,7 @@
 Cases: gyrocompass_damped_nonlinear, gyrocompass_tilting.
 """
 
-from math import atan2, cos, pi, sin, sqrt
-
 import numpy as np
-from gnomon.cases.core.case import Floats
-from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.gyrocompass import Gyrocompass, compass_jacobi
 from gnomon.cases.rigid_bodies.gyrocompass_damped import GyrocompassDamped

@@ -4,14 +4,11 @@ Cases: lagrange_top, lagrange_top_sleeping_separatrix, lagrange_top_attitude.
 """
 
 import math
-from math import cos, sin
 
-from gnomon.cases.core.forms import RigidBody
-from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.top_models import LagrangeTopFast, LagrangeTopSmallNutation
 from gnomon.cases.scenes.top import ANGLES_SCENE, BODY_SCENE, RISING_SCENE
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.rigid_bodies.lagrange_top import LagrangeTop
 from gnomon.reference.rigid_bodies.lagrange_top_attitude import TopAttitude
 

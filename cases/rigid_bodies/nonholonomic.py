@@ -3,12 +3,7 @@
 Cases: chaplygin_sleigh, knife_edge_incline.
 """
 
-import math
-from math import atan2, cos, sin, sqrt
-
-from gnomon.cases.core.scene import Body, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.nonholonomic import ChaplyginSleigh, KnifeEdge
 
 
@@ -136,7 +131,7 @@ class ChaplyginSleighCase(Case):
         m, inertia, a = map(float, self.parameter_values())
         square = inertia / m + a * a
         speed = float(self.exact_motion.speed())
-        return min(square / (a * speed), math.sqrt(square) / speed) if speed else 1.0
+        return min(square / (a * speed), sqrt(square) / speed) if speed else 1.0
 
     def natural_span(self) -> Number:
         """The time of the turn, and 5 decay times more."""
@@ -145,7 +140,7 @@ class ChaplyginSleighCase(Case):
         if not speed or not w:
             return 10 * self.time_scale
         square = inertia / m + a * a
-        until = max(0.0, -math.asinh(float(self.v) / (math.sqrt(square) * w)))
+        until = max(0.0, -asinh(float(self.v) / (sqrt(square) * w)))
         return (until + 5) * square / (a * speed)
 
     def derived(self, digits: int) -> dict[str, Any]:
@@ -187,4 +182,4 @@ class KnifeEdgeIncline(Case):
     def natural_span(self) -> Number:
         """10.37 turns; 10 s if it does not turn."""
         w = abs(float(self.w))
-        return 10.37 * 2 * math.pi / w if w > 0.01 else 10.0
+        return 10.37 * 2 * pi / w if w > 0.01 else 10.0

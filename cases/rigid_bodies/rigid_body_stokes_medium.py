@@ -1,10 +1,5 @@
 """A rigid body that rotates in a Stokes medium."""
 
-import math
-from math import exp, sqrt
-
-from gnomon.cases.core.forms import Equations, RigidBody
-from gnomon.cases.core.scene import Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.euler_top import (
     TRIANGLE,
@@ -15,7 +10,6 @@ from gnomon.cases.rigid_bodies.euler_top import (
     spinning,
 )
 from gnomon.cases.scenes.attitude import euler_top_reading, euler_top_scene
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
 
 
@@ -117,7 +111,7 @@ class RigidBodyStokesMedium(Case):
     @property
     def time_scale(self) -> float:
         """The time of a radian at the initial rate, or of the drag if that is shorter."""
-        return 1 / max(math.hypot(*map(float, self.initial_state[:3])), float(self.nu))
+        return 1 / max(hypot(*map(float, self.initial_state[:3])), float(self.nu))
 
     def natural_span(self) -> Number:
         """6/nu, at most 100 radians at the initial rate."""

@@ -3,13 +3,9 @@
 Cases: rigid_body_stokes_medium_falling, rigid_body_stokes_medium_torque.
 """
 
-import math
 from dataclasses import replace
-from math import exp
 
-from gnomon.cases.core.forms import RigidBody, euler_equations
-from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.scene import Force, Scene, SceneForm, Vector
+from gnomon.cases.core.forms import euler_equations
 from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import (
     DynamicsOfFreeRigidBodyInGravity,
@@ -142,7 +138,7 @@ class RigidBodyStokesMediumFalling(Case):
     @property
     def time_scale(self) -> float:
         """The time of a radian at the initial rate, or of the drag if that is shorter."""
-        rate = math.hypot(*map(float, self.initial_state[6:9]))
+        rate = hypot(*map(float, self.initial_state[6:9]))
         return 1 / max(rate, float(self.nu), 1.0)
 
     def derived(self, digits: int) -> dict[str, Any]:
@@ -195,7 +191,7 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
     def time_scale(self) -> float:
         """The shortest time of a radian at the initial or the final rate, and of the drag."""
         i1, i2, i3, nu, M = map(float, self.parameter_values())
-        rate = math.hypot(*map(float, self.initial_state[:3]))
+        rate = hypot(*map(float, self.initial_state[:3]))
         return 1 / max(rate, abs(M) / nu / max(i1, i2, i3), nu, 0.1)
 
     def derived(self, digits: int) -> dict[str, Any]:

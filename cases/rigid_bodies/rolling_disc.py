@@ -1,15 +1,8 @@
 """A thin disc that rolls without slip on a rough horizontal plane."""
 
-from collections.abc import Mapping
-from fractions import Fraction
-from math import acos, atan2, cos, pi, sin, sqrt, tau
-
-from gnomon.cases.core.forms import Values
-from gnomon.cases.core.integrated import IntegratedCase
-from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.attitude import in_body, matrix, quaternion
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import publish, working
 
 
 def disc_equations(t: Any, state: Values, parameters: Values) -> Values:

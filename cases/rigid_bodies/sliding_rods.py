@@ -3,13 +3,7 @@
 Cases: sliding_ladder, rigid_link_plane_motion.
 """
 
-import math
-from fractions import Fraction
-from math import acos, atan2, cos, sin, sqrt
-
-from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm
 from gnomon.cases.declare import *
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.sliding_rods import FallingRod, SlidingLadder
 from mpmath import mpf
 
@@ -128,14 +122,14 @@ class SlidingLadderCase(Case):
         "theta from the vertical; the rod touches the wall while (3g/2L) cos(theta) > omega^2, from rest until cos(theta) = "
         "(2/3) cos(theta0); then it slides on the floor alone, and comes to rest at pi/2 in a plastic impact."
     )
-    theta = Coordinate("rad", "0.3", Range(0.0, math.pi / 2, typical=(0.0, 1.2)))
+    theta = Coordinate("rad", "0.3", Range(0.0, pi / 2, typical=(0.0, 1.2)))
     omega = Coordinate("rad/s", 0, nonnegative(0, 1))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     L = Parameter("m", 2, "length of the rod", positive())
     rules = (
         Rule(
             "the rod starts in contact with the wall: 2 L omega^2 < 3 g cos(theta)",
-            lambda n: 2 * n["L"] * n["omega"] ** 2 < 3 * n["g"] * Fraction(math.cos(n["theta"])),
+            lambda n: 2 * n["L"] * n["omega"] ** 2 < 3 * n["g"] * Fraction(cos(n["theta"])),
         ),
     )
     exact_motion = bind(SlidingLadder)
@@ -159,7 +153,7 @@ class SlidingLadderCase(Case):
     @property
     def time_scale(self) -> float:
         """sqrt(2L/3g), the time of the inverted pendulum."""
-        return math.sqrt(2 * float(self.L / self.g) / 3)
+        return sqrt(2 * float(self.L / self.g) / 3)
 
     def natural_span(self) -> Number:
         """1.2 times the time of the whole fall."""
@@ -192,7 +186,7 @@ class RigidLinkPlaneMotion(Case):
         "theta from the vertical; the lower end slides without friction, the centre falls straight down, and the rod "
         "comes to rest at pi/2 in a plastic impact."
     )
-    theta = Coordinate("rad", "0.3", Range(0.0, math.pi / 2, typical=(0.0, 1.4)))
+    theta = Coordinate("rad", "0.3", Range(0.0, pi / 2, typical=(0.0, 1.4)))
     omega = Coordinate("rad/s", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     L = Parameter("m", 2, "length of the rod", positive())
@@ -216,7 +210,7 @@ class RigidLinkPlaneMotion(Case):
     @property
     def time_scale(self) -> float:
         """sqrt(L/6g), the time in which the angle grows by e close to the vertical."""
-        return math.sqrt(float(self.L / self.g) / 6)
+        return sqrt(float(self.L / self.g) / 6)
 
     def natural_span(self) -> Number:
         """1.2 times the time of the fall."""

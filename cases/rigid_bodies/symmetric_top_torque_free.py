@@ -1,10 +1,5 @@
 """The torque-free axisymmetric body: regular precession."""
 
-import math
-from fractions import Fraction
-
-from gnomon.cases.core.forms import Equations, RigidBody
-from gnomon.cases.core.scene import Readings, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.euler_top import (
     momentum_size,
@@ -16,7 +11,6 @@ from gnomon.cases.rigid_bodies.euler_top import (
     twice_energy,
 )
 from gnomon.cases.scenes.attitude import euler_top_reading, euler_top_scene
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 
 
@@ -95,10 +89,10 @@ class SymmetricTopTorqueFree(Case):
     @property
     def time_scale(self) -> float:
         """One radian at the initial rate."""
-        rate = math.hypot(*map(float, self.initial_state[:3]))
+        rate = hypot(*map(float, self.initial_state[:3]))
         return 1 / rate if rate else 1.0
 
     def natural_span(self) -> Number:
         """10.37 turns about the angular momentum."""
         precession = float(self.exact_motion.precession())
-        return 10.37 * 2 * math.pi / precession if precession else 10.0
+        return 10.37 * 2 * pi / precession if precession else 10.0

@@ -3,11 +3,7 @@
 Cases: lagrange_top_fast, lagrange_top_small_nutation.
 """
 
-import math
-from math import cos, sin
-
 from gnomon.cases.declare import *
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rigid_bodies.top_models import FastTop, SmallNutation
 
 
@@ -41,7 +37,7 @@ class LagrangeTopFast(Case):
     title = "Fast top: steady slow precession at W/a"
     section = "11.12.4"
     conventions = "As lagrange_top; theta is constant, phi' = W/a, psi' = a/I3 - (W/a) cos(theta)."
-    theta = Coordinate("rad", "0.6", Range(0.0, math.pi, typical=(0.1, 3.0)), group="tilt")
+    theta = Coordinate("rad", "0.6", Range(0.0, pi, typical=(0.1, 3.0)), group="tilt")
     omega_theta = Coordinate("rad/s", 0, Range(0.0, 0.0, typical=(0.0, 0.0)))
     phi = Coordinate("rad", 0, group="precession")
     psi = Coordinate("rad", 0, group="spin")
@@ -79,7 +75,7 @@ class LagrangeTopSmallNutation(Case):
         "rad",
         "0.6",
         "the angle about which the equations are linear",
-        Range(0.0, math.pi, low_open=True, typical=(0.5, 2.0)),
+        Range(0.0, pi, low_open=True, typical=(0.5, 2.0)),
     )
     exact_motion = bind(SmallNutation, start="theta omega_theta phi psi")
     default_span = Span(10.37, "nutation")
@@ -94,9 +90,9 @@ class LagrangeTopSmallNutation(Case):
     def time_scale(self) -> float:
         """The shortest time of nutation, spin and weight."""
         moment, axial, weight, a = (float(self.parameters[name]) for name in ("I1", "I3", "W", "a"))
-        return 1 / max(abs(a) / moment, abs(a) / axial, math.sqrt(weight / moment))
+        return 1 / max(abs(a) / moment, abs(a) / axial, sqrt(weight / moment))
 
     def natural_span(self) -> Number:
         """10.37 nutations; ten time scales if the tilt is unstable."""
         rate = self.exact_motion.nutation_rate()
-        return 10 * self.time_scale if rate is None else self.periods * 2 * math.pi / float(rate)
+        return 10 * self.time_scale if rate is None else self.periods * 2 * pi / float(rate)

@@ -1,11 +1,8 @@
 """A torque impulse on an arm: its rate jumps, its angle does not."""
 
-from math import sin, sqrt
-
-from gnomon.cases.core.scene import Body, Hinge, Scene, SceneForm
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.pendulum import pendulum_reading
-from gnomon.reference.numerics.precision import Number, publish, working
+from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.pendulums.kicked_pendulum import KickedPendulum
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 

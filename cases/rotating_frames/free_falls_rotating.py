@@ -3,16 +3,11 @@
 Cases: free_fall_rotating_earth, free_fall_rotating_frame_centrifugal, free_fall_first_order, inertial_straight_line.
 """
 
-import math
-from fractions import Fraction
-from math import cos, sin
 from typing import ClassVar
 
-from gnomon.cases.core.forms import Charged
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.point import SPACE, free_point
 from gnomon.reference.flight.gyration import RotatingFall
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rotating_frames.inertial_straight_line import FirstOrderFall, StraightLine
 
 EARTH = "7.292115e-5"
@@ -122,7 +117,7 @@ class FreeFallRotatingEarth(Case):
     vz = Coordinate("m/s", 0)
     g = Parameter("m/s^2", "9.81", "apparent gravity", nonnegative(0.1, 10))
     Om = Parameter("rad/s", EARTH, "rate of rotation of the Earth", typical(-3, 3))
-    lat = Parameter("rad", LATITUDE, "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
+    lat = Parameter("rad", LATITUDE, "latitude", Range(-pi / 2, pi / 2, typical=(-1.5, 1.5)))
     exact_motion = bind(lambda c: RotatingFall((c.x, c.y, c.z), (c.vx, c.vy, c.vz), c.g, c.Om, c.lat, c._centrifugal))
     variants: ClassVar[tuple[Variant, ...]] = (
         Variant(
@@ -153,17 +148,17 @@ class FreeFallRotatingEarth(Case):
     def time_scale(self) -> float:
         """The time of the fall or of the throw, or of half a radian of the frame's rotation if that is shorter."""
         rate = abs(float(self.Om))
-        return min(self._fall_time(), 1 / (2 * rate) if rate else math.inf)
+        return min(self._fall_time(), 1 / (2 * rate) if rate else inf)
 
     def _fall_time(self) -> float:
         """The longer of sqrt(2 z/g) and v/g; 1 s if both are zero."""
         g = float(self.g)
-        z, speed = abs(float(self.z)), math.hypot(*map(float, self.initial_state[3:]))
-        return max(math.sqrt(2 * z / g), speed / g) or 1.0 if g else 1.0
+        z, speed = abs(float(self.z)), hypot(*map(float, self.initial_state[3:]))
+        return max(sqrt(2 * z / g), speed / g) or 1.0 if g else 1.0
 
     def natural_span(self) -> Number:
         """The time of the fall, or of ten turns of the velocity if that is shorter."""
-        return min(self._fall_time(), 10.37 * 2 * math.pi * self.time_scale)
+        return min(self._fall_time(), 10.37 * 2 * pi * self.time_scale)
 
     def derived(self, digits: int) -> dict[str, Any]:
         """For a drop from rest: when and where it reaches z = 0; to first order g Om cos(lat) t^3/3 east."""
@@ -236,7 +231,7 @@ class FreeFallFirstOrder(Case):
     vz = Coordinate("m/s", 0)
     g = Parameter("m/s^2", "9.81", "apparent gravity", nonnegative(0.1, 10))
     Om = Parameter("rad/s", EARTH, "rate of rotation of the Earth", typical(-3, 3))
-    lat = Parameter("rad", LATITUDE, "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
+    lat = Parameter("rad", LATITUDE, "latitude", Range(-pi / 2, pi / 2, typical=(-1.5, 1.5)))
     ux = Parameter("m/s", 0, "unperturbed starting velocity along x")
     uy = Parameter("m/s", 0, "unperturbed starting velocity along y")
     uz = Parameter("m/s", 0, "unperturbed starting velocity along z")
@@ -249,7 +244,7 @@ class FreeFallFirstOrder(Case):
     @property
     def time_scale(self) -> float:
         g, z = float(self.g), abs(float(self.z))
-        return math.sqrt(2 * z / g) if g * z else 1.0
+        return sqrt(2 * z / g) if g * z else 1.0
 
 
 def turning_line(t: Any, state: Values, parameters: Values) -> Values:

@@ -1,14 +1,11 @@
 """A fall through a straight tunnel in a planet of uniform density, and above its surface."""
 
 import math
-from math import sqrt
 
-from gnomon.cases.core.forms import Form
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.oscillators.harmonic_oscillator import HarmonicOscillator
 from gnomon.cases.scenes.point import railed_pull
-from gnomon.reference.numerics.precision import Number
 from gnomon.reference.rotating_frames.planet_tunnel import PlanetTunnel
 from mpmath import fneg
 

@@ -1,10 +1,5 @@
 """Free fall inside a rotating planet: the fullest model in the hierarchy of the tunnel."""
 
-import math
-from collections.abc import Mapping
-from fractions import Fraction
-
-from gnomon.cases.core.case import Floats
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.scenes.point import free_point
@@ -89,7 +84,7 @@ class PlanetTunnelRotating(Case):
     @property
     def time_scale(self) -> float:
         """One radian of the faster of the two circular motions, sqrt(g/R) + |Om|."""
-        return 1 / (math.sqrt(float(self.g) / float(self.R)) + abs(float(self.Om)))
+        return 1 / (sqrt(float(self.g) / float(self.R)) + abs(float(self.Om)))
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:

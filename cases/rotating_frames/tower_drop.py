@@ -1,12 +1,5 @@
 """A fall from a tower on a rotating planet: the fullest model in the hierarchy of falls."""
 
-import math
-from collections.abc import Mapping
-from fractions import Fraction
-from math import cos, sin, sqrt
-
-from gnomon.cases.core.case import Floats
-from gnomon.cases.core.forms import Charged
 from gnomon.cases.declare import *
 from gnomon.cases.rotating_frames.free_falls_rotating import (
     EARTH,
@@ -93,7 +86,7 @@ class TowerFall(Case):
     g = Parameter("m/s^2", "9.825", "gravitation at the foot", positive(1, 10))
     R = Parameter("m", 6_371_000, "distance of the foot from the centre", positive(10, 100))
     Om = Parameter("rad/s", EARTH, "rate of rotation of the planet", typical(0.01, 0.2))
-    lat = Parameter("rad", LATITUDE, "latitude", Range(-math.pi / 2, math.pi / 2, typical=(-1.5, 1.5)))
+    lat = Parameter("rad", LATITUDE, "latitude", Range(-pi / 2, pi / 2, typical=(-1.5, 1.5)))
     rules = (Rule("the start is above the centre, its speed below the escape speed", _bound),)
     exact_motion = bind(TowerDrop, position="x y z", velocity="vx vy vz")
     default_span = Span(1, "time scale")
@@ -121,8 +114,8 @@ class TowerFall(Case):
     def time_scale(self) -> float:
         """The time of the fall or of the throw, at most a radian of the orbit."""
         g, radius, rate, _lat = map(float, self.parameter_values())
-        z, speed = abs(float(self.z)), math.hypot(*map(float, self.initial_state[3:]))
-        return min(max(math.sqrt(2 * z / g), speed / g) or 1.0, math.sqrt(radius / g), 1 / abs(rate or 1e-300))
+        z, speed = abs(float(self.z)), hypot(*map(float, self.initial_state[3:]))
+        return min(max(sqrt(2 * z / g), speed / g) or 1.0, sqrt(radius / g), 1 / abs(rate or 1e-300))
 
     def derived(self, digits: int) -> dict[str, Any]:
         """For a drop from rest: when and where it reaches z = 0."""
@@ -130,7 +123,7 @@ class TowerFall(Case):
         z = float(self.z)
         if any(self.initial_state[3:]) or not 0 < z < radius / 5:
             return {}
-        found = strike(self.exact_motion, math.sqrt(2 * z / g) * (1 + z / radius), digits)
+        found = strike(self.exact_motion, sqrt(2 * z / g) * (1 + z / radius), digits)
         return dict(zip(("fall_time", "east_deflection", "north_deflection"), found, strict=True))
 
     @property

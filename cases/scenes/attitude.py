@@ -1,7 +1,5 @@
 """Scene of the torque-free top: one free rigid body, whose attitude is a quaternion in the engine."""
 
-from __future__ import annotations
-
 from math import sqrt
 
 from gnomon.cases.core.scene import Body, Quaternion, Readings, Scene, SceneForm, Vector

@@ -1,7 +1,5 @@
 """Scenes of the billiard ball: a sphere on a plane with sliding friction; one adds drilling friction."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from gnomon.cases.core.scene import Body, Contact, Readings, Scene, SceneForm

@@ -1,7 +1,5 @@
 """Scene of a flat box that slides along x on a plane with dry friction."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from gnomon.cases.core.scene import Body, Contact, Force, Readings, Scene, SceneForm, Vector

@@ -1,7 +1,5 @@
 """Scenes of bodies on moving bodies: a man on a cart, a pendulum on a cart, a block on a wedge."""
 
-from __future__ import annotations
-
 from math import cos, sin
 
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider

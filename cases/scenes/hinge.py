@@ -3,8 +3,6 @@
 Its moment about the axis is 1 kg m^2, so a tangential force in newtons is the angular acceleration.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import atan2
 

@@ -4,8 +4,6 @@ Coriolis forces are perpendicular to the plane, and the hinge takes them. A hoop
 hinge that carries the other hinges (token `chained_hinges`).
 """
 
-from __future__ import annotations
-
 from gnomon.cases.core.scene import Body, Force, Hinge, Readings, Scene, SceneForm, Vector
 
 ORIGIN: Vector = (0.0, 0.0, 0.0)

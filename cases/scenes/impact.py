@@ -1,7 +1,5 @@
 """Scenes of bodies that collide: spheres without friction, with one contact for each pair."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import sin
 

@@ -1,7 +1,5 @@
 """Scene of the simple pendulum: a point mass on a hinge."""
 
-from __future__ import annotations
-
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm
 
 

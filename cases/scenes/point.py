@@ -1,7 +1,5 @@
 """Scenes of one unit mass point under one force, free or on a rail, made from the equations of a case."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Scenes of masses on a massless rope through a hole or over a pulley."""
 
-from __future__ import annotations
-
 from math import atan2, cos, hypot, sin
 
 from gnomon.cases.core.scene import Body, Contact, Readings, Rope, Scene, SceneForm

@@ -1,7 +1,5 @@
 """Scene of masses in a row on springs and dampers: free points along x, without gravity."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector

@@ -4,8 +4,6 @@ A case gives the moments about the fixed point, and W, weight times arm. The sce
 of gyration, so that the moments about the centre of mass (the transverse ones less m l^2 = I1/64) are possible.
 """
 
-from __future__ import annotations
-
 from math import acos, atan2, copysign, cos, hypot, sin, sqrt
 
 from gnomon.cases.core.forms import Values

@@ -3,8 +3,6 @@
 Plane motions lie in the engine's plane (x, y), with gravity in (x, z): `axes` names the engine's axes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import combinations
 from math import atan2, cos, hypot, sin, sqrt

@@ -1,7 +1,5 @@
 """Makes the independent derivations (independent_*) importable by tests."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

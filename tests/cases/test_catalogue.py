@@ -1,7 +1,5 @@
 """Every row of the catalogue is a case or a check: `catalogue_rows.json` is compared with the registry."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What does not depend on the numbers of a case is declared as data, so that it can be read without an instance."""
 
-from __future__ import annotations
-
 import dis
 from functools import cached_property
 

@@ -4,8 +4,6 @@ The second derivation is d'Alembert's principle for mass points in an inertial C
 the modules independent_* state for each case only where its points are and which forces act on them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Properties of every case over its whole domain; a new case is tested here without further code."""
 
-from __future__ import annotations
-
 import math
 import os
 from fractions import Fraction
@@ -188,22 +186,13 @@ def test_every_variant_can_be_built_rounded_and_sampled(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_bad_numbers_are_refused_by_name(name: str) -> None:
-    case = get(name)
-    for parameter in case.parameters:
-        with pytest.raises(ValueError, match=parameter):
-            get(name, **{parameter: math.nan})
-        with pytest.raises(ValueError, match=parameter):
-            get(name, **{parameter: "a lot"})
+    """Of numbers outside their ranges `core/test_numbers.py` tests the same."""
     with pytest.raises(ValueError, match="no parameter 'wrong'"):
         get(name, wrong=1)
     with pytest.raises(ValueError, match="no variant 'wrong'"):
         get(name, "wrong")
     with pytest.raises(ValueError, match="initial state"):
         get(name, initial_state=[1])
-    with pytest.raises(ValueError, match="span"):
-        get(name, span=-1)
-    for label, allowed in case.domain.ranges.items():
-        for edge in (allowed.low - 1, allowed.high + 1):
-            if math.isfinite(edge) and label in case.parameters:
-                with pytest.raises(ValueError, match=label):
-                    get(name, **{label: edge})
+    for span in (-1, 0):
+        with pytest.raises(ValueError, match=r"span = .* is not positive"):
+            get(name, span=span)

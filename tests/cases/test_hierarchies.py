@@ -1,7 +1,5 @@
 """Each level's projection maps its states to those of the full case: the initial state, positions and their rates."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -49,3 +47,27 @@ def test_a_projected_motion_starts_at_the_start_and_its_positions_change_at_its_
         rates = np.array([equations(t, tuple(y)) for t, y in zip(times.tolist(), here.tolist(), strict=True)])
         off = np.max(np.abs(changes - rates[:, places])) / np.max(np.abs(rates[:, places]))
         assert (off <= 1e-6) == (pair not in OTHER_RATES), (pair, off)
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers", "factor"),
+    [
+        ("pendulum_simple", {"initial_state": ("0.5", 0)}, 50),
+        ("foucault_pendulum_linear", {"span": 20, "L": 1, "Om": "0.3"}, 10),
+        (
+            "foucault_pendulum_nonlinear",
+            {"initial_state": ("0.05", 0, "-0.99874921777190897", 0, 0, 0), "L": 1, "Om": "0.5", "span": 5},
+            1,
+        ),
+    ],
+)
+def test_each_level_is_closer_to_the_case(name: str, numbers: dict[str, Any], factor: float) -> None:
+    full = get(name, **numbers).rounded()
+    exact, models = full.sample(full.times), [level.case for level in full.hierarchy]
+    crude, near = (
+        np.max(full.metric.distance(level.project(level.case.sample(full.times)), exact)) for level in full.hierarchy
+    )
+    assert crude > factor * near > 0
+    assert {model.span for model in models} == {full.span}
+    if name == "pendulum_simple":
+        assert [model.name for model in models] == ["harmonic_oscillator", "duffing_unforced"]

@@ -1,7 +1,5 @@
 """Invariants of hybrid motions at events: constant ones stay so to the digits asked for, decaying ones do not grow."""
 
-from __future__ import annotations
-
 import itertools
 
 import mpmath

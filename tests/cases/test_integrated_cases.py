@@ -1,7 +1,5 @@
 """Integrated cases with special numbers for which a closed form is known: small swings, a second integral."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

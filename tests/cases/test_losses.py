@@ -1,7 +1,5 @@
 """A decaying energy decays only by friction, drag or restitution: without these it is constant, to all digits."""
 
-from __future__ import annotations
-
 import itertools
 from fractions import Fraction
 from typing import Any

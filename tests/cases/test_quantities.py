@@ -4,17 +4,9 @@ Of the cases whose exact motions are expensive a seeded tenth runs in `make test
 independent computation, and that every quantity has both is tested for all cases.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
-import independent_quantities_events
-import independent_quantities_fields
-import independent_quantities_forces
-import independent_quantities_losses
-import independent_quantities_returns
-import independent_quantities_turns
-import independent_quantities_vibrations
+import independent  # noqa: F401, fills SMOOTH and HYBRID
 import mpmath
 import pytest
 from breadth import cheap_and_tenth
@@ -22,16 +14,6 @@ from gnomon.cases import case_class, get
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from independent_quantities import DIGITS, HYBRID, SMOOTH, ObservedMotion, assert_quantities, default_cases
 
-MODULES = (
-    independent_quantities_returns,
-    independent_quantities_turns,
-    independent_quantities_vibrations,
-    independent_quantities_forces,
-    independent_quantities_fields,
-    independent_quantities_events,
-    independent_quantities_losses,
-)
-"""Importing them fills SMOOTH and HYBRID."""
 TURNING = ("pendulum_simple", "rotating_pendulum", "chain_in_circular_tube", "rotation_fixed_axis_compound_pendulum")
 MORE = [*((name, "rotation") for name in TURNING), ("duffing_unforced", "soft"), ("damped_oscillator", "critical")]
 MORE += [("kepler_orbit", "plunge"), ("gyrocompass", "slow_spin"), ("gyrocompass", "pole")]

@@ -4,8 +4,6 @@ A scale that is wrong by a factor of 2 makes every error of its case wrong by th
 steps, spans, and the time between events below which a sequence of events ends.
 """
 
-from __future__ import annotations
-
 import math
 from contextlib import suppress
 from typing import Any

@@ -1,7 +1,5 @@
 """Every scene starts in the state of its case, and an engine's readings of that start give the same state."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numbers in the names and texts of variants, compared with the exact motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Every structured form of a case agrees with the second derivation of its motion (independent_mechanics)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from typing import Any

@@ -4,8 +4,6 @@ A rebuilt defect has the fault of the thread in one of the right methods, or in 
 the project's code. The thread was read for what was wrong, and the projects have mended most of them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -11,8 +11,6 @@ A row is measured in parts of two minutes or one case, each in a process of its 
 hash of the sources that it depends on, and the next launch continues after the last one.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import json

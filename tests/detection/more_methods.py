@@ -1,7 +1,5 @@
 """More right methods, each for a form of equations or with more than one motion; `planted_faults.py` changes their text."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

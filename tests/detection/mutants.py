@@ -1,7 +1,5 @@
 """Mutants of the right methods: every constant, sign, term and time argument changed in turn, and chosen faults."""
 
-from __future__ import annotations
-
 import ast
 import copy
 import itertools

@@ -3,8 +3,6 @@
 Each is a mistake that users make: a term, an index, a time, a sign, a stopping rule, or what is kept from call to call.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

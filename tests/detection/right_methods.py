@@ -5,8 +5,6 @@ Each function of a method takes the user's `f`; `METHODS` says what is declared 
 
 # ruff: noqa: B023 - the functions of a step are used in that step only
 
-from __future__ import annotations
-
 import numpy as np
 from gnomon.cases.core.scene import IDENTITY, Readings
 

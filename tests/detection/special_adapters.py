@@ -1,7 +1,5 @@
 """Adapters for the methods of right_methods.py that are neither a step nor a solver: events, rotations, an engine."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """What `make verification` publishes of its rows: shares of what population, survivors with reasons, false alarms."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import tomllib

@@ -1,7 +1,5 @@
 """The faults that `make verification` measures are there, of all kinds, and a few of them are found by a claim alone."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """The likely cause that is named is that of the fault: of faults whose cause is known, and of none in a right method."""
 
-from __future__ import annotations
-
 import measure
 import pytest
 from gnomon.harness.verification.diagnosis import HISTORY, Failures, conclude

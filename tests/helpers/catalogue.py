@@ -1,7 +1,5 @@
 """Writes docs/cases.md, the list of all cases and checks with their files: `make catalogue`."""
 
-from __future__ import annotations
-
 from itertools import groupby
 from pathlib import Path
 

@@ -38,10 +38,11 @@ def has_order(residuals: Iterator[tuple[int, Any]], order: int, below: float) ->
     return False
 
 
-def rk_residuals(a: Any, weights: Sequence[Any], order: int, at: Any = 1) -> Iterator[tuple[int, Any]]:
+def rk_residuals(a: Any, weights: Sequence[Any], order: int, at: Any) -> Iterator[tuple[int, Any]]:
     """(order of the tree, sum of b_i Phi_i minus at^order / gamma) for every rooted tree up to an order.
 
-    `a`: an object array (s, s); `weights`: of the step, or of the interpolant at the fraction `at` of the step.
+    `a`: an object array (s, s); `weights`: of the interpolant at the fraction `at` of the step, of the step itself at 1; `at`
+    is a number of the context, as the others, so that no residual is rounded to binary64.
     """
     one = np.full(len(weights), at**0, dtype=object)
     vectors: dict[Tree, Any] = {}

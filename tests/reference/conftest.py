@@ -1,7 +1,5 @@
 """Two ways to verify an exact motion that share no formula with it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any

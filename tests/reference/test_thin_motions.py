@@ -1,7 +1,5 @@
 """Motions that combine or specialise others: hanging springs, ball on an incline, Foucault with centrifugal terms."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

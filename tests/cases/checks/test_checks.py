@@ -1,7 +1,5 @@
 """Every check: its closed form agrees with its independent computation over its domain; bad numbers are refused."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import pytest

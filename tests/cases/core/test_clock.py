@@ -1,7 +1,5 @@
 """A form by a clock that shows 0 at the start of the motion."""
 
-from __future__ import annotations
-
 from functools import partial
 from inspect import getsource
 from typing import Any

@@ -1,7 +1,5 @@
 """A declaration: numbers as class attributes, the exact motion by their names, spans, quantities, time reversal."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 from math import inf, tau

@@ -1,7 +1,5 @@
 """The distance of two states: in every case angles, and nothing else, are compared modulo 2 pi."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,6 @@
 """Numbers given to a case: exact numbers are taken exactly, others are refused with the name of the number."""
 
-from __future__ import annotations
-
+import math
 import random
 from collections.abc import Callable, Iterator
 from decimal import Decimal
@@ -48,11 +47,19 @@ def given(name: str, place: str, value: Any) -> Case:
     return get(name, **{place: value})
 
 
+def outside(allowed: Range) -> Iterator[Fraction]:
+    """Numbers beyond the ends of a range, and an end that does not belong to it."""
+    for end, step, is_open in ((allowed.low, -1, allowed.low_open), (allowed.high, 1, allowed.high_open)):
+        if not math.isinf(end):
+            yield Fraction(end) + step
+            yield from [Fraction(end)] * is_open
+
+
 @pytest.mark.parametrize("name", names())
 def test_an_impossible_number_is_refused_by_case_name_and_range_wherever_it_is_given(name: str) -> None:
     for place in places(name):
         allowed = case_class(name).domain.ranges.get(place, Range(0, low_open=True) if place == "span" else Range())
-        for value in IMPOSSIBLE:
+        for value in (*IMPOSSIBLE, *(outside(allowed) if place != "span" else ())):
             if place == "span" and value is None:
                 continue  # the natural span
             with pytest.raises(ValueError, match="=") as refusal:

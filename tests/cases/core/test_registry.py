@@ -1,7 +1,5 @@
 """Each case and check is found by its name: its file is named after it, or says at its top that it is there."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,6 @@
 """Sampling at many times: within 0.51 ulp of mpmath at all of them, and fast, since few states are computed singly."""
 
-from __future__ import annotations
-
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -10,7 +9,7 @@ import pytest
 from gnomon.cases import Case, case_class, get, names
 from gnomon.reference.numerics import table
 from gnomon.reference.numerics.motion import MANY, Motion
-from gnomon.reference.numerics.precision import exact
+from gnomon.reference.numerics.precision import exact, nearest_double
 from gnomon.reference.storage import diskcache
 
 CASES = (
@@ -32,6 +31,12 @@ CASES = (
 )
 """At least one case for each way to sample: cycles that shift, turn and decay, events, a limit, a collision, ties."""
 CLOSED = tuple(name for name in names() if case_class(name).certified_digits > 30)
+PERIODIC = (
+    *("pendulum_simple", "harmonic_oscillator", "duffing_unforced", "damped_oscillator", "cycloidal_pendulum"),
+    *("kepler_orbit", "foucault_pendulum_linear", "euler_top"),
+)
+PERIODS = ("period", "turn_time", "swing_period", "body_period")
+"""Quantities that are a period of the motion."""
 NOTHING = Fraction(1, 10**27)
 """Fraction of the motion's size: for components below it the contract of `state` promises no digits."""
 HALF_AND_A_LITTLE = Fraction(51, 100)
@@ -99,6 +104,35 @@ def zeros(case: Case) -> list[float]:
             low, high = high, Fraction(float(high - above * (high - low) / (above - below)))
         found += [float(high), float(high) * (1 - 1e-9)]
     return found
+
+
+def every_variant(*names: str) -> list[tuple[str, str | None]]:
+    return [(name, variant) for name in names for variant in (None, *(v.name for v in case_class(name).variants))]
+
+
+@pytest.mark.parametrize(("name", "variant"), every_variant("kepler_orbit", "foucault_pendulum_linear", "euler_top"))
+def test_few_samples_are_the_nearest_doubles(name, variant):
+    """Each is computed singly, and rounded once."""
+    case = get(name, variant)
+    times = case.times[[0, 31, 63]]
+    expected = [[nearest_double(value) for value in case.exact(float(t), 60)] for t in times]
+    np.testing.assert_array_equal(case.sample(times), expected)
+
+
+@pytest.mark.parametrize(
+    ("name", "variant"), [row for row in every_variant(*PERIODIC) if row != ("euler_top", "engines")]
+)
+def test_samples_leave_no_gap_in_the_phase(name, variant):
+    """If the motion has more than one period, its sampled phases are at most a tenth of a turn apart."""
+    case = get(name, variant).rounded()
+    found = case.quantities()
+    rates = [1 / float(found[period]) for period in PERIODS if period in found]
+    rates.append(abs(float(found.get("precession_rate", 0))) / math.tau)
+    for rate in rates:
+        turns = case.times * rate
+        if turns[-1] > 1:
+            phases = np.sort(np.mod(turns, 1))
+            assert np.max(np.diff(np.append(phases, phases[0] + 1))) <= 0.1
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -1,7 +1,5 @@
 """Symmetries that cases declare hold for their equations, and relations can be undone."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Declared symmetries hold: the motion from a turned start is the turned motion."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from gnomon.cases.core.forms import FirstOrder

@@ -3,8 +3,6 @@
 The modules independent_quantities_* use these: no formula of the case is used, only differences, roots and extremes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from types import SimpleNamespace

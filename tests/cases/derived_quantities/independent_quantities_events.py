@@ -1,7 +1,5 @@
 """Times, counts, positions and speeds of events, computed independently: from the events and the states at them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mpmath

@@ -1,7 +1,5 @@
 """Quantities of charges, drag, forcing and the rotating Earth, computed independently: from motion and equations."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mpmath

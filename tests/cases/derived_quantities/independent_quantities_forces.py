@@ -1,7 +1,5 @@
 """Forces, computed independently: from second differences of positions."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mpmath

@@ -1,7 +1,5 @@
 """Energy lost at events, and limits of sticking, computed independently: from states before and after events."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mpmath

@@ -3,8 +3,6 @@
 Rates of planes and ellipses follow from Jacobians of the equations.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import mpmath

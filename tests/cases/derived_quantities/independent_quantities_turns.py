@@ -1,7 +1,5 @@
 """Turning points, apsides and constants of the motion, computed independently: from extremes of the motion."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Frequencies, decay rates, equilibria and limits of stability, computed independently: from Jacobians of the equations."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mpmath

@@ -1,31 +1,19 @@
-"""The second derivations of all cases together, and how they are compared with the equations of a case."""
-
-from __future__ import annotations
+"""All independent derivations and quantities, and how derivations are compared with the equations of a case."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import flint
-import independent_bodies
-import independent_chains
-import independent_contact
-import independent_earth
-import independent_impacts
-import independent_oscillators
-import independent_particles
-import independent_pendulums
-import independent_rolling
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.reference.numerics.taylor import flint_arithmetic
 from independent_mechanics import DIGITS
 
-DERIVATIONS = (
-    *(independent_bodies, independent_chains, independent_contact, independent_earth, independent_impacts),
-    *(independent_oscillators, independent_particles, independent_pendulums, independent_rolling),
-)
-"""Importing them fills MODELS."""
+for file in sorted(Path(__file__).parents[1].glob("*/independent_*.py")):
+    import_module(file.stem)  # fills MODELS, and SMOOTH and HYBRID of independent_quantities
 STATES = 3
 """The number of random states, with random parameters, for each mode and transition."""
 TOLERANCE = flint.arb("1e-30")

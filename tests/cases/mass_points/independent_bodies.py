@@ -1,7 +1,5 @@
 """Second derivations for rigid bodies, each made of a few mass points with its mass, centre and moments."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any

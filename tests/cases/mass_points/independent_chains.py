@@ -1,7 +1,5 @@
 """Second derivations for chains on curves and over edges, and for bodies that lose contact."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

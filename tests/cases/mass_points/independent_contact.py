@@ -1,7 +1,5 @@
 """Second derivations for dry friction, guides and stops, and machines with belts, ropes and wheels."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import flint

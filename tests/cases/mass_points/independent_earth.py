@@ -4,8 +4,6 @@
 equilibrium, the mass times the acceleration of such a point in the inertial frame.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any

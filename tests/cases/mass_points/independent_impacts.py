@@ -1,7 +1,5 @@
 """Second derivations for impacts: the impulse acts along the gap that closes, and opens it with the restitution."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

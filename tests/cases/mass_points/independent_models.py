@@ -1,7 +1,5 @@
 """The second derivation of each case by name, and the rates of the state that follow from it."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Second derivations for masses on a line (springs, dampers, loads that depend on time), rubber tubes and drag."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

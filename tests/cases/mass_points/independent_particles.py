@@ -1,7 +1,5 @@
 """Second derivations for particles: projectiles, charges, central forces, gravitating bodies, beads on curves."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Second derivations for pendulums: on rods, strings, springs, rotating hoops and carts."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Second derivations for bodies on a plane, made as in independent_bodies: billiard balls, a rolling disc."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any

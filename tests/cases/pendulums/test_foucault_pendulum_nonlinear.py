@@ -1,12 +1,9 @@
 """Foucault's pendulum at any amplitude agrees with closed forms where they exist."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 
 import mpmath
-import numpy as np
 from gnomon.cases import get
 from gnomon.reference.numerics.weierstrass import solve_quartic
 from mpmath import mpf
@@ -66,14 +63,3 @@ def test_the_plane_turns_clockwise_in_the_north() -> None:
     t = 8 * float(case.quantities()["small_swing_period"])
     x, y = map(float, case.exact(t)[:2])
     assert math.isclose(math.atan2(y, x), -0.01 * t, rel_tol=1e-3)
-
-
-def test_each_level_of_the_hierarchy_is_closer_to_the_case() -> None:
-    case = get(
-        "foucault_pendulum_nonlinear", initial_state=("0.05", 0, "-0.99874921777190897", 0, 0, 0), L=1, Om="0.5", span=5
-    )
-    errors = [
-        float(np.max(case.metric.distance(level.project(level.case.sample(case.times)), case.sample(case.times))))
-        for level in case.hierarchy
-    ]
-    assert errors[0] > errors[1] > 0

@@ -1,7 +1,5 @@
 """The formulation of the spherical pendulum in Cartesian coordinates has the motion of that in angles."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A library is declared once: every list of libraries has it, and the files that repeat a declaration agree with it."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 from breadth import cheap_and_tenth
-from gnomon.cases import check_names, get, names
+from gnomon.cases import case_class, check_names, get, names
 from gnomon.cases.core.forms import SecondOrder, Values
+from gnomon.cases.flight.projectile_parabola import ProjectileParabola
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.certification import certify_all, certify_long
 from gnomon.harness.certification.certify import ball_digits, certify, write
@@ -23,6 +24,31 @@ def test_default_case_is_certified(name: str) -> None:
     certificate = certify(get(name))
     assert certificate.digits >= certificate.required, certificate
     assert certificate.passed, certificate
+
+
+BY_FLIGHTS = ("bouncing_ball", "block_incline_friction")
+FEW_SECONDS = [
+    *(("projectile_parabola", name, None) for name in (None, *(v.name for v in ProjectileParabola.variants))),
+    *(("kepler_orbit", name, None) for name in ("hyperbolic", "parabolic", "plunge")),
+    *(("kepler_orbit", f"near_parabolic_{name}", None) for name in ("bound", "unbound")),
+    ("kepler_orbit", None, 4),  # past the apocentre
+    *((name, None, 60) for name in ("foucault_pendulum_linear", "foucault_precession")),
+    ("foucault_pendulum_linear", "turntable", 3),
+    *(("euler_top", name, 2) for name in (None, "separatrix", "near_symmetric", "oblate", "sphere", "flips_1e12")),
+    # a million events take seconds to list, and `elastic` has the same motion
+    *((name, v.name, None) for name in BY_FLIGHTS for v in case_class(name).variants if v.name != "elastic_1e6"),
+]
+"""Variants, some over a short span, for `make test`; the others run in `make test-all`."""
+
+
+@pytest.mark.parametrize(("name", "variant", "span"), FEW_SECONDS)
+def test_a_variant_is_certified_in_every_way_that_it_has(name: str, variant: str | None, span: int | None) -> None:
+    certificate = certify(get(name, variant, span=span))
+    assert certificate.digits >= (48 if name == "projectile_parabola" else certificate.required)
+    assert certificate.passed
+    assert {"rounding", "residual", *(() if name in BY_FLIGHTS else ("invariants",))} < set(certificate.ways)
+    assert {"taylor", "windows"} & set(certificate.ways)
+    assert ("ball" in certificate.ways) == (name == "euler_top")
 
 
 HARD = [subject for subject in certify_all.subjects([], True) if subject[1] is not None]

@@ -1,7 +1,5 @@
 """`gnomon ensemble`: what it prints and writes; wrong usage is in test_command_lines.py."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Compiled equations follow the numbers that they read, in one process and between runs."""
 
-from __future__ import annotations
-
 import importlib.util
 import linecache
 import math

@@ -1,7 +1,5 @@
 """Ensembles: the same bits for any partition, statuses, starts that reproduce their errors, ended processes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

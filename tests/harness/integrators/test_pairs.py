@@ -90,9 +90,10 @@ FOLLOWING = [
 def test_the_error_follows_the_tolerance(pair: type[Adaptive], name: str) -> None:
     """Over six decades of tolerance the error falls by five to six, by up to nine where the estimate is of low order."""
     case = get(name).rounded()
-    loose, tight = (solved(pair(), case, tolerance).error for tolerance in (1e-6, 1e-12))
-    assert 1e-9 < tight / loose < 1e-4
-    assert tight < 1e-12 * 1e4, "ten periods, errors growing with the square of time"
+    loose, tight = (solved(pair(), case, tolerance) for tolerance in (1e-6, 1e-12))
+    assert 1e-9 < tight.error / loose.error < 1e-4
+    # Over ten periods errors grow with the square of time, and each of many short steps may add the tolerance.
+    assert tight.error < 1e-12 * max(10**4, 5 * tight.steps)
 
 
 @RUN

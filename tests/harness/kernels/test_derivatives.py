@@ -1,7 +1,5 @@
 """Exact derivatives of traced equations, against a complex step in high precision: f'(x) = Im f(x + ih)/h + O(h^2)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import mpmath

@@ -1,7 +1,5 @@
 """The equations of a case as text give the same derivatives as its functions, in names that other languages can read."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Any

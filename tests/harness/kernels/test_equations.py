@@ -1,7 +1,5 @@
 """Functions gathered into one module: names with two meanings are refused."""
 
-from __future__ import annotations
-
 import linecache
 import types
 from collections.abc import Callable

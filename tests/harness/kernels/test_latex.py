@@ -1,7 +1,5 @@
 """Equations in LaTeX, read back by the rules of notation, have the same values as the functions of the case."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

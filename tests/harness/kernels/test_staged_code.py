@@ -1,7 +1,5 @@
 """The code of traced equations for vectors, run on floats instead: the same numbers as the case's own functions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Traced equations give the same numbers as the functions that were traced."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

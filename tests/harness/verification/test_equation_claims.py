@@ -1,7 +1,5 @@
 """Faults that only other equations, the arrays that were given, or a fitted slope show, and right methods beside each."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The attitude of the billiard ball and the drilling friction against elementary cases."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

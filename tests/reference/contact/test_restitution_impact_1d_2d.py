@@ -1,7 +1,5 @@
 """Two blocks and a wall: the unfolded line against impacts followed one by one in rational numbers."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """The pulse: its impulse, its lag behind an instantaneous one, and its motion by quadrature of the force."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

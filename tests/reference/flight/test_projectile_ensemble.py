@@ -1,7 +1,5 @@
 """States of many projectiles are those of the exact motion of each."""
 
-from __future__ import annotations
-
 import numpy as np
 from gnomon.reference.flight.projectile_ensemble import states
 from gnomon.reference.flight.projectile_parabola import Projectile

@@ -1,7 +1,5 @@
 """The projectile in parabolic coordinates: in x and y it is the parabola, and the roots are continuous."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import pairwise
 

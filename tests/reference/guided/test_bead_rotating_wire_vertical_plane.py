@@ -1,7 +1,5 @@
 """The bead on the rotating wire against its hyperbolic closed form."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

@@ -1,7 +1,5 @@
 """Chains over an edge: the equations of both phases, and a Taylor integration up to the end."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

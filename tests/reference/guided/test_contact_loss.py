@@ -1,7 +1,5 @@
 """Sphere and loop: the normal force vanishes where contact is lost, energy through both phases, the next contact."""
 
-from __future__ import annotations
-
 import mpmath
 import pytest
 from gnomon.reference.guided.contact_loss import ContactLoss

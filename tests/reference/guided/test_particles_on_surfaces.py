@@ -1,7 +1,5 @@
 """Particles on surfaces of revolution against motions that share no formula with them."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

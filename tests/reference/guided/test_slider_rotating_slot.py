@@ -1,7 +1,5 @@
 """The slider: its equation at and around the critical speed, and the closed form without friction."""
 
-from __future__ import annotations
-
 import mpmath
 import pytest
 from gnomon.reference.guided.slider_rotating_slot import Slot

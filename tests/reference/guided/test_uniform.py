@@ -1,7 +1,5 @@
 """Atwood machine and movable wedge: the forces between the parts give the accelerations."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

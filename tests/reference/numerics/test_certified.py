@@ -1,7 +1,5 @@
 """Certified integrations against closed forms, and against extrapolation, which shares no code with them."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

@@ -1,7 +1,5 @@
 """Jacobi's functions against mpmath's own, against Arb and against their differential equations."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import flint

@@ -1,7 +1,5 @@
 """Each recurrence against mpmath's Taylor coefficients of the same function."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

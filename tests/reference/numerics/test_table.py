@@ -1,7 +1,5 @@
 """Sampling by table gives the same doubles as high precision, near zeros, at late times and in thin layers."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The cells of a table: their error bounds hold, and the gaps between them are narrow."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """A value that the table proves is the nearest double, except next to ties, where either neighbour is allowed."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

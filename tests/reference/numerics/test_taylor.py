@@ -1,7 +1,5 @@
 """Taylor integration against closed forms."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 

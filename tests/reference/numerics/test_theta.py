@@ -1,7 +1,5 @@
 """Jacobi's functions by theta functions against mpmath's, and the quadratures that they are used in."""
 
-from __future__ import annotations
-
 import flint
 import mpmath
 import pytest

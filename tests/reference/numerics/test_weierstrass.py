@@ -1,7 +1,5 @@
 """Weierstrass's P against its equation, degenerate forms and Arb; Biermann's formula on elementary motions."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import flint

@@ -1,7 +1,5 @@
 """Motions in a potential well: energy, rate, turning points, and the period by an independent quadrature."""
 
-from __future__ import annotations
-
 import mpmath
 import pytest
 from gnomon.reference.guided.curve_sliding import Catenary, Parabola, Quartic

@@ -1,7 +1,5 @@
 """The isotropic oscillator: area law, semi-axes as extreme distances."""
 
-from __future__ import annotations
-
 import mpmath
 from gnomon.reference.numerics.precision import exact
 from gnomon.reference.orbits.isotropic_oscillator import IsotropicOscillator

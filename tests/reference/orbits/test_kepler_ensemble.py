@@ -1,7 +1,5 @@
 """States of many Kepler orbits are those of the exact motion of each, on every conic."""
 
-from __future__ import annotations
-
 import numpy as np
 from gnomon.cases.orbits.kepler_orbit import pericentre_start
 from gnomon.reference.orbits.kepler_ensemble import states

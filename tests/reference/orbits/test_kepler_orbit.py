@@ -116,17 +116,6 @@ def test_times_after_the_collision_are_refused():
         orbit(1, 1, 0, 0, 0).state("-1.12")
 
 
-def test_time_reversal_and_group_property():
-    motion = orbit(1, "0.7", "0.2", "-0.4", "1.3")
-    x, y, vx, vy = motion.state(3, 80)
-    after = orbit(1, *map(to_fraction, (x, y, vx, vy)))
-    back = Kepler(after.mu, after.x, after.y, -after.vx, -after.vy)
-    with mpmath.workdps(80):
-        assert far(after.state(4, 60), motion.state(7, 60)) < mpf("1e-58")
-        found = back.state(3, 60)
-        assert far((*found[:2], -found[2], -found[3]), motion.state(0, 60)) < mpf("1e-58")
-
-
 def to_fraction(value):
     return Fraction(*mpmath.libmp.to_rational(value._mpf_))
 

@@ -1,7 +1,5 @@
 """Two bodies: by the equations of both, by a Taylor integration, and by the digits of the heavy body."""
 
-from __future__ import annotations
-
 import mpmath
 import pytest
 from gnomon.reference.numerics.precision import exact

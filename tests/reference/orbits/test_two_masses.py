@@ -1,7 +1,5 @@
 """Pairs on a spring and on a rod: the equations, and the exponential of the spring's matrix."""
 
-from __future__ import annotations
-
 import mpmath
 import pytest
 from gnomon.reference.numerics.precision import exact

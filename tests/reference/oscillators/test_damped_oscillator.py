@@ -1,7 +1,5 @@
 """The damped oscillator in its three regimes, by its equation and by the exponential of its matrix."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

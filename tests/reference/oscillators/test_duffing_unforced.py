@@ -1,7 +1,5 @@
 """Duffing's exact motion in every regime, against the equation, a Taylor integration and the elementary limits."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

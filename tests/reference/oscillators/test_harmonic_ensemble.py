@@ -1,7 +1,5 @@
 """States of many oscillators are those of the exact motion of each."""
 
-from __future__ import annotations
-
 import numpy as np
 from gnomon.reference.oscillators.harmonic_ensemble import states
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion

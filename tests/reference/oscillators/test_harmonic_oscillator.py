@@ -1,7 +1,5 @@
 """The harmonic oscillator by its equation, by mpmath's exponential of the matrix and by its invariant."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

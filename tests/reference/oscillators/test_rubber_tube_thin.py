@@ -1,7 +1,5 @@
 """The thin tube: its equation, a Taylor integration, isochronism and the sharp turn."""
 
-from __future__ import annotations
-
 import mpmath
 import pytest
 from gnomon.reference.numerics.precision import exact

@@ -1,7 +1,5 @@
 """The matrix exponential against sums of modes, which are independent of it."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

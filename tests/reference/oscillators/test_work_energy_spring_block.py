@@ -1,7 +1,5 @@
 """The block on a spring: both phases' equations, events at y = 0, the book's compression."""
 
-from __future__ import annotations
-
 import mpmath
 import pytest
 from gnomon.reference.numerics.precision import exact

@@ -1,7 +1,5 @@
 """Huygens' pendulum by its equation in the angle, by a Taylor integration past the cusp, and by its period."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

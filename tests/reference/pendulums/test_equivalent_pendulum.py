@@ -1,7 +1,5 @@
 """Chain in a tube and pendulum on an accelerated support: the equation, and a Taylor integration of it."""
 
-from __future__ import annotations
-
 import mpmath
 import pytest
 from gnomon.reference.guided.chain_in_circular_tube import TubeChain

@@ -1,7 +1,5 @@
 """The Cartesian pendulum against the integrated equations with the multiplier eliminated."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

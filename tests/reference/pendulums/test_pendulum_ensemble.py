@@ -1,7 +1,5 @@
 """States of many pendulums are those of the exact motion of each, to the last bit but one in a hundred."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from gnomon.reference.pendulums.pendulum_ensemble import states

@@ -1,7 +1,5 @@
 """The pendulum's exact motion, by the equation, by a Taylor integration, by its invariants and limits."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

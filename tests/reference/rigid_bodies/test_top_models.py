@@ -1,7 +1,5 @@
 """The simpler models of the heavy top against derivatives of its own equations."""
 
-from __future__ import annotations
-
 import mpmath
 from gnomon.cases import get
 from gnomon.cases.core.arithmetic import rebind

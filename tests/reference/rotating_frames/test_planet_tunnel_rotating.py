@@ -1,7 +1,5 @@
 """Free fall inside a rotating planet: an ellipse in the inertial frame."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath
@@ -23,14 +21,6 @@ def test_in_the_inertial_frame_it_is_an_ellipse():
         x, y, *_ = motion.state(7, 50)
         assert abs(x - seen.real) < mpf("1e-48")
         assert abs(y - seen.imag) < mpf("1e-48")
-
-
-def test_the_equation_holds(residual):
-    def rates(m, y):
-        twice, pull = m.mpf("0.2"), m.mpf("0.01") - m.mpf(2) / 3
-        return y[2], y[3], pull * y[0] + twice * y[3], pull * y[1] - twice * y[2]
-
-    assert residual(fall(1, "0.5", "-0.25", "0.75"), rates, "2.3") < mpf("1e-55")
 
 
 def test_half_axes_are_the_extremes_of_the_distance():

@@ -1,7 +1,5 @@
 """The fall from a tower against a plane orbit in the inertial frame, and against the first-order deflection."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import mpmath

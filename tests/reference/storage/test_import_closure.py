@@ -1,7 +1,5 @@
 """The key of a result changes with each source that it depends on, in folders too, and with no other."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from fractions import Fraction

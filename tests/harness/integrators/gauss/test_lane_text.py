@@ -1,7 +1,5 @@
 """The notation of the fast Gauss method's text; its tuned numbers stand in one structure alone; one function for all uses."""
 
-from __future__ import annotations
-
 import ast
 from dataclasses import FrozenInstanceError, fields
 from functools import cache

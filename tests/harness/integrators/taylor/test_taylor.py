@@ -1,7 +1,5 @@
 """Taylor's method: its coefficients satisfy the equations of every case; errors follow the tolerance."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from math import atan2, cos, exp
