@@ -45,6 +45,12 @@ class Charged(FirstOrder):
 
     `fields(t, place, parameters)` -> (ax, ay, az, wx, wy, wz): charge over mass times E and B, so that
     u' = a + v x w. `light(parameters)` -> (c,): the speed of light, for a relativistic motion.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> isinstance(get("charge_in_E_and_B").forms[0], Charged)
+    True
     """
 
     fields: Equations
@@ -57,6 +63,13 @@ class Constrained(FirstOrder):
 
     State (q..., q'...), tangent to the constraint. `force(t, q, parameters)` excludes the force of the constraint,
     `constraint` -> (g,), `gradient` -> dg/dq. `equations` have index 1: the multiplier is eliminated.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> (form,) = get("holonomic_constraint_dae").forms
+    >>> isinstance(form, Constrained)
+    True
     """
 
     force: Equations
@@ -134,6 +147,12 @@ class RigidBody:
     """Euler's equations with attitude: state (w1, w2, w3, R11..R33), w in the body, R body -> space.
 
     `inertia(parameters)` -> (I1, I2, I3), principal moments; `torque(t, state, parameters)` -> body components.
+
+    Examples
+    --------
+    >>> free = RigidBody(inertia=lambda p: p, torque=lambda t, state, p: (0, 0, 0))
+    >>> free.inertia((1, 2, 3))
+    (1, 2, 3)
     """
 
     inertia: Callable[[Values], Values]
@@ -145,6 +164,12 @@ class NBody:
     """Gravitating bodies. `masses(parameters)` -> G*m of each; `bodies(state)` -> ((x, y, z, vx, vy, vz), ...).
 
     `state(bodies)` converts back to the state of the case. A body with G*m = 0 is a test particle.
+
+    Examples
+    --------
+    >>> fall = NBody(masses=lambda p: (p[0], 0), bodies=lambda s: ((0,) * 6, s), state=lambda bodies: bodies[1])
+    >>> fall.masses((398600.0,))
+    (398600.0, 0)
     """
 
     masses: Callable[[Values], Values]
@@ -264,6 +289,12 @@ class Impact(Hybrid):
 
     State (q..., q'...). `free(t, state, parameters)` -> the state's derivative without the wall;
     `gap(t, q, parameters)` -> (distance,), its gradient `normal` of unit length; `restitution(parameters)` -> (e,).
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> get("bouncing_ball").forms[0].restitution((9.81, 0.5))
+    (0.5,)
     """
 
     free: Equations
@@ -278,6 +309,12 @@ class Friction(Hybrid):
 
     `sliding(t, state, (*parameters, side))`: equations of sliding in the direction `side`, without friction for side = 0;
     `bounds(t, state, parameters)` -> (kinetic, static): kinetic friction and the largest static friction, over mass.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> isinstance(get("block_incline_friction").forms[0], Friction)
+    True
     """
 
     sliding: Equations

@@ -19,6 +19,12 @@ class Formulation:
     (the harness computes it in high precision and rounds once). `decode(y, parameters)`: array (..., dim_y) -> array
     (..., dim). `clock`: the index of the component of y that is t; None if the independent variable is t.
     `independent(t, digits)` -> the exact value of the independent variable at time t; given only with a clock.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> [each.name for each in get("kepler_orbit").formulations]
+    ['sundman']
     """
 
     name: str

@@ -32,7 +32,14 @@ def integrate(case: IntegratedCase) -> CertifiedMotion:
 
 
 class IntegratedCase(Case):
-    """A case whose exact motion is a certified integration of its equations; a subclass states its forms as usual."""
+    """A case whose exact motion is a certified integration of its equations; a subclass states its forms as usual.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> isinstance(get("double_pendulum"), IntegratedCase)
+    True
+    """
 
     exact_motion: Motion = bind(integrate)
     certified_digits: ClassVar[int] = 30

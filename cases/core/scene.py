@@ -14,6 +14,11 @@ class Body:
 
     `radius` (sphere) or `half_extents` (box) is given only if the body touches something. `quaternion` is
     (x, y, z, w), body -> space; position (of the centre of mass) and velocities are in space.
+
+    Examples
+    --------
+    >>> Body("ball", mass=2.0, inertia=(0.0, 0.0, 0.0), position=(0.0, 0.0, 1.0)).velocity
+    (0.0, 0.0, 0.0)
     """
 
     name: str
@@ -33,6 +38,12 @@ class Hinge:
 
     At angle zero `arm` points from the anchor to the body's centre of mass; `angle` and `rate` are the initial values.
     With a `parent` (token `linked_joint`) the anchor is a point of that body, relative to its centre of mass.
+
+    Examples
+    --------
+    >>> swing = Hinge("pivot", "rod", (0, 0, 0), (0, 1, 0), arm=(0, 0, -1), angle=0.5, rate=0.0)
+    >>> swing.axis
+    (0, 1, 0)
     """
 
     name: str
@@ -51,6 +62,11 @@ class Slider:
 
     With a `parent` (token `linked_joint`) the anchor is a point of that body, relative to its centre of mass. `drive(t)`
     prescribes the position (token `driven_axis`).
+
+    Examples
+    --------
+    >>> Slider("rail", "cart", (0, 0, 0), (1, 0, 0), position=0.25, rate=0.0).position
+    0.25
     """
 
     name: str
@@ -65,7 +81,14 @@ class Slider:
 
 @dataclass(frozen=True)
 class Guide:
-    """A smooth fixed curve that `body` follows: its centre of mass is at `curve(coordinate)`."""
+    """A smooth fixed curve that `body` follows: its centre of mass is at `curve(coordinate)`.
+
+    Examples
+    --------
+    >>> wire = Guide("wire", "bead", lambda s: (s, 0.0, s * s), coordinate=0.5, rate=0.0)
+    >>> wire.curve(0.5)
+    (0.5, 0.0, 0.25)
+    """
 
     name: str
     body: str
@@ -81,6 +104,11 @@ class Contact:
     `velocity` is that of the plane's surface, for example of a belt (token `moving_surface`). A body that touches an
     `adhesive` plane sticks to it (token `adhesive_contact`). With a `partner` (token `body_contact`) body and partner,
     both spheres, touch each other instead of a plane.
+
+    Examples
+    --------
+    >>> Contact("ball", (0, 0, 1), restitution=0.9).friction
+    0.0
     """
 
     body: str
@@ -98,6 +126,12 @@ class Force:
 
     With a `partner` (token `mutual_force`) position and velocity are relative to the partner, on which the opposite force
     acts. For a charge `fields(t, position)` -> (a, w), and `law` is mass (a + velocity x w).
+
+    Examples
+    --------
+    >>> drag = Force("ball", "velocity_force", lambda t, x, v: tuple(-0.5 * each for each in v))
+    >>> drag.law(0, (0, 0, 0), (2, 0, 0))[0]
+    -1.0
     """
 
     body: str
@@ -125,7 +159,13 @@ class Rope:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything that a physics engine is given, with the initial state."""
+    """Everything that a physics engine is given, with the initial state.
+
+    Examples
+    --------
+    >>> Scene((0, 0, -9.81), (Body("ball", 1.0, (0, 0, 0)),)).joints
+    ()
+    """
 
     gravity: Vector
     bodies: tuple[Body, ...]
@@ -169,6 +209,12 @@ class SceneForm:
     The state may determine only initial positions and velocities: bodies, joints and forces are read from
     build(zeros, parameters). `needs` are the tokens that an engine must support, known before a scene is built. A scene is
     `conservative` if accelerations depend on position alone and nothing jumps; it admits the staggered start.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> sorted(get("pendulum_simple").scene.needs)
+    ['hinge']
     """
 
     build: Callable[[tuple[float, ...], tuple[float, ...]], Scene]

@@ -25,6 +25,12 @@ class Turning:
 
     `vectors` names the coordinates of each vector: two names for a vector in the plane of the rotation, three for one
     in space. Vectors in space may be turned by any rotation; if `vertical`, only about the third axis.
+
+    Examples
+    --------
+    >>> plane = Turning((("x", "y"), ("vx", "vy")))
+    >>> plane.rotation(1).shape
+    (2, 2)
     """
 
     vectors: tuple[tuple[str, ...], ...]
