@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from functools import partial
 from multiprocessing import Pipe, process
 from multiprocessing.connection import Connection, wait
-from time import monotonic  # a user's own module may replace `time.monotonic`
+from time import monotonic, sleep  # a user's own module may replace `time.monotonic`
 from typing import Any, Protocol, Self, TypeVar
 
 from gnomon.harness.system import child_process
@@ -35,6 +35,8 @@ QUEUED_SECONDS = 0.001
 """If a process waited longer than this for the processor, its deadline is extended by the wait."""
 ENDING_SECONDS = 5.0
 """Seconds in which a guard must end its process and all that this one started, before the guard itself is killed."""
+TICK_SECONDS = 0.002
+"""Time between two looks at a process that is about to end."""
 LOOK_SECONDS = 1.0
 """Longest time between two looks at the limits."""
 MOST_BYTES = 2**28
@@ -190,10 +192,21 @@ class Child:
         if over is not None and not self.source.poll():
             raise Ended(over, late=True)
 
+    def wait(self, seconds: float) -> int | None:
+        """The exit code, for which this waits at most `seconds`; None while the process runs.
+
+        The method `join` of multiprocessing waits without a limit for a process that has closed all its files.
+        """
+        for _ in range(round(seconds / TICK_SECONDS)):
+            if self.process.exitcode is not None:
+                break
+            sleep(TICK_SECONDS)
+        code: int | None = self.process.exitcode
+        return code
+
     def ended(self) -> Ended:
         """Why a process that closed its pipe ended, if it does so soon."""
-        self.process.join(self.patience)
-        code = self.process.exitcode
+        code = self.wait(self.patience)
         if code is None:
             return Ended("closed its pipe")
         if code >= 0:
@@ -209,13 +222,12 @@ class Child:
 
     def reap(self) -> None:
         """Wait until a process that was told to end has ended; a guard that was stopped is killed."""
-        self.process.join(ENDING_SECONDS)
-        if self.process.exitcode is None:
+        if self.wait(ENDING_SECONDS) is None:
             self.process.kill()
-            self.process.join()
+            self.wait(ENDING_SECONDS)
 
 
-_NAMES = {number: number.name for number in signal.Signals}
+_NAMES = {int(number): number.name for number in signal.Signals}
 
 
 def events(children: Collection[Child], longest: float = LOOK_SECONDS) -> Iterator[tuple[Child, Any]]:
@@ -297,15 +309,11 @@ def _begin(
 
 
 class _Program(subprocess.Popen[bytes]):
-    """A program with the methods of multiprocessing's processes."""
+    """A program that has an exit code as multiprocessing's processes have it."""
 
     @property
     def exitcode(self) -> int | None:
         return self.poll()
-
-    def join(self, seconds: float | None = None) -> None:
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self.wait(seconds)
 
 
 def start_program(command: Sequence[str], folder: str, reader: Any, patience: float) -> Child:

@@ -87,7 +87,7 @@ class ProgramProcess:
         atexit.unregister(self.close)
         if self._owner == os.getpid():
             self._child.sink.close()
-            self._child.process.join(seconds)
+            self._child.wait(seconds)
             self._child.end()
             self._child.reap()
             KEPT.discard(self._child.process.pid)

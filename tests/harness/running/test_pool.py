@@ -78,6 +78,9 @@ class Worker:
     def write(self, content: bytes) -> None:
         os.write(self._pipe.fileno(), content)
 
+    def close(self) -> None:
+        self._pipe.close()
+
     def hang(self) -> None:
         """Say nothing until the deadline."""
         self.silent()
@@ -248,10 +251,11 @@ def end_by(number: int) -> Script:
         (end_by(signal.SIGKILL), Status.INTERRUPTED, "the process died of SIGKILL"),
         (end_by(signal.SIGHUP), Status.INTERRUPTED, "the process died of SIGHUP"),
         (lambda worker: worker.write(b"x" * 99), Status.CRASHED, "its process sent something that is no message"),
+        (lambda worker: worker.close(), Status.CRASHED, "its process closed its pipe"),
         (lambda worker: worker.say("lunch"), Status.CRASHED, "its process sent the stage 'lunch'"),
         (lambda worker: worker.say("failed", status="ok"), Status.CRASHED, "its process sent the status 'ok'"),
     ],
-    ids=["exit 0", "exit 3", "abort", "fault", "pipe", "killed", "hangup", "garbled", "stage", "status"],
+    ids=["exit 0", "exit 3", "abort", "fault", "pipe", "killed", "hangup", "garbled", "closed", "stage", "status"],
 )
 def test_a_worker_that_ends_or_sends_nonsense_fails_its_trial_alone(
     ran: Any, tmp_path: Path, script: Script, status: Status, reason: str
