@@ -65,9 +65,9 @@ def starting(main: bool = True) -> Iterator[None]:
     script = sys.modules["__main__"]
     if not main:
         sys.modules["__main__"] = types.ModuleType("__main__")
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C waits, and a child inherits this
     try:
-        with interrupts_ignored():
-            yield
+        yield
     except (EOFError, ConnectionError):
         reason = "it ended without a reason: it was killed, or a library that it imports crashed"
         with contextlib.suppress(OSError):
@@ -77,6 +77,7 @@ def starting(main: bool = True) -> Iterator[None]:
         raise ServerFailed(f"the server of the worker processes cannot start: {reason}") from None
     finally:
         sys.modules["__main__"] = script
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def die_with_parent(name: str = "SIGKILL") -> None:

@@ -272,7 +272,7 @@ class Supervisor:
     ) -> Child:
         """Start a process that calls `work` with its pipe; `decode` reads its messages.
 
-        `output`: the file to which it prints. `memory`: bytes that it may allocate. `main`: see `main_hidden`.
+        `output`: the file to which it prints. `memory`: bytes that it may allocate. `main`: see `starting`.
         """
         ours, theirs = self._context.Pipe()
         process = self._context.Process(target=_begin, args=(theirs, work, output, memory), daemon=True)
@@ -294,6 +294,7 @@ def _begin(
 ) -> None:
     """In a new process: become a guard, and do the work in its child."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     if output is not None:
         redirect_output(output)
     child_process.into_guarded_child()
@@ -349,28 +350,24 @@ def calls(
     A result may be the exception of the call. It is ChildProcessError if the call ended its process in each attempt.
     """
     waiting, busy = deque((item, attempts) for item in items), dict[Child, tuple[Item, int]]()
-    idle: list[Child] = []
+    idle, work = list[Child](), partial(_call, function)
     with Supervisor(method) as supervisor:
         while waiting or busy:
             while waiting and len(busy) < workers:
-                child = idle.pop() if idle else supervisor.start(partial(_call, function), _second, main=main)
+                child = idle.pop() if idle else supervisor.start(work, lambda _, raw: pickle.loads(raw), main=main)
                 busy[child] = waiting.popleft()
                 child.send(busy[child][0])
             for child, answer in events(busy):
                 item, left = busy.pop(child)
                 if not isinstance(answer, Ended):
                     idle.append(child)
-                    yield item, pickle.loads(answer)
+                    yield item, answer
                     continue
                 supervisor.end(child)
                 if left > 1:
                     waiting.appendleft((item, left - 1))
                 else:
                     yield item, ChildProcessError(f"its process {answer}")
-
-
-def _second(_text: bytes, raw: bytes) -> bytes:
-    return raw
 
 
 def _call(function: Callable[[Any], Any], connection: Connection) -> None:
@@ -424,10 +421,6 @@ class Job(Protocol):
         self.work(lambda message: write(connection.fileno(), frame(json.dumps(message).encode())))
 
 
-def _decode(text: bytes, _raw: bytes) -> Any:
-    return json.loads(text)
-
-
 def run(jobs: Sequence[Job], workers: int, ends: float = math.inf) -> None:
     """Run jobs in up to `workers` processes, until each part has an answer or the clock `monotonic` is at `ends`.
 
@@ -438,7 +431,7 @@ def run(jobs: Sequence[Job], workers: int, ends: float = math.inf) -> None:
         while (waiting or running) and monotonic() <= ends:
             while waiting and len(running) < workers:
                 job = waiting.pop(0)
-                child = supervisor.start(job.serve, _decode, os.devnull)
+                child = supervisor.start(job.serve, lambda text, _: json.loads(text), os.devnull)
                 child.allow(job.limit)
                 running[child] = job
             for child, message in events(running, min(LOOK_SECONDS, ends - monotonic())):
