@@ -173,11 +173,14 @@ class Child:
         with contextlib.suppress(OSError):
             self.sink.send(message)
 
-    def messages(self) -> Iterator[Any]:
-        """The messages that have come, until the child is ended. Raises Ended if no more will come."""
+    def messages(self, waits: bool = False) -> Iterator[Any]:
+        """The messages that have come, until the child is ended; with `waits` also those that will come, in any time.
+
+        Raises Ended if no more will come.
+        """
         try:
-            while not self.source.closed and self.source.poll():
-                piece = os.read(self.source.fileno(), 2**20)
+            while not self.source.closed and (waits or self.source.poll()):
+                piece = os.read(self.source.fileno(), 2**16)
                 if not piece:
                     raise EOFError
                 for message in self.reader.take(piece):
@@ -230,10 +233,15 @@ class Child:
 _NAMES = {int(number): number.name for number in signal.Signals}
 
 
-def events(children: Collection[Child], longest: float = LOOK_SECONDS) -> Iterator[tuple[Child, Any]]:
-    """Wait for messages up to the nearest limit, at most `longest` seconds; yields each child with a message, or Ended."""
+def listen(children: Collection[Child], longest: float = LOOK_SECONDS) -> None:
+    """Wait for a message of any child up to the nearest limit, at most `longest` seconds."""
     timeout = min([longest, *(child.limit.left() for child in children)])
     wait([child.source for child in children], max(0.0, timeout))
+
+
+def events(children: Collection[Child], longest: float = LOOK_SECONDS) -> Iterator[tuple[Child, Any]]:
+    """Listen to children; yields each child with a message that has come, or with Ended."""
+    listen(children, longest)
     for child in list(children):
         try:
             for message in child.messages():

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.system.child_process import KEPT
-from gnomon.harness.system.supervisor import NEVER, Ended, events, start_program, write
+from gnomon.harness.system.supervisor import NEVER, Ended, listen, start_program, write
 
 MOST_BYTES = 2**22
 """The longest line that a program may write."""
@@ -67,20 +67,23 @@ class ProgramProcess:
             self._child.limit = NEVER
             if seconds is not None:
                 self._child.allow(seconds)
-            return self._answer()
+            return self._answer(seconds is None)
         except BaseException:
             self.kill()
             raise
 
-    def _answer(self) -> str:
-        while True:
-            for _, found in events([self._child]):
-                if not isinstance(found, Ended):
-                    return str(found)
-                if found.late:
-                    raise TimeoutError(str(found))
-                cut = " within a line" if self._lines.unread else ""
-                raise Unusable(f"{_told(found)}{cut} before it answered")
+    def _answer(self, endless: bool) -> str:
+        try:
+            while True:
+                if not endless:  # it takes longer than the exchange of lines, which is part of the time of a trial
+                    listen([self._child])
+                for line in self._child.messages(waits=endless):
+                    return str(line)
+        except Ended as end:
+            if end.late:
+                raise TimeoutError(str(end)) from None
+            cut = " within a line" if self._lines.unread else ""
+            raise Unusable(f"{_told(end)}{cut} before it answered") from None
 
     def close(self, seconds: float = ENDING_SECONDS) -> None:
         """Close the program's input so that it ends, and kill it if it does not within `seconds`."""
