@@ -3,10 +3,11 @@
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 from gnomon.harness.certification.certify import Certificate, certify
 from gnomon.harness.certification.certify_checks import certify_check
-from gnomon.harness.system.child_process import interrupts_ignored, process_pool
+from gnomon.harness.system.supervisor import calls, require
 
 from gnomon import cases
 
@@ -38,10 +39,11 @@ def certificates(chosen: Sequence[Subject], workers: int = 1) -> Iterator[Certif
     if workers == 1 or len(chosen) == 1:
         yield from map(certificate, chosen)
         return
-    with process_pool(workers, "spawn") as pool:
-        with interrupts_ignored():
-            made = pool.map(certificate, chosen)
-        yield from made
+    coming, made = calls(certificate, chosen, workers, "spawn"), dict[Subject, Any]()
+    for subject in chosen:
+        while subject not in made:
+            made.update([next(coming)])
+        yield require(made[subject])
 
 
 def certificate(subject: Subject) -> Certificate:

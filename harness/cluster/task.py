@@ -17,12 +17,13 @@ from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.registry import environment
 from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.store import Known
-from gnomon.harness.running.messages import Garbled, Inbox, Message, encode
+from gnomon.harness.running.messages import Message, decode, encode
 from gnomon.harness.running.plan import Series, Suite
 from gnomon.harness.running.planned_run import PlannedRun
 from gnomon.harness.running.pool import Pool
 from gnomon.harness.running.progress import Progress
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
+from gnomon.harness.system.supervisor import Garbled, Inbox
 
 History = dict[tuple[str, int], Known]
 Row = tuple[dict[str, Any], dict[str, Any] | None, Floats | None]
@@ -72,7 +73,7 @@ def unpack(given: Packed) -> ReferenceSolution:
     """The reference solution in packed data. Raises ValueError if the content does not have its hash."""
     if hashlib.sha256(given.content).hexdigest() != given.digest:
         raise ValueError("an exact motion arrived damaged: its hash is another one")
-    (message,) = Inbox().take(given.content)
+    (message,) = Inbox(decode).take(given.content)
     arrays: dict[str, Any] = dict(message.arrays)
     crowded, scale = arrays.pop("crowded").astype(np.bool_), float(arrays.pop("time_scale"))
     return ReferenceSolution(**arrays, crowded=crowded, time_scale=scale)
@@ -143,7 +144,7 @@ def rows(content: bytes) -> tuple[dict[str, str], list[Row]]:
     Raises ValueError for other content.
     """
     try:
-        first, *others = Inbox().take(content)
+        first, *others = Inbox(decode).take(content)
         found = {str(name): str(value) for name, value in first.content.items()}
         if "machine" not in found:
             raise Garbled("no machine")

@@ -20,7 +20,7 @@ from gnomon.harness.reporting.style import INK, QUIET, dressed
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.results.visible import visible
 from gnomon.harness.running import plan
-from gnomon.harness.system.jobs import run
+from gnomon.harness.system.supervisor import run
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome
 from gnomon.harness.verification.trials import DEPTHS, HALF_ULP, Trials
 from gnomon.harness.verification.verify import CaseJob, Row

@@ -7,8 +7,6 @@ import math
 import pickle
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -19,15 +17,13 @@ from gnomon.harness.ensembles.distribution import Distribution, counted
 from gnomon.harness.ensembles.exact_formulas import exact_states, formula
 from gnomon.harness.ensembles.samples import BLOCK, Ensemble
 from gnomon.harness.running.progress import Progress
-from gnomon.harness.system.child_process import interrupts_ignored, process_pool
+from gnomon.harness.system.supervisor import calls, require
 
 MOST_PART, PARTS = 2**14, 64
 """A part has at most 2**14 samples, fewer if there would be less than 64 parts; only the number of samples counts."""
 PROBE, PROBE_SECONDS = 32, 2.0
 """The number of samples that are measured before the start. It is a whole block if that takes at most PROBE_SECONDS."""
 ATTEMPTS = 3
-AHEAD = 4
-"""Parts under way for each process."""
 
 
 @dataclass(frozen=True)
@@ -116,15 +112,13 @@ def probe_apart(ensemble: Ensemble) -> Cost:
     Raises ValueError as `probe` does, and ChildProcessError if the process ended.
     """
     ensemble.prepared  # noqa: B018 - wrong names are found here, where messages are short
-    try:
-        with process_pool(1) as pool:
-            with interrupts_ignored():
-                future = pool.submit(probe, ensemble)
-            return future.result()
-    except BrokenProcessPool:
+    ((_, cost),) = calls(probe, [ensemble], 1)
+    if isinstance(cost, ChildProcessError):
         raise ChildProcessError(
             f"{ensemble.integrator} ended its process in the first {PROBE} samples; gnomon run records such a trial"
-        ) from None
+        )
+    found: Cost = require(cost)
+    return found
 
 
 class Mapper(Protocol):
@@ -143,37 +137,15 @@ def in_processes(workers: int) -> Mapper:
     """A mapper for this number of processes. Parts of a process that ended run again, in at most ATTEMPTS attempts."""
 
     def mapped(job: Job, firsts: Iterable[int]) -> Iterator[tuple[int, bytes]]:
-        left, broken = list(firsts), 0
-        while left:
-            done = set[int]()
-            try:
-                for first, answer in _in_one_pool(functools.partial(execute, job), left, workers):
-                    done.add(first)
-                    yield first, answer
-            except BrokenProcessPool:
-                broken = 1 if done else broken + 1
-                if broken == ATTEMPTS:
-                    raise ChildProcessError(
-                        f"a worker process ended {ATTEMPTS} times, with one of the first samples {left[0]} to "
-                        f"{min(left[0] + AHEAD * workers * job.part, job.samples) - 1}; run these by themselves"
-                    ) from None
-            left = [first for first in left if first not in done]
+        for first, answer in calls(functools.partial(execute, job), firsts, workers, attempts=ATTEMPTS):
+            if isinstance(answer, ChildProcessError):
+                raise ChildProcessError(
+                    f"a worker process ended {ATTEMPTS} times, with one of the first samples {first} to "
+                    f"{min(first + job.part, job.samples) - 1}; run these by themselves"
+                )
+            yield first, require(answer)
 
     return mapped
-
-
-def _in_one_pool(call: Callable[[int], bytes], firsts: list[int], workers: int) -> Iterator[tuple[int, bytes]]:
-    with process_pool(workers) as pool:
-        waiting: dict[Future[bytes], int] = {}
-        rest = iter(firsts)
-        while True:
-            with interrupts_ignored():
-                while len(waiting) < AHEAD * workers and (first := next(rest, None)) is not None:
-                    waiting[pool.submit(call, first)] = first
-            if not waiting:
-                return
-            for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                yield waiting.pop(future), future.result()
 
 
 def run(job: Job, mapper: Mapper = one_by_one, progress: Progress | None = None) -> Distribution:

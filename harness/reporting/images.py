@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness.system.child_process import interrupts_ignored, main_hidden, process_pool
+from gnomon.harness.system.supervisor import calls, require
 from gnomon.reference.storage import diskcache
 
 PNG_SCALE = 1.0
@@ -28,15 +28,14 @@ def write_images(specifications: Mapping[str, dict[str, Any]], folder: Path) -> 
     folder.mkdir(parents=True, exist_ok=True)
     names = sorted(specifications)
     workers = min(os.cpu_count() or 1, len(names) or 1)
-    with process_pool(workers, "spawn") as pool, main_hidden(True):
-        with interrupts_ignored():
-            written = pool.map(_write, [specifications[name] for name in names], [folder / name for name in names])
-        list(written)
+    for _, written in calls(_write, [(specifications[name], folder / name) for name in names], workers, "spawn", False):
+        require(written)
 
 
-def _write(specification: dict[str, Any], path: Path) -> None:
+def _write(drawing: tuple[dict[str, Any], Path]) -> None:
     import vl_convert  # many megabytes, which a page alone does not need
 
+    specification, path = drawing
     svg = vl_convert.vegalite_to_svg(specification)
     diskcache.replace(path.with_suffix(".svg"), leaner(svg).encode())
     diskcache.replace(path.with_suffix(".png"), smaller(vl_convert.svg_to_png(svg, scale=PNG_SCALE)))

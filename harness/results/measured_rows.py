@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from gnomon.harness.system.child_process import interrupts_ignored, process_pool
+from gnomon.harness.system.supervisor import calls, require
 from gnomon.reference.storage import diskcache
 
 Subject = TypeVar("Subject")
@@ -22,10 +22,8 @@ def publish(
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--to", type=Path, required=True)
     arguments = parser.parse_args()
-    with process_pool(os.cpu_count() or 1, "spawn") as processes:
-        with interrupts_ignored():
-            rows = processes.map(measured, subjects)
-        found = {"environment": environment.describe(), "rows": list(rows)}
+    rows = dict(calls(measured, subjects, os.cpu_count() or 1, "spawn"))
+    found = {"environment": environment.describe(), "rows": [require(rows[subject]) for subject in subjects]}
     write(found, arguments.to)
 
 

@@ -5,24 +5,13 @@ which could execute code.
 """
 
 import json
-import os
-import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
-
-_HEADER = struct.Struct("<4sQQ")
-"""The mark, the number of bytes of JSON, the number of bytes of arrays."""
-_MARK = b"gnom"
-MOST_BYTES = 2**28
-"""Maximum size of a message: the states of the largest trial take a thousandth of it."""
-
-
-class Garbled(Exception):  # noqa: N818 (it names what arrived)
-    """Bytes arrived that are not a valid message of a worker."""
+from gnomon.harness.system.supervisor import Garbled, frame
 
 
 class Message(NamedTuple):
@@ -38,52 +27,22 @@ def encode(message: Message) -> bytes:
     shapes = {name: list(array.shape) for name, array in message.arrays.items()}
     text = json.dumps([message.request, message.stage, message.content, shapes]).encode()
     raw = b"".join(np.ascontiguousarray(array, dtype="<f8").tobytes() for array in message.arrays.values())
-    return _HEADER.pack(_MARK, len(text), len(raw)) + text + raw
+    return frame(text, raw)
 
 
-def send(descriptor: int, message: Message) -> None:
-    """Write a whole message to a pipe."""
-    rest = memoryview(encode(message))
-    while rest:
-        rest = rest[os.write(descriptor, rest) :]
-
-
-class Inbox:
-    """Assembles messages from the pieces in which they arrive; the parent never waits for the rest of a message."""
-
-    def __init__(self) -> None:
-        self._content = bytearray()
-
-    def take(self, piece: bytes) -> Iterator[Message]:
-        """The messages that `piece` completes. Raises Garbled for bytes that are not a message."""
-        self._content += piece
-        while len(self._content) >= _HEADER.size:
-            mark, text, raw = _HEADER.unpack_from(self._content)
-            if mark != _MARK or text + raw > MOST_BYTES:
-                raise Garbled("something that is no message of a worker")
-            end = _HEADER.size + text + raw
-            if len(self._content) < end:
-                return
-            content = bytes(self._content[_HEADER.size : end])
-            del self._content[:end]
-            yield _decoded(content[:text], content[text:])
-
-
-def _decoded(text: bytes, raw: bytes) -> Message:
-    try:
-        request, stage, content, shapes = json.loads(text)
-        if not (isinstance(request, int) and isinstance(stage, str) and isinstance(content, dict)):
-            raise TypeError("not a message")
-        arrays: dict[str, Floats] = {}
-        values, taken = np.frombuffer(raw, dtype="<f8"), 0
-        for name, shape in shapes.items():
-            if min(shape, default=0) < 0:
-                raise ValueError("a length below zero")
-            size = prod(shape)
-            arrays[name] = values[taken : taken + size].reshape(shape)
-            taken += size
-    except (ValueError, TypeError, AttributeError, RecursionError) as error:
-        raise Garbled(f"a message that cannot be read ({type(error).__name__})") from None
+def decode(text: bytes, raw: bytes) -> Message:
+    """The message in the two parts of a frame, for an `Inbox`."""
+    request, stage, content, shapes = json.loads(text)
+    if not (isinstance(request, int) and isinstance(stage, str) and isinstance(content, dict)):
+        raise TypeError("not a message")
+    arrays: dict[str, Floats] = {}
+    values, taken = np.frombuffer(raw, dtype="<f8"), 0
+    for name, shape in shapes.items():
+        if min(shape, default=0) < 0:
+            raise ValueError("a length below zero")
+        size = prod(shape)
+        arrays[name] = values[taken : taken + size].reshape(shape)
+        taken += size
     return Message(request, stage, content, arrays)
 
 

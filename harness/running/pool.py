@@ -1,20 +1,17 @@
 """Runs series in child processes and kills a worker that passes its deadline; no failure of a worker ends the run."""
 
-import contextlib
 import math
-import os
-import signal
 import tempfile
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
-from multiprocessing.connection import Connection, wait
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from time import monotonic  # a user's own module may replace `time.monotonic`
-from typing import Any, Protocol
+from signal import Signals
+from typing import Protocol
 
 from gnomon.harness.contract.status import Status
 from gnomon.harness.results.values import TRIES
-from gnomon.harness.running.messages import Garbled, Inbox, Message
+from gnomon.harness.running.messages import Message, decode
 from gnomon.harness.running.progress import Interlude
 from gnomon.harness.running.worker import (
     FLOODED,
@@ -27,16 +24,14 @@ from gnomon.harness.running.worker import (
     take_output,
 )
 from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.system.child_process import context, main_hidden, queued_seconds, server_failure_named
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.memory import worker_bytes
+from gnomon.harness.system.supervisor import NEVER, Child, Ended, Garbled, Limit, Supervisor, events
 
 PREPARE_SECONDS = 60.0
 """The deadline of one preparation: compiling with cold caches on a busy machine takes several seconds."""
 GRACE_SECONDS = 0.15
 """Seconds beyond the trial's limit before a worker is killed, for the start of the call, its message and scheduling."""
-QUEUED_SECONDS = 0.001
-"""If a worker waited longer than this for the processor, its deadline is extended by the wait."""
 LOOK_SECONDS = 0.1
 """Longest time between two comparisons of the workers' output with the size that they may print."""
 RETRY_SECONDS = 0.5
@@ -49,14 +44,12 @@ FAILURES = (*ANSWERS, Status.CRASHED, Status.NOT_INSTALLED, Status.OUT_OF_MEMORY
 """Statuses that a worker may send instead of an outcome. After all but ANSWERS the series continues in a new worker."""
 
 
+STAGES = {"prepared": "run", "calling": "run", "counted": "prepare", "extra": "prepare", "compiling": "prepare"}
+"""The stage that begins with a message."""
 LOST = 255
 """The exit code reported for a worker if its fork server is gone; the worker's own exit code is then unknown."""
-OUTSIDE = tuple(
-    -number for number in signal.Signals if number.name in ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT")
-)
+OUTSIDE = tuple(-number for number in Signals if number.name in ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT"))
 """Exit codes of processes ended from outside: by a user, a scheduler, or the kernel when memory runs out."""
-ENDING_SECONDS = 5.0
-"""Seconds in which a guard must end its worker and the worker's child processes, before the guard itself is killed."""
 
 
 class Job(Protocol):
@@ -80,23 +73,17 @@ class _Slot:
     """A worker process and the job that it works on."""
 
     job: Job
-    process: Any
-    connection: Connection
+    child: Child
     request: Request
-    deadline: float
     stage: str = "prepare"
-    seconds: float = 0.0
-    queued: float = 0.0
-    """Seconds that its process had waited for the processor when the deadline was set."""
-    interrupted: tuple[str, float] | None = None
-    """The stage that a compilation interrupted, and the time limit of that stage in seconds."""
+    interrupted: bool = False
+    """Whether a compilation has interrupted the stage `run`."""
     again: bool = False
     """Whether the request is repeated because the fork server was lost."""
     tries: int = 1
     """The number of attempts at this request, the current one included."""
     held: bool = False
     """Whether the request is held back until an interlude has ended; the worker waits for it."""
-    inbox: Inbox = field(default_factory=Inbox)
 
 
 class Pool:
@@ -115,12 +102,11 @@ class Pool:
         self.workers = workers
         self.memory = memory
         self.prepare_seconds = prepare_seconds
-        self._context = context(method)
+        self._supervisor = Supervisor(method)
         self._folder = tempfile.TemporaryDirectory(dir=temporary_folder())
-        self._slots: list[_Slot] = []
+        self._slots: dict[Child, _Slot] = {}
         self._started = 0
         self._requested = 0
-        self._dying: list[Any] = []
         self._pausing = False
 
     def run(self, jobs: Iterable[Job | None], interlude: Interlude | None = None) -> None:
@@ -130,34 +116,20 @@ class Pool:
         no further request is sent until all workers have answered and its work is done.
         """
         waiting = iter(jobs)
-        exhausted = False
-        try:
+        with self._folder, self._supervisor:
             while True:
                 self._pausing = self._pausing or (interlude is not None and interlude.due())
-                if interlude is not None and self._pausing and all(slot.held for slot in self._slots):
+                if interlude is not None and self._pausing and all(slot.held for slot in self._slots.values()):
                     interlude.take()
                     self._resume()
-                while not (exhausted or self._pausing) and len(self._slots) < self.workers:
-                    try:
-                        job = next(waiting)
-                    except StopIteration:
-                        exhausted = True
-                        break
+                while not self._pausing and len(self._slots) < self.workers:
+                    job = next(waiting, None)
                     if job is None:
                         break
                     self._start(job)
                 if not self._slots:
                     return
                 self._listen()
-        finally:
-            for slot in list(self._slots):
-                self._end(slot)
-            for process in self._dying:
-                process.join(ENDING_SECONDS)
-                if process.is_alive():
-                    process.kill()
-                    process.join()
-            self._folder.cleanup()
 
     def _start(self, job: Job) -> None:
         """Start a worker for the next request of a job, if there is one."""
@@ -169,14 +141,10 @@ class Pool:
         self._started += 1
         path = Path(self._folder.name) / str(self._started)
         path.touch()
-        job.task = replace(job.task, output=str(path), memory_bytes=int(min(worker_bytes(self.workers), self.memory)))
-        ours, theirs = self._context.Pipe()
-        process = self._context.Process(target=serve, args=(theirs, job.task), daemon=True)
-        with main_hidden(not job.task.spec.in_main), server_failure_named():
-            process.start()
-        theirs.close()
-        slot = _Slot(job, process, ours, request, 0.0, again=again, tries=tries)
-        self._slots.append(slot)
+        memory = int(min(worker_bytes(self.workers), self.memory))
+        task = job.task = replace(job.task, output=str(path), memory_bytes=memory)
+        child = self._supervisor.start(partial(serve, task), decode, task.output, memory, task.spec.in_main)
+        slot = self._slots[child] = _Slot(job, child, request, again=again, tries=tries)
         self._send(slot, request)
 
     def _send(self, slot: _Slot, request: Request) -> None:
@@ -184,96 +152,66 @@ class Pool:
         slot.request = replace(request, number=self._requested)
         slot.held = self._pausing
         if slot.held:
-            slot.deadline = math.inf
-            return
-        self._stage(slot, "prepare", self.prepare_seconds)
-        with contextlib.suppress(OSError):  # the worker died between two requests: _listen sees the end of its pipe
-            slot.connection.send(slot.request)
+            slot.child.limit = NEVER
+        else:
+            self._stage(slot, "prepare")
+            slot.child.send(slot.request)
 
     def _resume(self) -> None:
         """Send the requests that were held."""
         self._pausing = False
-        for slot in self._slots:
+        for slot in self._slots.values():
             self._send(slot, slot.request)
 
-    def _stage(self, slot: _Slot, stage: str, seconds: float) -> None:
-        slot.stage, slot.seconds, slot.deadline = stage, seconds, monotonic() + seconds
-        slot.queued = queued_seconds(slot.process.pid)
+    def _stage(self, slot: _Slot, stage: str) -> None:
+        slot.stage, limit = stage, slot.job.limit_seconds
+        seconds, why = limit + GRACE_SECONDS, f"no answer within {limit:g} s"
+        if stage == "prepare":
+            seconds, why = self.prepare_seconds, f"not prepared within {self.prepare_seconds:g} s"
+        slot.child.limit = Limit(slot.child.process.pid, seconds, why)
 
     def _listen(self) -> None:
-        """Wait for messages until the nearest deadline, at most LOOK_SECONDS; read all before comparing deadlines."""
-        timeout = min(LOOK_SECONDS, max(0.0, min(slot.deadline for slot in self._slots) - monotonic()))
-        wait([slot.connection for slot in self._slots], timeout)
-        for slot in list(self._slots):
-            self._drain(slot)
-        now = monotonic()
-        for slot in list(self._slots):
+        """Handle the messages that come until the nearest deadline, for at most LOOK_SECONDS."""
+        for child, message in events(self._slots, LOOK_SECONDS):
+            slot = self._slots[child]
+            if isinstance(message, Ended):
+                self._ended(slot, message)
+            elif message.request == slot.request.number:  # else a process that the integrator left running answers
+                try:
+                    self._handle(slot, message)
+                except Garbled as error:
+                    self._fail(slot, Status.CRASHED, f"its process sent {error}")
+        for slot in list(self._slots.values()):
             if printed_bytes(slot.job.task.output) > MOST_PRINTED:
                 self._fail(slot, Status.CRASHED, FLOODED)
-            elif now > slot.deadline and not slot.connection.poll():
-                self._late(slot)
 
-    def _late(self, slot: _Slot) -> None:
-        """Handle a passed deadline: extend it by waits for the processor, retry the request, or record a timeout."""
-        limit = slot.job.limit_seconds
-        waited = queued_seconds(slot.process.pid) - slot.queued
-        if waited > QUEUED_SECONDS:
-            slot.deadline += waited
-            slot.queued += waited
-            return
-        if slot.stage == "prepare":
-            self._fail(slot, Status.TIMEOUT, f"not prepared within {self.prepare_seconds:g} s")
-        elif slot.tries >= TRIES or limit >= RETRY_SECONDS:
-            self._fail(slot, Status.TIMEOUT, f"no answer within {limit:g} s")
-        else:
+    def _ended(self, slot: _Slot, end: Ended) -> None:
+        """The worker passed its deadline, ended by itself or by a signal from outside, or lost the fork server."""
+        if end.late and slot.stage == "run" and slot.tries < TRIES and slot.job.limit_seconds < RETRY_SECONDS:
             self._end(slot)
             self._launch(slot.job, slot.request, again=slot.again, tries=slot.tries + 1)
-
-    def _drain(self, slot: _Slot) -> None:
-        try:
-            while slot.connection.poll():
-                piece = os.read(slot.connection.fileno(), 2**20)
-                if not piece:
-                    raise EOFError
-                for message in slot.inbox.take(piece):
-                    # another number: an earlier request answered by a process that the integrator left running
-                    if message.request == slot.request.number and not self._handle(slot, message):
-                        return
-        except (EOFError, OSError):
-            slot.process.join()
-            self._died(slot)
-        except Garbled as error:
-            self._fail(slot, Status.CRASHED, f"its process sent {error}")
-
-    def _died(self, slot: _Slot) -> None:
-        """The worker ended by itself, by a signal from outside, or because the fork server was lost."""
-        code = slot.process.exitcode
-        if code == LOST and not slot.again:
+        elif end.late:
+            self._fail(slot, Status.TIMEOUT, str(end))
+        elif end.code == LOST and not slot.again:
             self._end(slot)
             self._launch(slot.job, slot.request, again=True, tries=slot.tries)
-        elif code == LOST:
+        elif end.code == LOST:
             self._fail(slot, Status.INTERRUPTED, "the server of the worker processes was lost, twice")
+        elif end.code is None:
+            self._fail(slot, Status.CRASHED, f"its process {end}")
         else:
-            self._fail(slot, Status.INTERRUPTED if code in OUTSIDE else Status.CRASHED, _death(code))
+            self._fail(slot, Status.INTERRUPTED if end.code in OUTSIDE else Status.CRASHED, f"the process {end}")
 
-    def _handle(self, slot: _Slot, message: Message) -> bool:
-        """Act on one message; returns False if the slot is no longer in use."""
+    def _handle(self, slot: _Slot, message: Message) -> None:
+        """Act on one message."""
         stage = message.stage
-        limit = slot.job.limit_seconds
-        if stage in ("prepared", "calling"):
-            self._stage(slot, "run", limit + GRACE_SECONDS)
-            return True
-        if stage in ("counted", "extra"):
-            self._stage(slot, "prepare", self.prepare_seconds)
-            return True
-        if stage == "compiling":
-            if slot.stage != "prepare":  # in nested compilations the outermost one has the interrupted stage
-                slot.interrupted = (slot.stage, slot.seconds)
-            self._stage(slot, "prepare", self.prepare_seconds)
-            return True
-        if stage == "compiled" and slot.interrupted is not None:
-            self._stage(slot, *slot.interrupted)
-            return True
+        if stage in STAGES:
+            slot.interrupted = slot.interrupted or (stage == "compiling" and slot.stage == "run")
+            self._stage(slot, STAGES[stage])
+            return
+        if stage == "compiled" and slot.interrupted:
+            self._stage(slot, "run")
+            return
         if stage == "failed":
             word, reason = str(message.content.get("status")), str(message.content.get("reason"))
             if word not in FAILURES:
@@ -281,7 +219,7 @@ class Pool:
             status = Status(word)
             if status not in ANSWERS:
                 self._fail(slot, status, reason)
-                return False
+                return
             slot.job.failed(status, reason, take_output(slot.job.task.output))
         elif stage == "done":
             slot.job.done(outcome_of(message, slot.job.task))
@@ -290,10 +228,9 @@ class Pool:
         following = slot.job.next()
         if following is None:
             self._end(slot)
-            return False
-        slot.again, slot.tries = False, 1
-        self._send(slot, following)
-        return True
+        else:
+            slot.again, slot.tries = False, 1
+            self._send(slot, following)
 
     def _fail(self, slot: _Slot, status: Status, reason: str) -> None:
         """Record a failure, end the worker, and continue the series in a new worker."""
@@ -303,16 +240,6 @@ class Pool:
         self._start(slot.job)
 
     def _end(self, slot: _Slot) -> None:
-        """End a worker through its guard, without waiting for its end, which takes tens of milliseconds."""
-        self._slots.remove(slot)
-        if slot.process.is_alive():
-            slot.process.terminate()
-        slot.connection.close()
+        del self._slots[slot.child]
+        self._supervisor.end(slot.child)
         Path(slot.job.task.output).unlink(missing_ok=True)  # later output then takes no space
-        self._dying = [process for process in (*self._dying, slot.process) if process.is_alive()]
-
-
-def _death(exitcode: int | None) -> str:
-    if exitcode is not None and exitcode < 0:
-        return f"the process died of {signal.Signals(-exitcode).name}"
-    return f"the process ended with exit code {exitcode}"

@@ -9,7 +9,7 @@ import traceback
 from pathlib import Path
 
 from gnomon.harness.system.child_process import SERVER_FAILURE, quiet_child
-from gnomon.harness.system.streams import open_standard_streams
+from gnomon.harness.system.streams import open_standard_streams, redirect_output
 
 
 def _import_everything() -> None:
@@ -45,16 +45,14 @@ def _quietly() -> None:
     """Import with output discarded, because the output of imports belongs to no trial."""
     sys.stdout.flush()
     saved = os.dup(1), os.dup(2)
-    null = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(null, 1)
-        os.dup2(null, 2)
+        redirect_output(os.devnull)
         _import_everything()
     finally:
         sys.stdout.flush()
         os.dup2(saved[0], 1)
         os.dup2(saved[1], 2)
-        for descriptor in (*saved, null):
+        for descriptor in saved:
             os.close(descriptor)
 
 

@@ -11,7 +11,6 @@ trial.
 import contextlib
 import gc
 import os
-import signal
 import sys
 import time
 import traceback
@@ -35,7 +34,7 @@ from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.values import DELAYED
 from gnomon.harness.running import messages
 from gnomon.harness.running.first_use import first_seconds
-from gnomon.harness.running.messages import Garbled, Message
+from gnomon.harness.running.messages import Message
 from gnomon.harness.running.null_call import null_call
 from gnomon.harness.scoring import prepared
 from gnomon.harness.scoring.failures import status_of
@@ -43,8 +42,8 @@ from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
 from gnomon.harness.scoring.prepared import Call, Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.system.child_process import adopt_orphans, end_children, guarded, leave_server
-from gnomon.harness.system.memory import address_space_bytes
+from gnomon.harness.system.child_process import end_children
+from gnomon.harness.system.supervisor import Garbled, write
 
 T = TypeVar("T")
 
@@ -161,19 +160,8 @@ def _optional(value: Any, kind: type[T]) -> T | None:
     return value
 
 
-def serve(connection: Connection, task: Task) -> None:
-    """The main function of the child process: a guard, which starts the process that does the work."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _redirect(task.output)
-    guarded(lambda: _work(connection, task))
-
-
-def _work(connection: Connection, task: Task) -> None:
+def serve(task: Task, connection: Connection) -> None:
     """Serve one request after another until the parent ends this process; end processes that a request left running."""
-    os.setpgid(0, 0)  # else a terminal's Ctrl-C reaches libraries with a handler of their own, such as REBOUND
-    adopt_orphans()
-    leave_server(connection.fileno())
-    _limit_resources(task.memory_bytes)
     say = _Speaker(connection, task.memory_bytes)
     try:
         series = _Series(task, say)
@@ -223,7 +211,7 @@ class _Speaker:
 
     def send(self, message: Message) -> None:
         self.stop_forks()
-        messages.send(self._connection.fileno(), message)
+        write(self._connection.fileno(), messages.encode(message))
 
 
 class _Series:
@@ -463,26 +451,6 @@ def _print(error: BaseException) -> None:
         frames = frames.tb_next
     with contextlib.suppress(Exception):  # an exception of a user's own may raise while it is formatted
         print("".join(traceback.format_exception(type(error), error, frames)), file=sys.stderr, flush=True)
-
-
-def _limit_resources(memory_bytes: int) -> None:
-    import resource  # absent on Windows
-
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # a core dump of an aborted worker takes seconds
-    if sys.platform != "linux":
-        return  # macOS enforces no limit of the address space
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    most = address_space_bytes() + memory_bytes
-    soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
-
-
-def _redirect(path: str) -> None:
-    """Redirect standard output and error to a file; its content becomes the `output` of the measurement."""
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-    os.dup2(descriptor, 1)
-    os.dup2(descriptor, 2)
-    os.close(descriptor)
 
 
 def _read_output(path: str) -> str:

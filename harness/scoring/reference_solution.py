@@ -4,7 +4,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import as_completed
+from contextlib import closing
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -16,7 +16,7 @@ from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.turning import turned_cases
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import initial_state, problem_of
-from gnomon.harness.system.child_process import main_hidden, process_pool
+from gnomon.harness.system.supervisor import calls
 from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
@@ -119,12 +119,10 @@ def reference_solutions(
     if not missing:
         return found
     workers = min(os.cpu_count() or 1, len(missing))
-    with process_pool(workers) as pool:
-        with main_hidden(not any(spec.in_main for spec in missing)):
-            waiting = {pool.submit(reference_solution, spec): spec for spec in missing}
-        for future in as_completed(waiting):
-            error = future.exception()
-            found[waiting[future]] = f"{type(error).__name__}: {error}" if error is not None else future.result()
+    in_main = any(spec.in_main for spec in missing)
+    with closing(calls(reference_solution, missing, workers, main=in_main)) as solutions:
+        for spec, made in solutions:
+            found[spec] = f"{type(made).__name__}: {made}" if isinstance(made, BaseException) else made
             progress()
     return found
 

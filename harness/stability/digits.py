@@ -17,8 +17,8 @@ import numpy as np
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.stability.panel import Column, Mark, panel
-from gnomon.harness.stability.solving import within
 from gnomon.harness.stability.subjects import Budget, accepts, require_motion, trials_of
+from gnomon.harness.system.supervisor import within
 from gnomon.harness.verification.trials import Trials
 
 CASES = (

@@ -15,9 +15,8 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.registry import environment, lookup
 from gnomon.harness.stability import tiers
 from gnomon.harness.stability.panel import Panel, for_json, panels
-from gnomon.harness.system import jobs
-from gnomon.harness.system.jobs import Job, Send
 from gnomon.harness.system.limitations import need_fork
+from gnomon.harness.system.supervisor import Job, Send, run
 from gnomon.reference.storage import diskcache
 
 SCHEMA = 1
@@ -80,7 +79,7 @@ class PanelsJob(Job):
         del self.pending[0]
         self.add(Row(**message))
 
-    def lose(self, why: str) -> None:
+    def lose(self, why: str, late: bool = False) -> None:
         data: dict[str, Any] = {Status.REFUSED: why}
         self.add(Row(self.integrator.id, self.pending.pop(0), 0.0, data, [], sources=environment.sources()))
 
@@ -130,7 +129,7 @@ def measured(
         planned.append(PanelsJob(integrator, seconds, add, pending, LONGEST * seconds))
         while missing is not None and planned[-1].pending:
             planned[-1].lose(missing)
-    jobs.run(planned, workers)
+    run(planned, workers)
     places = {name: place for place, name in enumerate(panels())}
     order = list(dict.fromkeys([row.integrator for row in former] + [integrator.id for integrator in integrators]))
     return sorted(rows, key=lambda row: (places[row.panel], order.index(row.integrator)))

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from types import FrameType
+from collections.abc import Callable
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution
@@ -30,25 +26,3 @@ def processor_seconds(run: Callable[[], object]) -> float:
     began = time.process_time()
     run()
     return time.process_time() - began
-
-
-@contextmanager
-def within(seconds: float, error: BaseException) -> Iterator[None]:
-    """Raise `error` in the block after `seconds` of processor time, as soon as Python code runs.
-
-    Compiled code is not stopped. Outside the main thread, where no signal arrives, there is no limit.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        raise error
-
-    before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, before)

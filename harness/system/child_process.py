@@ -1,4 +1,4 @@
-"""Starts child processes, and ends them with all processes that they started; `running/pool.py` decides when."""
+"""Processes of the system: guards, which end all that a process started, and times; `supervisor` uses them."""
 
 import contextlib
 import ctypes
@@ -8,12 +8,10 @@ import signal
 import sys
 import threading
 import types
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator
 from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
-from time import monotonic
-from typing import Any, NoReturn
+from typing import Any
 
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.streams import open_standard_streams
@@ -45,48 +43,6 @@ def _failure_file() -> Path:
 
 
 @contextlib.contextmanager
-def server_failure_named() -> Iterator[None]:
-    """Raises ServerFailed if a process is started in the block and the server that forks it has ended."""
-    try:
-        yield
-    except (EOFError, ConnectionError):
-        reason = "it ended without a reason: it was killed, or a library that it imports crashed"
-        with contextlib.suppress(OSError):
-            told = _failure_file().read_text(encoding="utf-8")
-            reason = f"{told}; correct this, or the environment that leads to it"
-            _failure_file().unlink()
-        raise ServerFailed(f"the server of the worker processes cannot start: {reason}") from None
-
-
-class _Processes(ProcessPoolExecutor):
-    """A pool of forks of the server."""
-
-    def submit(self, *arguments: Any, **named: Any) -> Any:  # starts the processes
-        with server_failure_named():
-            return super().submit(*arguments, **named)
-
-
-@contextlib.contextmanager
-def process_pool(workers: int, method: str = "forkserver") -> Iterator[ProcessPoolExecutor]:
-    """A pool of processes for calls of functions. An exception within the block, such as Ctrl-C, kills them at once.
-
-    The processes start when calls are submitted: with `spawn` submit them within `interrupts_ignored`.
-    """
-    kind = _Processes if method == "forkserver" else ProcessPoolExecutor
-    pool = kind(workers, mp_context=context(method), initializer=quiet_child)
-    try:
-        yield pool
-    except BaseException:
-        for process in list((pool._processes or {}).values()):
-            process.kill()
-        # Waits for the thread of the pool, which would else close a pipe that Python's exit uses.
-        pool.shutdown(cancel_futures=True)
-        raise
-    finally:
-        pool.shutdown()
-
-
-@contextlib.contextmanager
 def interrupts_ignored() -> Iterator[None]:
     """Programs started within the block ignore Ctrl-C from their start: an ignored signal stays ignored in a child."""
     if threading.current_thread() is not threading.main_thread():
@@ -100,18 +56,28 @@ def interrupts_ignored() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def main_hidden(hidden: bool) -> Iterator[None]:
-    """Children started within the block do not import the script that runs, which then needs no `__main__` guard.
+def starting(main: bool = True) -> Iterator[None]:
+    """A block in which children are started. Raises ServerFailed if the server that forks them has ended.
 
-    With `hidden` False they import it, because a child may need definitions of that script.
+    With `main` False they do not import the script that runs, which then needs no `__main__` guard. With `main` they
+    import it, because a child may need definitions of that script.
     """
-    main = sys.modules["__main__"]
-    if hidden:
+    script = sys.modules["__main__"]
+    if not main:
         sys.modules["__main__"] = types.ModuleType("__main__")
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C waits, and a child inherits this
     try:
         yield
+    except (EOFError, ConnectionError):
+        reason = "it ended without a reason: it was killed, or a library that it imports crashed"
+        with contextlib.suppress(OSError):
+            told = _failure_file().read_text(encoding="utf-8")
+            reason = f"{told}; correct this, or the environment that leads to it"
+            _failure_file().unlink()
+        raise ServerFailed(f"the server of the worker processes cannot start: {reason}") from None
     finally:
-        sys.modules["__main__"] = main
+        sys.modules["__main__"] = script
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def die_with_parent(name: str = "SIGKILL") -> None:
@@ -142,13 +108,6 @@ def adopt_orphans() -> None:
     """Make orphaned descendants children of this process, even in other sessions (Linux)."""
     if sys.platform == "linux":
         _control(_SET_CHILD_SUBREAPER, 1)
-
-
-def guarded(work: Callable[[], None]) -> NoReturn:
-    """Run `work` in a child of this process, which becomes its guard."""
-    into_guarded_child()
-    work()
-    os._exit(0)
 
 
 _has_guard = False
@@ -234,8 +193,17 @@ def queued_seconds(guard: int) -> float:
     """
     with contextlib.suppress(OSError, ValueError, IndexError):
         child = Path(f"/proc/{guard}/task/{guard}/children").read_text().split()[0]
-        return int(Path(f"/proc/{child}/schedstat").read_text().split()[1]) * 1e-9
+        return _queued(f"/proc/{child}") * 1e-9
     return 0.0
+
+
+def _queued(folder: str) -> int:
+    """Nanoseconds that a process, or a thread, was ready to run while others had the processor, from its folder."""
+    descriptor = os.open(f"{folder}/schedstat", os.O_RDONLY)  # faster than `open`
+    try:
+        return int(os.read(descriptor, 100).split()[1])
+    finally:
+        os.close(descriptor)
 
 
 def run_delays() -> dict[str, int] | None:
@@ -249,11 +217,7 @@ def run_delays() -> dict[str, int] | None:
         with contextlib.suppress(OSError):
             for thread in os.listdir(folder):
                 with contextlib.suppress(OSError, ValueError, IndexError):  # a thread may just have ended
-                    descriptor = os.open(f"{folder}/{thread}/schedstat", os.O_RDONLY)  # faster than `open`
-                    try:
-                        found[thread] = int(os.read(descriptor, 100).split()[1])
-                    finally:
-                        os.close(descriptor)
+                    found[thread] = _queued(f"{folder}/{thread}")
     return found or None
 
 
@@ -269,47 +233,17 @@ def processor_time(process: int) -> float:
     return seconds
 
 
-ASLEEP = 10.0
-"""Multiple of its processor time that a process may take by the clock, for example asleep."""
-
-
-class TimeLimit:
-    """A limit of a process from now on: of its processor time, and of ASLEEP times as long by the clock."""
-
-    def __init__(self, process: int, seconds: float) -> None:
-        self.process, self.seconds = process, seconds
-        self.used, self.deadline = processor_time(process), monotonic() + ASLEEP * seconds
-
-    def over(self) -> str | None:
-        """The limit that was passed, in words; None while there is time."""
-        if processor_time(self.process) - self.used > self.seconds:
-            return f"no answer within {self.seconds:g} s of processor time"
-        return f"no answer within {ASLEEP * self.seconds:g} s" if monotonic() > self.deadline else None
-
-
 KEPT: set[int] = set()
 """Children of this process that serve several trials: `end_children` spares them, and a guard ends them at last."""
 
 
 def end_children() -> None:
     """Kill the children of this process (after `adopt_orphans` all descendants) but KEPT, and wait until they end."""
-    if KEPT:
-        while others := set(_children()) - KEPT:
-            for child in others:
-                _kill(child)
-                with contextlib.suppress(ChildProcessError):
-                    os.waitpid(child, 0)
-        return
-    while True:
-        try:
-            ended, _ = os.waitpid(-1, os.WNOHANG)
-        except ChildProcessError:
-            return
-        if ended == 0:
-            for child in _children():
-                _kill(child)
+    while others := set(_children()) - KEPT:
+        for child in others:
+            _kill(child)
             with contextlib.suppress(ChildProcessError):
-                os.waitpid(-1, 0)
+                os.waitpid(child, 0)
 
 
 def _kill(process: int) -> None:

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -47,3 +48,15 @@ def address_space_bytes() -> int:
     with contextlib.suppress(OSError):
         return int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     return 0
+
+
+def limit_memory(more: int) -> None:
+    """Let this process allocate `more` bytes beyond its memory now, where the system enforces such a limit (Linux)."""
+    import resource  # absent on Windows
+
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # a core dump of an aborted worker takes seconds
+    if sys.platform != "linux":
+        return  # macOS enforces no limit of the address space
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    most = address_space_bytes() + more
+    resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))

@@ -19,3 +19,11 @@ def open_standard_streams() -> None:
                 mode = "w" if number else "r"
                 stream = os.fdopen(number, mode, encoding="utf-8", errors="backslashreplace", closefd=False)
                 setattr(sys, name, stream)
+
+
+def redirect_output(path: str) -> None:
+    """Redirect standard output and error of this process to a file."""
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    os.dup2(descriptor, 1)
+    os.dup2(descriptor, 2)
+    os.close(descriptor)

@@ -24,7 +24,7 @@ from gnomon.harness.results.regression import Verdict, compare
 from gnomon.harness.scoring.failures import status_of
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
 from gnomon.harness.system.files import read_text
-from gnomon.harness.system.jobs import run
+from gnomon.harness.system.supervisor import run
 from gnomon.harness.verification.claims import Finding, Outcome
 from gnomon.harness.verification.trials import DEPTHS, Floats, Trials
 from gnomon.harness.verification.verify import CaseJob, Row, planned

@@ -109,7 +109,7 @@ def from_command(command: str | Sequence[str], seconds: float | None = None) -> 
     command : str or sequence of str
         A command line, or its words. The program is run once, to describe itself.
     seconds : float, optional
-        The limit of processor time (s) for one problem (see `TimeLimit`), for use outside a run; in a run, workers have
+        The limit of processor time (s) for one problem (see `Child.allow`), for use outside a run; in a run, workers have
         their own limits.
 
     Returns

@@ -17,8 +17,8 @@ from gnomon.harness.contract.problem import takes
 from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.system.jobs import Job, Send, run
 from gnomon.harness.system.limitations import need_fork
+from gnomon.harness.system.supervisor import Job, Send, run
 from gnomon.harness.verification import (
     call_claims,
     convergence_claims,
@@ -302,24 +302,22 @@ class CaseJob(Job):
         if message:
             self._row(Finding(**{**message, "outcome": Outcome(message["outcome"])}))
 
-    def lose(self, why: str) -> None:
+    def lose(self, why: str, late: bool = False) -> None:
+        again, silent = self.repeated == self.pending[0], self._may_be_silent
+        if late and not (again or silent):
+            self.ready, self.limit, self.repeated = False, REFERENCE_SECONDS, self.pending[0]
+            return
+        why = f"{why}, twice" if late and again else why
         if not self.ready:
             raise ValueError(f"{self.case.id}: the exact motion could not be computed: {why}")
         self.ready, self.limit = False, REFERENCE_SECONDS
         a_hang = failed("", "an answer", why, "A hang or a crash gives no answer.")
-        self._row(not_applicable(f"no answer: {why}") if self._may_be_silent else a_hang)
+        self._row(not_applicable(f"no answer: {why}") if silent else a_hang)
 
     @property
     def _may_be_silent(self) -> bool:
         made = CLAIMS.get(self.pending[0])
         return made is not None and made.no_answer
-
-    def late(self, why: str) -> None:
-        again = self.repeated == self.pending[0]
-        if again or self._may_be_silent:
-            self.lose(f"{why}, twice" if again else why)
-        else:
-            self.ready, self.limit, self.repeated = False, REFERENCE_SECONDS, self.pending[0]
 
     def stop(self) -> None:
         while self.pending:

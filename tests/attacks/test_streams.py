@@ -119,7 +119,7 @@ def test_a_server_that_dies_is_named_too() -> None:
     """A library that crashes at its import leaves no reason: the pipe ends."""
     with (
         pytest.raises(child_process.ServerFailed, match="ended without a reason"),
-        child_process.server_failure_named(),
+        child_process.starting(),
     ):
         raise EOFError
 

@@ -5,7 +5,8 @@ import pickle
 
 import numpy as np
 import pytest
-from gnomon.harness.running.messages import Garbled, Inbox, Message, encode, send
+from gnomon.harness.running.messages import Message, decode, encode
+from gnomon.harness.system.supervisor import Garbled, Inbox, write
 
 MESSAGE = Message(7, "done", {"steps": 3, "text": "\ud800é", "nothing": None}, {"states": np.eye(3)[:, :2] / 3})
 
@@ -17,7 +18,7 @@ def same(a: Message, b: Message) -> bool:
 
 @pytest.mark.parametrize("size", [1, 13, 10**6])
 def test_messages_are_decoded_as_they_were_encoded_from_pieces_of_any_size(size: int) -> None:
-    content, inbox = encode(MESSAGE) + encode(MESSAGE._replace(request=8, arrays={})), Inbox()
+    content, inbox = encode(MESSAGE) + encode(MESSAGE._replace(request=8, arrays={})), Inbox(decode)
     pieces = [content[at : at + size] for at in range(0, len(content), size)]
     first, second = [message for piece in pieces for message in inbox.take(piece)]
     assert same(first, MESSAGE)
@@ -28,10 +29,10 @@ def test_a_message_longer_than_the_buffer_of_a_pipe_is_sent_completely() -> None
     reading, writing = os.pipe()
     long = MESSAGE._replace(arrays={"states": np.arange(10**5, dtype=float)})
     if os.fork() == 0:
-        send(writing, long)
+        write(writing, encode(long))
         os._exit(0)
     os.close(writing)
-    inbox, found = Inbox(), []
+    inbox, found = Inbox(decode), []
     while piece := os.read(reading, 2**16):
         found += inbox.take(piece)
     os.close(reading)
@@ -54,6 +55,6 @@ def test_a_message_longer_than_the_buffer_of_a_pipe_is_sent_completely() -> None
     ],
 )
 def test_bytes_that_are_not_a_message_are_rejected(content: bytes) -> None:
-    inbox = Inbox()
+    inbox = Inbox(decode)
     with pytest.raises(Garbled):
         list(inbox.take(content))

@@ -27,8 +27,9 @@ from gnomon.harness.running.pool import GRACE_SECONDS, LOST, RETRY_SECONDS, Pool
 from gnomon.harness.running.worker import Request, Task, answer
 from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.system.child_process import guarded
+from gnomon.harness.system import supervisor
 from gnomon.harness.system.memory import worker_bytes
+from gnomon.harness.system.supervisor import write
 from waiting import LIMIT_SECONDS, wait_until
 
 PREPARE, LIMIT, SHORT, BLOCK = 1000.0, 10.0, RETRY_SECONDS / 4, 3.0
@@ -69,13 +70,16 @@ class Worker:
 
     def say(self, *stages: str, **content: Any) -> None:
         for stage in stages:
-            messages.send(self._pipe.fileno(), Message(self.number, stage, content, {}))
+            write(self._pipe.fileno(), messages.encode(Message(self.number, stage, content, {})))
 
     def done(self) -> None:
-        messages.send(self._pipe.fileno(), answer(OUTCOME, self.number))
+        write(self._pipe.fileno(), messages.encode(answer(OUTCOME, self.number)))
 
     def write(self, content: bytes) -> None:
         os.write(self._pipe.fileno(), content)
+
+    def close(self) -> None:
+        self._pipe.close()
 
     def hang(self) -> None:
         """Say nothing until the deadline."""
@@ -111,10 +115,10 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Iterator[Clock]:
     """Pools use this clock, they wait up to the next deadline, and no worker ever waits for the processor."""
     hears, says = os.pipe()
     clock = Clock(hears, says)
-    monkeypatch.setattr(pool, "monotonic", lambda: clock.now)
-    monkeypatch.setattr(pool, "wait", clock.wait)
+    monkeypatch.setattr(supervisor, "monotonic", lambda: clock.now)
+    monkeypatch.setattr(supervisor, "wait", clock.wait)
     monkeypatch.setattr(pool, "LOOK_SECONDS", math.inf)
-    monkeypatch.setattr(pool, "queued_seconds", lambda _guard: 0.0)
+    monkeypatch.setattr(supervisor, "queued_seconds", lambda _guard: 0.0)
     yield clock
     os.close(hears)
     os.close(says)
@@ -125,9 +129,9 @@ def ran(clock: Any, monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[Any]]
     """ran(script, job, workers=1): the rows of a job whose workers run a script."""
 
     def run(script: Script, job: Job, *others: Job, workers: int = 1) -> list[Any]:
-        def serve(pipe: Any, _task: Task) -> None:
+        def serve(_task: Task, pipe: Any) -> None:
             faulthandler.disable()  # pytest's own would print the stack of a worker that aborts
-            guarded(lambda: script(Worker(pipe, clock.says)))
+            script(Worker(pipe, clock.says))
 
         monkeypatch.setattr(pool, "serve", serve)
         Pool(workers, "fork", PREPARE).run([job, *others])
@@ -204,7 +208,7 @@ def test_waiting_for_the_processor_extends_the_deadline(
     """The kernel says how long a process was ready while others ran; here that is a share of the time. The worker answers
     after its limit, unless it was killed there."""
     os.mkfifo(tmp_path / "late")
-    monkeypatch.setattr(pool, "queued_seconds", lambda _guard: share * clock.now)
+    monkeypatch.setattr(supervisor, "queued_seconds", lambda _guard: share * clock.now)
     true_wait = clock.wait
 
     def wait(connections: list[Any], timeout: float) -> None:
@@ -219,7 +223,7 @@ def test_waiting_for_the_processor_extends_the_deadline(
         (tmp_path / "late").read_text()
         worker.done()
 
-    monkeypatch.setattr(pool, "wait", wait)
+    monkeypatch.setattr(supervisor, "wait", wait)
     assert ran(script, Job()) == rows
 
 
@@ -247,10 +251,11 @@ def end_by(number: int) -> Script:
         (end_by(signal.SIGKILL), Status.INTERRUPTED, "the process died of SIGKILL"),
         (end_by(signal.SIGHUP), Status.INTERRUPTED, "the process died of SIGHUP"),
         (lambda worker: worker.write(b"x" * 99), Status.CRASHED, "its process sent something that is no message"),
+        (lambda worker: worker.close(), Status.CRASHED, "its process closed its pipe"),
         (lambda worker: worker.say("lunch"), Status.CRASHED, "its process sent the stage 'lunch'"),
         (lambda worker: worker.say("failed", status="ok"), Status.CRASHED, "its process sent the status 'ok'"),
     ],
-    ids=["exit 0", "exit 3", "abort", "fault", "pipe", "killed", "hangup", "garbled", "stage", "status"],
+    ids=["exit 0", "exit 3", "abort", "fault", "pipe", "killed", "hangup", "garbled", "closed", "stage", "status"],
 )
 def test_a_worker_that_ends_or_sends_nonsense_fails_its_trial_alone(
     ran: Any, tmp_path: Path, script: Script, status: Status, reason: str
@@ -365,7 +370,7 @@ def test_an_interruption_ends_all_workers_and_is_raised(
     ran: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It arrives while the second of two workers is served, and the first hangs long before its deadline."""
-    monkeypatch.setattr(pool, "wait", lambda connections, _timeout: connection.wait(connections, LIMIT_SECONDS))
+    monkeypatch.setattr(supervisor, "wait", lambda connections, _timeout: connection.wait(connections, LIMIT_SECONDS))
 
     class Interrupted(Job):
         def done(self, outcome: Outcome) -> None:
@@ -457,7 +462,7 @@ def test_no_trial_overlaps_an_interlude(monkeypatch: pytest.MonkeyPatch, tmp_pat
             worker.done()
             worker.receive()
 
-    monkeypatch.setattr(pool, "serve", lambda pipe, _task: guarded(lambda: script(Worker(pipe, 2))))
+    monkeypatch.setattr(pool, "serve", lambda _task, pipe: script(Worker(pipe, 2)))
     jobs, rests = [Job(12), Job(12), Job(12)], Rests(lambda: busy(0.02))
     Pool(2, "fork", PREPARE).run(jobs, rests)
     assert [job.rows for job in jobs] == [["done"] * 12] * 3
@@ -479,7 +484,7 @@ def test_a_worker_that_waits_for_an_interlude_has_no_deadline(monkeypatch: pytes
             worker.done()
             worker.receive()
 
-    monkeypatch.setattr(pool, "serve", lambda pipe, _task: guarded(lambda: script(Worker(pipe, 2))))
+    monkeypatch.setattr(pool, "serve", lambda _task, pipe: script(Worker(pipe, 2)))
     jobs, rests = [Job(1), Job(3, limit=SOON)], Rests(lambda: None)
     Pool(2, "fork", PREPARE).run(jobs, rests)
     assert rests.intervals

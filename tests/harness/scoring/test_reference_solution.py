@@ -1,53 +1,43 @@
 """Reference solutions of several cases at a time."""
 
-import threading
-from concurrent.futures import ThreadPoolExecutor
+import os
+import signal
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from gnomon.harness.scoring import reference_solution
 from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.system import child_process
+from gnomon.harness.system import supervisor
 from gnomon.reference.storage import import_closure
-from waiting import LIMIT_SECONDS
 
 from gnomon import cases
 
 
-def test_after_an_interruption_no_other_computation_begins(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_an_interruption_no_other_computation_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Else Ctrl-C waits until all planned cases are computed: minutes, with an empty cache."""
-    begun: list[CaseSpec] = []
-    shutting_down = threading.Event()
-
-    class Pool(ThreadPoolExecutor):
-        _processes = None
-
-        def __init__(self, *_: Any, **__: Any) -> None:
-            super().__init__(1)
-
-        def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-            super().shutdown(wait=False, cancel_futures=cancel_futures)
-            shutting_down.set()
-            super().shutdown(wait=wait)
 
     def compute(spec: CaseSpec) -> None:
-        begun.append(spec)
-        if len(begun) > 1:
-            assert shutting_down.wait(LIMIT_SECONDS)
+        (tmp_path / str(os.getpid())).touch()
+        if spec != specs[0]:
+            signal.pause()
 
     def interrupt() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(child_process, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(reference_solution, "calls", partial(supervisor.calls, method="fork"))
     monkeypatch.setattr(reference_solution, "reference_solution", compute)
     monkeypatch.setattr(reference_solution.diskcache, "load", lambda *_: None)
     specs = [CaseSpec.of(cases.get("harmonic_oscillator", k=k).rounded(), None) for k in range(1, 9)]
     with pytest.raises(KeyboardInterrupt):
         reference_solution.reference_solutions(specs, interrupt)
-    assert len(begun) <= 2, "the one that was done and the one in progress"
+    begun = [path.name for path in tmp_path.iterdir()]
+    assert 1 <= len(begun) <= (os.cpu_count() or 1)
+    for number in begun:
+        with pytest.raises(ProcessLookupError):
+            os.kill(int(number), 0)
 
 
 def test_a_reference_solution_is_computed_again_if_a_source_of_its_case_was_edited(

@@ -51,10 +51,10 @@ def test_all_workers_together_take_a_share() -> None:
 
 
 LIMITED = """
-from gnomon.harness.running.worker import _limit_resources
+from gnomon.harness.system.memory import limit_memory
 import numpy
 kept = bytearray(2**28)
-_limit_resources(2**27)
+limit_memory(2**27)
 fits = bytearray(2**26)
 try:
     bytearray(2**27)
