@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from multiprocessing.process import current_process
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,7 @@ def temporary(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A separate temporary folder with a short name: the path of a socket has at most 107 characters."""
     with tempfile.TemporaryDirectory() as folder:
         monkeypatch.setattr(tempfile, "tempdir", folder)
+        monkeypatch.setitem(vars(current_process())["_config"], "tempdir", folder)  # for a server that starts later
         monkeypatch.setattr(locks, "_OWN", {})
         yield Path(folder)
 
