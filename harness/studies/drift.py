@@ -83,15 +83,9 @@ def _exponential(times: Floats, sizes: Floats) -> bool:
     if np.count_nonzero(late) < 8:
         return False
     t, logs = times[late], np.log(envelope[late])
-    rate, residual = _slope(t, logs)
-    return rate * (t[-1] - t[0]) > math.log(100) and CLEARLY_LESS * residual < _slope(np.log(t), logs)[1]
-
-
-def _slope(x: Floats, y: Floats) -> tuple[float, float]:
-    """Slope of the regression line and its residual sum of squares."""
-    across, up = x - np.mean(x), y - np.mean(y)
-    slope = float(across @ up / (across @ across))
-    return slope, float(np.sum((up - slope * across) ** 2))
+    (rate, _), (residual,), *_ = np.polyfit(t, logs, 1, full=True)
+    of_power = np.polyfit(np.log(t), logs, 1, full=True)[1][0]
+    return bool(rate * (t[-1] - t[0]) > math.log(100) and CLEARLY_LESS * residual < of_power)
 
 
 def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: float) -> Case:

@@ -145,7 +145,7 @@ def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[
     """Times (samples,), starts (starts, dim), states (starts, samples, dim), and the number of steps from a start.
 
     The number is None if the integrator does not count its steps. Start number k is the case's initial state times 1 -
-    k/64. Raises RuntimeError if an integration ends early, Refused if a solution equals its start at all samples.
+    k/64. Raises Refused if an integration ends early, or if a solution equals its start at all samples.
     """
     form = accepted_form(case, integrator.accepts)
     assert form is not None
@@ -162,15 +162,14 @@ def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[
     with Prepared(integrator, problem, setting) as solver:
         for _ in range(subject.parts):
             solutions = [solver(state[k : k + subject.together]) for k in range(0, len(state), subject.together)]
-            stopped = [solution.stopped for solution in solutions if solution.stopped is not None]
-            if stopped:
-                raise RuntimeError(f"{integrator.id} stopped: {stopped[0]}")
+            for solution in solutions:
+                if solution.stopped is not None:
+                    raise Refused(f"{integrator.id} stopped: {solution.stopped}")
             found.append(np.concatenate([solution.states for solution in solutions]))
             steps += [solution.steps for solution in solutions]
             state = found[-1][:, -1]
     states = np.concatenate(found, axis=1)
-    if validation.still(states, start):
-        raise Refused(validation.DID_NOT_MOVE)
+    validation.require_motion(states, start)
     counted = [each for each in steps if each is not None]
     return whole, start, states, sum(counted) / len(start) if len(counted) == len(steps) else None
 
@@ -197,14 +196,15 @@ def in_extended_precision(function: Callable[..., Any], parameters: Floats) -> C
 
 
 def fitted(times: Floats, errors: Floats) -> Floats:
-    """The power of time of the errors (starts, times) of each start, (starts,).
+    """The power of time of the errors (starts, times) of each start; a start without any error in an octave has none.
 
     The power is the slope of a line through the logarithms of the root mean squares over octaves of time. Each start
     has its own power, so that a start whose rounding errors repeat (period and step in a simple ratio) does not
     dominate.
     """
     centres, sizes = by_octaves(times, errors, math.ceil(DECADES / math.log10(2)))
-    return np.asarray(np.polyfit(centres, sizes, 1)[0])
+    usable = np.all(np.isfinite(sizes), axis=0)
+    return np.polyfit(centres, sizes[:, usable], 1)[0] if len(centres) > 1 and np.any(usable) else np.zeros(0)
 
 
 def by_octaves(times: Floats, errors: Floats, count: int) -> tuple[Floats, Floats]:

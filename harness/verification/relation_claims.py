@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-
 import numpy as np
-from gnomon.cases.core.clock import from_start
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.scene import SceneForm
-from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, permuted
-from gnomon.harness.contract.integrator import Floats, Problem, Refused
-from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, LARGEST_ERROR
+from gnomon.cases.core.symmetry import Relation, in_units, mirrored, permuted
+from gnomon.harness.contract.integrator import Refused
+from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import (
     allowed_error,
     dense,
+    on_line,
     same_solution,
     slope_over_work,
 )
+from gnomon.harness.verification.relations import holds, later, related
 from gnomon.harness.verification.trials import SHORT, TIGHT, Answer, Trials
 
 TURNED = 3
@@ -33,8 +31,6 @@ LENGTH, TIME = 2.0**10, 2.0**-5
 rates become larger numbers, so that an absolute bound inside the integrator is tighter."""
 TENTH = 0.1
 """A second in units of 10 s: times and steps then round, as for most users; with powers of two they never do."""
-KEEPS = 2.0**-40
-"""Largest difference of a derivative for equations that hold in other units: thousands of roundings of its terms."""
 
 
 def _has_turning(trials: Trials) -> str | None:
@@ -49,9 +45,8 @@ def _allowed(trials: Trials, answer: Answer) -> float:
         return allowed_error(trials, answer.setting, answer, last=dense(trials))
     order = trials.integrator.order
     assert order is not None
-    usable = [a for a in trials.answers() if a.error < LARGEST_ERROR]
-    line = max((max(a.error, a.roundoff) / a.setting**order for a in usable), default=math.inf)
-    return float(line * (2 * answer.setting) ** order + ABOVE_FLOOR_ON_A_LINE * answer.roundoff)
+    usable = [(a.setting, a.error, a.roundoff) for a in trials.answers() if a.error < LARGEST_ERROR]
+    return on_line(usable, order, answer.setting, answer.roundoff)
 
 
 @claim("turned", _has_turning)
@@ -93,44 +88,12 @@ def _clock(trials: Trials) -> Finding:
     return same_solution(trials, states, f"the motion by a clock that starts at {shifted.t0:g}", CLOCKS)
 
 
-def later(problem: Problem) -> Problem | None:
-    """The problem with a clock that starts at a power of two; None if its times cannot be shifted exactly."""
-    late = 2.0 ** math.ceil(math.log2(float(problem.times[-1])))
-    times = problem.times + late
-    if not np.array_equal(times - late, problem.times):
-        return None
-    names = None if problem.names is None else replace(problem.names, case=f"{problem.names.case} from t = {late:g}")
-    return replace(problem, form=from_start(problem.form, -late), times=times, t0=late, names=names)
-
-
-def related(trials: Trials, problem: Problem, setting: float, relation: Relation) -> tuple[Problem, float, Floats]:
-    """The problem, setting and start of the case, transformed by a relation."""
-    case = trials.case
-    found = replace(
-        problem,
-        parameters=relation.applied([parameter.name for parameter in case.parameter_list], problem.parameters),
-        times=problem.times * relation.time,
-        time_scale=problem.time_scale * relation.time,
-    )
-    start = relation.applied([coordinate.name for coordinate in case.state], trials.start)
-    return found, setting * relation.time if trials.steps else setting, start
-
-
-def holds(trials: Trials, relation: Relation) -> bool:
-    """Whether a relation leaves the equations of the case unchanged, along its exact motion."""
-    form = next((form for form in trials.case.all_forms() if isinstance(form, FirstOrder)), None)
-    moments = list(zip(trials.reference.times.tolist(), trials.reference.exact, strict=True))
-    parameters = trials.problem().parameters
-    return form is not None and defect(trials.case, form.equations, relation, moments, parameters) <= KEEPS
-
-
 def _related(trials: Trials, relation: Relation | None, what: str, share: float = 0.0) -> Finding:
     """Solve the transformed motion, transform the states back, and compare them with the motion of the case."""
     assert relation is not None
-    coordinates = [coordinate.name for coordinate in trials.case.state]
-    problem, setting, start = related(trials, trials.problem(), trials.usual(), relation)
-    (states,) = trials.solutions(problem, setting, [start])
-    return same_solution(trials, relation.undone(coordinates, states), what, APART, share)
+    other = related(trials, trials.problem(), trials.usual(), relation)
+    (states,) = trials.solutions(other.problem, other.setting, [other.start])
+    return same_solution(trials, other.undone(states), what, APART, share)
 
 
 def _no_engine(trials: Trials) -> str | None:
@@ -199,12 +162,5 @@ def _dense(trials: Trials) -> Finding:
     order, dense = trials.integrator.order, trials.integrator.dense_order
     assert dense is not None
     expected = min(order or dense + 1, dense + 1)
-    points = []
-    for answer in (trials.short(SHORT - 3, tolerance) for tolerance in trials.settings if tolerance <= TIGHT):
-        if (
-            answer.work
-            and not answer.declined
-            and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < answer.error < LARGEST_ERROR
-        ):
-            points.append((-math.log(answer.work), math.log(answer.error)))
-    return slope_over_work(points, expected, "errors of samples")
+    answers = [trials.short(SHORT - 3, tolerance) for tolerance in trials.settings if tolerance <= TIGHT]
+    return slope_over_work([(answer, answer.error) for answer in answers], expected, "errors of samples")

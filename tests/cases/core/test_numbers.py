@@ -16,7 +16,7 @@ from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.integrated import IntegratedCase, integrate
 from gnomon.cases.core.numbers import OutOfReachError, Range, show
 from gnomon.harness.running.plan import FOUNDATION
-from gnomon.harness.stability.solving import within
+from gnomon.harness.scoring.solved import within
 from gnomon.reference.numerics import certified
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.precision import exact, working
