@@ -48,16 +48,16 @@ def solved(
     setting: float,
     starts: Floats,
     moves: bool = False,
-    seconds: float = math.inf,
+    limit: float = math.inf,
 ) -> Solved:
-    """The outcome from starts (n, dim), by one `prepare` and one `solve`, within `seconds` of processor time.
+    """The outcome from starts (n, dim), by one `prepare` and one `solve`, within `limit` seconds of processor time.
 
     If the exact motion `moves`, a solution that equals a start at all samples is refused.
     """
 
     def call() -> tuple[Solution, int]:
-        late = Refused(f"no answer within {seconds:g} s of processor time")
-        with within(seconds, late), Prepared(integrator, problem, setting) as solver:
+        late = Refused(f"no answer within {limit:g} s of processor time")
+        with within(limit, late), Prepared(integrator, problem, setting) as solver:
             found = solver.counted(starts)
         if moves:
             validation.require_motion(found[0].states, starts)

@@ -80,7 +80,7 @@ def _of_all(rows: Mapping[str, Any]) -> list[str]:
     cases = len({name.partition("/")[0] for name in known})
     if cases < CASES_FEWEST:
         return []
-    least, most = (float(np.median([each[end] for each in known.values()])) for end in (0, 1))
+    least, most = _medians(known)
     if least <= FEW < most:
         return []  # its sweeps end too early to say
     how, median, bound = (
@@ -103,6 +103,11 @@ def bounds(rows: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
             most = math.inf if row["failed"] else float(row["lost"])
             found[name] = (most if row.get("levelled") else 0.0, most)
     return found
+
+
+def _medians(known: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
+    least, most = np.median(list(known.values()), axis=0).tolist()
+    return least, most
 
 
 def levelled(rows: Mapping[str, Any]) -> dict[str, float]:
@@ -137,7 +142,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
     known = bounds(rows)
     failed = sum(math.isinf(most) for _, most in known.values())
     if known:
-        low, high = (float(np.median([each[end] for each in known.values()])) for end in (0, 1))
+        low, high = _medians(known)
         text = f"{failed} of {len(known)} variants failed, {len(levelled(rows))} sweeps level off;"
         text += (
             f" in the median {low:.1f} digits are lost" if low == high else f" in the median {low:.1f} to {high:.1f}"

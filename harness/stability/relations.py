@@ -17,7 +17,7 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Refused, Step
 from gnomon.harness.contract.status import Status
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import Budget, smooth_reason, subjects
-from gnomon.harness.verification.relations import Related, holds, later, related, returned
+from gnomon.harness.verification.relation_claims import Related, holds, later, related, returned
 from gnomon.harness.verification.trials import Answer, Trials
 
 SUBJECTS = ("two_body", "kepler_orbit", "pendulum_simple")
@@ -111,7 +111,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
 )
 def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """The result for each relation: same bits, round-off, or the error over the error of the plain solution."""
-    (trials,) = subjects(integrator, SUBJECTS)
+    trials = next(subjects(integrator, SUBJECTS))
     setting = usual(trials)
     plain = trials.whole(setting)
     if plain.states is None or not math.isfinite(plain.error):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from gnomon.cases.core.forms import Hybrid
@@ -61,14 +61,13 @@ def trials_of(integrator: Integrator, name: str, variant: str | None = None) -> 
     return found
 
 
-def subjects(integrator: Integrator, preferred: Sequence[str], all_of_them: bool = False) -> list[Trials]:
-    """Trials on the first preferred case that the integrator accepts, or with `all_of_them` on each that it accepts.
+def subjects(integrator: Integrator, preferred: Sequence[str]) -> Iterator[Trials]:
+    """Trials on each preferred case that the integrator accepts, else on the first of all cases that it accepts.
 
-    If it accepts no preferred case, the first of all cases that it accepts is taken. Raises Refused if it accepts no
-    case.
+    Raises Refused if it accepts no case.
     """
     found = [name for name in preferred if accepts(integrator, name)]
     found = found or [name for name in names() if accepts(integrator, name)][:1]
     if not found:
         raise Refused("no case has a form that it accepts")
-    return [trials_of(integrator, name) for name in (found if all_of_them else found[:1])]
+    yield from (trials_of(integrator, name) for name in found)

@@ -109,7 +109,7 @@ def tolerance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """For each problem the slope and scatter of log error over log tolerance; over default cases error / tolerance."""
     budget = Budget(seconds)
     problems: dict[str, Any] = {}
-    for trials in subjects(integrator, SUBJECTS, all_of_them=True):
+    for trials in subjects(integrator, SUBJECTS):
         budget.extend(
             processor_seconds(partial(trials.whole, ends(trials)[0]))
         )  # compiles, which is not part of a solution's time

@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -97,12 +96,11 @@ def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: fl
     missing = [key for key in wanted if key not in numbers]
     if missing:
         raise ValueError(f"{kind.name} ran without {', '.join(missing)}, which it has now")
-    values = {key: Fraction(numbers[key]) for key in wanted}
     return kind(
         variant=variant or None,
-        initial_state=[values[coordinate.name] for coordinate in kind.state],
+        initial_state=[numbers[coordinate.name] for coordinate in kind.state],
         span=span,
-        **{parameter.name: values[parameter.name] for parameter in kind.parameter_list},
+        **{parameter.name: numbers[parameter.name] for parameter in kind.parameter_list},
     )
 
 

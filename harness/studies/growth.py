@@ -12,7 +12,7 @@ A law is named only if the interval of the power, by bootstrap over the starts, 
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -21,8 +21,8 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.declared import declared
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
-from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
+from gnomon.harness.contract.integrator import Floats, Integrator, Refused
+from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.runge_kutta import explicit_pairs
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.measured_rows import publish
@@ -147,13 +147,10 @@ def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[
     The number is None if the integrator does not count its steps. Start number k is the case's initial state times 1 -
     k/64. Raises Refused if an integration ends early, or if a solution equals its start at all samples.
     """
-    form = accepted_form(case, integrator.accepts)
-    assert form is not None
     count = subject.samples // subject.parts
     interval = twenty_bits(STRETCH * period_of(case) * subject.periods / subject.samples)
-    parameters = np.array([float(x) for x in case.parameter_values()])
     whole = np.arange(1, subject.samples + 1, dtype=np.float64) * interval
-    problem = Problem(form, len(case.state), parameters, whole[:count], float(case.time_scale), groups=groups_of(case))
+    problem = replace(problem_of(case, integrator.accepts), times=whole[:count])
     setting = subject.setting
     if setting > 1:
         setting = interval / max(1, round(setting * subject.periods / subject.samples))

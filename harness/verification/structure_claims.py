@@ -10,7 +10,7 @@ import numpy as np
 from gnomon.cases.core.forms import Separable
 from gnomon.harness.contract.integrator import Problem, Steps
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.relations import returned
+from gnomon.harness.verification.relation_claims import returned
 from gnomon.harness.verification.trials import HALF_ULP, Answer, Trials
 
 DIFFERENCE = 2.0**-17

@@ -34,7 +34,7 @@ from gnomon.harness.contract.problem import takes
 from gnomon.harness.registry import lookup
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.verification.claims import Outcome
-from gnomon.harness.verification.relations import later
+from gnomon.harness.verification.relation_claims import later
 from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS, FIRST, FirstTrialError, Row, planned, verify
 from gnomon.reference.storage.import_closure import closure
