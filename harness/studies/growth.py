@@ -13,6 +13,7 @@ A law is named only if the interval of the power, by bootstrap over the starts, 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,13 +22,14 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.declared import declared
-from gnomon.harness.contract.integrator import Floats, Integrator, Refused
+from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.runge_kutta import explicit_pairs
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.measured_rows import publish
 from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.score import NUMPY
+from gnomon.harness.scoring.solved import outcome
 
 SAMPLES = 4096
 """Number of samples. The earliest octave of the fit then has 32; a mean square over fewer is too often too small."""
@@ -158,10 +160,8 @@ def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[
     state, found, steps = start, [], []
     with Prepared(integrator, problem, setting) as solver:
         for _ in range(subject.parts):
-            solutions = [solver(state[k : k + subject.together]) for k in range(0, len(state), subject.together)]
-            for solution in solutions:
-                if solution.stopped is not None:
-                    raise Refused(f"{integrator.id} stopped: {solution.stopped}")
+            parts = np.split(state, range(subject.together, len(state), subject.together))
+            solutions = [outcome(partial(solver.counted, each)).whole for each in parts]
             found.append(np.concatenate([solution.states for solution in solutions]))
             steps += [solution.steps for solution in solutions]
             state = found[-1][:, -1]
