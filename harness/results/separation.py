@@ -22,12 +22,11 @@ some 10 % apart, and a few launches may show one mode alone."""
 
 def above(differences: Floats, least_scatter: float = 0.0) -> float:
     """The p value that differences have mean zero, if larger ones are expected: Student's t; 1 for fewer than two."""
-    if len(differences) < 2:
+    count = len(differences)
+    if count < 2:
         return 1.0
     mean, scatter = float(np.mean(differences)), max(float(np.std(differences, ddof=1)), least_scatter)
-    return (
-        float(stdtr(len(differences) - 1, -mean * np.sqrt(len(differences)) / scatter)) if scatter else float(mean <= 0)
-    )
+    return float(stdtr(count - 1, -mean * np.sqrt(count) / scatter)) if scatter else float(mean <= 0)
 
 
 def paired(differences: Sequence[float] | Floats) -> float:

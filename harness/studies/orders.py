@@ -146,11 +146,11 @@ def _on_case(integrator: Integrator, case: Case) -> tuple[ReferenceSolution, flo
     """The reference solution, the sampling interval, and the largest error as a function of the step size."""
     scorer = Scorer.of(case.rounded())
     problem, start = scorer.problem(accepted_form(case, integrator.accepts)), scorer.reference.start[None]
-    return (
-        scorer.reference,
-        problem.interval,
-        lambda step: scorer.largest_error(solved(integrator, problem, step, start).states[0]),
-    )
+
+    def error(step: float) -> float:
+        return scorer.largest_error(solved(integrator, problem, step, start).states[0])
+
+    return scorer.reference, problem.interval, error
 
 
 def _counts(most: int) -> list[int]:

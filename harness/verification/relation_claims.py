@@ -94,6 +94,16 @@ def _clock(trials: Trials) -> Finding:
     return same_solution(trials, states, f"the motion by a clock that starts at {shifted.t0:g}", CLOCKS)
 
 
+def later(problem: Problem) -> Problem | None:
+    """The problem with a clock that starts at a power of two; None if its times cannot be shifted exactly."""
+    late = 2.0 ** math.ceil(math.log2(float(problem.times[-1])))
+    times = problem.times + late
+    if not np.array_equal(times - late, problem.times):
+        return None
+    names = None if problem.names is None else replace(problem.names, case=f"{problem.names.case} from t = {late:g}")
+    return replace(problem, form=from_start(problem.form, -late), times=times, t0=late, names=names)
+
+
 @dataclass(frozen=True)
 class Related:
     """A transformed problem with its start and setting, and the function that transforms states back."""
@@ -127,16 +137,6 @@ def holds(trials: Trials, relation: Relation) -> bool:
     moments = list(zip(trials.reference.times.tolist(), trials.reference.exact, strict=True))
     parameters = trials.problem().parameters
     return form is not None and defect(trials.case, form.equations, relation, moments, parameters) <= KEEPS
-
-
-def later(problem: Problem) -> Problem | None:
-    """The problem with a clock that starts at a power of two; None if its times cannot be shifted exactly."""
-    late = 2.0 ** math.ceil(math.log2(float(problem.times[-1])))
-    times = problem.times + late
-    if not np.array_equal(times - late, problem.times):
-        return None
-    names = None if problem.names is None else replace(problem.names, case=f"{problem.names.case} from t = {late:g}")
-    return replace(problem, form=from_start(problem.form, -late), times=times, t0=late, names=names)
 
 
 def returned(trials: Trials, problem: Problem, setting: float) -> float | None:
