@@ -63,7 +63,6 @@ def _measured(trials: Trials, text: str) -> dict[str, Any]:
     setting = _setting(trials, text)
     answers = trials.answers()
     answer = trials.whole(setting)
-    errors = None if answer.states is None else trials.scorer.metric.distance(answer.states, trials.reference.exact)
     return {
         "setting": setting,
         "named": trials.named(setting),
@@ -71,7 +70,7 @@ def _measured(trials: Trials, text: str) -> dict[str, Any]:
         "times": trials.reference.times.tolist(),
         "exact": trials.reference.exact.tolist(),
         "states": None if answer.states is None else answer.states.tolist(),
-        "errors": None if errors is None else errors.tolist(),
+        "errors": None if answer.states is None else answer.errors.tolist(),
         "conditioning": np.maximum(trials.reference.conditioning, HALF_ULP).tolist(),
         "sweep": [(each.setting, each.error) for each in answers if not each.declined],
     }

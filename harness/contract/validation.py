@@ -68,6 +68,12 @@ def still(states: Floats, starts: Floats) -> bool:
     return bool(np.any(np.all(states == starts[:, np.newaxis], axis=(1, 2))))
 
 
+def require_motion(states: Floats, starts: Floats) -> None:
+    """Raise Refused if states rest, as `still` tells."""
+    if still(states, starts):
+        raise Refused(DID_NOT_MOVE)
+
+
 def count(value: Any, name: str) -> int:
     """A count as an int. Raises Unusable if it is not a whole number from 0 to 2^53."""
     whole = isinstance(value, Integral | Real) and not isinstance(value, bool | np.bool_) and math.isfinite(value)

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.metric import Metric
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Tolerance
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.ensembles import draws
@@ -18,8 +18,8 @@ from gnomon.harness.ensembles.draws import Varied
 from gnomon.harness.ensembles.exact_formulas import exact_states, with_numbers
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
-from gnomon.harness.scoring.failures import status_of
 from gnomon.harness.scoring.prepared import Prepared
+from gnomon.harness.scoring.solved import Solved, outcome
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -129,37 +129,30 @@ class PreparedEnsemble:
         If a call raises an exception, each start is solved alone, so that its status does not depend on its neighbours.
         """
         if not self.parameters_vary:
-            try:
-                return self._called(self.solver, starts)
-            except Exception as error:  # any exception of an integrator becomes its status
-                if len(starts) == 1:
-                    return self._lost(error)
-        alone = [self._alone(*one) for one in zip(parameters, starts, strict=True)]
+            found = self._outcome(parameters[0], starts)
+            if found.solution is not None or len(starts) == 1:
+                return self._states(found)
+        alone = [self._states(self._outcome(*one)) for one in zip(parameters, starts[:, np.newaxis], strict=True)]
         states = np.array([states[0] for states, _ in alone]).reshape(-1, len(self.times), starts.shape[1])
         return states, [status for _, (status,) in alone]
 
-    def _alone(self, parameters: Floats, start: Floats) -> tuple[Floats, list[str]]:
-        try:
+    def _outcome(self, parameters: Floats, starts: Floats) -> Solved:
+        def call() -> tuple[Solution, int]:
             if not self.parameters_vary:
-                return self._called(self.solver, start[np.newaxis])
-            with Prepared(self.integrator, self._problem(parameters, start), self.ensemble.setting) as solver:
-                return self._called(solver, start[np.newaxis])
-        except Exception as error:  # whatever an integrator raises is its status
-            return self._lost(error)
+                return self.solver.counted(starts)
+            # The forms of some cases depend on the parameters of a sample.
+            own = problem_of(with_numbers(self.case, parameters, starts[0]), self.integrator.accepts)
+            problem = replace(own, times=self.times, time_scale=self.problem.time_scale)
+            with Prepared(self.integrator, problem, self.ensemble.setting) as solver:
+                return solver.counted(starts)
 
-    def _problem(self, parameters: Floats, start: Floats) -> Problem:
-        """The problem of a sample with its own parameters, on which the forms of some cases depend."""
-        case = with_numbers(self.case, parameters, start)
-        return replace(problem_of(case, self.integrator.accepts), times=self.times, time_scale=self.problem.time_scale)
+        return outcome(call)
 
-    def _called(self, solver: Prepared, starts: Floats) -> tuple[Floats, list[str]]:
-        states = solver(starts).states
-        finite = np.all(np.isfinite(states), axis=(1, 2))
-        return states, [str(Status.OK if one else Status.DIVERGED) for one in finite.tolist()]
-
-    def _lost(self, error: Exception) -> tuple[Floats, list[str]]:
-        status, _ = status_of(error)
-        return np.full((1, len(self.times), len(self.case.state)), np.nan), [str(status)]
+    def _states(self, found: Solved) -> tuple[Floats, list[str]]:
+        if found.solution is None:
+            return np.full((1, len(self.times), len(self.case.state)), np.nan), [str(found.status)]
+        finite = np.all(np.isfinite(found.states), axis=(1, 2))
+        return found.states, [str(Status.OK if one else Status.DIVERGED) for one in finite.tolist()]
 
     def errors(self, states: Floats, exact: Floats) -> Floats:
         """The largest error of each sample over the times, infinite if a state is too large to measure."""

@@ -11,8 +11,9 @@ from gnomon.harness.contract.status import CANNOT_RUN
 from gnomon.harness.reporting.report_stability import intervals
 from gnomon.harness.reporting.style import INK, dressed, hues, records
 from gnomon.harness.results import profiles
+from gnomon.harness.results.analysis import own
 from gnomon.harness.results.profiles import OURS, THIRD_PARTY, Profile
-from gnomon.harness.results.rankings import MOST, RANKED, drawn, own, third_party
+from gnomon.harness.results.rankings import MOST, RANKED, drawn, third_party
 
 TARGETS = {"1e-3": 1e-3, "1e-6": 1e-6, "1e-9": 1e-9}
 FACTORS = 10 ** np.linspace(0, 3, 61)
@@ -122,7 +123,7 @@ def kind_marks(equal: pd.DataFrame, matrix: pd.DataFrame, members: Mapping[str, 
     kind_of = {case: kind for kind, cases in members.items() for case in cases}
     rows = own(equal[equal["target"] == KIND_TARGET])
     rows = rows.assign(ratio=drawn(rows), ranked=rows["cell"] == RANKED)
-    tried = matrix[(matrix["variant"] == "") & (matrix["formulation"] == "") & ~matrix["verdict"].isin(CANNOT_RUN)]
+    tried = own(matrix[~matrix["verdict"].isin(CANNOT_RUN)])
     cases = Counter(
         (name, kind_of[case])
         for name, case in zip(tried["integrator_id"], tried["case"], strict=True)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.reporting.tables import Cell, counted, error_text, join_words, ratio_text, short_text
-from gnomon.harness.results.analysis import TARGETS
+from gnomon.harness.results.analysis import TARGETS, own
 from gnomon.harness.results.rankings import (
     ALONE,
     CONDITIONED,
@@ -17,7 +17,6 @@ from gnomon.harness.results.rankings import (
     TOO_SHORT,
     exact,
     foremost,
-    own,
     solved,
     telling,
 )  # fmt: skip
@@ -113,9 +112,9 @@ def _most_reliable(reduced: pd.DataFrame) -> list[str]:
 
 
 def _tolerances(trusted: pd.DataFrame) -> list[str]:
-    own = trusted[(trusted["variant"] == "") & (trusted["formulation"] == "")]
-    grouped = own.dropna(subset=["over_tolerance"]).groupby("integrator_id")["over_tolerance"]
-    middle = grouped.median()[grouped.size() >= own["case"].nunique() / 2].sort_values()
+    rows = own(trusted)
+    grouped = rows.dropna(subset=["over_tolerance"]).groupby("integrator_id")["over_tolerance"]
+    middle = grouped.median()[grouped.size() >= rows["case"].nunique() / 2].sort_values()
     if len(middle) < 2:
         return []
     within = int((middle <= 1).sum())

@@ -19,14 +19,13 @@ from gnomon.harness.reporting.tables import (
     short_text,
     time_text,
 )
-from gnomon.harness.results.analysis import TARGETS
+from gnomon.harness.results.analysis import TARGETS, own
 from gnomon.harness.results.rankings import (
     FEWEST,
     Foremost,
     exact,
     foremost,
     leading,
-    own,
     solved,
     standings,
     telling,

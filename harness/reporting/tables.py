@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, preparations, records, waited
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, own, preparations, records, waited
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import ALONE, RANKED, TOO_SHORT, drawn, own, standings
+from gnomon.harness.results.rankings import ALONE, RANKED, TOO_SHORT, drawn, standings
 from gnomon.harness.results.values import DELAYED
 
 PROBLEM_AND_NAME = ("case", "formulation", "integrator_id")

@@ -143,6 +143,16 @@ def nothing_ran(frame: pd.DataFrame) -> str | None:
     return " ".join(f"{status.replace('_', ' ')}: {reason}".split())
 
 
+def own(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of default variants in the case's own formulation."""
+    return table[(table["variant"] == "") & (table["formulation"] == "")]
+
+
+def hard(table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of hard variants in the case's own formulation."""
+    return table[(table["variant"] != "") & (table["formulation"] == "")]
+
+
 def settings(frame: pd.DataFrame) -> pd.DataFrame:
     """One row for each setting of a series, loosest first; `seconds` is the median over launches of the whole call.
 

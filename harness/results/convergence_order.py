@@ -34,7 +34,7 @@ def fit_order(
     steps or one for each). All steps finer than the first one below the range are left out.
     """
     points = _fitted_points(steps, errors, floor)
-    return None if points is None else (_slope(points), len(points))
+    return None if points is None else (fit_slope(points), len(points))
 
 
 def slopes(
@@ -44,8 +44,8 @@ def slopes(
     points = _fitted_points(steps, errors, floor)
     if points is None:
         return None
-    pieces = [_slope(pair) for pair in itertools.pairwise(points)]
-    return _slope(points), min(pieces), max(pieces)
+    pieces = [fit_slope(pair) for pair in itertools.pairwise(points)]
+    return fit_slope(points), min(pieces), max(pieces)
 
 
 def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: float) -> tuple[float, float] | None:
@@ -62,8 +62,8 @@ def line(steps: Sequence[float], errors: Sequence[float], floor: float, within: 
     for first in range(len(points) - FEWEST + 1):
         taken = [point for point in points[first : first + FEWEST] if point is not None]
         if len(taken) == FEWEST:
-            slope = _slope(taken)
-            if all(abs(_slope(pair) - slope) <= within for pair in itertools.pairwise(taken)):
+            slope = fit_slope(taken)
+            if all(abs(fit_slope(pair) - slope) <= within for pair in itertools.pairwise(taken)):
                 return slope, mean_slope(taken)[1]
     return None
 
@@ -74,7 +74,7 @@ def mean_slope(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     If the points scatter independently or follow a random walk, neighbouring slopes are uncorrelated or negatively
     correlated, and the interval is rather too wide. A line that bends has a wider interval.
     """
-    return mean_and_half(np.array([_slope(pair) for pair in itertools.pairwise(points)]))
+    return mean_and_half(np.array([fit_slope(pair) for pair in itertools.pairwise(points)]))
 
 
 def mean_and_half(values: NDArray[np.float64]) -> tuple[float, float]:
@@ -111,12 +111,14 @@ def _fitted_points(
     if len(usable) < FEWEST:
         return None
     count = FEWEST
-    while count < min(MOST, len(usable)) and abs(_slope(usable[-count - 1 :]) - _slope(usable[-count:])) < STRAIGHT:
+    while (
+        count < min(MOST, len(usable)) and abs(fit_slope(usable[-count - 1 :]) - fit_slope(usable[-count:])) < STRAIGHT
+    ):
         count += 1
     return usable[-count:]
 
 
-def _slope(points: Sequence[tuple[float, float]]) -> float:
+def fit_slope(points: Sequence[tuple[float, float]]) -> float:
     """The slope of the regression line through a few points: numpy's polynomials take 60 microseconds for two."""
     x, y = (sum(values) / len(points) for values in zip(*points, strict=True))
     return float(sum((a - x) * (b - y) for a, b in points) / sum((a - x) ** 2 for a, _ in points))

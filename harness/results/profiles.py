@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import Status
+from gnomon.harness.results.analysis import hard, own
 
 DRAWS = 1000
 SEED = 20260101
@@ -38,9 +39,9 @@ def times(equal: pd.DataFrame, target: float) -> pd.DataFrame:
     The time is inf if an integrator does not reach the error. Tied integrators take the least time. `equal`:
     `rankings.ranked`.
     """
-    own = equal[(equal["target"] == target) & (equal["variant"] == "") & (equal["formulation"] == "")]
-    own = own.assign(seconds=own["seconds"].where(~own["tied"], own["seconds"] / own["ratio"]))
-    return own.pivot(index="case", columns="integrator_id", values="seconds").fillna(np.inf)
+    rows = own(equal[equal["target"] == target])
+    rows = rows.assign(seconds=rows["seconds"].where(~rows["tied"], rows["seconds"] / rows["ratio"]))
+    return rows.pivot(index="case", columns="integrator_id", values="seconds").fillna(np.inf)
 
 
 def digits(reduced: pd.DataFrame) -> pd.DataFrame:
@@ -49,10 +50,10 @@ def digits(reduced: pd.DataFrame) -> pd.DataFrame:
     The table has a row for each (case, variant) that was run, a column for each integrator. `reduced`:
     `analysis.settings`.
     """
-    hard = reduced[(reduced["variant"] != "") & (reduced["formulation"] == "")]
-    good = hard["error_max"].where(hard["status"] == Status.OK)
+    rows = hard(reduced)
+    good = rows["error_max"].where(rows["status"] == Status.OK)
     reached = (-np.log10(good.clip(lower=10**-LARGEST_DIGITS))).clip(lower=0.0).fillna(0.0)
-    table = hard.assign(digits=reached).pivot_table("digits", ["case", "variant"], "integrator_id", aggfunc="max")
+    table = rows.assign(digits=reached).pivot_table("digits", ["case", "variant"], "integrator_id", aggfunc="max")
     return table.fillna(0.0)
 
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, Status
-from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, records
+from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, hard, own, records
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.separation import discoveries, paired, signs
 
@@ -98,11 +98,6 @@ def undecided(table: pd.DataFrame) -> list[tuple[str, str, str, float, str, str]
         pairs = [name for name in near["integrator_id"] if name != first["integrator_id"]]
         found += [(*key, first["integrator_id"], name) for name in pairs]
     return found
-
-
-def own(table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of default variants in the case's own formulation."""
-    return table[(table["variant"] == "") & (table["formulation"] == "")]
 
 
 def third_party(equal: pd.DataFrame) -> pd.DataFrame:
@@ -199,9 +194,14 @@ def exact(reduced: pd.DataFrame) -> set[tuple[str, str]]:
     """The pairs of case and integrator whose loosest setting has an error of round-off on the default variant."""
     columns = ["case", "integrator_id", "setting", "conditioning", "status", "error_max"]
     default = own(reduced)[columns].sort_values("setting").groupby(["case", "integrator_id"]).tail(1)
-    enough = np.maximum(EXACT, CONDITIONED * default["conditioning"].fillna(0.0))
-    right = default[(default["status"] == Status.OK) & (default["error_max"] <= enough)]
+    right = default[_within(default, EXACT)]
     return set(right[["case", "integrator_id"]].itertuples(index=False, name=None))
+
+
+def _within(rows: pd.DataFrame, error: float) -> pd.Series:
+    """Whether settings have at most this error, or CONDITIONED times a larger conditioning."""
+    enough = np.maximum(error, CONDITIONED * rows["conditioning"].fillna(0.0))
+    return (rows["status"] == Status.OK) & (rows["error_max"] <= enough)
 
 
 def solved(reduced: pd.DataFrame) -> pd.DataFrame:
@@ -210,10 +210,9 @@ def solved(reduced: pd.DataFrame) -> pd.DataFrame:
     An entry is nan if an integrator was not run, or if its settings do not solve the variant and others were left out.
     `reduced`: `analysis.settings`.
     """
-    hard = reduced[(reduced["variant"] != "") & (reduced["formulation"] == "") & ~reduced["status"].isin(NEVER_RAN)]
-    enough = np.maximum(SOLVED, CONDITIONED * hard["conditioning"].fillna(0.0))
-    right = (hard["status"] == Status.OK) & (hard["error_max"] <= enough)
-    left_out = hard["status"].isin(set(NOT_BROKEN) - {Status.OK})
-    named = hard.assign(right=right.astype(float), known=1.0 - left_out).groupby(["case", "variant", "integrator_id"])
+    ran = hard(reduced[~reduced["status"].isin(NEVER_RAN)])
+    left_out = ran["status"].isin(set(NOT_BROKEN) - {Status.OK})
+    named = ran.assign(right=_within(ran, SOLVED).astype(float), known=1.0 - left_out)
+    named = named.groupby(["case", "variant", "integrator_id"])
     most, all_known = named["right"].max(), named["known"].min() == 1.0
     return most.where((most == 1.0) | all_known).unstack("integrator_id")

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import Any
 
-import numpy as np
 from gnomon.harness.contract.status import CANNOT_RUN, SCORED, STOPPED, Status
+from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR, fit_slope
 from gnomon.harness.results.values import TRIES
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
@@ -259,8 +259,5 @@ def _order(settings: Sequence[float], errors: Sequence[float], attainable: Seque
     A missing order hides nothing: the errors themselves are compared at every setting.
     """
     rows = zip(settings, errors, attainable, strict=True)
-    used = [(setting, error) for setting, error, least in rows if 30 * least < error < 1e-2]
-    if len(used) < 4:
-        return math.nan
-    steps, sizes = np.log(np.array(used)).T
-    return float(np.polyfit(steps, sizes, 1)[0])
+    used = [(math.log(h), math.log(error)) for h, error, least in rows if 30 * least < error < LARGEST_ERROR]
+    return fit_slope(used) if len(used) >= FEWEST else math.nan

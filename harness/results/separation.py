@@ -20,13 +20,19 @@ LEAST_SCATTER = 0.1
 some 10 % apart, and a few launches may show one mode alone."""
 
 
+def above(differences: Floats, least_scatter: float = 0.0) -> float:
+    """The p value that differences have mean zero, if larger ones are expected: Student's t; 1 for fewer than two."""
+    count = len(differences)
+    if count < 2:
+        return 1.0
+    mean, scatter = float(np.mean(differences)), max(float(np.std(differences, ddof=1)), least_scatter)
+    return float(stdtr(count - 1, -mean * np.sqrt(count) / scatter)) if scatter else float(mean <= 0)
+
+
 def paired(differences: Sequence[float] | Floats) -> float:
     """The p value that the differences, one a launch, have mean zero: two-sided t test; 1 for fewer than two."""
     values = np.asarray(differences, dtype=float)
-    if len(values) < 2:
-        return 1.0
-    scatter = max(float(np.std(values, ddof=1)), LEAST_SCATTER)
-    return float(2 * stdtr(len(values) - 1, -abs(float(np.mean(values))) * np.sqrt(len(values)) / scatter))
+    return min(1.0, 2 * above(values if np.sum(values) > 0 else -values, LEAST_SCATTER))
 
 
 def signs(first: int, second: int) -> float:

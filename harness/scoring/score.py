@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from gnomon.cases import Case
@@ -18,11 +18,11 @@ from gnomon.cases.core.forms import FirstOrder, Hybrid, first_order
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Floats, Problem
-from gnomon.harness.contract.problem import groups_of
+from gnomon.harness.contract.problem import groups_of, names_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.scoring.events import score_events
 from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import ReferenceSolution
+from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 
 INACCURATE, DIVERGED = 0.1, 1.0
 """Errors above which a solution is inaccurate or diverged, if they also exceed CONDITIONED times the conditioning."""
@@ -47,13 +47,17 @@ class Scorer:
         self.metric = Metric.scaled(case, scales, frozenset(reference.times[reference.crowded].tolist()))
         self.parameters = tuple(float(value) for value in case.parameter_values())
 
-    def problem(self, form: Any) -> Problem:
-        """The problem for an integrator that accepts `form`, without counting of right-hand sides."""
-        reference = self.reference
-        parameters, groups = np.array(self.parameters), groups_of(self.case, self.formulation)
+    @classmethod
+    def of(cls, case: Case, formulation: Formulation | None = None) -> Self:
+        return cls(case, formulation, reference_solution(CaseSpec.of(case, formulation)))
+
+    def problem(self, form: Any, counted: bool = False) -> Problem:
+        """The problem for an integrator that accepts `form`; with `counted` its right-hand sides are counted."""
+        case, own, reference = self.case, self.formulation, self.reference
         return Problem(
-            form, len(reference.start), parameters, reference.problem_times, reference.time_scale, groups=groups
-        )
+            form, len(reference.start), np.array(self.parameters), reference.problem_times, reference.time_scale,
+            counted, groups_of(case, own), names_of(case, own),
+        )  # fmt: skip
 
     def summary(self) -> dict[str, Any]:
         """Columns of a trial from its reference solution: dimension, and the largest floor and conditioning."""

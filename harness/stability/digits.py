@@ -17,9 +17,8 @@ import numpy as np
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.stability.panel import Column, Mark, panel
-from gnomon.harness.stability.subjects import Budget, accepts, require_motion, trials_of
-from gnomon.harness.system.supervisor import within
-from gnomon.harness.verification.trials import Trials
+from gnomon.harness.stability.subjects import Budget, accepts, trials_of
+from gnomon.harness.verification.trials import Answer, Trials
 
 CASES = (
     "kepler_orbit",
@@ -81,7 +80,7 @@ def _of_all(rows: Mapping[str, Any]) -> list[str]:
     cases = len({name.partition("/")[0] for name in known})
     if cases < CASES_FEWEST:
         return []
-    least, most = (float(np.median([each[end] for each in known.values()])) for end in (0, 1))
+    least, most = _medians(known)
     if least <= FEW < most:
         return []  # its sweeps end too early to say
     how, median, bound = (
@@ -104,6 +103,11 @@ def bounds(rows: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
             most = math.inf if row["failed"] else float(row["lost"])
             found[name] = (most if row.get("levelled") else 0.0, most)
     return found
+
+
+def _medians(known: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
+    least, most = np.median(list(known.values()), axis=0).tolist()
+    return least, most
 
 
 def levelled(rows: Mapping[str, Any]) -> dict[str, float]:
@@ -138,7 +142,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
     known = bounds(rows)
     failed = sum(math.isinf(most) for _, most in known.values())
     if known:
-        low, high = (float(np.median([each[end] for each in known.values()])) for end in (0, 1))
+        low, high = _medians(known)
         text = f"{failed} of {len(known)} variants failed, {len(levelled(rows))} sweeps level off;"
         text += (
             f" in the median {low:.1f} digits are lost" if low == high else f" in the median {low:.1f} to {high:.1f}"
@@ -209,38 +213,29 @@ def lost(trials: Trials, seconds: float) -> dict[str, Any]:
     or not `levelled`, and None if no setting is accurate; `failed` then says why.
     """
     conditioning, settings = trials.conditioning(), trials.settings
-    points: list[tuple[int | None, float]] = []
-    tried, best, refusal, budget = 0, None, "", Budget(seconds)
+    answers: list[Answer] = []
+    budget, trials.longest = Budget(seconds), SOLVE_SECONDS
     for setting in settings:
-        if budget.left <= 0 and tried:
+        if budget.left <= 0 and answers:
             break
-        began, tried = time.process_time(), tried + 1
-        try:
-            with within(SOLVE_SECONDS, Refused(f"no answer within {SOLVE_SECONDS:g} s of processor time")):
-                errors, calls = solved(trials, setting)
-        except Refused as reason:
-            refusal = str(reason)
-            continue
-        except Exception as raised:  # the user's code may raise anything; the next setting is still solved
-            refusal = f"{type(raised).__name__}: {raised}"
-            continue
-        if tried == 1:
-            budget.extend(time.process_time() - began)  # the first call compiles: its time does not count
-        if np.all(np.isfinite(errors)):
-            points.append((calls, float(np.max(errors))))
-            best = errors if best is None or np.max(errors) < np.max(best) else best
+        answers.append(trials.whole(setting))
+        if len(answers) == 1 and answers[0].states is not None:
+            budget.extend(answers[0].seconds)  # the first call compiles: its time does not count
+    finite = [answer for answer in answers if not math.isnan(answer.error)]
     row: dict[str, Any] = {
-        "settings": tried,
+        "settings": len(answers),
         "of": len(settings),
-        "complete": tried == len(settings),
+        "complete": len(answers) == len(settings),
         "conditioning": conditioning,
     }
-    row |= {"lost": None, "failed": None, "calls": calls_at(points, TARGET)}
-    if best is None:
-        return row | {"failed": refusal or "no setting has finite states", "levelled": True}
-    error = float(np.max(best))
-    row["levelled"] = error <= conditioning or levels_off([error for _, error in points])
-    row |= {"error": error, "horizon": horizon(best), "horizon_of_problem": horizon(trials.reference.conditioning)}
+    row |= {"lost": None, "failed": None, "calls": calls_at([(each.calls, each.error) for each in finite], TARGET)}
+    if not finite:
+        reasons = [answer.reason for answer in answers if answer.reason]
+        return row | {"failed": reasons[-1] if reasons else "no setting has finite states", "levelled": True}
+    best = min(finite, key=lambda answer: answer.error)
+    error = best.error
+    row |= {"levelled": error <= conditioning or levels_off([answer.error for answer in finite]), "error": error}
+    row |= {"horizon": horizon(best.errors), "horizon_of_problem": horizon(trials.reference.conditioning)}
     if error > max(INACCURATE, 10 * conditioning):
         return row | {"failed": f"its smallest error is {error:.2g}"}
     return row | {"lost": math.log10(max(1.0, error / conditioning))}
@@ -249,19 +244,6 @@ def lost(trials: Trials, seconds: float) -> dict[str, Any]:
 def levels_off(errors: Sequence[float]) -> bool:
     """Whether the last settings of a sweep, from cheap to expensive, hardly reduce the smallest error."""
     return len(errors) > LAST and min(errors[-LAST:]) > HALF * min(errors[:-LAST])
-
-
-def solved(trials: Trials, setting: float) -> tuple[Floats, int | None]:
-    """The errors at the samples, and the calls of the right-hand side, None if the integrator does not count them.
-
-    Raises Refused for a solution that does not move although the exact motion does.
-    """
-    counted = trials.integrator.counts_rhs
-    problem = trials.problem(counted=counted)
-    ((solution, calls),) = trials.solved(problem, setting, [trials.start])
-    require_motion(trials, solution.states[0])
-    errors = trials.scorer.metric.distance(solution.states[0], trials.reference.exact, trials.reference.times)
-    return errors, calls if counted else None
 
 
 def calls_at(points: list[tuple[int | None, float]], target: float) -> float | None:

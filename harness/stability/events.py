@@ -15,8 +15,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.scoring.events import score_events
 from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.stability.panel import Column, Mark, panel
-from gnomon.harness.stability.solving import processor_seconds
-from gnomon.harness.stability.subjects import Budget, trials_of
+from gnomon.harness.stability.subjects import Budget, processor_seconds, trials_of
 from scipy.special import betaincinv
 
 TOLERANCES, STEP_SIZES = (1e-4, 1e-8, 1e-12), (1 / 4, 1 / 32, 1 / 256)

@@ -9,28 +9,26 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.case import Case
-from gnomon.cases.core.forms import FirstOrder, Hybrid, SecondOrder, Values, first_order
+from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values, first_order
 from gnomon.cases.core.registry import get
-from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps, Tolerance
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.contract.status import Status
 from gnomon.harness.results.convergence_order import mean_and_half
+from gnomon.harness.scoring.solved import solved
 from gnomon.harness.stability.panel import Column, Mark, panel
-from gnomon.harness.stability.solving import multiples, processor_seconds, solved
-from gnomon.harness.stability.subjects import Budget
+from gnomon.harness.stability.subjects import Budget, multiples, processor_seconds, smooth_reason
 from gnomon.harness.studies.growth import (
-    DECADES,
+    FIT as BIAS,
+)
+from gnomon.harness.studies.growth import (
     LAWS,
     Subject,
-    by_octaves,
+    fitted,
     named,
     period_of,
     relative_drift,
     trajectories,
-)
-from gnomon.harness.studies.growth import (
-    FIT as BIAS,
 )
 
 CASES: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -71,11 +69,6 @@ BIASED, FALLS = 5.0, 0.5
 it comes from truncation, which falls by four at least; the rounding of a step does not depend on its size."""
 APART = 16
 """Number of steps between the positions from which the principal root is fitted: a quarter of a period."""
-
-
-def _applies(integrator: Integrator) -> str | None:
-    hybrid = all(issubclass(kind, Hybrid) for kind in integrator.accepts)
-    return "it takes equations with events only, which have no long smooth motion" if hybrid else None
 
 
 def sentences(data: Mapping[str, Any]) -> list[str]:
@@ -163,7 +156,7 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
     return found
 
 
-@panel("long_time", "Long motions and round-off", sentences, COLUMNS, marks, _applies)
+@panel("long_time", "Long motions and round-off", sentences, COLUMNS, marks, smooth_reason)
 def long_time(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """Runs at a usual setting, for tolerances also at the tightest one, and for fixed steps on the oscillator.
 
@@ -219,13 +212,13 @@ def run(integrator: Integrator, case: Case, subject: Subject, seconds: float) ->
         first = trajectories(subject, case, integrator)
         each = max(seconds - budget.left, 1e-6)
         factor = 2.0 ** math.floor(math.log2(max(1.0, budget.left / each)))
-    except (Refused, RuntimeError) as reason:
+    except Refused as reason:
         return {Status.REFUSED: str(reason)}
     longer = longer_subject(subject, min(factor * periods, MOST_PERIODS))
     stopped: str | None = None
     try:
         found = trajectories(longer, case, integrator) if longer.periods > periods else first
-    except (Refused, RuntimeError) as reason:  # some methods limit the number of their steps
+    except Refused as reason:  # some methods limit the number of their steps
         found, stopped = first, f"{longer.periods:.0f} periods: {reason}"
     times, start, states, steps = found
     counted = times / period_of(case)
@@ -258,9 +251,7 @@ def grown(times: Floats, errors: Floats) -> dict[str, Any]:
     nothing = {"size": size, "power": None, "low": None, "high": None}
     if not size <= LOST:
         return nothing | {"class": "lost"}
-    centres, sizes = by_octaves(times, errors, math.ceil(DECADES / math.log10(2)))
-    usable = np.all(np.isfinite(sizes), axis=0)  # a start without any error in an octave has no power
-    powers = np.polyfit(centres, sizes[:, usable], 1)[0] if len(centres) > 1 and np.any(usable) else np.array([])
+    powers = fitted(times, errors)
     if len(powers) < 2:
         return nothing | {"class": "no error" if size == 0 else "undecided"}
     power, half = mean_and_half(powers)
@@ -385,12 +376,10 @@ def _solved(
 ) -> Floats:
     """States (starts, samples, 2) with `substeps` steps a sample. Raises Refused if the method stops."""
     problem = Problem(form, 2, np.array([]), multiples(samples, step * substeps), 1.0)
-    solution = solved(integrator, problem, step, start)
-    if solution.stopped is not None or not np.all(np.isfinite(solution.states)):
-        raise Refused(solution.stopped or "states on the oscillator are not finite")
-    if validation.still(solution.states, start):
-        raise Refused(validation.DID_NOT_MOVE)
-    return solution.states
+    states = solved(integrator, problem, step, start, moves=True).whole.states
+    if not np.all(np.isfinite(states)):
+        raise Refused("states on the oscillator are not finite")
+    return states
 
 
 def invariant(states: Floats) -> tuple[Floats, float]:

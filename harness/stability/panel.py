@@ -13,7 +13,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.scoring.failures import status_of
 
 IDS = ("linear", "stiffness", "resonance", "tolerance", "relations", "events", "long_time", "digits")
-"""The panels in the order of measurement and display. A module of this folder with the panel's name registers it."""
+"""The panels in the order of measurement and display. Each is in the module of this name."""
 
 
 @dataclass(frozen=True)
@@ -82,9 +82,6 @@ class Panel:
         return found
 
 
-PANELS: dict[str, Panel] = {}
-
-
 def panel(
     name: str,
     title: str,
@@ -94,20 +91,13 @@ def panel(
     applies: Callable[[Integrator], str | None] = lambda integrator: None,
     cells: bool = False,
 ) -> Callable[[Callable[[Integrator, float], dict[str, Any]]], Panel]:
-    """A decorator: the function measures the panel `name`, which is registered in `PANELS`."""
-
-    def registered(measure: Callable[[Integrator, float], dict[str, Any]]) -> Panel:
-        PANELS[name] = Panel(name, title, applies, measure, sentences, columns, marks, cells)
-        return PANELS[name]
-
-    return registered
+    """A decorator: the function measures the panel `name`, which has the name of its function and of its module."""
+    return lambda measure: Panel(name, title, applies, measure, sentences, columns, marks, cells)
 
 
 def panels() -> dict[str, Panel]:
-    """All panels by id, in the order of `IDS`; imports the modules that register them."""
-    for name in IDS:
-        importlib.import_module(f"gnomon.harness.stability.{name}")
-    return {name: PANELS[name] for name in IDS}
+    """All panels by id, in the order of `IDS`; imports their modules."""
+    return {name: getattr(importlib.import_module(f"gnomon.harness.stability.{name}"), name) for name in IDS}
 
 
 def for_json(value: Any) -> Any:

@@ -6,20 +6,18 @@ The transformed motion is solved, its solution transformed back, and the result 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from gnomon.cases.core.forms import Hybrid
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.symmetry import Relation, in_units, mirrored, permuted
 from gnomon.cases.core.turning import Turning
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Refused, Steps
 from gnomon.harness.contract.status import Status
 from gnomon.harness.stability.panel import Column, Mark, panel
-from gnomon.harness.stability.subjects import Budget, require_motion, subjects
-from gnomon.harness.verification.relation_claims import holds, later, related
+from gnomon.harness.stability.subjects import Budget, smooth_reason, subjects
+from gnomon.harness.verification.relation_claims import Related, holds, later, related, returned
 from gnomon.harness.verification.trials import Answer, Trials
 
 SUBJECTS = ("two_body", "kepler_orbit", "pendulum_simple")
@@ -38,20 +36,12 @@ TWO_BODY = Turning((("x1", "y1"), ("x2", "y2"), ("vx1", "vy1"), ("vx2", "vy2")))
 _PLANE = [("x1", "y1"), ("x2", "y2"), ("vx1", "vy1"), ("vx2", "vy2")]
 QUARTER = Relation(dict.fromkeys([x for x, _ in _PLANE], -1.0), {a: b for x, y in _PLANE for a, b in ((x, y), (y, x))})
 """A rotation by 90 degrees: x becomes -y, y becomes x."""
-SWAPPED_AXES = Relation(sources=dict(QUARTER.sources))
-MIRRORED_AXIS = Relation(dict.fromkeys([y for _, y in _PLANE], -1.0))
-
-
-@dataclass(frozen=True)
-class Related:
-    """A transformed problem with its start and setting, and the function that transforms states back."""
-
-    problem: Problem
-    start: Floats
-    setting: float
-    undone: Callable[[Floats], Floats] = field(default=lambda states: states)
-    larger: float = 1.0
-    """Factor by which the numbers become larger whose rounding changes the motion."""
+AXES = {
+    "mirrored_axis": Relation(dict.fromkeys([y for _, y in _PLANE], -1.0)),
+    "quarter_turn": QUARTER,
+    "swapped_axes": Relation(sources=dict(QUARTER.sources)),
+}
+"""Relations of two bodies."""
 
 
 TEXTS = {
@@ -92,11 +82,6 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
     return found
 
 
-def _applies(integrator: Integrator) -> str | None:
-    hybrid = all(issubclass(kind, Hybrid) for kind in integrator.accepts)
-    return "it takes equations with events only, whose times depend on units" if hybrid else None
-
-
 MANY_TIMES = 1e6
 """Factor of the error with the darkest shade."""
 
@@ -121,25 +106,22 @@ def marks(data: Mapping[str, Any]) -> list[Mark]:
     sentences,
     [Column(name, text) for name, text in TEXTS.items()],
     marks,
-    _applies,
+    smooth_reason,
     cells=True,
 )
 def relations(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """The result for each relation: same bits, round-off, or the error over the error of the plain solution."""
-    (trials,) = subjects(integrator, SUBJECTS)
+    trials = next(subjects(integrator, SUBJECTS))
     setting = usual(trials)
     plain = trials.whole(setting)
     if plain.states is None or not math.isfinite(plain.error):
         raise Refused(f"no plain solution of {trials.case.name} at {trials.named(setting)}: {plain.why}")
-    require_motion(trials, plain.states)
     budget = Budget(seconds)
     rows: dict[str, Any] = {}
-    for name, build in related_problems().items():
-        other = build(trials, setting)
-        if other is not None:
-            rows[name] = compared(trials, plain, other) if budget.left > -seconds else {"found": "out of time"}
+    for name, other in related_problems(trials, setting).items():
+        rows[name] = compared(trials, plain, other) if budget.left > -seconds else {"found": "out of time"}
     found = {"case": trials.case.name, "setting": setting, "error": plain.error, "round_off": plain.roundoff}
-    return found | {"relations": rows, "returned": returned(trials, setting)}
+    return found | {"relations": rows, "returned": reversal(trials, setting)}
 
 
 def usual(trials: Trials) -> float:
@@ -150,110 +132,70 @@ def usual(trials: Trials) -> float:
     return max(sweep.tightest, min(sweep.loosest, TOLERANCE))
 
 
-def compared(trials: Trials, plain: Answer, related: Related) -> dict[str, Any]:
+def compared(trials: Trials, plain: Answer, other: Related) -> dict[str, Any]:
     """The related solution beside the plain one: largest difference, error, factor of the error, and verdict."""
     assert plain.states is not None
-    try:
-        (states,) = trials.solutions(related.problem, related.setting, [related.start])
-    except Refused as refusal:
-        return {"found": Status.REFUSED, "why": str(refusal) or "declined without a reason"}
-    back = related.undone(states)
+    found = trials.outcome(other.problem, other.setting, other.start)
+    if found.solution is None:
+        return {"found": Status.REFUSED, "why": found.reason}
+    back = other.undone(found.states[0])
     if np.array_equal(back, plain.states):
         return {"found": "same bits", "difference": 0.0, "factor": 1.0}
     difference = float(np.max(trials.distance(back, plain.states)))
     error = float(np.max(trials.distance(back, trials.reference.exact)))
     factor = error / plain.error if math.isfinite(error) and plain.error > 0 else None
     row: dict[str, Any] = {"difference": difference, "error": error, "factor": factor}
-    if related.larger > 1:
-        row["rounding"] = trials.conditioning() * related.larger
+    if other.larger > 1:
+        row["rounding"] = trials.conditioning() * other.larger
     row["found"] = "round-off" if difference <= plain.roundoff else "factor"
     return row
 
 
-def returned(trials: Trials, setting: float) -> dict[str, Any] | None:
-    """The distance from the start after a motion goes forward, is reversed, and comes back; None without a reversal."""
-    problem, case = _problem(trials), trials.case
-    if case.hybrid is not None or isinstance(trials.form, SceneForm):
+def reversal(trials: Trials, setting: float) -> dict[str, Any] | None:
+    """The distance from the start after the motion goes forward and comes back, and the distance that rounding allows."""
+    if trials.case.hybrid is not None or isinstance(trials.form, SceneForm):
         return None
-    there = trials.solutions(problem, setting, [trials.start])[0][-1]
-    turned, home = case.reversed(tuple(there.tolist())), case.reversed(tuple(trials.start.tolist()))
-    if turned is None or home is None or not np.all(np.isfinite(there)):
+    apart = returned(trials, trials.counting, setting)
+    if apart is None:
         return None
-    state, parameters = turned
-    numbers = np.array([float(parameters[parameter.name]) for parameter in case.parameter_list])
-    back = trials.solutions(replace(problem, parameters=numbers), setting, [np.array(state, dtype=np.float64)])[0][-1]
-    apart = float(trials.distance(back[None], np.array([home[0]], dtype=np.float64))[0])
     allowed = 2 * trials.whole(setting).roundoff  # the way back undoes the growth of earlier roundings
     return {"apart": apart, "round_off": apart <= allowed, "allowed": allowed}
 
 
-def related_problems() -> dict[str, Callable[[Trials, float], Related | None]]:
-    """Functions by name that give the related problem, or None for a case or integrator without the relation."""
-    found: dict[str, Callable[[Trials, float], Related | None]] = {}
-    for name, (length, time) in UNITS.items():
-        found[name] = lambda trials, setting, units=(length, time): _in_units(trials, setting, *units)  # type: ignore[misc]
-    found["mirrored"] = lambda trials, setting: _related(trials, setting, mirrored(trials.case))
-    for name, relation in (
-        ("mirrored_axis", MIRRORED_AXIS),
-        ("quarter_turn", QUARTER),
-        ("swapped_axes", SWAPPED_AXES),
-    ):
-        found[name] = lambda trials, setting, own=relation: (  # type: ignore[misc]
-            _related(trials, setting, own) if trials.case.name == "two_body" else None
+def related_problems(trials: Trials, setting: float) -> dict[str, Related]:
+    """The related problems that the case and the integrator have, by name."""
+    case, shifted = trials.case, later(trials.counting)
+    if case.hybrid is not None:
+        return {}
+    clock = {} if shifted is None else {"clock": Related(shifted, trials.start, setting)}
+    if isinstance(trials.form, SceneForm):
+        return clock
+    maps: dict[str, Relation | None] = {
+        name: one
+        for name, units in UNITS.items()
+        if (one := in_units(case, *units)) is not None and {*one.factors.values()} != {1.0} and holds(trials, one)
+    }
+    maps |= {"mirrored": mirrored(case)} | (AXES if case.name == "two_body" else {}) | {"permuted": permuted(case)}
+    found = {name: related(trials, trials.counting, setting, one) for name, one in maps.items() if one is not None}
+    turning = TWO_BODY if case.name == "two_body" else case.turning
+    if turning is not None:
+        rotation = turning.rotation(1)
+        if len(rotation) == 2:
+            rotation = np.array([[math.cos(1.0), -math.sin(1.0)], [math.sin(1.0), math.cos(1.0)]])
+        start = turning.turned(case, trials.start, rotation)
+        found["turned"] = Related(
+            trials.counting, start, setting, lambda states: turning.turned(case, states, rotation.T)
         )
-    found["permuted"] = lambda trials, setting: _related(trials, setting, permuted(trials.case))
-    return found | {"turned": _turned, "shifted": _shifted, "boosted": _boosted, "clock": _clock}
+    if case.name == "two_body":
+        found["shifted"] = _moving(trials, setting, np.array([SHIFT] * 4 + [0.0] * 4), np.zeros(8))
+        rate = np.array([BOOST] * 4 + [0.0] * 4)
+        found["boosted"] = _moving(trials, setting, np.roll(rate, 4), rate)
+    return found | clock
 
 
-def _problem(trials: Trials) -> Problem:
-    return trials.problem(counted=trials.integrator.counts_rhs)
-
-
-def _related(trials: Trials, setting: float, relation: Relation | None) -> Related | None:
-    if relation is None or isinstance(trials.form, SceneForm) or trials.case.hybrid is not None:
-        return None
-    coordinates = [coordinate.name for coordinate in trials.case.state]
-    problem, setting, start = related(trials, _problem(trials), setting, relation)
-    return Related(problem, start, setting, lambda states: relation.undone(coordinates, states))
-
-
-def _in_units(trials: Trials, setting: float, length: float, time: float) -> Related | None:
-    """The problem in other units; None for a case whose equations hold in one system of units only."""
-    relation = in_units(trials.case, length, time)
-    if relation is None or set(relation.factors.values()) == {1.0} or not holds(trials, relation):
-        return None
-    return _related(trials, setting, relation)
-
-
-def _turned(trials: Trials, setting: float) -> Related | None:
-    turning = TWO_BODY if trials.case.name == "two_body" else trials.case.turning
-    if turning is None or trials.case.hybrid is not None or isinstance(trials.form, SceneForm):
-        return None
-    rotation = turning.rotation(1)
-    if len(rotation) == 2:
-        rotation = np.array([[math.cos(1.0), -math.sin(1.0)], [math.sin(1.0), math.cos(1.0)]])
-    start = turning.turned(trials.case, trials.start, rotation)
-    return Related(_problem(trials), start, setting, lambda states: turning.turned(trials.case, states, rotation.T))
-
-
-def _shifted(trials: Trials, setting: float) -> Related | None:
-    return _moving(trials, setting, np.array([SHIFT] * 4 + [0.0] * 4), np.zeros(8))
-
-
-def _boosted(trials: Trials, setting: float) -> Related | None:
-    return _moving(trials, setting, np.array([0.0] * 4 + [BOOST] * 4), np.array([BOOST] * 4 + [0.0] * 4))
-
-
-def _moving(trials: Trials, setting: float, offset: Floats, rate: Floats) -> Related | None:
+def _moving(trials: Trials, setting: float, offset: Floats, rate: Floats) -> Related:
     """Two bodies with `offset` + `rate` t added to their states."""
-    if trials.case.name != "two_body" or isinstance(trials.form, SceneForm):
-        return None
-    problem = _problem(trials)
+    problem, start = trials.counting, trials.start + offset
     added = offset + problem.times[:, None] * rate
-    larger = float(np.max(np.abs(trials.start + offset)) / np.max(np.abs(trials.start)))
-    return Related(problem, trials.start + offset, setting, lambda states: states - added, larger)
-
-
-def _clock(trials: Trials, setting: float) -> Related | None:
-    shifted = None if trials.case.hybrid is not None else later(_problem(trials))
-    return None if shifted is None else Related(shifted, trials.start, setting)
+    larger = float(np.max(np.abs(start)) / np.max(np.abs(trials.start)))
+    return Related(problem, start, setting, lambda states: states - added, larger)

@@ -26,12 +26,12 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refu
 from gnomon.harness.contract.problem import accepted_form, first_taken, initial_state, problem_of
 from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import NUMPY
+from gnomon.harness.scoring.solved import solved
 from gnomon.harness.stability.linear import first_limit, scan, several_steps, steps_reason
 from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.panel import Column, Mark, panel
-from gnomon.harness.stability.solving import multiples, processor_seconds, solved
 from gnomon.harness.stability.step_matrix import Flags, StepMatrix
-from gnomon.harness.stability.subjects import Budget
+from gnomon.harness.stability.subjects import Budget, multiples, processor_seconds
 
 STEPS_A_SAMPLE, SAMPLES = 32, 64
 AMPLITUDES = (0.05, 0.2)

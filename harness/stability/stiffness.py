@@ -9,18 +9,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cache
 from math import cos, sin
 from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SemiLinear, Values
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Tolerance
 from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.registry.lookup import find_one
+from gnomon.harness.scoring.solved import Solved, solved
 from gnomon.harness.stability.panel import Column, Mark, panel
-from gnomon.harness.stability.solving import multiples, processor_seconds, solved
+from gnomon.harness.stability.subjects import multiples, processor_seconds
 
 SPAN = 10.0
 RATE, FAST, VERY_FAST = 1e3, 1e4, 1e6
@@ -178,19 +178,18 @@ def stiffness(integrator: Integrator, seconds: float) -> dict[str, Any]:
 
 def row(integrator: Integrator, rate: float, tolerance: float) -> dict[str, Any]:
     """Steps, calls and errors over the span. Raises Refused if the method gives up."""
-    problem = problem_for(integrator, rate, multiples(64, SPAN / 64))
-    found = solved(integrator, problem, tolerance, np.ones((1, 1)))
-    if found.stopped is not None:
-        raise Refused(f"rate {rate:g}, tolerance {tolerance:g}: {found.stopped}")
-    calls = int(problem.buffer[-1]) if integrator.counts_rhs else 0
-    errors = np.abs(found.states[0, :, 0] - np.cos(problem.times))
+    found, errors = solved_at(integrator, rate, multiples(64, SPAN / 64), tolerance)
+    try:
+        steps = found.whole.steps
+    except Refused as reason:
+        raise Refused(f"rate {rate:g}, tolerance {tolerance:g}: {reason}") from None
     return {
         "rate": rate,
         "tolerance": tolerance,
-        "steps": found.steps,
-        "calls": calls or None,
-        "h_rate": rate * SPAN / found.steps if found.steps else None,
-        "calls_per_rate": calls / (rate * SPAN) if calls else None,
+        "steps": steps,
+        "calls": found.calls or None,
+        "h_rate": rate * SPAN / steps if steps else None,
+        "calls_per_rate": found.calls / (rate * SPAN) if found.calls else None,
         "last": float(errors[-1]),
         "worst": float(np.max(errors)),
     }
@@ -210,9 +209,8 @@ def fixed_row(integrator: Integrator, rate: float) -> dict[str, Any]:
     """
     error = math.nan
     for count in PER_SECOND:
-        problem = problem_for(integrator, rate, multiples(STIFF_SPAN))
-        states = solved(integrator, problem, 1 / count, np.ones((1, 1))).states[0, :, 0]
-        error = float(np.max(np.abs(states - np.cos(problem.times))))
+        solution, errors = solved_at(integrator, rate, multiples(STIFF_SPAN), 1 / count)
+        error = float(np.max(errors))
         if error <= LOOSE:
             break
     found = {"rate": rate, "tolerance": LOOSE, "calls": None, "worst": error, "fewest": fewest(rate, LOOSE)}
@@ -220,7 +218,7 @@ def fixed_row(integrator: Integrator, rate: float) -> dict[str, Any]:
         return found | {"why": "its calls are not counted"}
     if not error <= LOOSE:
         return found | {"why": f"its error is {error:.2g} at rate {rate:g} with {count} steps a second"}
-    return found | {"calls": round(int(problem.buffer[-1]) * SPAN / STIFF_SPAN)}
+    return found | {"calls": round(solution.calls * SPAN / STIFF_SPAN)}
 
 
 def fixed_steps(integrator: Integrator) -> dict[str, Any]:
@@ -229,11 +227,8 @@ def fixed_steps(integrator: Integrator) -> dict[str, Any]:
     The order is None if an error is not below 1, or if fewer than three errors are above round-off. `rows`: the calls
     of a stable method.
     """
-    problem = replace(problem_for(integrator, VERY_FAST, multiples(STIFF_SPAN)), counted=False)
-    errors = []
-    for count in PER_SECOND:
-        states = solved(integrator, problem, 1 / count, np.ones((1, 1))).states[0, :, 0]
-        errors.append(float(np.max(np.abs(states - np.cos(problem.times)))))
+    each = [solved_at(integrator, VERY_FAST, multiples(STIFF_SPAN), 1 / count)[1] for count in PER_SECOND]
+    errors = [float(np.max(one)) for one in each]
     points = [(math.log(n), math.log(e)) for n, e in zip(PER_SECOND, errors, strict=True) if ROUND_OFF < e < 1]
     stable = all(error < 1 for error in errors)
     order, declared = None, integrator.order
@@ -246,7 +241,8 @@ def fixed_steps(integrator: Integrator) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def problem_for(integrator: Integrator, rate: float, times: Any) -> Problem:
-    form = form_for(integrator)
-    assert form is not None
-    return Problem(form, 1, np.array([rate]), times, 1.0, counted=integrator.counts_rhs)
+def solved_at(integrator: Integrator, rate: float, times: Floats, setting: float) -> tuple[Solved, Floats]:
+    """The outcome on the decay, and its errors (samples,)."""
+    problem = Problem(form_for(integrator), 1, np.array([rate]), times, 1.0, counted=integrator.counts_rhs)  # type: ignore[arg-type]
+    found = solved(integrator, problem, setting, np.ones((1, 1)))
+    return found, np.abs(found.states[0, :, 0] - np.cos(times))

@@ -1,16 +1,16 @@
-"""The cases that a panel solves with an integrator, and the processor time that it may spend."""
+"""The cases that a panel solves with an integrator, their sample times, and the processor time that it may spend."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 
+import numpy as np
+from gnomon.cases.core.forms import Hybrid
 from gnomon.cases.core.registry import get, names
-from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.scoring.score import moves
 from gnomon.harness.verification.trials import DEPTHS, Trials
 
 
@@ -32,35 +32,42 @@ class Budget:
         return max(fewest, min(most, int(self.left / max(seconds_each, 1e-9))))
 
 
+def multiples(count: int, interval: float = 1.0) -> Floats:
+    """`count` sample times, exact multiples of the interval."""
+    return np.arange(1, count + 1, dtype=np.float64) * interval
+
+
+def processor_seconds(run: Callable[[], object]) -> float:
+    """Processor time of a call in this process."""
+    began = time.process_time()
+    run()
+    return time.process_time() - began
+
+
 def accepts(integrator: Integrator, name: str, variant: str | None = None) -> bool:
     """Whether an integrator can solve a case, by default its default variant."""
     return takes(integrator, get(name, variant).rounded())
 
 
+def smooth_reason(integrator: Integrator) -> str | None:
+    hybrid = all(issubclass(kind, Hybrid) for kind in integrator.accepts)
+    return "it takes equations with events only, whose motion is not smooth" if hybrid else None
+
+
 def trials_of(integrator: Integrator, name: str, variant: str | None = None) -> Trials:
     """The trials of an integrator on a case. The reference solutions of default variants come with the package."""
-    return Trials.of(integrator, CaseSpec.of(get(name, variant).rounded()), DEPTHS["normal"])
+    found = Trials.of(integrator, CaseSpec.of(get(name, variant).rounded()), DEPTHS["normal"])
+    found.moving = True
+    return found
 
 
-def require_motion(trials: Trials, states: Floats) -> None:
-    """Raise Refused if all states (64, dim) equal the start although the exact motion leaves it."""
-    if moves(trials.reference) and validation.still(states[None], trials.start[None]):
-        raise Refused(validation.DID_NOT_MOVE)
+def subjects(integrator: Integrator, preferred: Sequence[str]) -> Iterator[Trials]:
+    """Trials on each preferred case that the integrator accepts, else on the first of all cases that it accepts.
 
-
-def subjects(integrator: Integrator, preferred: Sequence[str], all_of_them: bool = False) -> list[Trials]:
-    """Trials on the first preferred case that the integrator accepts, or with `all_of_them` on each that it accepts.
-
-    If it accepts no preferred case, the first of all cases that it accepts is taken. Raises Refused if it accepts no
-    case.
+    Raises Refused if it accepts no case.
     """
     found = [name for name in preferred if accepts(integrator, name)]
     found = found or [name for name in names() if accepts(integrator, name)][:1]
     if not found:
         raise Refused("no case has a form that it accepts")
-    return [trials_of(integrator, name) for name in (found if all_of_them else found[:1])]
-
-
-def solve_each(trials: Trials, setting: float, starts: Sequence[Floats]) -> list[Floats]:
-    """The states (64, dim) from each start, with the problem of `Trials.whole`, whose equations are compiled."""
-    return trials.solutions(trials.problem(counted=trials.integrator.counts_rhs), setting, starts)
+    yield from (trials_of(integrator, name) for name in found)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.results.separation import above
 from gnomon.harness.stability.digits import bounds, levelled
-from scipy.special import stdtr
 
 LEVEL = 0.02
 """Level of significance of a tier, shared by its comparisons, one for each method. As the order of methods comes from
@@ -35,11 +35,7 @@ def separated(better: Floats, worse: Floats, comparisons: int = 1) -> bool:
     Student's t of the differences over the cases, at the level of `LEVEL` over the number of comparisons (Bonferroni).
     """
     shared = (worse - better)[np.isfinite(better) & np.isfinite(worse)]
-    count = len(shared)
-    if count < FEWEST or np.mean(shared) <= 0:
-        return False
-    error = np.std(shared, ddof=1) / math.sqrt(count)
-    return bool(error == 0 or stdtr(count - 1, -np.mean(shared) / error) < LEVEL / comparisons)
+    return len(shared) >= FEWEST and bool(np.mean(shared) > 0) and above(shared) < LEVEL / comparisons
 
 
 def tiers(scores: Scores, least: Scores | None = None) -> list[list[str]]:
@@ -102,15 +98,15 @@ def by_lost_digits(panels: Mapping[str, Mapping[str, Any]], censored: float = 16
     Methods whose sweeps level off on fewer than `FEWEST` cases are left out, because their errors show where the sweeps
     end.
     """
-    found = []
-    for end in (1, 0):
-        rows = {method: bounds(data.get("variants", {})) for method, data in panels.items()}
-        found.append(
-            _by_case({m: {name: min(censored, each[end]) for name, each in r.items()} for m, r in rows.items()})
+    variants = {method: data.get("variants", {}) for method, data in panels.items()}
+    settled = _by_case({method: levelled(rows) for method, rows in variants.items()})
+    known = {method: bounds(variants[method]) for method, row in settled.items() if len(row) >= FEWEST}
+    most, least = (
+        _by_case(
+            {method: {name: min(censored, ends[end]) for name, ends in rows.items()} for method, rows in known.items()}
         )
-    settled = _by_case({method: levelled(data.get("variants", {})) for method, data in panels.items()})
-    enough = [method for method, row in settled.items() if len(row) >= FEWEST]
-    most, least = ({method: rows[method] for method in enough} for rows in found)
+        for end in (1, 0)
+    )
     return most, least
 
 
@@ -124,11 +120,8 @@ def by_calls(panels: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, flo
         for method, data in panels.items()
         if any(row["calls"] for row in _complete(data).values())
     }
-    fewest: dict[str, float] = {}
-    for row in calls.values():
-        for name, count in row.items():
-            if count:
-                fewest[name] = min(count, fewest.get(name, math.inf))
+    counted = [(name, count) for row in calls.values() for name, count in row.items() if count]
+    fewest = dict(sorted(counted, key=lambda each: -each[1]))
     scores = {
         method: {
             name: min(CENSORED, math.log10(count / fewest[name])) if count else CENSORED

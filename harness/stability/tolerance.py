@@ -12,8 +12,7 @@ import numpy as np
 from gnomon.cases.core.registry import get, names
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps, Tolerance
 from gnomon.harness.stability.panel import Column, Mark, panel
-from gnomon.harness.stability.solving import processor_seconds
-from gnomon.harness.stability.subjects import Budget, accepts, require_motion, solve_each, subjects, trials_of
+from gnomon.harness.stability.subjects import Budget, accepts, processor_seconds, subjects, trials_of
 from gnomon.harness.studies.growth import interval_of_mean
 from gnomon.harness.verification.trials import Trials
 from scipy.special import stdtrit
@@ -110,7 +109,7 @@ def tolerance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """For each problem the slope and scatter of log error over log tolerance; over default cases error / tolerance."""
     budget = Budget(seconds)
     problems: dict[str, Any] = {}
-    for trials in subjects(integrator, SUBJECTS, all_of_them=True):
+    for trials in subjects(integrator, SUBJECTS):
         budget.extend(
             processor_seconds(partial(trials.whole, ends(trials)[0]))
         )  # compiles, which is not part of a solution's time
@@ -137,9 +136,6 @@ def proportionality(trials: Trials, seconds: float) -> dict[str, Any]:
     count = budget.affords(1.5 * each, FEWEST, MOST)
     tolerances = np.geomspace(loosest, tightest, count)
     answers = [trials.whole(float(tolerance)) for tolerance in tolerances]
-    for answer in answers:
-        if answer.states is not None:
-            require_motion(trials, answer.states)
     errors = np.array([answer.error for answer in answers])
     row: dict[str, Any] = {"loosest": loosest, "tightest": tightest, "tolerances": count}
     usable = np.isfinite(errors) & (errors > 0)
@@ -187,7 +183,7 @@ def _spread(trials: Trials, tolerance: float, count: int, change: float) -> floa
     moved = start + units * rng.integers(-ULPS, ULPS, size=(count, len(start)), endpoint=True)
     slopes = sensitivity(trials.case.name)
     errors = []
-    for one, states in zip(moved, solve_each(trials, tolerance, list(moved)), strict=True):
+    for one, states in zip(moved, trials.solutions(trials.counting, tolerance, list(moved)), strict=True):
         exact = trials.reference.exact + slopes @ (one - start)
         errors.append(float(np.max(trials.distance(states, exact))))
     least, most = min(errors), max(errors)

@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -83,15 +82,9 @@ def _exponential(times: Floats, sizes: Floats) -> bool:
     if np.count_nonzero(late) < 8:
         return False
     t, logs = times[late], np.log(envelope[late])
-    rate, residual = _slope(t, logs)
-    return rate * (t[-1] - t[0]) > math.log(100) and CLEARLY_LESS * residual < _slope(np.log(t), logs)[1]
-
-
-def _slope(x: Floats, y: Floats) -> tuple[float, float]:
-    """Slope of the regression line and its residual sum of squares."""
-    across, up = x - np.mean(x), y - np.mean(y)
-    slope = float(across @ up / (across @ across))
-    return slope, float(np.sum((up - slope * across) ** 2))
+    (rate, _), (residual,), *_ = np.polyfit(t, logs, 1, full=True)
+    of_power = np.polyfit(np.log(t), logs, 1, full=True)[1][0]
+    return bool(rate * (t[-1] - t[0]) > math.log(100) and CLEARLY_LESS * residual < of_power)
 
 
 def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: float) -> Case:
@@ -103,12 +96,11 @@ def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: fl
     missing = [key for key in wanted if key not in numbers]
     if missing:
         raise ValueError(f"{kind.name} ran without {', '.join(missing)}, which it has now")
-    values = {key: Fraction(numbers[key]) for key in wanted}
     return kind(
         variant=variant or None,
-        initial_state=[values[coordinate.name] for coordinate in kind.state],
+        initial_state=[numbers[coordinate.name] for coordinate in kind.state],
         span=span,
-        **{parameter.name: values[parameter.name] for parameter in kind.parameter_list},
+        **{parameter.name: numbers[parameter.name] for parameter in kind.parameter_list},
     )
 
 

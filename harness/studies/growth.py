@@ -12,7 +12,8 @@ A law is named only if the interval of the power, by bootstrap over the starts, 
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,13 +22,14 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.declared import declared
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
-from gnomon.harness.contract.problem import accepted_form, groups_of, initial_state
+from gnomon.harness.contract.integrator import Floats, Integrator
+from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.runge_kutta import explicit_pairs
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.measured_rows import publish
 from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.score import NUMPY
+from gnomon.harness.scoring.solved import outcome
 
 SAMPLES = 4096
 """Number of samples. The earliest octave of the fit then has 32; a mean square over fewer is too often too small."""
@@ -145,15 +147,12 @@ def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[
     """Times (samples,), starts (starts, dim), states (starts, samples, dim), and the number of steps from a start.
 
     The number is None if the integrator does not count its steps. Start number k is the case's initial state times 1 -
-    k/64. Raises RuntimeError if an integration ends early, Refused if a solution equals its start at all samples.
+    k/64. Raises Refused if an integration ends early, or if a solution equals its start at all samples.
     """
-    form = accepted_form(case, integrator.accepts)
-    assert form is not None
     count = subject.samples // subject.parts
     interval = twenty_bits(STRETCH * period_of(case) * subject.periods / subject.samples)
-    parameters = np.array([float(x) for x in case.parameter_values()])
     whole = np.arange(1, subject.samples + 1, dtype=np.float64) * interval
-    problem = Problem(form, len(case.state), parameters, whole[:count], float(case.time_scale), groups=groups_of(case))
+    problem = replace(problem_of(case, integrator.accepts), times=whole[:count])
     setting = subject.setting
     if setting > 1:
         setting = interval / max(1, round(setting * subject.periods / subject.samples))
@@ -161,16 +160,13 @@ def trajectories(subject: Subject, case: Case, integrator: Integrator) -> tuple[
     state, found, steps = start, [], []
     with Prepared(integrator, problem, setting) as solver:
         for _ in range(subject.parts):
-            solutions = [solver(state[k : k + subject.together]) for k in range(0, len(state), subject.together)]
-            stopped = [solution.stopped for solution in solutions if solution.stopped is not None]
-            if stopped:
-                raise RuntimeError(f"{integrator.id} stopped: {stopped[0]}")
+            parts = np.split(state, range(subject.together, len(state), subject.together))
+            solutions = [outcome(partial(solver.counted, each)).whole for each in parts]
             found.append(np.concatenate([solution.states for solution in solutions]))
             steps += [solution.steps for solution in solutions]
             state = found[-1][:, -1]
     states = np.concatenate(found, axis=1)
-    if validation.still(states, start):
-        raise Refused(validation.DID_NOT_MOVE)
+    validation.require_motion(states, start)
     counted = [each for each in steps if each is not None]
     return whole, start, states, sum(counted) / len(start) if len(counted) == len(steps) else None
 
@@ -197,14 +193,15 @@ def in_extended_precision(function: Callable[..., Any], parameters: Floats) -> C
 
 
 def fitted(times: Floats, errors: Floats) -> Floats:
-    """The power of time of the errors (starts, times) of each start, (starts,).
+    """The power of time of the errors (starts, times) of each start; a start without any error in an octave has none.
 
     The power is the slope of a line through the logarithms of the root mean squares over octaves of time. Each start
     has its own power, so that a start whose rounding errors repeat (period and step in a simple ratio) does not
     dominate.
     """
     centres, sizes = by_octaves(times, errors, math.ceil(DECADES / math.log10(2)))
-    return np.asarray(np.polyfit(centres, sizes, 1)[0])
+    usable = np.all(np.isfinite(sizes), axis=0)
+    return np.polyfit(centres, sizes[:, usable], 1)[0] if len(centres) > 1 and np.any(usable) else np.zeros(0)
 
 
 def by_octaves(times: Floats, errors: Floats, count: int) -> tuple[Floats, Floats]:

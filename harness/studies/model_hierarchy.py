@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
+from gnomon.harness.results.analysis import own
 from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
@@ -62,7 +63,7 @@ def times_of(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, pd.Series]
     """By case the times to an error of 1e-6 for one characteristic time, by integrator and machine."""
     spans = reduced[reduced["variant"] == ""].groupby("case")[["span", "time_scale"]].first()
     lengths = spans["span"] / spans["time_scale"]
-    at = equal[(equal["variant"] == "") & (equal["formulation"] == "") & np.isclose(equal["target"], COST_AT)]
+    at = own(equal[np.isclose(equal["target"], COST_AT)])
     by_machine = at.set_index(["integrator_id", "machine"])
     rows = dict(list(by_machine.groupby("case")["seconds"]))
     return {str(name): rows.get(name, by_machine["seconds"][:0]) / length for name, length in lengths.items()}

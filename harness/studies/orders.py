@@ -21,13 +21,16 @@ from gnomon.cases.core.forms import Form
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.contract.problem import accepted_form, initial_state, problem_of
+from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
 from gnomon.harness.integrators.runge_kutta import explicit_pairs
 from gnomon.harness.integrators.taylor.taylor import Taylor
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.convergence_order import fit_order
 from gnomon.harness.results.measured_rows import publish
+from gnomon.harness.scoring.reference_solution import ReferenceSolution
+from gnomon.harness.scoring.score import Scorer
+from gnomon.harness.scoring.solved import solved
 from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps, taylor_steps
 from gnomon.reference.numerics.precision import working
 
@@ -115,12 +118,8 @@ def order_of(subject: Subject, twin: Integrator, case: Case) -> tuple[float, int
 
 def scattered_order(integrator: Integrator, case: Case) -> tuple[float, int]:
     """The slope over fifty step sizes, for a method whose errors scatter from one step size to the next."""
-    case = case.rounded()
-    problem, exact, start = problem_of(case, integrator.accepts), case.sample(case.times), initial_state(case)[None]
-    errors = []
-    for count in SCATTERED:
-        states = integrator.prepare(problem, problem.interval / count)(start.copy()).states[0]
-        errors.append(float(np.max(case.metric.distance(states, exact, case.times))))
+    _, interval, error = _on_case(integrator, case)
+    errors = [error(interval / count) for count in SCATTERED]
     return -float(np.polyfit(np.log(SCATTERED), np.log(errors), 1)[0]), len(SCATTERED)
 
 
@@ -131,21 +130,27 @@ def measure_order(integrator: Integrator, case: Case, most_steps: int = 300_000)
     reaches round-off, or `most_steps` is passed. Round-off is estimated as the case's conditioning, multiplied by the
     square root of the number of steps if they are summed without compensation.
     """
-    case = case.rounded()
-    problem = problem_of(case, integrator.accepts)
-    exact, start = case.sample(case.times), initial_state(case)[None]
-    attainable = float(np.max(case.conditioning(case.times)))
+    reference, interval, error = _on_case(integrator, case)
+    samples, attainable = len(reference.times), float(np.max(reference.conditioning))
     steps, errors, floors = [], [], []
-    for count in _counts(most_steps // len(case.times)):
-        h = problem.interval / count
-        states = integrator.prepare(problem, h)(start.copy()).states[0]
-        steps.append(h)
-        errors.append(float(np.max(case.metric.distance(states, exact, case.times))))
-        summed = 1 if integrator.compensated else count * len(case.times)
-        floors.append(attainable * math.sqrt(summed))
+    for count in _counts(most_steps // samples):
+        steps.append(interval / count)
+        errors.append(error(steps[-1]))
+        floors.append(attainable * math.sqrt(1 if integrator.compensated else count * samples))
         if errors[-1] < floors[-1]:
             break
     return fit_order(steps, errors, floors)
+
+
+def _on_case(integrator: Integrator, case: Case) -> tuple[ReferenceSolution, float, Callable[[float], float]]:
+    """The reference solution, the sampling interval, and the largest error as a function of the step size."""
+    scorer = Scorer.of(case.rounded())
+    problem, start = scorer.problem(accepted_form(case, integrator.accepts)), scorer.reference.start[None]
+
+    def error(step: float) -> float:
+        return scorer.largest_error(solved(integrator, problem, step, start).states[0])
+
+    return scorer.reference, problem.interval, error
 
 
 def _counts(most: int) -> list[int]:

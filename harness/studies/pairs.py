@@ -20,7 +20,6 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solv
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.results.analysis import time_at
 from gnomon.harness.scoring.prepared import Prepared
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.scoring.score import Scorer
 
 SHRUNK = 2.0**-40
@@ -59,7 +58,7 @@ def swept(
 
     The side has each tolerance at which the integrator reaches the end of the span.
     """
-    scorer = Scorer(case, formulation, reference_solution(CaseSpec.of(case, formulation)))
+    scorer = Scorer.of(case, formulation)
     problem = scorer.problem(accepted_form(case, integrator.accepts, formulation))
     start = scorer.reference.start[None]
     side = Side([], [], null_call(integrator, problem, tolerances[0]))
@@ -68,10 +67,7 @@ def swept(
         side.prepares.append(prepared.prepare_seconds)
         solution = prepared(start)
         if solution.stopped is None:
-            distances = scorer.metric.distance(
-                scorer.decoded(solution.states[0]), scorer.reference.exact, scorer.reference.times
-            )
-            side.errors.append(float(np.max(distances)))
+            side.errors.append(scorer.largest_error(scorer.decoded(solution.states[0])))
             side.solvers.append(prepared.solver)
     return side, start
 

@@ -131,7 +131,7 @@ def within(seconds: float, error: BaseException) -> Iterator[None]:
 
     Compiled code is not stopped. Outside the main thread, where no signal arrives, there is no limit.
     """
-    if threading.current_thread() is not threading.main_thread():
+    if math.isinf(seconds) or threading.current_thread() is not threading.main_thread():
         yield
         return
 

@@ -162,16 +162,15 @@ def _entries(trials: Trials, runs: int) -> list[dict[str, Any]]:
 
 def _runs(trials: Trials, setting: float, starts: Sequence[Floats]) -> tuple[Status, dict[str, float]]:
     """The status from the case's own start, and the ranges over all starts."""
-    counts = trials.integrator.counts_rhs
     try:
-        solved = trials.solved(trials.problem(counted=counts), setting, starts)
+        solved = trials.solved(trials.counting, setting, starts)
     except Exception as error:  # the user's code may raise anything
         return status_of(error)[0], {}
     status = Status(trials.scorer.score(solved[0][0].states[0])["status"])
     found = [
         (
             trials.scorer.largest_error(solution.states[0]),
-            calls if counts else math.nan,
+            calls if trials.integrator.counts_rhs else math.nan,
             math.nan if solution.steps is None else solution.steps,
         )
         for solution, calls in solved

@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import same_solution
 from gnomon.harness.verification.trials import Floats, Trials
@@ -134,11 +133,9 @@ def _tolerance_effect(trials: Trials) -> Finding:
 @claim("bad_start", answers)
 def _bad_start(trials: Trials) -> Finding:
     for value in (math.nan, math.inf):
-        try:  # at the cheapest setting: for bad states an implicit method makes all its iterations in every step
-            (states,) = trials.solutions(trials.problem(), trials.settings[0], [np.full_like(trials.start, value)])
-        except Exception:  # an exception says that there is no solution
-            continue
-        if np.all(np.isfinite(states)):
+        # At the cheapest setting: for bad states an implicit method makes all its iterations in every step.
+        found = trials.outcome(trials.problem(), trials.settings[0], np.full_like(trials.start, value))
+        if found.solution is not None and np.all(np.isfinite(found.states)):
             return failed(f"start {value}", "no finite states", "finite states")
     return passed()
 
@@ -147,13 +144,7 @@ def _bad_start(trials: Trials) -> Finding:
 def _bad_setting(trials: Trials) -> Finding:
     for setting in IMPOSSIBLE:
         kind = "step size" if trials.steps else "tolerance"
-        try:
-            with trials.prepared(trials.problem(), setting) as solver:
-                solution = solver(trials.start[None])
-        except Refused:
-            continue
-        except Exception:  # an exception is not an answer
-            continue
-        if solution.stopped is None and np.all(np.isfinite(solution.states)):
+        solution = trials.outcome(trials.problem(), setting, trials.start).solution
+        if solution is not None and solution.stopped is None and np.all(np.isfinite(solution.states)):
             return failed(f"{kind} {setting:g}", "refused, or no finite states", "finite states")
     return passed()

@@ -176,8 +176,7 @@ def _departure(trials: Trials, answer: Answer, allowed: float) -> list[str]:
     if answer.states is None or math.isnan(answer.error):
         return [f"{named} has no solution: {answer.why}"]
     exact, times = trials.reference.exact, trials.reference.times
-    errors = trials.scorer.metric.distance(answer.states, exact, times)
-    worst = int(np.argmax(errors))
+    worst = int(np.argmax(answer.errors))
     found = [
         f"{named}: error {answer.error:.3g}, allowed {allowed:.3g}, floor {trials.reference.floor[worst]:.2g}"
         + (f"; stopped: {answer.stopped}" if answer.stopped else ""),

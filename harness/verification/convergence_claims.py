@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from gnomon.harness.contract.status import Status
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed
 from gnomon.harness.verification.function_adapter import Stepped
@@ -31,9 +32,10 @@ def _ran(trials: Trials) -> Finding:
     # Not at the tightest setting of the sweep: a slow method may take hours there.
     answers = [solved[k] for k in sorted({len(solved) // 2, len(solved) - 1})]
     for answer in answers:
-        if answer.raised is not None or (answer.states is not None and math.isnan(answer.error) and not answer.stopped):
+        lost = math.isnan(answer.error) if answer.status == Status.OK else not answer.refused
+        if lost and not answer.stopped:
             return failed(trials.named(answer.setting), "finite states, or a reason why there are none", answer.why)
-    if all(answer.refused is not None for answer in answers):
+    if all(answer.refused for answer in answers):
         return not_applicable(f"it declines: {answers[-1].why}")
     return passed()
 
@@ -107,8 +109,7 @@ def _step_order(trials: Trials) -> Finding:
         return found
     h = float(trials.problem(TINY).interval)
     tiny = trials.short(TINY, h)
-    line = max(max(error, roundoff) / step**power for step, error, roundoff in in_range(points))
-    allowed = line * (2 * h) ** power + ABOVE_FLOOR_ON_A_LINE * tiny.roundoff
+    allowed = on_line(in_range(points), power, h, tiny.roundoff)
     if tiny.declined or tiny.error <= allowed:
         return found
     return failed(f"h = {h:.3g}", f"errors of a step below {allowed:.2g}", f"{tiny.error:.2g}")
@@ -141,6 +142,12 @@ def fitted_slope(lines: Sequence[Sequence[tuple[float, float]]]) -> tuple[float,
     free = len(x) - len(lines) - 1
     spread = math.sqrt(float(np.sum((y - slope * x) ** 2)) / free / float(x @ x))
     return slope, slope + float(stdtrit(free, CONFIDENCE)) * spread
+
+
+def on_line(points: Sequence[Point], order: int, h: float, roundoff: float) -> float:
+    """The largest error/h^order of these points at twice the step h, plus round-off; infinite without points."""
+    line = max((max(error, own) / step**order for step, error, own in points), default=math.inf)
+    return line * (2 * h) ** order + ABOVE_FLOOR_ON_A_LINE * roundoff
 
 
 def above_line(
@@ -264,21 +271,17 @@ _hard = replace(_tolerance, **TEXTS["hard"], id="hard", hard=True, no_answer=Tru
 """The claim `tolerance` on hard variants."""
 
 
-@claim("tolerance_short", _tolerance_applies)
+def _short_applies(trials: Trials) -> str | None:
+    return _tolerance_applies(trials) or ("events need the whole span" if trials.case.hybrid is not None else None)
+
+
+@claim("tolerance_short", _short_applies)
 def _tolerance_short(trials: Trials) -> Finding:
-    if trials.case.hybrid is not None:
-        return not_applicable("events need the whole span")
     short = [(n, trials.short(n, s, end=True)) for n in SHORT_SPANS for s in _tolerances(trials)]
     return _over_tolerance(trials, short)
 
 
-def _proportional_applies(trials: Trials) -> str | None:
-    if trials.steps:
-        return "its setting is a step size"
-    return "events need the whole span" if trials.case.hybrid is not None else None
-
-
-@claim("proportional", _proportional_applies)
+@claim("proportional", _short_applies)
 def _proportional(trials: Trials) -> Finding:
     """Whether the error falls with the tolerance, down to the two tightest tolerances with an error above round-off.
 
@@ -343,17 +346,17 @@ def _work_order(trials: Trials) -> Finding:
     """The slope of the error over the mean length of a step, at the tightest tolerances."""
     order = trials.integrator.order
     assert order is not None
-    points = []
-    for answer in trials.answers():
-        error = _error_of_steps(trials, answer)
-        counts = answer.work and not answer.declined and answer.setting <= TIGHT
-        if counts and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < error < LARGEST_ERROR:
-            points.append((-math.log(answer.work or 1), math.log(error)))
-    return slope_over_work(points, order, "errors")
+    answers = [answer for answer in trials.answers() if answer.setting <= TIGHT]
+    return slope_over_work([(answer, _error_of_steps(trials, answer)) for answer in answers], order, "errors")
 
 
-def slope_over_work(points: Sequence[tuple[float, float]], order: int, errors: str) -> Finding:
-    """Whether the tightest of `points` may have the slope `order`; a point is the logarithms of mean step and error."""
+def slope_over_work(solved: Sequence[tuple[Answer, float]], order: int, errors: str) -> Finding:
+    """Whether these errors of answers, loosest first, may have the slope `order` over the mean length of a step."""
+    points = [
+        (-math.log(answer.work), math.log(error))
+        for answer, error in solved
+        if answer.work and not answer.declined and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < error < LARGEST_ERROR
+    ]
     points = points[-MOST_ON_A_LINE:]
     if len(points) < FEWEST or points[0][0] - points[-1][0] < math.log(2):
         return not_applicable(

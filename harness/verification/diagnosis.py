@@ -213,9 +213,8 @@ def _bumps(trials: Trials) -> bool:
             answer = trials.short(halvings, tolerance)
             if answer.states is None or not 100 * answer.roundoff < answer.error < LARGEST_ERROR:
                 continue
-            errors = trials.distance(answer.states, trials.exact(halvings))
-            top = np.maximum.accumulate(errors)
-            if np.any(errors[8:] < top[8:] / 30):
+            top = np.maximum.accumulate(answer.errors)
+            if np.any(answer.errors[8:] < top[8:] / 30):
                 return True
     return False
 

@@ -146,13 +146,9 @@ def _last(trials: Trials, acceleration: Callable[[Any, Values, Values], Values],
     called = _limited(acceleration) if isinstance(trials.integrator, FunctionAdapter) else acceleration
     problem = Problem(_form(trials, called), 2, np.zeros(0), times, 1.0)
     setting = times[0] / STEPS if trials.steps else trials.usual()
-    try:
-        with np.errstate(all="ignore"):
-            ((solution, _),) = trials.solved(problem, float(setting), [np.array([1.0, rate])])
-    except Exception:  # an exception says that there is no solution
-        return math.nan
-    states = solution.states[0, -1]
-    return float(states[0]) if solution.stopped is None and np.all(np.isfinite(states)) else math.nan
+    solution = trials.outcome(problem, float(setting), np.array([1.0, rate])).solution
+    lost = solution is None or solution.stopped is not None or not np.all(np.isfinite(solution.states[0, -1]))
+    return math.nan if solution is None or lost else float(solution.states[0, -1, 0])
 
 
 def _limited(acceleration: Callable[[Any, Values, Values], Values]) -> Callable[[Any, Values, Values], Values]:

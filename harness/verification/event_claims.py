@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from gnomon.cases.core.case import Event
-from gnomon.harness.contract.integrator import Refused, Steps
+from gnomon.harness.contract.integrator import Steps
 from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR
 from gnomon.harness.scoring.events import EventScore, score_events
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
@@ -185,9 +185,8 @@ def _points_over(trials: Trials, few: _Few, share: float) -> tuple[list[Point], 
     for h in (interval / 2**k for k in range(64) if 64 * 2**k <= min(STEPS, trials.depth.steps)):
         if h > sweep.coarsest * trials.reference.time_scale:
             continue
-        try:
-            ((solution, _),) = trials.solved(problem, h, [trials.start])
-        except Refused:
+        solution = trials.outcome(problem, h, trials.start).solution
+        if solution is None:
             continue
         error = float(np.max(trials.distance(solution.states[0], exact)))
         roundoff = trials.roundoff(solution.steps or round(span / h), few.halvings)

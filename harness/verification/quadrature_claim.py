@@ -91,15 +91,15 @@ def _error(trials: Trials, setting: float) -> tuple[float, float, str | None]:
     form = SecondOrder(force) if twice else FirstOrder(polynomial)
     counted = trials.integrator.counts_rhs
     problem = Problem(form, 4 if twice else 2, coefficients, times, 1.0, counted=counted)
-    try:
-        ((solution, calls),) = trials.solved(problem, setting, [np.zeros(problem.dimension)])
-    except Exception as raised:  # also Refused: other claims report it
-        return math.nan, math.nan, f"{type(raised).__name__}: {raised}"
+    found = trials.outcome(problem, setting, np.zeros(problem.dimension))
+    solution = found.solution
+    if solution is None:
+        return math.nan, math.nan, found.reason
     place = sum(times ** (n + twice) for n in powers[kept])
     slope = sum((n + 1) * times**n for n in powers[kept])
     exact = np.stack([place, -place, slope, -slope][: problem.dimension], axis=1)
     apart = np.abs(solution.states[0] - exact)[-1 if trials.integrator.sampling == "dense output" else slice(None)]
     size = float(np.max(np.abs(exact)))
-    work = solution.steps or calls or samples
+    work = solution.steps or found.calls or samples
     allowed = 2 * HALF_ULP * ROUNDINGS * work + (ROOT_OF_ULP if trials.integrator.jacobian == "differences" else 0.0)
     return float(np.max(apart)) / size, allowed, solution.stopped

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from gnomon.cases.core.clock import from_start
@@ -11,11 +12,12 @@ from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.symmetry import Relation, defect, in_units, mirrored, permuted
 from gnomon.harness.contract.integrator import Floats, Problem, Refused
-from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, LARGEST_ERROR
+from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import (
     allowed_error,
     dense,
+    on_line,
     same_solution,
     slope_over_work,
 )
@@ -49,9 +51,8 @@ def _allowed(trials: Trials, answer: Answer) -> float:
         return allowed_error(trials, answer.setting, answer, last=dense(trials))
     order = trials.integrator.order
     assert order is not None
-    usable = [a for a in trials.answers() if a.error < LARGEST_ERROR]
-    line = max((max(a.error, a.roundoff) / a.setting**order for a in usable), default=math.inf)
-    return float(line * (2 * answer.setting) ** order + ABOVE_FLOOR_ON_A_LINE * answer.roundoff)
+    usable = [(a.setting, a.error, a.roundoff) for a in trials.answers() if a.error < LARGEST_ERROR]
+    return on_line(usable, order, answer.setting, answer.roundoff)
 
 
 @claim("turned", _has_turning)
@@ -103,17 +104,31 @@ def later(problem: Problem) -> Problem | None:
     return replace(problem, form=from_start(problem.form, -late), times=times, t0=late, names=names)
 
 
-def related(trials: Trials, problem: Problem, setting: float, relation: Relation) -> tuple[Problem, float, Floats]:
+@dataclass(frozen=True)
+class Related:
+    """A transformed problem with its start and setting, and the function that transforms states back."""
+
+    problem: Problem
+    start: Floats
+    setting: float
+    undone: Callable[[Floats], Floats] = lambda states: states
+    larger: float = 1.0
+    """Factor by which the numbers become larger whose rounding changes the motion."""
+
+
+def related(trials: Trials, problem: Problem, setting: float, relation: Relation) -> Related:
     """The problem, setting and start of the case, transformed by a relation."""
     case = trials.case
+    coordinates = [coordinate.name for coordinate in case.state]
     found = replace(
         problem,
         parameters=relation.applied([parameter.name for parameter in case.parameter_list], problem.parameters),
         times=problem.times * relation.time,
         time_scale=problem.time_scale * relation.time,
     )
-    start = relation.applied([coordinate.name for coordinate in case.state], trials.start)
-    return found, setting * relation.time if trials.steps else setting, start
+    setting = setting * relation.time if trials.steps else setting
+    start = relation.applied(coordinates, trials.start)
+    return Related(found, start, setting, lambda states: relation.undone(coordinates, states))
 
 
 def holds(trials: Trials, relation: Relation) -> bool:
@@ -124,13 +139,26 @@ def holds(trials: Trials, relation: Relation) -> bool:
     return form is not None and defect(trials.case, form.equations, relation, moments, parameters) <= KEEPS
 
 
+def returned(trials: Trials, problem: Problem, setting: float) -> float | None:
+    """The distance from the start after the motion goes forward, is reversed, and comes back; None without a reversal."""
+    (there,) = trials.solutions(problem, setting, [trials.start])
+    home, end = trials.case.reversed(tuple(trials.start.tolist())), tuple(there[-1].tolist())
+    turned = trials.case.reversed(end) if np.all(np.isfinite(there[-1])) else None
+    if turned is None or home is None:
+        return None
+    state, parameters = turned
+    numbers = np.array([float(parameters[parameter.name]) for parameter in trials.case.parameter_list])
+    way_back = replace(problem, parameters=numbers)
+    (back,) = trials.solutions(way_back, setting, [np.array(state, dtype=np.float64)])
+    return float(trials.distance(back[-1:], np.array([home[0]], dtype=np.float64))[0])
+
+
 def _related(trials: Trials, relation: Relation | None, what: str, share: float = 0.0) -> Finding:
     """Solve the transformed motion, transform the states back, and compare them with the motion of the case."""
     assert relation is not None
-    coordinates = [coordinate.name for coordinate in trials.case.state]
-    problem, setting, start = related(trials, trials.problem(), trials.usual(), relation)
-    (states,) = trials.solutions(problem, setting, [start])
-    return same_solution(trials, relation.undone(coordinates, states), what, APART, share)
+    other = related(trials, trials.problem(), trials.usual(), relation)
+    (states,) = trials.solutions(other.problem, other.setting, [other.start])
+    return same_solution(trials, other.undone(states), what, APART, share)
 
 
 def _no_engine(trials: Trials) -> str | None:
@@ -199,12 +227,5 @@ def _dense(trials: Trials) -> Finding:
     order, dense = trials.integrator.order, trials.integrator.dense_order
     assert dense is not None
     expected = min(order or dense + 1, dense + 1)
-    points = []
-    for answer in (trials.short(SHORT - 3, tolerance) for tolerance in trials.settings if tolerance <= TIGHT):
-        if (
-            answer.work
-            and not answer.declined
-            and ABOVE_FLOOR_ON_A_LINE * answer.roundoff < answer.error < LARGEST_ERROR
-        ):
-            points.append((-math.log(answer.work), math.log(answer.error)))
-    return slope_over_work(points, expected, "errors of samples")
+    answers = [trials.short(SHORT - 3, tolerance) for tolerance in trials.settings if tolerance <= TIGHT]
+    return slope_over_work([(answer, answer.error) for answer in answers], expected, "errors of samples")

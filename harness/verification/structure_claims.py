@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from gnomon.cases.core.forms import Constrained, RigidBody, Separable
 from gnomon.harness.contract.integrator import Problem, Steps
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
+from gnomon.harness.verification.relation_claims import returned
 from gnomon.harness.verification.trials import HALF_ULP, Answer, Floats, Trials
 
 DIFFERENCE = 2.0**-17
@@ -70,19 +71,11 @@ def _has_reversal(trials: Trials) -> str | None:
 @claim("reversible", _declares("reversible", _has_reversal))
 def _reversible(trials: Trials) -> Finding:
     """The distance from the start after integrating forward, reversing the velocities, and integrating back."""
-    home = trials.case.reversed(tuple(trials.start.tolist()))
-    assert home is not None
 
     def defect(halvings: int, problem: Problem) -> _Defect:
-        there = trials.solutions(problem, problem.interval, [trials.start])[0][-1]
-        turned = trials.case.reversed(tuple(there.tolist())) if np.all(np.isfinite(there)) else None
-        if turned is None:
+        apart = returned(trials, problem, problem.interval)
+        if apart is None:
             return _Defect(problem.interval, halvings, math.nan, 0.0)
-        state, parameters = turned
-        numbers = np.array([float(parameters[p.name]) for p in trials.case.parameter_list])
-        way_back = replace(problem, parameters=numbers)
-        back = trials.solutions(way_back, problem.interval, [np.array(state, dtype=np.float64)])[0][-1]
-        apart = float(trials.distance(back[None], np.array([home[0]], dtype=np.float64))[0])
         growth = max(1.0, trials.conditioning(halvings) / HALF_ULP)
         allowed = trials.roundoff(2 * len(problem.times), halvings) * growth * ROUNDINGS
         return _Defect(problem.interval, halvings, apart, allowed)

@@ -6,18 +6,20 @@ import math
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from gnomon.cases import Case
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
-from gnomon.harness.contract.problem import accepted_form, names_of
+from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Steps
+from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.contract.status import Status
 from gnomon.harness.running import plan
 from gnomon.harness.scoring.prepared import Prepared
 from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
-from gnomon.harness.scoring.score import Scorer
+from gnomon.harness.scoring.score import Scorer, moves
+from gnomon.harness.scoring.solved import Solved, solved
 from gnomon.harness.system.child_process import processor_time
 from gnomon.harness.verification.growth import growth
 from numpy.typing import NDArray
@@ -59,45 +61,64 @@ DEPTHS = {
 
 @dataclass(frozen=True)
 class Answer:
-    """The result of one call of `solve`: states (64, dim), or the reason for no states (`refused`, `raised`).
+    """The outcome of one call of `solve`: states (samples, dim), or the status and the reason of a failure.
 
-    `work`: the number of steps, or of right-hand sides if steps are unknown (`steps` False). `error`: the largest
-    distance from the exact motion, nan without finite states. `last`: the distance at the last sample. `roundoff`: the
-    error that rounding may cause, see `Trials.roundoff`. `seconds`: processor time, for answers over the whole span.
+    `errors` (samples,): distances from the exact motion. `roundoff`: the error that rounding may cause, see
+    `Trials.roundoff`. `work`: the number of steps, or of right-hand sides if steps are unknown (`steps` False).
+    `seconds`: processor time.
     """
 
     setting: float
-    states: Floats | None
-    error: float
-    last: float
-    roundoff: float
+    status: Status
+    reason: str = ""
+    states: Floats | None = None
+    errors: Floats = field(default_factory=lambda: np.full(1, math.nan))
+    roundoff: float = math.nan
     work: int | None = None
+    calls: int | None = None
     steps: bool = False
     stopped: str | None = None
-    refused: str | None = None
-    raised: str | None = None
     events: tuple[tuple[float, str], ...] | None = None
     seconds: float = 0.0
 
     @property
+    def error(self) -> float:
+        """The largest error, nan without finite states."""
+        return float(np.max(self.errors)) if np.all(np.isfinite(self.errors)) else math.nan
+
+    @property
+    def last(self) -> float:
+        """The error at the last sample."""
+        return float(self.errors[-1])
+
+    @property
+    def refused(self) -> bool:
+        return self.status in (Status.REFUSED, Status.UNSUPPORTED)
+
+    @property
     def declined(self) -> bool:
         """Whether the integrator refused, stopped early or raised."""
-        return self.refused is not None or self.stopped is not None or self.raised is not None
+        return self.status != Status.OK or self.stopped is not None
 
     @property
     def why(self) -> str:
-        return self.refused or self.raised or self.stopped or "states are not finite"
+        return self.reason or self.stopped or "states are not finite"
 
 
 class Trials:
-    """One integrator on one case. `case` has binary64 numbers, and `reference` is its reference solution."""
+    """One integrator on one case. `case` has binary64 numbers, and `reference` is its reference solution.
+
+    `moving`: whether a solution that rests although the exact motion moves is refused. A panel refuses it; a claim says
+    what is wrong with it. `longest`: processor seconds after which a call is given up.
+    """
+
+    moving, longest = False, math.inf
 
     def __init__(self, integrator: Integrator, case: Case, reference: ReferenceSolution, depth: Depth) -> None:
         self.integrator, self.case, self.reference, self.depth = integrator, case, reference, depth
         self.scorer = Scorer(case, None, reference)
         self.start: Floats = reference.start
-        self._whole: dict[float, Answer] = {}
-        self._short: dict[tuple[int, float, bool], Answer] = {}
+        self._answers: dict[tuple[int, float, bool], Answer] = {}
         self._growth: dict[int, Floats] = {}
         self._exact: dict[int, Floats] = {0: reference.exact}
 
@@ -122,32 +143,32 @@ class Trials:
 
     def problem(self, halvings: int = 0, counted: bool = False, end: bool = False) -> Problem:
         """The problem over the span divided by 2^halvings; with `end`, its only sample is at the end."""
-        problem = replace(self.scorer.problem(self.form), counted=counted, names=names_of(self.case))
+        problem = self.scorer.problem(self.form, counted)
         return replace(problem, times=(problem.times[-1:] if end else problem.times) * 2.0**-halvings)
+
+    @property
+    def counting(self) -> Problem:
+        """The problem of `whole`, whose equations are compiled: it counts right-hand sides if the integrator does."""
+        return self.problem(counted=self.integrator.counts_rhs)
 
     def answers(self) -> list[Answer]:
         """The answers over the whole span, up to the first setting that takes longer than this depth allows."""
         found: list[Answer] = []
         for setting in self.settings:
-            began = _clock()
             found.append(self.whole(setting))
-            if _clock() - began > self.depth.seconds:
+            if found[-1].seconds > self.depth.seconds:
                 break
         return found
 
     def whole(self, setting: float) -> Answer:
-        if setting not in self._whole:
-            began = _clock()
-            answer = self._answer(setting, 0)
-            self._whole[setting] = replace(answer, seconds=_clock() - began)
-        return self._whole[setting]
+        return self.short(0, setting)
 
     def short(self, halvings: int, setting: float, end: bool = False) -> Answer:
         """The answer over the span divided by 2^halvings, at 64 samples or, with `end`, at its end."""
         key = (halvings, setting, end)
-        if key not in self._short:
-            self._short[key] = self._answer(setting, halvings, end)
-        return self._short[key]
+        if key not in self._answers:
+            self._answers[key] = self._answer(setting, halvings, end)
+        return self._answers[key]
 
     def single_steps(self) -> list[tuple[float, Answer]]:
         """(step size, answer) with one step a sample, over shorter and shorter spans until round-off dominates."""
@@ -248,31 +269,31 @@ class Trials:
         """The states (64, dim) from each start, otherwise as `solved`."""
         return [solution.states[0] for solution, _ in self.solved(problem, setting, starts)]
 
-    def distance(self, states: Floats, exact: Floats) -> Floats:
+    def distance(self, states: Floats, exact: Floats, times: Floats | None = None) -> Floats:
         with np.errstate(all="ignore"):  # very large finite states overflow in the metric
-            return self.scorer.metric.distance(states, exact)
+            return self.scorer.metric.distance(states, exact, times)
+
+    def outcome(self, problem: Problem, setting: float, start: Floats, moving: bool = False) -> Solved:
+        """The outcome from a start (dim,)."""
+        return solved(self.integrator, problem, setting, start[None], moving, self.longest)
 
     def _answer(self, setting: float, halvings: int, end: bool = False) -> Answer:
-        problem = self.problem(halvings, counted=self.integrator.counts_rhs, end=end)
-        nothing = Answer(setting, None, math.nan, math.nan, math.nan)
-        try:
-            ((solution, calls),) = self.solved(problem, setting, [self.start])
-        except Refused as refusal:
-            return replace(nothing, refused=str(refusal) or "declined without a reason")
-        except Exception as raised:  # the user's code may raise anything: it is a finding, with the setting
-            return replace(nothing, raised=f"{type(raised).__name__}: {raised}")
-        work = solution.steps or calls or None
-        states = solution.states[0]
-        with np.errstate(all="ignore"):
-            times = self.reference.times if halvings == 0 else None
-            errors = self.scorer.metric.distance(states, self.exact(halvings)[-len(states) :], times)
+        began, counted = _clock(), self.integrator.counts_rhs
+        problem = self.problem(halvings, counted, end)
+        found = self.outcome(problem, setting, self.start, self.moving and moves(self.reference))
+        seconds, solution = _clock() - began, found.solution
+        if solution is None:
+            return Answer(setting, found.status, found.reason, seconds=seconds)
+        work, states = solution.steps or found.calls or None, solution.states[0]
+        times = self.reference.times if halvings == 0 else None
+        errors = self.distance(states, self.exact(halvings)[-len(states) :], times)
         roundoff = self.roundoff(work or len(problem.times), halvings)
         if self.steps:
             roundoff += self.of_differences(setting, halvings)
-        error = float(np.max(errors)) if np.all(np.isfinite(errors)) else math.nan
-        counted, stopped = bool(solution.steps), solution.stopped
-        last = float(errors[-1])
-        return Answer(setting, states, error, last, roundoff, work, counted, stopped, events=solution.events)
+        return Answer(
+            setting, Status.OK, "", states, errors, roundoff, work, found.calls if counted else None,
+            bool(solution.steps), solution.stopped, solution.events, seconds,
+        )  # fmt: skip
 
 
 def _clock() -> float:

@@ -9,7 +9,7 @@ import right_methods
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Integrator, Steps
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.stability.relations import TEXTS, compared, related_problems, relations, returned, usual
+from gnomon.harness.stability.relations import TEXTS, compared, related_problems, relations, reversal, usual
 from gnomon.harness.stability.subjects import trials_of
 from gnomon.harness.verification.function_adapter import from_step
 from planted_steps import drops_small_increments, first_component_by_euler, increment
@@ -46,9 +46,7 @@ def made(step: Callable[..., Any]) -> Integrator:
 def found(integrator: Integrator, name: str) -> dict[str, Any]:
     trials = trials_of(integrator, "two_body")
     setting = float(trials.problem().interval * STEP) if trials.steps else usual(trials)
-    related = related_problems()[name](trials, setting)
-    assert related is not None
-    return compared(trials, trials.whole(setting), related)
+    return compared(trials, trials.whole(setting), related_problems(trials, setting)[name])
 
 
 @pytest.mark.parametrize(
@@ -114,7 +112,7 @@ def test_errors_at_round_off_grow_with_the_numbers_far_from_the_origin() -> None
 )
 def test_symmetric_methods_return_and_others_do_not(name: str, returns: bool) -> None:
     trials = trials_of(find_one(name), "two_body")
-    assert (returned(trials, usual(trials)) or {})["round_off"] is returns
+    assert (reversal(trials, usual(trials)) or {})["round_off"] is returns
 
 
 def test_a_fault_of_verlet_shows_when_the_motion_is_reversed() -> None:
@@ -127,7 +125,7 @@ def test_a_fault_of_verlet_shows_when_the_motion_is_reversed() -> None:
 
     for more, returns in ((0.0, True), (1e-9, False)):
         trials = trials_of(verlet(more), "two_body")
-        back = returned(trials, float(trials.problem().interval * STEP)) or {}
+        back = reversal(trials, float(trials.problem().interval * STEP)) or {}
         assert back["round_off"] is returns
 
 
@@ -140,4 +138,4 @@ def test_a_charge_has_the_relations_that_its_case_declares_and_events_have_none(
 
 def test_a_method_that_does_not_move_is_refused_and_is_not_called_independent_of_the_clock() -> None:
     data = relations.measured(made(lambda f, t, y, h: 1.0 * y), 0.1)
-    assert data == {"refused": validation.DID_NOT_MOVE}
+    assert data["refused"].endswith(validation.DID_NOT_MOVE)

@@ -89,8 +89,8 @@ def test_turned_starts_are_not_solved_at_a_setting_that_takes_too_long(monkeypat
     """Another claim may have solved there; the turned starts would pass the time limit of the claim."""
     fresh = Trials.of(pair(), CaseSpec.of(get("kepler_orbit").rounded()), DEPTHS["low"])
     *_, quick, slow = fresh.answers()
-    fresh._whole[slow.setting] = replace(slow, seconds=2 * fresh.depth.seconds)
-    fresh._whole[quick.setting] = replace(quick, seconds=0.0)
+    fresh._answers[0, slow.setting, False] = replace(slow, seconds=2 * fresh.depth.seconds)
+    fresh._answers[0, quick.setting, False] = replace(quick, seconds=0.0)
     settings: list[float] = []
     solutions = fresh.solutions
     monkeypatch.setattr(
