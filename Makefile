@@ -27,7 +27,7 @@ certificates: $(INSTALLED)
 
 # The exact states that come with gnomon, after a change of cases/ or reference/: some minutes. Commit them once a release.
 solutions: $(INSTALLED)
-	$(BIN)/python -m gnomon.harness.stability.kept_solutions harness/scoring/reference_solutions.zip
+	$(BIN)/python -m gnomon.harness.running.kept_solutions harness/measuring/reference_solutions.zip
 
 # The copies of harness/adapters/libraries.toml, after a change of it: docs/libraries.md, and lines of pyproject.toml.
 libraries: $(INSTALLED)

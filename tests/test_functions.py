@@ -21,6 +21,7 @@ from contextlib import suppress
 from functools import cache
 
 from gnomon import cases
+from gnomon.harness.measuring.settings import sweep_settings
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.contract.problem import accepted_form, problem_of
 from gnomon.harness.kernels import machine_code
@@ -46,7 +47,7 @@ for method in lookup.own().values():
             if case is not None:
                 problem = problem_of(case, (kind,))
                 with suppress(Refused):
-                    one.prepare(problem, plan.settings(one, case, problem)[0])
+                    one.prepare(problem, sweep_settings(one, case, problem)[0])
 json.dump(sorted(texts), sys.stdout)
 """
 """Prints the texts that the methods of gnomon and their fixed-step formulas pass to the compiler, which does not run."""

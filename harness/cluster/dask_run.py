@@ -16,17 +16,17 @@ from gnomon.harness.cluster.connection import Cluster, Lost, connected
 from gnomon.harness.cluster.identity import identity
 from gnomon.harness.cluster.task import Differs, Group, Packed, Row, execute, pack, rows
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import environment
 from gnomon.harness.registry.references import reference
 from gnomon.harness.results.store import Store
 from gnomon.harness.running.cost import divided, predicted_seconds
 from gnomon.harness.running.plan import Series, Suite, Trial
 from gnomon.harness.running.planned_run import PlannedRun, open_run
-from gnomon.harness.running.progress import Progress
 from gnomon.harness.running.sweep import Sweep
-from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.system.limitations import need_fork
+from gnomon.harness.system.progress import Progress
 
 TASK_SECONDS = 4.0
 """The predicted cost of a task. Dask needs 1 ms for each task; a lost worker's task has to run again."""

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from gnomon.harness.cluster.identity import difference
 from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution
 from gnomon.harness.registry import environment
 from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.store import Known
@@ -21,8 +22,7 @@ from gnomon.harness.running.messages import Message, decode, encode
 from gnomon.harness.running.plan import Series, Suite
 from gnomon.harness.running.planned_run import PlannedRun
 from gnomon.harness.running.pool import Pool
-from gnomon.harness.running.progress import Progress
-from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
+from gnomon.harness.system.progress import Progress
 from gnomon.harness.system.supervisor import Garbled, Inbox
 
 History = dict[tuple[str, int], Known]

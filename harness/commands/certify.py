@@ -39,7 +39,7 @@ def certify(
     from gnomon.harness.certification import certify_all
     from gnomon.harness.certification.certify import write
     from gnomon.harness.running import plan
-    from gnomon.harness.running.progress import Progress
+    from gnomon.harness.system.progress import Progress
 
     options.validate_workers(workers)
     if suite is not None and case:

@@ -86,9 +86,9 @@ def ensemble(
 
 
 def _measured(job: Job, workers: int, dask: str | None) -> Distribution:
+    from gnomon.harness.cluster.ensemble_on_dask import on_cluster
     from gnomon.harness.ensembles import ensemble_run
-    from gnomon.harness.ensembles.on_dask import on_cluster
-    from gnomon.harness.running.progress import Progress
+    from gnomon.harness.system.progress import Progress
 
     with ExitStack() as stack:
         mapper = ensemble_run.in_processes(workers)
@@ -221,9 +221,9 @@ def _line(chosen: Ensemble, start: Start) -> str:
 
 
 def _write(job: Job, found: Distribution, path: Path) -> None:
-    from gnomon.harness.ensembles import picture
     from gnomon.harness.ensembles.distribution import as_data
     from gnomon.harness.registry import environment
+    from gnomon.harness.reporting import ensemble_picture
     from gnomon.reference.storage import diskcache
 
     chosen = job.ensemble
@@ -245,5 +245,5 @@ def _write(job: Job, found: Distribution, path: Path) -> None:
         units = chosen.prepared.unit(one.name), chosen.prepared.unit(other.name)
         title = f"{chosen.case}, {chosen.integrator} at {chosen.setting:g}"
         drawing = path.with_suffix(".png")
-        picture.write(picture.error_map(found, (one, other), units, title), drawing)
+        ensemble_picture.write(ensemble_picture.error_map(found, (one, other), units, title), drawing)
         out.print(f"map: {escape(str(drawing))}", highlight=False)

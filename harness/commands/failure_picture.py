@@ -16,13 +16,13 @@ import pandas as pd
 from gnomon.cases import Case
 from gnomon.harness.commands.show_case import POINTS, save
 from gnomon.harness.contract.integrator import Integrator, Tolerance
+from gnomon.harness.measuring.trials import DEPTHS, HALF_ULP, Trials
+from gnomon.harness.registry import selection
 from gnomon.harness.reporting.style import INK, QUIET, dressed
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.results.visible import visible
-from gnomon.harness.running import plan
 from gnomon.harness.system.supervisor import run
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome
-from gnomon.harness.verification.trials import DEPTHS, HALF_ULP, Trials
 from gnomon.harness.verification.verify import CaseJob, Row
 
 MOST_ROWS = 5000
@@ -44,7 +44,7 @@ def draw(integrator: Integrator, depth: str, row: Row, path: Path) -> None:
     `path`: a file with an ending of `DRAWINGS`. The integrator runs in its own process. Raises ValueError if this
     process hangs or ends.
     """
-    ((case, _),) = plan.choose([row.case], variants=False)
+    ((case, _),) = selection.choose([row.case], variants=False)
     found: list[Row] = []
 
     def measured(trials: Trials) -> Finding:

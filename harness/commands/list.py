@@ -52,7 +52,7 @@ def list_(
     if Listed.cases in shown:
         named = matching(pattern, cases.names())
         if family or kind:
-            from gnomon.harness.running import selection  # imports the cases, whose forms it reads
+            from gnomon.harness.registry import selection  # imports the cases, whose forms it reads
 
             found = selection.cases_of([(cases.get(name), name) for name in named], family, kind)
             named = [name for _, name in found]
@@ -61,8 +61,7 @@ def list_(
         checks = map(entry, matching(pattern, cases.check_names()))
         out.print(_variants_table("Checks, without motion", "check", checks))
     if Listed.integrators in shown:
-        from gnomon.harness.registry import lookup
-        from gnomon.harness.running import selection
+        from gnomon.harness.registry import lookup, selection
 
         known = lookup.everything()
         chosen = selection.integrators_of([known[name] for name in matching(pattern, known)], library, kind)

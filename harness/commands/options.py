@@ -96,7 +96,7 @@ def chosen(
     names: list[str] | None, variants: bool, parameters: list[str] | None, rounded: bool = True
 ) -> list[tuple[Case, str]]:
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.running import plan
+    from gnomon.harness.registry import selection
 
     for position, name in enumerate(names or ()):
         if name in (names or ())[:position]:
@@ -104,7 +104,7 @@ def chosen(
     given = given_parameters(parameters)
     for reserved in {"variant", "initial_state", "span"} & set(given):
         raise ValueError(f"--set {reserved}: not a parameter; a variant is chosen by case/variant")
-    return plan.choose(names, variants, rounded=rounded, **given)
+    return selection.choose(names, variants, rounded=rounded, **given)
 
 
 def validate_workers(workers: int) -> None:

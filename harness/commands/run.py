@@ -74,7 +74,8 @@ def run(
     Exit code 1 if nothing was measured, if trials are outstanding, or if an integrator of your own never succeeded.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.running import plan, selection
+    from gnomon.harness.registry import selection
+    from gnomon.harness.running import plan
 
     options.validate_workers(workers)
     chosen_suite = part(_suite(suite, case, limit), shard, timing)
@@ -126,7 +127,7 @@ def _measured(
     from gnomon.harness.cluster.dask_run import run as run_on_cluster
     from gnomon.harness.running import first_trials
     from gnomon.harness.running.planned_run import run as run_
-    from gnomon.harness.running.progress import Progress
+    from gnomon.harness.system.progress import Progress
 
     try:
         crashes = first_trials.crashes(chosen, integrators, suite)
@@ -217,9 +218,9 @@ def _summarize(
     """Print the results of the run, and its missing trials; the exit code says whether the run failed."""
     from gnomon.harness.commands.run_table import ended_from_outside, interrupted, run_table, shortcomings
     from gnomon.harness.registry.lookup import users_own
+    from gnomon.harness.registry.selection import DEFAULT
     from gnomon.harness.reporting.tables import waited_text
     from gnomon.harness.results.store import load
-    from gnomon.harness.running.plan import DEFAULT
 
     frame = load(path)
     wanted = {(case.name, (case.variant or DEFAULT) + label, one.id) for case, label in chosen for one in integrators}

@@ -47,8 +47,8 @@ def stability(
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup
-    from gnomon.harness.running.progress import Progress
     from gnomon.harness.stability import panel_run
+    from gnomon.harness.system.progress import Progress
 
     options.validate_workers(workers)
     if update and to is None:

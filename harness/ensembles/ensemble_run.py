@@ -16,7 +16,7 @@ from gnomon.harness.ensembles import parquet
 from gnomon.harness.ensembles.distribution import Distribution, counted
 from gnomon.harness.ensembles.exact_formulas import exact_states, formula
 from gnomon.harness.ensembles.samples import BLOCK, Ensemble
-from gnomon.harness.running.progress import Progress
+from gnomon.harness.system.progress import Progress
 from gnomon.harness.system.supervisor import calls, require
 
 MOST_PART, PARTS = 2**14, 64

@@ -16,10 +16,9 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.ensembles import draws
 from gnomon.harness.ensembles.draws import Varied
 from gnomon.harness.ensembles.exact_formulas import exact_states, with_numbers
-from gnomon.harness.registry import lookup
-from gnomon.harness.running import plan
-from gnomon.harness.scoring.prepared import Prepared
-from gnomon.harness.scoring.solved import Solved, outcome
+from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.measuring.solved import Solved, outcome
+from gnomon.harness.registry import lookup, selection
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -186,7 +185,7 @@ class PreparedEnsemble:
 
 @lru_cache(maxsize=4)
 def _prepared(ensemble: Ensemble) -> PreparedEnsemble:
-    ((case, _),) = plan.choose([ensemble.case], False, True, **dict(ensemble.parameters))
+    ((case, _),) = selection.choose([ensemble.case], False, True, **dict(ensemble.parameters))
     integrator = lookup.find_one(ensemble.integrator)
     absent = lookup.missing(integrator)
     if absent is not None:

@@ -7,6 +7,9 @@ from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import Status
+from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
+from gnomon.harness.measuring.settings import sweep_settings
 from gnomon.harness.registry.lookup import users_own
 from gnomon.harness.registry.references import start_method
 from gnomon.harness.running import plan
@@ -14,8 +17,6 @@ from gnomon.harness.running.plan import Suite
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.sweep import task_of
 from gnomon.harness.running.worker import Request, Task
-from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 
 
 @dataclass
@@ -63,7 +64,7 @@ def crashes(
     for one in series:
         exact = found[CaseSpec.of(one.case)]
         if isinstance(exact, ReferenceSolution):  # else the run reports the error of the case
-            settings = plan.settings(one.integrator, one.case, problem_of(one.case, one.integrator.accepts))
+            settings = sweep_settings(one.integrator, one.case, problem_of(one.case, one.integrator.accepts))
             chosen_two = [settings[0], settings[len(settings) // 2]]
             trials.append(
                 FirstTrial(one.integrator, one.case.id, task_of(one, exact), suite.limit(one.case), chosen_two)

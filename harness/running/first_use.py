@@ -14,9 +14,9 @@ from pathlib import Path
 from time import perf_counter_ns
 
 from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.registry.references import Reference, dereference
-from gnomon.harness.scoring.prepared import Prepared
-from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import rely_on_guard, run_delays
 
 MOST_SECONDS = 50.0

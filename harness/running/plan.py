@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import platform
 import secrets
 from collections.abc import Sequence
@@ -14,15 +13,17 @@ from typing import Any
 
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
-from gnomon.cases.core.numbers import is_pattern, matching, nearest
+from gnomon.cases.core.numbers import nearest
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract import sources
 from gnomon.harness.contract.declared import declared
-from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
+from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.contract.problem import accepted_form, takes
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
+from gnomon.harness.measuring.settings import sweep_settings
 from gnomon.harness.registry import environment, lookup, references
+from gnomon.harness.registry.selection import DEFAULT
 from gnomon.harness.results.schema import TIMING_SPAN
 from gnomon.reference.storage.import_closure import closure, imports
 
@@ -30,19 +31,13 @@ from gnomon import cases
 
 STANDARD = "standard"
 """The name of a case's own formulation in results."""
-DEFAULT = "default"
-"""The name of a case's default variant in results."""
 LONG = 1000.0
 """Span, in time scales, above which the time limit of a variant grows with the span."""
-FEWEST = 8
-"""Minimum number of settings of a sweep."""
 NEAR_DUPLICATE = (
     Status.SKIPPED,
     "a suite takes this integrator on default settings only, once; name it to run it here",
 )
 """Status and reason of a near-duplicate method on a hard variant. Results files hold this text: it must not change."""
-DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
-"""Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s."""
 _SPANS = declared("running", "timing_spans.toml")
 TIMING_FACTORS: dict[str, int] = _SPANS["factors"]
 ENDS: tuple[str, ...] = tuple(_SPANS["ends"]["cases"])
@@ -209,7 +204,7 @@ class Series:
         base = [*self._key_parts(problem), machine or environment.machine()]
         if self.left_out is not None:
             return (Trial(sources.digest([*base, *self.left_out]), None),)
-        found = settings(self.integrator, self.case, problem)
+        found = sweep_settings(self.integrator, self.case, problem)
         return tuple(Trial(sources.digest([*base, value.hex()]), value) for value in found)
 
     def _key_parts(self, problem: Problem) -> list[str]:
@@ -277,30 +272,6 @@ def library_versions(integrator: Integrator) -> dict[str, str]:
     except ImportError:
         found |= {integrator.library: "missing"}
     return found
-
-
-def settings(integrator: Integrator, case: Case, problem: Problem) -> tuple[float, ...]:
-    """The settings of a sweep, from cheap to expensive, at least FEWEST."""
-    sweep = integrator.sweep
-    if isinstance(sweep, Tolerance):
-        return _tolerances(sweep)
-    if case.variant is not None and case.variant.startswith("engines"):
-        return DECIMAL_STEPS
-    return _steps(sweep, problem.interval, problem.time_scale)
-
-
-def _tolerances(sweep: Tolerance) -> tuple[float, ...]:
-    decades = math.log10(sweep.loosest / sweep.tightest)
-    count = max(round(decades * sweep.per_decade), FEWEST - 1)
-    loosest = math.log10(sweep.loosest)
-    return tuple(float(f"{10 ** (loosest - decades * k / count):.3e}") for k in range(count + 1))
-
-
-def _steps(sweep: Steps, interval: float, time_scale: float) -> tuple[float, ...]:
-    """Step sizes: the sample interval over powers of two, which is exact, as the interval has 20 significant bits."""
-    first = max(0, math.ceil(math.log2(interval / (sweep.coarsest * time_scale))))
-    count = max(sweep.halvings + 1, FEWEST)
-    return tuple(math.ldexp(interval, -(first + k)) for k in range(count))
 
 
 def pairs(
@@ -387,26 +358,3 @@ def wants_first_use(series: Series, suite: Suite, launch: int) -> bool:
 @cache
 def _first_case(integrator: Integrator) -> str | None:
     return next((name for name in FOUNDATION if takes(integrator, cases.get(name))), None)
-
-
-def choose(
-    names: Sequence[str] | None, variants: bool, rounded: bool = True, **parameters: str
-) -> list[tuple[Case, str]]:
-    """The cases with these names, each with a label for changed parameters; numbers are binary64 if `rounded`.
-
-    A name is a case (with all its variants if `variants`), a pattern of case names with * and ?, `case/variant`, or
-    `package.module:Case`. Without names all cases are chosen.
-    """
-    label = "".join(f" {name}={value}" for name, value in parameters.items())
-    found = []
-    given = [each for name in names or () for each in (matching(name, cases.names()) if is_pattern(name) else [name])]
-    for name in dict.fromkeys(given) or cases.names():
-        base, slash, variant = name.partition("/")
-        listed: list[str | None] = [None]
-        if slash:
-            listed = [None if variant == DEFAULT else variant]
-        elif variants:
-            listed += [v.name for v in cases.case_class(base).variants]
-        made = [cases.get(base, v, **parameters) for v in listed]
-        found += [(case.rounded() if rounded else case, label) for case in made]
-    return found

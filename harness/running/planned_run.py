@@ -14,7 +14,9 @@ from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
 from gnomon.harness.kernels.generated_modules import cache_folder
-from gnomon.harness.registry import declaration, environment, lookup, references
+from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
+from gnomon.harness.measuring.score import Scorer
+from gnomon.harness.registry import declaration, environment, lookup, references, selection
 from gnomon.harness.results import store
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
 from gnomon.harness.running import plan
@@ -22,12 +24,10 @@ from gnomon.harness.running.call_cost import described as python_calls
 from gnomon.harness.running.cost import launch_seconds, shard, shard_named
 from gnomon.harness.running.plan import Repeat, Series, Suite, Trial
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
-from gnomon.harness.running.progress import Progress
 from gnomon.harness.running.sweep import Sweep
-from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
-from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.locks import temporary_folder
+from gnomon.harness.system.progress import Progress
 from gnomon.harness.system.streams import open_standard_streams
 from gnomon.reference.storage import cachefolder, diskcache
 
@@ -44,7 +44,7 @@ def run(
     prepare_seconds: float = PREPARE_SECONDS,
     near_duplicates: bool = True,
 ) -> Path:
-    """Run every chosen case (see `plan.choose`) through every integrator; return the path of the results file.
+    """Run every chosen case (see `selection.choose`) through every integrator; return the path of the results file.
 
     If `near_duplicates` is False, near-duplicate methods (those with `primary = False`) do not run on hard variants.
 
@@ -130,7 +130,7 @@ def compare(
     """
     chosen: list[tuple[Case, str]] = []
     for case in [cases] if isinstance(cases, str | Case) else cases:
-        chosen += plan.choose([case], False) if isinstance(case, str) else [(case.rounded(), "")]
+        chosen += selection.choose([case], False) if isinstance(case, str) else [(case.rounded(), "")]
     given = [integrators] if isinstance(integrators, str | Integrator | type) else list(integrators)
     found = lookup.find_all(given) if given else ()
     suite = replace(

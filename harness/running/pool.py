@@ -10,9 +10,9 @@ from signal import Signals
 from typing import Protocol
 
 from gnomon.harness.contract.status import Status
+from gnomon.harness.measuring.outcome import Outcome
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running.messages import Message, decode
-from gnomon.harness.running.progress import Interlude
 from gnomon.harness.running.worker import (
     FLOODED,
     MOST_PRINTED,
@@ -23,9 +23,9 @@ from gnomon.harness.running.worker import (
     serve,
     take_output,
 )
-from gnomon.harness.scoring.outcome import Outcome
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.memory import worker_bytes
+from gnomon.harness.system.progress import Interlude
 from gnomon.harness.system.supervisor import NEVER, Child, Ended, Garbled, Limit, Supervisor, events
 
 PREPARE_SECONDS = 60.0

@@ -8,8 +8,8 @@ from gnomon.cases.core.arithmetic import calling
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
 from gnomon.harness.contract.problem import first_taken
+from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.registry import lookup
-from gnomon.harness.scoring.prepared import Prepared
 
 
 def solve(

@@ -8,14 +8,14 @@ from typing import Any
 
 from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.contract.status import AGAIN, CANNOT_RUN, SCORED, Status
+from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution
+from gnomon.harness.measuring.score import Scorer, moves
 from gnomon.harness.registry.references import reference
 from gnomon.harness.results.schema import TIMES
 from gnomon.harness.results.store import Known
 from gnomon.harness.running.plan import Series, Suite, Trial, wants_first_use
 from gnomon.harness.running.worker import FEWEST_CALLS, Request, Task
-from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution
-from gnomon.harness.scoring.score import Scorer, moves
 from numpy.typing import NDArray
 
 TIMES_THE_LIMIT = 3.0

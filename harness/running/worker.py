@@ -30,18 +30,18 @@ from gnomon.harness.contract.problem import accepted_form, groups_of, names_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.kernels.generated_modules import WATCHERS
+from gnomon.harness.measuring import prepared
+from gnomon.harness.measuring.failures import status_of
+from gnomon.harness.measuring.null_call import null_call
+from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.perturbed_starts import perturbed_states, probe_state
+from gnomon.harness.measuring.prepared import Call, Prepared
+from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.registry.references import Reference, dereference
 from gnomon.harness.results.values import DELAYED
 from gnomon.harness.running import messages
 from gnomon.harness.running.first_use import first_seconds
 from gnomon.harness.running.messages import Message
-from gnomon.harness.running.null_call import null_call
-from gnomon.harness.scoring import prepared
-from gnomon.harness.scoring.failures import status_of
-from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
-from gnomon.harness.scoring.prepared import Call, Prepared
-from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system.child_process import end_children
 from gnomon.harness.system.supervisor import Garbled, write
 

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
+from gnomon.harness.measuring.trials import Answer, Trials
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import Budget, accepts, trials_of
-from gnomon.harness.verification.trials import Answer, Trials
 
 CASES = (
     "kepler_orbit",

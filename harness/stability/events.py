@@ -12,8 +12,8 @@ import numpy as np
 from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition, Values
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Steps
 from gnomon.harness.contract.status import Status
-from gnomon.harness.scoring.events import score_events
-from gnomon.harness.scoring.prepared import Prepared
+from gnomon.harness.measuring.events import score_events
+from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import Budget, processor_seconds, trials_of
 from scipy.special import betaincinv

@@ -14,8 +14,8 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Steps, Tolerance
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.contract.status import Status
+from gnomon.harness.measuring.solved import solved
 from gnomon.harness.results.convergence_order import mean_and_half
-from gnomon.harness.scoring.solved import solved
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import Budget, multiples, processor_seconds, smooth_reason
 from gnomon.harness.studies.growth import (

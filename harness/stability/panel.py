@@ -10,7 +10,7 @@ from typing import Any
 
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
-from gnomon.harness.scoring.failures import status_of
+from gnomon.harness.measuring.failures import status_of
 
 IDS = ("linear", "stiffness", "resonance", "tolerance", "relations", "events", "long_time", "digits")
 """The panels in the order of measurement and display. Each is in the module of this name."""

@@ -15,10 +15,10 @@ from gnomon.cases.core.symmetry import Relation, in_units, mirrored, permuted
 from gnomon.cases.core.turning import Turning
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused, Steps
 from gnomon.harness.contract.status import Status
+from gnomon.harness.measuring.trials import Answer, Trials
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import Budget, smooth_reason, subjects
-from gnomon.harness.verification.relation_claims import Related, holds, later, related, returned
-from gnomon.harness.verification.trials import Answer, Trials
+from gnomon.harness.studies.related_motions import Related, holds, later, related, returned
 
 SUBJECTS = ("two_body", "kepler_orbit", "pendulum_simple")
 TOLERANCE, STEPS_IN_INTERVAL = 1e-8, 64

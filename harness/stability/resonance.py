@@ -24,9 +24,9 @@ from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values, first_order
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
 from gnomon.harness.contract.problem import accepted_form, first_taken, initial_state, problem_of
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
-from gnomon.harness.scoring.score import NUMPY
-from gnomon.harness.scoring.solved import solved
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.measuring.score import NUMPY
+from gnomon.harness.measuring.solved import solved
 from gnomon.harness.stability.linear import first_limit, scan, several_steps, steps_reason
 from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.panel import Column, Mark, panel

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem
-from gnomon.harness.scoring.solved import solved
+from gnomon.harness.measuring.solved import solved
 from gnomon.harness.stability.linear_problems import Complex, LinearProblem
 from gnomon.harness.stability.subjects import multiples, processor_seconds
 from numpy.typing import NDArray

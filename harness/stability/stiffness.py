@@ -17,8 +17,8 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SemiLinear, Values
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Tolerance
 from gnomon.harness.contract.problem import first_taken
+from gnomon.harness.measuring.solved import Solved, solved
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.scoring.solved import Solved, solved
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import multiples, processor_seconds
 

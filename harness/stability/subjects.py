@@ -10,8 +10,8 @@ from gnomon.cases.core.forms import Hybrid
 from gnomon.cases.core.registry import get, names
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.contract.problem import takes
-from gnomon.harness.scoring.reference_solution import CaseSpec
-from gnomon.harness.verification.trials import DEPTHS, Trials
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.trials import DEPTHS, Trials
 
 
 class Budget:

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.registry import get, names
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps, Tolerance
+from gnomon.harness.measuring.trials import Trials
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.subjects import Budget, accepts, processor_seconds, subjects, trials_of
 from gnomon.harness.studies.growth import interval_of_mean
-from gnomon.harness.verification.trials import Trials
 from scipy.special import stdtrit
 
 SUBJECTS = ("pendulum_simple", "kepler_orbit")

@@ -14,11 +14,11 @@ import pandas as pd
 from gnomon.cases.core.case import Case
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import Status
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solutions
+from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.results import store
 from gnomon.harness.results.analysis import SERIES
 from gnomon.harness.results.convergence_order import mean_slope
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solutions
-from gnomon.harness.scoring.score import Scorer
 from gnomon.harness.studies.growth import by_octaves, named, possible
 
 ROUND_OFF = 1e-13

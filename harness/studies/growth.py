@@ -25,11 +25,11 @@ from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.runge_kutta import explicit_pairs
+from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.measuring.score import NUMPY
+from gnomon.harness.measuring.solved import outcome
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.measured_rows import publish
-from gnomon.harness.scoring.prepared import Prepared
-from gnomon.harness.scoring.score import NUMPY
-from gnomon.harness.scoring.solved import outcome
 
 SAMPLES = 4096
 """Number of samples. The earliest octave of the fit then has 32; a mean square over fewer is too often too small."""

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
+from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.results.analysis import own
-from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
 

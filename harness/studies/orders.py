@@ -25,12 +25,12 @@ from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep
 from gnomon.harness.integrators.runge_kutta import explicit_pairs
 from gnomon.harness.integrators.taylor.taylor import Taylor
+from gnomon.harness.measuring.reference_solution import ReferenceSolution
+from gnomon.harness.measuring.score import Scorer
+from gnomon.harness.measuring.solved import solved
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.convergence_order import fit_order
 from gnomon.harness.results.measured_rows import publish
-from gnomon.harness.scoring.reference_solution import ReferenceSolution
-from gnomon.harness.scoring.score import Scorer
-from gnomon.harness.scoring.solved import solved
 from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps, taylor_steps
 from gnomon.reference.numerics.precision import working
 

@@ -18,9 +18,9 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver
 from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.results.analysis import time_at
-from gnomon.harness.scoring.prepared import Prepared
-from gnomon.harness.scoring.score import Scorer
 
 SHRUNK = 2.0**-40
 """Span of a null call over the span of the call: at most 1e-9 of a time scale. A power of two keeps times exact."""

@@ -20,17 +20,16 @@ from typing import Any
 
 from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.validation import Unusable
-from gnomon.harness.registry import lookup
-from gnomon.harness.running import plan
-from gnomon.harness.running.null_call import null_call
-from gnomon.harness.scoring.perturbed_starts import perturbed_states
-from gnomon.harness.scoring.prepared import Prepared
-from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.measuring.null_call import null_call
+from gnomon.harness.measuring.perturbed_starts import perturbed_states
+from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.registry import lookup, selection
 from gnomon.harness.studies.benchmarks import spread
 from gnomon.harness.verification.claims import TEXTS, TIME, Finding, Outcome, failed, not_applicable
 from gnomon.harness.verification.other_version import Other
 from gnomon.harness.verification.program_process import ProgramProcess
-from gnomon.harness.verification.trials import DEPTHS, Trials
 
 CLAIM = 1.2
 """A version is slower, or faster, if the ratio of the times exceeds this factor in every launch."""
@@ -178,7 +177,7 @@ class _Series:
     """One integrator on one case, with a solver for each requested setting."""
 
     def __init__(self, integrator: Integrator, name: str, depth: str) -> None:
-        ((case, _),) = plan.choose([name], variants=False)
+        ((case, _),) = selection.choose([name], variants=False)
         self.trials = Trials.of(integrator, CaseSpec.of(case), DEPTHS[depth])
         near = islice(perturbed_states(case, None, self.trials.reference.sizes), 64)
         self.starts = cycle([self.trials.start, *near])

@@ -20,13 +20,13 @@ import numpy as np
 from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import SCORED, Status
+from gnomon.harness.measuring.failures import status_of
+from gnomon.harness.measuring.perturbed_starts import perturbed_states
+from gnomon.harness.measuring.trials import DEPTHS, Floats, Trials
 from gnomon.harness.results.regression import Verdict, compare
-from gnomon.harness.scoring.failures import status_of
-from gnomon.harness.scoring.perturbed_starts import perturbed_states
 from gnomon.harness.system.files import read_text
 from gnomon.harness.system.supervisor import run
 from gnomon.harness.verification.claims import Finding, Outcome
-from gnomon.harness.verification.trials import DEPTHS, Floats, Trials
 from gnomon.harness.verification.verify import CaseJob, Row, planned
 from gnomon.reference.numerics.precision import shortened
 

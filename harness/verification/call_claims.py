@@ -6,9 +6,9 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from gnomon.harness.measuring.trials import Floats, Trials
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import same_solution
-from gnomon.harness.verification.trials import Floats, Trials
 
 FAR = 2.0**-10
 """Relative distance of another start, so large that its solution differs in most bits."""

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.trials import DEPTHS, Answer, Depth, Trials
+from gnomon.harness.registry import selection
 from gnomon.harness.results.visible import shown
-from gnomon.harness.running import plan
-from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import allowed_error
-from gnomon.harness.verification.trials import DEPTHS, Answer, Depth, Trials
 from gnomon.harness.verification.verification_report import command, failure, read_known
 from gnomon.harness.verification.verify import CLAIMS, Report, Row, planned
 
@@ -157,7 +157,7 @@ def assert_follows(integrator: Integrator, case: str | Case, setting: float, wit
     >>> assert_follows(euler, "projectile_parabola", setting=0.01, within=0.1)
     """
     if isinstance(case, str):
-        ((case, _),) = plan.choose([case], variants=False)
+        ((case, _),) = selection.choose([case], variants=False)
     if within is not None and not 0 < within < math.inf:
         raise ValueError(f"within={within}: give a positive error")
     trials = _trials(integrator, CaseSpec.of(case.rounded()), DEPTHS["high"])

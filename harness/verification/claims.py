@@ -9,7 +9,7 @@ from typing import Any
 
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Unsupported
-from gnomon.harness.verification.trials import Trials
+from gnomon.harness.measuring.trials import Trials
 
 
 class Outcome(StrEnum):

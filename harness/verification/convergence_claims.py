@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 from gnomon.harness.contract.status import Status
+from gnomon.harness.measuring.trials import SHORT, SHORT_SPANS, SHORTEST, TIGHT, Answer, Floats, Trials
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
 from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed
 from gnomon.harness.verification.function_adapter import Stepped
-from gnomon.harness.verification.trials import SHORT, SHORT_SPANS, SHORTEST, TIGHT, Answer, Floats, Trials
 from scipy.special import stdtrit
 
 TINY = 20

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.forms import Charged, Constrained, RigidBody
+from gnomon.harness.measuring.trials import Answer, Floats, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.convergence_claims import dense
 from gnomon.harness.verification.structure_claims import from_constraint, from_rotations
-from gnomon.harness.verification.trials import Answer, Floats, Trials
 
 NEAR, MOST = 0.05, 0.9
 """A shift in time explains samples if it leaves less than the share NEAR of the error, for the share MOST of them."""

@@ -15,6 +15,7 @@ from gnomon.cases.core.arithmetic import calling, written
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.harness.contract.integrator import Problem, Refused, Solution
+from gnomon.harness.measuring.trials import HALF_ULP, Floats, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.call_claims import answers, same_bits
 from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed
@@ -23,7 +24,6 @@ from gnomon.harness.verification.function_adapter import FunctionAdapter
 from gnomon.harness.verification.quadrature_claim import ROUNDINGS
 from gnomon.harness.verification.relation_claims import APART
 from gnomon.harness.verification.structure_claims import DECLINED
-from gnomon.harness.verification.trials import HALF_ULP, Floats, Trials
 
 SAMPLES, END, STEPS = 8, 2.0, 8
 """Number of samples, end time, and number of fixed steps between samples, of motions that end before 3/4 of it."""

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from gnomon.cases.core.case import Event
 from gnomon.harness.contract.integrator import Steps
+from gnomon.harness.measuring.events import EventScore, score_events
+from gnomon.harness.measuring.trials import HALF_ULP, SHORTEST, TIGHT, Answer, Trials
 from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR
-from gnomon.harness.scoring.events import EventScore, score_events
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
 from gnomon.harness.verification.convergence_claims import (
     MARGIN,
@@ -21,7 +22,6 @@ from gnomon.harness.verification.convergence_claims import (
     fitted_slope,
     in_range,
 )
-from gnomon.harness.verification.trials import HALF_ULP, SHORTEST, TIGHT, Answer, Trials
 
 WITHIN = 0.75
 """The first event is within this share of a short span, so that the motion after it counts."""

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder, Values
 from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.measuring.trials import HALF_ULP, ROOT_OF_ULP, Trials
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.trials import HALF_ULP, ROOT_OF_ULP, Trials
 
 SAMPLES = 4
 """Few samples make the steps long: the error of a coefficient shows beside few roundings."""

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from gnomon.cases.core.forms import Constrained, RigidBody, Separable
 from gnomon.harness.contract.integrator import Problem, Steps
+from gnomon.harness.measuring.trials import HALF_ULP, Answer, Floats, Trials
+from gnomon.harness.studies.related_motions import returned
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
-from gnomon.harness.verification.relation_claims import returned
-from gnomon.harness.verification.trials import HALF_ULP, Answer, Floats, Trials
 
 DIFFERENCE = 2.0**-17
 """Relative distance of central differences, extrapolated with twice the distance. Rounding leaves about 1e-11,

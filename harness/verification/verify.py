@@ -14,9 +14,9 @@ from gnomon.cases import Case
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract.integrator import Integrator, Refused, Steps
 from gnomon.harness.contract.problem import takes
-from gnomon.harness.registry import declaration, lookup
-from gnomon.harness.running import plan
-from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.trials import DEPTHS, Depth, Trials
+from gnomon.harness.registry import declaration, lookup, selection
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.supervisor import Job, Send, run
 from gnomon.harness.verification import (
@@ -31,7 +31,6 @@ from gnomon.harness.verification import (
 from gnomon.harness.verification.claims import TEXTS, TIME, Claim, Finding, Outcome, failed, not_applicable, passed
 from gnomon.harness.verification.diagnosis import Facts, Failures, conclude, digest, facts
 from gnomon.harness.verification.function_adapter import Stepped
-from gnomon.harness.verification.trials import DEPTHS, Depth, Trials
 
 from gnomon import cases
 
@@ -245,7 +244,7 @@ def _cases(integrator: Integrator, names: Sequence[str] | None, depth: Depth) ->
     if not names:
         accepted = [case for case in map(cases.get, CASES) if takes(integrator, case)][: depth.cases]
         return accepted + _hard(accepted, depth.variants)
-    chosen = [case for case, _ in plan.choose(names, variants=False)]
+    chosen = [case for case, _ in selection.choose(names, variants=False)]
     for case in chosen:
         if not takes(integrator, case):
             accepted_names = " or ".join(kind.__name__ for kind in integrator.accepts)

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 from gnomon.harness.contract.status import Status
+from gnomon.harness.measuring.outcome import Outcome
 from gnomon.harness.running import planned_run
 from gnomon.harness.running.sweep import Sweep
-from gnomon.harness.scoring.outcome import Outcome
 
 How = Callable[[Sweep, float], tuple[Status, str] | None]
 """How a trial at a setting ends: status and reason, None for the exact motion; it may raise KeyboardInterrupt."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import FrameType
 
 import pytest
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, selection
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
 
@@ -42,7 +42,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The results of a small run, all in one file."""
     suite = replace(plan.suite("quick"), block_seconds=0.001, repeats=3).within(5.0)
     integrators = [found for name in ("gnomon:RK4", "scipy:RK45") for found in lookup.find(name)]
-    chosen = plan.choose(["pendulum_simple", "pendulum_simple/rotation", "bouncing_ball"], False)
+    chosen = selection.choose(["pendulum_simple", "pendulum_simple/rotation", "bouncing_ball"], False)
     path = run(tmp_path_factory.mktemp("measured") / "results.sqlite", suite, chosen, integrators)
     with changing(path) as db:
         db.execute("PRAGMA wal_checkpoint(TRUNCATE)")

@@ -30,7 +30,7 @@ from gnomon.harness.running.planned_run import run
 if __name__ == "__main__":
     suite = replace(plan.suite("quick"), block_seconds=0.0, repeats=2).within(2.0)
     attacks = [one for one in planted_attacks.ATTACKS if one.name in {names!r}]
-    chosen = plan.choose(["planted:Short"], False)
+    chosen = selection.choose(["planted:Short"], False)
     run("alone.sqlite", suite, chosen, [planted.Sound(), planted.NearDuplicate()])
     integrators = [planted.Sound(), *attacks, planted.NearDuplicate()]
     run("attacked.sqlite", suite, chosen, integrators, prepare_seconds=20.0)

@@ -13,7 +13,7 @@ from answering import answering
 from command_line import gnomon
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
-from gnomon.harness.registry import environment, lookup
+from gnomon.harness.registry import environment, lookup, selection
 from gnomon.harness.results import store
 from gnomon.harness.results.outstanding import outstanding
 from gnomon.harness.running import plan
@@ -32,7 +32,7 @@ def run(out: Path, *more: str) -> int:
 
 
 def launched(out: Path, suite: plan.Suite = SUITE) -> None:
-    run_(out, suite, plan.choose(["planted:Short"], False), [planted.Sound()])
+    run_(out, suite, selection.choose(["planted:Short"], False), [planted.Sound()])
 
 
 def stops(after: int) -> Callable[..., Any]:

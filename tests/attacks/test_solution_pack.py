@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.harness.scoring import reference_solution
-from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.measuring import reference_solution
+from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.reference.storage import diskcache
 
 from gnomon import cases

@@ -13,13 +13,13 @@ from typing import Any
 import planted_attacks
 import pytest
 from gnomon.harness.contract.status import Status
+from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.results import store
 from gnomon.harness.running import plan, worker
 from gnomon.harness.running.pool import Pool
 from gnomon.harness.running.sweep import task_of
 from gnomon.harness.running.worker import Request
-from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.system import child_process
 from planted import Short
 from waiting import wait_until, with_variable

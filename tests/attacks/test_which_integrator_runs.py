@@ -16,7 +16,7 @@ import pytest
 from command_line import gnomon
 from gnomon.harness.cluster import identity
 from gnomon.harness.contract.problem import problem_of
-from gnomon.harness.registry import lookup, references
+from gnomon.harness.registry import lookup, references, selection
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import compare
@@ -298,7 +298,7 @@ def test_the_id_of_one_that_comes_with_gnomon_is_refused(
 
 
 def keys(integrator: Any) -> set[str]:
-    ((case, label),) = plan.choose([CASE], False)
+    ((case, label),) = selection.choose([CASE], False)
     (series,) = plan.pairs([(case, label)], [integrator], formulations=False)
     return {trial.key for trial in series.trials(problem_of(case, integrator.accepts))}
 

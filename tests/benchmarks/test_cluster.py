@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import planted
 import pytest
+from gnomon.harness.registry import selection
 from gnomon.harness.results.merging import merge
 from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan
@@ -92,7 +93,7 @@ def test_two_dask_workers_against_two_processes(
     from gnomon.harness.cluster.dask_run import run as run_on_cluster
 
     suite = replace(plan.suite("quick").within(5.0), launches=2)
-    chosen = [(case, f" {k}") for k in range(12) for case, _ in plan.choose(["planted:Short"], False)]
+    chosen = [(case, f" {k}") for k in range(12) for case, _ in selection.choose(["planted:Short"], False)]
     places = count()
 
     def alone() -> None:

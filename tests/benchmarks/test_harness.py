@@ -7,13 +7,13 @@ from typing import Any
 
 import planted
 import pytest
+from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan
 from gnomon.harness.running.pool import Pool
 from gnomon.harness.running.sweep import Sweep
-from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
-from gnomon.harness.scoring.score import Scorer
 
 pytestmark = pytest.mark.benchmark
 TRIALS = 100

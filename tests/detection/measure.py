@@ -29,11 +29,11 @@ from pathlib import Path
 import numpy as np
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Steps, solver_of
 from gnomon.harness.contract.problem import takes
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.registry import lookup
-from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.studies.related_motions import later
 from gnomon.harness.verification.claims import Outcome
-from gnomon.harness.verification.relation_claims import later
-from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS, FIRST, FirstTrialError, Row, planned, verify
 from gnomon.reference.storage.import_closure import closure
 

@@ -13,9 +13,9 @@ import planted_faults
 import pytest
 import summary
 from defects import DEFECTS
-from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.verification.claims import Outcome
-from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS
 
 from gnomon import cases

@@ -13,8 +13,8 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
 from gnomon.harness.kernels.generated_modules import announced
+from gnomon.harness.measuring import prepared
 from gnomon.harness.running import worker
-from gnomon.harness.scoring import prepared
 
 END_SECONDS = 300.0
 """Longer than any limit under which a planted integrator runs: one that hangs and is not killed ends by itself."""

@@ -13,9 +13,9 @@ import pytest
 from mutate import CAUGHT, IMPOSSIBLE, ROOT, SURVIVED, Mutation, Outcome
 
 FAILED = "FAILED tests/test_a.py::test_b[c d] - assert 1 == 2\n"
-TEST = "harness/scoring/test_events::test_the_same_events_have_no_error"
+TEST = "harness/measuring/test_events::test_the_same_events_have_no_error"
 SAME = Mutation(
-    "nothing changes", "harness/scoring/events.score_events", "missing = extra = 0", "missing = extra = 0", (TEST,)
+    "nothing changes", "harness/measuring/events.score_events", "missing = extra = 0", "missing = extra = 0", (TEST,)
 )
 
 
@@ -46,8 +46,8 @@ def test_a_mutation_is_caught_by_a_failed_test_alone(
 @pytest.mark.parametrize(
     ("changed", "reason"),
     [
-        ({"before": "no such text"}, "'no such text' stands 0 times in harness/scoring/events.score_events"),
-        ({"place": "harness/scoring/events.no_such"}, "no_such is defined 0 times"),
+        ({"before": "no such text"}, "'no such text' stands 0 times in harness/measuring/events.score_events"),
+        ({"place": "harness/measuring/events.no_such"}, "no_such is defined 0 times"),
         ({"place": "harness/no_such.score_events"}, "harness/no_such: there are 0 modules of that name"),
         ({"tests": ("harness/test_no_such",)}, "harness/test_no_such: there are 0 modules of that name"),
     ],

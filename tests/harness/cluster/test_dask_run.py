@@ -12,11 +12,11 @@ import pytest
 from gnomon.harness.cluster import identity
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import STOPPED
-from gnomon.harness.registry import environment, lookup
+from gnomon.harness.registry import environment, lookup, selection
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run as run_here
-from gnomon.harness.running.progress import Progress
+from gnomon.harness.system.progress import Progress
 
 pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
 
@@ -40,7 +40,7 @@ def integrators() -> list[Integrator]:
 
 
 def run(path: Path, address: str, progress: Progress | None = None, suite: Any = SUITE) -> Any:
-    run_on_cluster(path, suite, plan.choose(CASES, False), integrators(), address, progress)
+    run_on_cluster(path, suite, selection.choose(CASES, False), integrators(), address, progress)
     return store.load(path)
 
 
@@ -55,7 +55,7 @@ def answers(frame: Any) -> Any:
 def alone(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """The same run without a cluster."""
     folder = tmp_path_factory.mktemp("alone")
-    run_here(folder, SUITE, plan.choose(CASES, False), integrators(), workers=2)
+    run_here(folder, SUITE, selection.choose(CASES, False), integrators(), workers=2)
     return store.load(folder)
 
 

@@ -13,7 +13,7 @@ import planted_sidecars
 import pytest
 import synthetic
 from gnomon.cases import check_names, names
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, selection
 from gnomon.harness.reporting import publication, report
 from gnomon.harness.results import store
 from gnomon.harness.results.store import Store
@@ -173,13 +173,13 @@ def test_the_standard_run_continues_the_quick_one(tmp_path: Path) -> None:
     """In one file: measurements of the quick suite are kept, the others are added, and none is missing."""
     case, integrators = "planted:Short", [planted.Sound(), planted.NearDuplicate()]
     quick, whole = (replace(plan.suite(name).within(20.0), launches=1) for name in ("quick", "foundation"))
-    path = run(tmp_path, quick, plan.choose([case], quick.variants), integrators, near_duplicates=False)
+    path = run(tmp_path, quick, selection.choose([case], quick.variants), integrators, near_duplicates=False)
     first = store.load(path)
     assert set(first["integrator"]) == {"sound", "near_duplicate"}, "a near-duplicate runs on the default variant"
-    run(tmp_path, whole, plan.choose([case], whole.variants), integrators, near_duplicates=False)
+    run(tmp_path, whole, selection.choose([case], whole.variants), integrators, near_duplicates=False)
     both = store.load(path)
     alone = store.load(
-        run(tmp_path / "alone", whole, plan.choose([case], whole.variants), integrators, near_duplicates=False)
+        run(tmp_path / "alone", whole, selection.choose([case], whole.variants), integrators, near_duplicates=False)
     )
     named = ["trial_key", "launch"]
     assert both[named].sort_values(named).to_numpy().tolist() == alone[named].sort_values(named).to_numpy().tolist()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, selection
 from gnomon.harness.running import cost, plan
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,7 +16,7 @@ SUITE = plan.suite("quick")
 
 @pytest.fixture(scope="module")
 def series() -> list[plan.Series]:
-    return plan.pairs(plan.choose(SUITE.cases, False), lookup.find_all(()))
+    return plan.pairs(selection.choose(SUITE.cases, False), lookup.find_all(()))
 
 
 @given(st.lists(st.floats(1e-3, 30.0), min_size=1, max_size=60), st.integers(1, 12))

@@ -9,6 +9,7 @@ import planted
 import pytest
 from command_line import gnomon
 from gnomon.harness.commands.run_table import MOST_SERIES, run_table, shortcomings
+from gnomon.harness.registry import selection
 from gnomon.harness.registry.lookup import own, users_own
 from gnomon.harness.reporting.tables import error_text
 from gnomon.harness.results import store
@@ -20,7 +21,7 @@ RUN = ("run", "--case", "planted:Short", "--suite", "quick", "--integrator")
 
 
 def crashes(*kinds: Any) -> list[str]:
-    return first_trials.crashes(plan.choose(["planted:Short"], False), [kind() for kind in kinds], SUITE, 60.0)
+    return first_trials.crashes(selection.choose(["planted:Short"], False), [kind() for kind in kinds], SUITE, 60.0)
 
 
 def test_only_an_integrator_that_crashes_at_both_settings_is_named_with_its_traceback() -> None:

@@ -7,12 +7,12 @@ from typing import Any
 
 import planted
 import pytest
-from gnomon.harness.registry import lookup, references
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.registry import lookup, references, selection
 from gnomon.harness.results import store
 from gnomon.harness.running import first_use, plan
 from gnomon.harness.running.first_use import CACHES, first_seconds
 from gnomon.harness.running.planned_run import run
-from gnomon.harness.scoring.reference_solution import CaseSpec
 
 from gnomon import cases
 
@@ -26,7 +26,7 @@ def first_case(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def measured(folder: Path, suite: plan.Suite) -> Any:
-    run(folder, suite, plan.choose(["planted:Short"], False), [planted.SlowAtFirst()])
+    run(folder, suite, selection.choose(["planted:Short"], False), [planted.SlowAtFirst()])
     return store.load(folder, superseded=True)
 
 
@@ -72,7 +72,7 @@ def test_what_fails_in_a_new_process_has_no_time(tmp_path: Path) -> None:
 def test_the_case_of_an_integrator_is_one_that_it_takes(integrator: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
     (found,) = lookup.find(integrator)
-    series = [one for one in plan.pairs(plan.choose(plan.FOUNDATION, True), [found]) if one.left_out is None]
+    series = [one for one in plan.pairs(selection.choose(plan.FOUNDATION, True), [found]) if one.left_out is None]
     wanted = [one for one in series if plan.wants_first_use(one, SUITE, 1)]
     assert len(wanted) == 1
     assert wanted[0].case.variant is None

@@ -11,7 +11,7 @@ import planted
 import planted_hostile as hostile
 import pytest
 from gnomon.harness.contract.integrator import Steps, Tolerance
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, selection
 from gnomon.harness.registry.declaration import validate
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
@@ -33,7 +33,7 @@ SOUND = (hostile.Forks, hostile.LeavesChildren)
 
 
 def trials(*kinds: Any, folder: Path, suite: Any = SUITE) -> Any:
-    chosen = plan.choose(["planted:Short"], True)
+    chosen = selection.choose(["planted:Short"], True)
     return store.load(run(folder, suite, chosen, [kind() for kind in kinds], prepare_seconds=20.0))
 
 
@@ -121,7 +121,7 @@ WRONG = {
 def test_a_wrong_declaration_is_named_before_anything_runs(tmp_path: Path, name: str, value: Any) -> None:
     wrong = hostile.with_(**{name: value})
     with pytest.raises(ValueError, match=rf"planted_hostile:Changed: {name} = .*") as caught:
-        run(tmp_path, SUITE, plan.choose(["planted:Short"], True), [planted.Sound(), wrong])
+        run(tmp_path, SUITE, selection.choose(["planted:Short"], True), [planted.Sound(), wrong])
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "results.sqlite").exists()
 

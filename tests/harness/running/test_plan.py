@@ -18,11 +18,12 @@ from gnomon.cases.core.numbers import Domain
 from gnomon.harness.certification import agreement
 from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.contract.problem import problem_of
-from gnomon.harness.registry import lookup, references
+from gnomon.harness.measuring.perturbed_starts import perturbed_states, probe_state
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.measuring.score import Scorer
+from gnomon.harness.measuring.settings import FEWEST, sweep_settings
+from gnomon.harness.registry import lookup, references, selection
 from gnomon.harness.running import plan
-from gnomon.harness.scoring.perturbed_starts import perturbed_states, probe_state
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
-from gnomon.harness.scoring.score import Scorer
 from gnomon.reference.storage import import_closure
 
 from gnomon import cases
@@ -40,13 +41,13 @@ def settings(sweep: Tolerance | Steps, interval: float = 1.0) -> tuple[float, ..
     """Of an integrator with this sweep, on a problem whose time scale is 1."""
     swept = type("Swept", (planted.Sound,), {"sweep": sweep})()
     problem = problem_of(CASE, swept.accepts)
-    return plan.settings(swept, CASE, replace(problem, times=interval * np.arange(1, 65), time_scale=1.0))
+    return sweep_settings(swept, CASE, replace(problem, times=interval * np.arange(1, 65), time_scale=1.0))
 
 
 def test_steps_divide_the_interval_by_powers_of_two_exactly() -> None:
     interval = float(CASE.times[0])
     found = [trial.setting for trial in trials(CASE, planted.Sound())]
-    assert len(found) >= plan.FEWEST
+    assert len(found) >= FEWEST
     assert found[0] <= 0.5 * CASE.time_scale < 2 * found[0] or found[0] == interval
     for step in found:
         ratio = Fraction(interval) / Fraction(step)
@@ -63,7 +64,7 @@ def test_engine_variants_get_decimal_steps() -> None:
 @pytest.mark.parametrize("sweep", [Tolerance(), Tolerance(1e-3, 1e-5), Tolerance(1e-2, 1e-14, per_decade=2)])
 def test_tolerances_go_from_loosest_to_tightest(sweep: Tolerance) -> None:
     found = settings(sweep)
-    assert len(found) >= plan.FEWEST
+    assert len(found) >= FEWEST
     assert (found[0], found[-1]) == (sweep.loosest, sweep.tightest)
     assert all(a > b for a, b in itertools.pairwise(found))
 
@@ -88,7 +89,7 @@ def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
 
 
 def test_every_case_is_paired_with_every_integrator_or_has_a_reason_why_not() -> None:
-    chosen = plan.choose(None, variants=False)
+    chosen = selection.choose(None, variants=False)
     integrators = lookup.find_all(None)
     found = plan.pairs(chosen, integrators)
     own = [series for series in found if series.formulation is None]

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import planted
 import pytest
+from gnomon.harness.registry import selection
 from gnomon.harness.results import regression, store
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import compare, run
-from gnomon.harness.running.progress import Progress
+from gnomon.harness.system.progress import Progress
 from waiting import LIMIT_SECONDS, wait_until, with_variable
 
 SUITE = replace(plan.suite("quick"), limit_seconds=2.0, variant_limit_seconds=2.0, block_seconds=0.002, repeats=5)
@@ -32,7 +33,7 @@ BAD = (
 def frame(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """One run of every planted integrator, a sound one first and last."""
     folder = tmp_path_factory.mktemp("planted")
-    chosen = plan.choose([CASE], True)
+    chosen = selection.choose([CASE], True)
     integrators = [planted.Sound(), *(kind() for kind in BAD)]
     return store.load(run(folder, SUITE, chosen, integrators, prepare_seconds=6.0))
 
@@ -72,7 +73,9 @@ def test_hangs_are_timeouts_and_three_in_a_row_end_their_series(frame: Any) -> N
 
 def test_compiling_during_a_call_does_not_count_towards_the_limit(tmp_path: Path) -> None:
     """Code that a method compiles only during a call would otherwise lose all settings after it."""
-    rows = of(store.load(run(tmp_path, WITHIN_1, plan.choose([CASE], True), [planted.Compiles()])), planted.Compiles)
+    rows = of(
+        store.load(run(tmp_path, WITHIN_1, selection.choose([CASE], True), [planted.Compiles()])), planted.Compiles
+    )
     assert set(rows["status"][:4]) == {"ok"}
     done = rows[rows["status"] == "ok"]
     np.testing.assert_array_equal(done["rhs_calls"], 4 * done["steps"])
@@ -80,7 +83,7 @@ def test_compiling_during_a_call_does_not_count_towards_the_limit(tmp_path: Path
 
 def test_a_compilation_before_a_hang_neither_shortens_nor_extends_the_limit(tmp_path: Path) -> None:
     kind = planted.CompilesAndHangs
-    rows = of(store.load(run(tmp_path, WITHIN_1, plan.choose([CASE], True), [kind()])), kind)
+    rows = of(store.load(run(tmp_path, WITHIN_1, selection.choose([CASE], True), [kind()])), kind)
     first = list(rows["status"]).index("timeout")
     assert set(rows["status"][:first]) == {"ok"}
     assert rows["reason"][first] == "no answer within 1 s"
@@ -89,7 +92,7 @@ def test_a_compilation_before_a_hang_neither_shortens_nor_extends_the_limit(tmp_
 def test_a_hang_is_a_regression(tmp_path: Path) -> None:
     """Even if every setting that both runs solved is as good as in the base. Under a limit below RETRY_SECONDS: a timeout
     is a regression once it was tried three times, which also keeps a stall of the machine from being one."""
-    suite, chosen = replace(SUITE, limit_seconds=0.4, variant_limit_seconds=0.4), plan.choose([CASE], True)
+    suite, chosen = replace(SUITE, limit_seconds=0.4, variant_limit_seconds=0.4), selection.choose([CASE], True)
     sound, hangs = (store.load(run(tmp_path / k.name, suite, chosen, [k()])) for k in (planted.Sound, planted.Hangs))
     hangs = hangs.assign(integrator_id=sound["integrator_id"].iloc[0])
     verdict = regression.compare(sound, hangs)
@@ -168,7 +171,7 @@ class Wants(planted.Sound):
 
 
 def test_pairs_that_are_left_out_have_a_reason(tmp_path: Path) -> None:
-    rows = store.load(run(tmp_path, SUITE, plan.choose([CASE], False), [Wants()]))
+    rows = store.load(run(tmp_path, SUITE, selection.choose([CASE], False), [Wants()]))
     assert list(rows["status"]) == ["unsupported"]
     assert rows["reason"][0] == "takes int; the case offers Separable, FirstOrder, Scene"
     assert rows["setting"].isna().all()
@@ -201,7 +204,7 @@ def test_a_script_needs_no_main_guard(tmp_path: Path) -> None:
 
 
 def test_the_second_run_repeats_nothing(tmp_path: Path) -> None:
-    chosen = plan.choose([CASE], False)
+    chosen = selection.choose([CASE], False)
     path = run(tmp_path, SUITE, chosen, [planted.Sound()])
     before = measurements(path)
     assert measurements(run(tmp_path, SUITE, chosen, [planted.Sound()])) == before
@@ -211,7 +214,7 @@ def test_the_second_run_repeats_nothing(tmp_path: Path) -> None:
 def test_every_launch_of_a_series_repeats_the_first_one(tmp_path: Path) -> None:
     """Also with more workers than series: a launch that began beside the first one found nothing to repeat."""
     suite = replace(SUITE, launches=3)
-    path = run(tmp_path, suite, plan.choose([CASE], False), [planted.Sound()], workers=2)
+    path = run(tmp_path, suite, selection.choose([CASE], False), [planted.Sound()], workers=2)
     launches = {launch: [key for key, each in measurements(path) if each == launch] for launch in (1, 2, 3)}
     assert launches[1] == launches[2] == launches[3]
     assert len(launches[1]) == 8
@@ -221,7 +224,7 @@ def test_every_launch_of_a_series_repeats_the_first_one(tmp_path: Path) -> None:
 def test_a_slow_trial_is_timed_once(tmp_path: Path, slow_seconds: float, repeats: int) -> None:
     """Each call takes half a millisecond: four calls fit into a block of two milliseconds."""
     suite = replace(SUITE, slow_seconds=slow_seconds, limit_seconds=60, variant_limit_seconds=60)
-    frame = store.load(run(tmp_path, suite, plan.choose([CASE], False), [planted.HalfAMillisecond()]))
+    frame = store.load(run(tmp_path, suite, selection.choose([CASE], False), [planted.HalfAMillisecond()]))
     assert set(frame["status"]) == {"ok"}
     assert set(frame["repeats"]) == {repeats}
     assert frame["seconds_median"].tolist() == pytest.approx([0.0005] * len(frame))
@@ -230,7 +233,7 @@ def test_a_slow_trial_is_timed_once(tmp_path: Path, slow_seconds: float, repeats
 def test_near_duplicates_run_on_default_variants(tmp_path: Path) -> None:
     """On hard variants they run only if they are named: `test_plan` has that."""
     both = [planted.Sound(), planted.NearDuplicate()]
-    path = run(tmp_path, SUITE, plan.choose([CASE], False), both, near_duplicates=False)
+    path = run(tmp_path, SUITE, selection.choose([CASE], False), both, near_duplicates=False)
     assert set(store.load(path)["integrator"]) == {one.name for one in both}
 
 
@@ -244,7 +247,7 @@ from dataclasses import replace
 if __name__ == "__main__":
     suite = replace(plan.suite("quick"), limit_seconds={limit}, block_seconds=0.002, repeats=5)
     kinds = [planted.Sound, planted.Raises, planted.Declines, planted.Hangs]
-    run({out!r}, suite, plan.choose(["planted:Short"], False), [kind() for kind in kinds], prepare_seconds=5)
+    run({out!r}, suite, selection.choose(["planted:Short"], False), [kind() for kind in kinds], prepare_seconds=5)
 """
 
 
@@ -301,7 +304,7 @@ def test_a_run_takes_the_interlude_of_its_progress(tmp_path: Path) -> None:
             self.taken += 1
 
     interlude = Always()
-    chosen = plan.choose([CASE], True)
+    chosen = selection.choose([CASE], True)
     frame = store.load(run(tmp_path, SUITE, chosen, [planted.Sound()], Progress(quiet=True, interlude=interlude)))
     assert set(frame["status"]) == {"ok"}
     assert interlude.taken >= len(frame)

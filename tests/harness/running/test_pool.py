@@ -19,14 +19,14 @@ import numpy as np
 import planted
 import pytest
 from gnomon.harness.contract.status import Status
+from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.registry.references import reference
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running import messages, pool
 from gnomon.harness.running.messages import Message
 from gnomon.harness.running.pool import GRACE_SECONDS, LOST, RETRY_SECONDS, Pool
 from gnomon.harness.running.worker import Request, Task, answer
-from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.system import supervisor
 from gnomon.harness.system.memory import worker_bytes
 from gnomon.harness.system.supervisor import write

@@ -9,13 +9,13 @@ import planted
 import pytest
 from gnomon.harness.contract.integrator import Integrator, Tolerance
 from gnomon.harness.contract.status import Status
+from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.results.store import Known
 from gnomon.harness.running import plan
 from gnomon.harness.running.sweep import REPEATED_SECONDS, TIMES_THE_LIMIT, Sweep
 from gnomon.harness.running.worker import FEWEST_CALLS
-from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
-from gnomon.harness.scoring.score import Scorer
 
 from gnomon import cases
 

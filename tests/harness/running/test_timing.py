@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import planted
+from gnomon.harness.registry import selection
 from gnomon.harness.results import store
 from gnomon.harness.results.schema import TIMES
 from gnomon.harness.running import plan
@@ -14,7 +15,7 @@ TIMED = replace(plan.suite("quick").within(20.0), launches=1)
 
 
 def measured(path: Path, suite: plan.Suite) -> Any:
-    run(path, suite, plan.choose(["planted:Short"], False), [planted.Sound()])
+    run(path, suite, selection.choose(["planted:Short"], False), [planted.Sound()])
     return store.load(path, superseded=True)
 
 

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from gnomon.harness.registry import lookup
+from gnomon.harness.registry import lookup, selection
 from gnomon.harness.results import analysis
 from gnomon.harness.results.store import load
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
-from gnomon.harness.studies.timing_spans import ended, suffices
+from gnomon.harness.running.timing_spans import ended, suffices
 
 from gnomon import cases
 
@@ -26,7 +26,7 @@ def test_every_foundation_case_has_a_factor_or_ends() -> None:
 
 
 def test_default_variants_of_cases_with_a_factor_are_timed_over_a_longer_span() -> None:
-    chosen = plan.choose([*plan.FOUNDATION, f"{LONGER[0]}/{cases.case_class(LONGER[0]).variants[0].name}"], False)
+    chosen = selection.choose([*plan.FOUNDATION, f"{LONGER[0]}/{cases.case_class(LONGER[0]).variants[0].name}"], False)
     found = plan.with_timing_spans(chosen, FOUNDATION)
     assert found[: len(chosen)] == chosen
     assert [case.name for case, _ in found[len(chosen) :]] == [name for name in plan.FOUNDATION if name in LONGER]
@@ -47,7 +47,7 @@ def test_launches_go_to_the_timing_span_and_near_duplicates_have_none() -> None:
     methods = lookup.own().values()
     primary, duplicate = (next(m for m in methods if m.primary is wanted and m.order == 4) for wanted in (True, False))
     ends = next(name for name in plan.ENDS if "projectile" in name)
-    chosen = plan.with_timing_spans(plan.choose([LONGER[0], ends], False), FOUNDATION)
+    chosen = plan.with_timing_spans(selection.choose([LONGER[0], ends], False), FOUNDATION)
     series = plan.pairs(chosen, [primary, duplicate], formulations=False, near_duplicates=False)
     found = {(one.case.name, one.over_timing_span, one.integrator.id): one for one in series}
     launches = {key: plan.launches(one, FOUNDATION, near_duplicates=False) for key, one in found.items()}

@@ -11,12 +11,12 @@ import pytest
 from gnomon.cases import get
 from gnomon.harness.contract.integrator import Solution, Solver
 from gnomon.harness.contract.validation import Unusable
+from gnomon.harness.measuring import prepared
+from gnomon.harness.measuring.perturbed_starts import perturbed_states
+from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.results.values import DELAYED
 from gnomon.harness.running import worker
 from gnomon.harness.running.worker import ANNOUNCED_SECONDS, FEWEST_CALLS, MOST_REPEATS, Request, _Series
-from gnomon.harness.scoring import prepared
-from gnomon.harness.scoring.perturbed_starts import perturbed_states
-from gnomon.harness.scoring.prepared import Prepared
 
 START = np.zeros(2)
 UNUSED = object.__new__(Prepared)

@@ -12,8 +12,8 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.integrators.multistep_extrapolation.stormer import stormer_weights
+from gnomon.harness.measuring.score import NUMPY
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.scoring.score import NUMPY
 from gnomon.harness.stability.long_time import (
     STEP,
     ULP,

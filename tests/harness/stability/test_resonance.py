@@ -7,8 +7,8 @@ import numpy as np
 import planted_methods
 import pytest
 from gnomon.harness.contract.integrator import Integrator, Steps
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.registry import lookup
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.resonance import (
     TRIALS,

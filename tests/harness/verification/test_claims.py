@@ -12,12 +12,12 @@ import planted_right
 import pytest
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Solution, Steps, Unsupported
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.registry import lookup
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import above_line, in_range, slope_of
 from gnomon.harness.verification.function_adapter import from_solve, from_step
-from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_rk4, pair, rk4, verlet
 

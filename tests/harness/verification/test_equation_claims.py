@@ -10,11 +10,11 @@ import pytest
 import right_methods
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Integrator, Solution, Steps, Tolerance
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.registry.lookup import find_one
-from gnomon.harness.scoring.reference_solution import CaseSpec
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.function_adapter import from_solve, from_step
-from gnomon.harness.verification.trials import DEPTHS, Trials
 from gnomon.harness.verification.verify import CLAIMS, planned
 from planted_methods import good_pair, good_rk4, good_verlet
 from planted_steps import increment

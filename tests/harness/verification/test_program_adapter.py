@@ -21,14 +21,14 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import Unusable
+from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.registry import lookup, references
 from gnomon.harness.running import plan, pool, worker
 from gnomon.harness.running.sweep import task_of
-from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.verification import protocol
 from gnomon.harness.verification.program_adapter import from_command
-from gnomon.harness.verification.trials import DEPTHS, Trials
 
 from gnomon import cases
 

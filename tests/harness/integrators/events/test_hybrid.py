@@ -14,7 +14,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.integrators.events.event_location import ERROR_3, ERROR_5, step_error
 from gnomon.harness.integrators.events.hybrid import Dop853Events, EulerEvents, RK4Events
-from gnomon.harness.scoring.events import score_events
+from gnomon.harness.measuring.events import score_events
 from gnomon.reference.numerics.precision import exact
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 from on_cases import solved

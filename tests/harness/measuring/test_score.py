@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases.core import accuracy
-from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, reference_solution
-from gnomon.harness.scoring.score import Scorer, _to_time, above_text
+from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.measuring.score import Scorer, _to_time, above_text
 
 from gnomon import cases
 

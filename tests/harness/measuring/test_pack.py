@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.harness.scoring import reference_solution
-from gnomon.harness.scoring.reference_solution import PACK, CaseSpec, ReferenceSolution
-from gnomon.harness.stability.kept_solutions import specs
+from gnomon.harness.measuring import reference_solution
+from gnomon.harness.measuring.reference_solution import PACK, CaseSpec, ReferenceSolution
+from gnomon.harness.running.kept_solutions import specs
 from gnomon.reference.storage import diskcache
 
 from gnomon import cases

@@ -12,7 +12,7 @@ from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Refused, Unsupported
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.contract.status import Status
-from gnomon.harness.scoring.solved import Solved, outcome, solved
+from gnomon.harness.measuring.solved import Solved, outcome, solved
 
 CASE = get("pendulum_simple").rounded()
 START = initial_state(CASE)[None]

@@ -10,9 +10,8 @@ import pytest
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Steps, Tolerance
 from gnomon.harness.contract.problem import problem_of
-from gnomon.harness.running import null_call
-from gnomon.harness.running.null_call import SHRUNK
-from gnomon.harness.scoring import prepared
+from gnomon.harness.measuring import null_call, prepared
+from gnomon.harness.measuring.null_call import SHRUNK
 
 ENTRY, STEP = 1e-3, 2e-6
 """Simulated seconds of a call, and of each step in it."""

@@ -17,7 +17,7 @@ from typing import Protocol
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Steps
-from gnomon.harness.scoring.prepared import Prepared
+from gnomon.harness.measuring.prepared import Prepared
 
 SHRUNK = 2.0**-30
 """A power of two: the scaled times are exact, and multiples of their interval if the original times are."""

@@ -15,13 +15,13 @@ from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Steps
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.contract.status import Status
-from gnomon.harness.running import plan
-from gnomon.harness.scoring.prepared import Prepared
-from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
-from gnomon.harness.scoring.score import Scorer, moves
-from gnomon.harness.scoring.solved import Solved, solved
+from gnomon.harness.measuring.growth import growth
+from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
+from gnomon.harness.measuring.score import Scorer, moves
+from gnomon.harness.measuring.settings import sweep_settings
+from gnomon.harness.measuring.solved import Solved, solved
 from gnomon.harness.system.child_process import processor_time
-from gnomon.harness.verification.growth import growth
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -137,7 +137,7 @@ class Trials:
     @cached_property
     def settings(self) -> tuple[float, ...]:
         """The settings of the sweep within this depth, from cheap to expensive."""
-        found = plan.settings(self.integrator, self.case, self.problem())
+        found = sweep_settings(self.integrator, self.case, self.problem())
         span = float(self.reference.times[-1])
         return tuple(s for s in found if span / s < self.depth.steps * 1.01) if self.steps else found
 

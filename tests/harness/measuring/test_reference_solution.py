@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gnomon.harness.scoring import reference_solution
-from gnomon.harness.scoring.reference_solution import CaseSpec
+from gnomon.harness.measuring import reference_solution
+from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.system import supervisor
 from gnomon.reference.storage import import_closure
 

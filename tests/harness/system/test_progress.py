@@ -3,8 +3,8 @@
 import io
 
 import pytest
-from gnomon.harness.running import progress
-from gnomon.harness.running.progress import Progress
+from gnomon.harness.system import progress
+from gnomon.harness.system.progress import Progress
 from rich.console import Console
 
 

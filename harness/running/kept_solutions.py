@@ -7,8 +7,9 @@ variants of the panel of digits.
 import sys
 from pathlib import Path
 
+from gnomon.harness.measuring.reference_solution import CaseSpec, kept_entry, reference_solutions
+from gnomon.harness.registry import selection
 from gnomon.harness.running import plan
-from gnomon.harness.scoring.reference_solution import CaseSpec, kept_entry, reference_solutions
 from gnomon.harness.stability.digits import every_variant
 from gnomon.reference.storage import diskcache
 
@@ -17,7 +18,7 @@ from gnomon import cases
 
 def specs() -> list[CaseSpec]:
     """The cases whose exact states the file holds."""
-    shown = [case for case, _ in plan.choose([*cases.names(), *plan.suite("standard").hardest], False)]
+    shown = [case for case, _ in selection.choose([*cases.names(), *plan.suite("standard").hardest], False)]
     found = [CaseSpec.of(case, own) for case in shown for own in (None, *case.formulations)]
     return list(dict.fromkeys([*found, *(CaseSpec.of(cases.get(*pair).rounded()) for pair in every_variant())]))
 

@@ -20,9 +20,9 @@ from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Floats, Problem
 from gnomon.harness.contract.problem import groups_of, names_of
 from gnomon.harness.contract.status import Status
-from gnomon.harness.scoring.events import score_events
-from gnomon.harness.scoring.outcome import Outcome
-from gnomon.harness.scoring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
+from gnomon.harness.measuring.events import score_events
+from gnomon.harness.measuring.outcome import Outcome
+from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 
 INACCURATE, DIVERGED = 0.1, 1.0
 """Errors above which a solution is inaccurate or diverged, if they also exceed CONDITIONED times the conditioning."""

@@ -1,15 +1,42 @@
-"""Selects cases and integrators by the options --library, --family and --kind."""
+"""Selects cases by name, and cases and integrators by the options --library, --family and --kind."""
 
 from collections.abc import Iterator, Sequence
 from typing import TypeVar, get_args
 
 from gnomon.cases import Case
 from gnomon.cases.core.forms import Form
-from gnomon.cases.core.numbers import nearest
+from gnomon.cases.core.numbers import is_pattern, matching, nearest
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator
 
+from gnomon import cases
+
 Item = TypeVar("Item")
+DEFAULT = "default"
+"""The name of a case's default variant in results."""
+
+
+def choose(
+    names: Sequence[str] | None, variants: bool, rounded: bool = True, **parameters: str
+) -> list[tuple[Case, str]]:
+    """The cases with these names, each with a label for changed parameters; numbers are binary64 if `rounded`.
+
+    A name is a case (with all its variants if `variants`), a pattern of case names with * and ?, `case/variant`, or
+    `package.module:Case`. Without names all cases are chosen.
+    """
+    label = "".join(f" {name}={value}" for name, value in parameters.items())
+    found = []
+    given = [each for name in names or () for each in (matching(name, cases.names()) if is_pattern(name) else [name])]
+    for name in dict.fromkeys(given) or cases.names():
+        base, slash, variant = name.partition("/")
+        listed: list[str | None] = [None]
+        if slash:
+            listed = [None if variant == DEFAULT else variant]
+        elif variants:
+            listed += [v.name for v in cases.case_class(base).variants]
+        made = [cases.get(base, v, **parameters) for v in listed]
+        found += [(case.rounded() if rounded else case, label) for case in made]
+    return found
 
 
 def family(case: type[Case]) -> str:

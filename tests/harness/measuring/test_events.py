@@ -2,7 +2,7 @@
 
 import pytest
 from gnomon.cases.core.case import Event
-from gnomon.harness.scoring.events import EventScore, score_events
+from gnomon.harness.measuring.events import EventScore, score_events
 
 TWO = (Event(1.0, "bounce", (0, -1), (0, 1)), Event(2.0, "bounce", (0, -1), (0, 1)))
 SETTLED = (*TWO, Event(2.5, "limit", (0, 0), (0, 0)))

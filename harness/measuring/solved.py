@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from gnomon.harness.contract import validation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution
 from gnomon.harness.contract.status import Status
-from gnomon.harness.scoring.failures import status_of
-from gnomon.harness.scoring.prepared import Prepared
+from gnomon.harness.measuring.failures import status_of
+from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.system.supervisor import within
 
 

@@ -3,12 +3,11 @@
 import pytest
 from command_line import gnomon
 from gnomon.cases.core.forms import Hybrid
-from gnomon.harness.registry import lookup
-from gnomon.harness.running import plan, selection
+from gnomon.harness.registry import lookup, selection
 
 
 def test_families_are_the_folders_of_cases_and_kinds_are_forms() -> None:
-    every = plan.choose(None, variants=False)
+    every = selection.choose(None, variants=False)
     orbits = selection.cases_of(every, ["orbits"], None)
     assert {type(case).__module__.split(".")[2] for case, _ in orbits} == {"orbits"}
     hybrid = selection.cases_of(every, None, ["hybrid"])

@@ -1,11 +1,11 @@
 """An ensemble on a cluster of two processes has the bits of one in this process."""
 
 import pytest
+from gnomon.harness.cluster.ensemble_on_dask import execute_there, on_cluster
 from gnomon.harness.ensembles import ensemble_run
 from gnomon.harness.ensembles.distribution import as_data
 from gnomon.harness.ensembles.draws import Varied
 from gnomon.harness.ensembles.ensemble_run import Job
-from gnomon.harness.ensembles.on_dask import execute_there, on_cluster
 from gnomon.harness.ensembles.samples import Ensemble
 
 GAUSS = Ensemble(
