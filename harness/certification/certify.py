@@ -30,7 +30,7 @@ from gnomon.harness.certification.certify_hybrid import flight_ways
 from gnomon.harness.certification.certify_long import long_ways
 from gnomon.harness.certification.enclosures import enclosure
 from gnomon.harness.registry import environment
-from gnomon.harness.results import measured_rows
+from gnomon.harness.results import study_file
 from gnomon.reference.numerics.certified import CertifiedMotion
 from gnomon.reference.numerics.extrapolation import extrapolate
 from gnomon.reference.numerics.precision import exact, working
@@ -106,7 +106,7 @@ def _note(case: Case, ways: dict[str, float]) -> str:
 def write(certificates: Iterable[Certificate], path: Path) -> None:
     """Write the certificates as JSON for the report: one object for each, with the revision of the sources."""
     revision = environment.describe().get("revision")
-    measured_rows.write([asdict(c) | {"passed": c.passed, "revision": revision} for c in certificates], path)
+    study_file.write([asdict(c) | {"passed": c.passed, "revision": revision} for c in certificates], path)
 
 
 def _random_times(case: Case) -> list[Fraction]:

@@ -21,7 +21,7 @@ from gnomon.harness.certification.independent import IndependentComputation
 from gnomon.harness.contract.integrator import Unsupported
 from gnomon.harness.contract.status import Status
 from gnomon.harness.registry import environment
-from gnomon.harness.results import measured_rows
+from gnomon.harness.results import study_file
 from gnomon.reference.numerics.precision import working
 
 REPEATS = 5
@@ -70,7 +70,7 @@ def write(frame: pandas.DataFrame, path: Path) -> None:
     """Write the table as JSON for the report: one object for each row, with the revision of the sources."""
     revision = environment.describe().get("revision")
     rows = frame.astype(object).where(frame.notna(), None).to_dict("records")
-    measured_rows.write([row | {"revision": revision} for row in rows], path)
+    study_file.write([row | {"revision": revision} for row in rows], path)
 
 
 def _measure(check: Check, computation: IndependentComputation, repeats: int) -> list[dict[str, Any]]:

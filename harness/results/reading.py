@@ -68,9 +68,11 @@ def load(path: str | Path, superseded: bool = False) -> Any:
 
     Examples
     --------
-    >>> from gnomon.harness import load
-    >>> rows = load("results.sqlite")  # doctest: +SKIP
-    >>> rows.groupby("integrator")["rel_error"].max()  # doctest: +SKIP
+    >>> rows = load("runs/mine.sqlite")  # doctest: +SKIP
+    >>> rows.groupby("integrator")["error_max"].min()  # doctest: +SKIP
+    >>> load("no_such_file.sqlite")
+    Traceback (most recent call last):
+    ValueError: no_such_file.sqlite: no results here; give a results.sqlite that `gnomon run` wrote, or its folder
     """
     import pandas  # slow to load: the command line starts without it
 

@@ -15,7 +15,7 @@ from statistics import median
 from typing import Any
 
 from gnomon.harness.registry import environment
-from gnomon.harness.results import measured_rows
+from gnomon.harness.results import study_file
 
 NAMED = ("group", "problem", "level", "first_name", "second_name", "unit")
 """The columns that identify a row, equal in every launch."""
@@ -55,7 +55,7 @@ def main() -> None:
     parser.add_argument("launches", nargs="+", type=Path)
     parser.add_argument("--to", type=Path, required=True)
     arguments = parser.parse_args()
-    measured_rows.write(gathered(arguments.launches), arguments.to)
+    study_file.write(gathered(arguments.launches), arguments.to)
 
 
 if __name__ == "__main__":

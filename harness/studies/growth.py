@@ -29,7 +29,7 @@ from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.score import NUMPY
 from gnomon.harness.measuring.solved import outcome
 from gnomon.harness.registry import lookup
-from gnomon.harness.results.measured_rows import publish
+from gnomon.harness.results.study_file import publish
 
 SAMPLES = 4096
 """Number of samples. The earliest octave of the fit then has 32; a mean square over fewer is too often too small."""

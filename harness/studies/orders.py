@@ -30,7 +30,7 @@ from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.measuring.solved import solved
 from gnomon.harness.registry import lookup
 from gnomon.harness.results.convergence_order import fit_order
-from gnomon.harness.results.measured_rows import publish
+from gnomon.harness.results.study_file import publish
 from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps, taylor_steps
 from gnomon.reference.numerics.precision import working
 
