@@ -336,7 +336,7 @@ def _first(trials: Trials) -> Finding:
             return Finding(Outcome.PASSED)
         except Exception as error:  # the user's code may raise anything: it is shown
             frames = error.__traceback__
-            while frames is not None and frames.tb_frame.f_globals.get("__name__", "").startswith(__package__ or " "):
+            while frames is not None and frames.tb_frame.f_globals.get("__name__", "").startswith("gnomon.harness."):
                 frames = frames.tb_next
             text = "".join(traceback.format_exception(type(error), error, frames or error.__traceback__))
         else:

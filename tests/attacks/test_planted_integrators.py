@@ -25,6 +25,7 @@ import sys
 sys.path[:0] = {folders!r}
 import planted, planted_attacks
 from dataclasses import replace
+from gnomon.harness.registry import selection
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
 if __name__ == "__main__":

@@ -241,6 +241,7 @@ SCRIPT = """
 import sys
 sys.path.insert(0, {folder!r})
 import planted
+from gnomon.harness.registry import selection
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
 from dataclasses import replace
