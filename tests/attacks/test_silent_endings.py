@@ -102,7 +102,7 @@ def test_a_folder_too_long_for_a_socket_is_named(more: int, tmp_path: Path, monk
 
 
 class Babbler:
-    """Answers whoever connects with bytes, and reads what comes."""
+    """Answers each connection with bytes, and reads the bytes that come."""
 
     def __init__(self, answer: bytes) -> None:
         self.answer = answer

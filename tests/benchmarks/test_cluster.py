@@ -1,4 +1,4 @@
-"""What sharing a run between machines costs: recording and merging a measurement, a task, two Dask workers."""
+"""The costs of sharing a run between machines: recording and merging a measurement, a task, two Dask workers."""
 
 import time
 from contextlib import nullcontext
@@ -72,7 +72,7 @@ def nothing(content: bytes) -> bytes:
 
 @pytest.mark.slow
 def test_a_task(benchmark: Any) -> None:
-    """200 calls that do nothing, with the data of a task: what Dask and the connection cost."""
+    """200 calls that do nothing, with the data of a task: the costs of Dask and the connection."""
     pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
     from gnomon.harness.cluster.connection import connected
 

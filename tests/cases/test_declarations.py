@@ -1,4 +1,4 @@
-"""What does not depend on the numbers of a case is declared as data, so that it can be read without an instance."""
+"""Attributes that do not depend on the numbers of a case are declared as data, to be read without an instance."""
 
 import dis
 from functools import cached_property

@@ -27,7 +27,7 @@ SEED = 300
 
 @dataclass(frozen=True)
 class Method:
-    """A function or class of right_methods.py, what is declared of it, and the names there that belong to it."""
+    """A function or class of right_methods.py, its declarations, and the names there that belong to it."""
 
     name: str
     make: Callable[..., Integrator]
@@ -228,7 +228,7 @@ def replaced(method: Method, before: str, after: str, text: str = TEXT) -> str:
 
 
 def _automatic(method: Method) -> Iterator[tuple[str, Callable[[], str]]]:
-    """(fault, what makes the text) for every place of the method's function and parts that an operator changes."""
+    """(fault, function that makes the text) for every place of the method's function and parts that an operator changes."""
     for part in TREE.body:
         name = getattr(part, "name", "") or getattr(getattr(part, "targets", [None])[0], "id", "")
         if name not in (method.name, *method.parts):

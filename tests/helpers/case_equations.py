@@ -12,7 +12,7 @@ from gnomon.cases.core.forms import FirstOrder, Values
 
 @dataclass(frozen=True)
 class Equations:
-    """First-order equations of a case; those of a mode take its `constants` after the parameters."""
+    """First-order equations of a case; the equations of a mode take its `constants` after the parameters."""
 
     case: Case
     form: FirstOrder

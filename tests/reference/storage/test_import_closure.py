@@ -73,7 +73,7 @@ def test_a_package_counts_where_importing_it_does_something(package):
     acting = key("swing")
     assert acting != before
     write(package / "unused", "NOTHING = 2\n")
-    assert key("swing") != acting, "what it acts with counts too"
+    assert key("swing") != acting, "the modules with which it acts count too"
 
 
 def test_a_module_that_moves_is_another(package):
@@ -84,7 +84,7 @@ def test_a_module_that_moves_is_another(package):
 
 
 def test_a_module_without_a_package_counts_with_its_neighbours(tmp_path):
-    """What a user keeps in two files of one folder."""
+    """A user may keep a case and its helper in two files of one folder."""
     write(tmp_path / "lone_case", "import lone_helper\nimport json\n")
     keys = set()
     for text in ("x = 1\n", "x = 1\n", "x = 2\n"):
@@ -98,13 +98,13 @@ def test_a_module_without_a_package_counts_with_its_neighbours(tmp_path):
 
 
 def test_what_has_no_file_has_no_key():
-    """A notebook's class: whatever is computed of it is not kept."""
+    """A class of a notebook has no file: its results are not kept."""
     assert closure("there_is_no_such_module") is None
     assert closure("closed.scenes.plane.swing", "there_is_no_such_module") is None
 
 
 def test_the_closure_of_a_case_has_its_motion_and_not_the_list_of_cases():
-    """A new line in the registry, or another case, leaves what is kept of this one as it was."""
+    """A new line in the registry, or another case, leaves the kept results of this case valid."""
     own = closure("gnomon.cases.pendulums.pendulum_simple")
     assert own != closure("gnomon.cases.oscillators.duffing_unforced")
     reached = import_closure.sources("gnomon.cases.pendulums.pendulum_simple")
