@@ -23,7 +23,7 @@ FOLDERS = ("reference", "cases", "harness")
 def one_tree(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """The sources of the installed package in one folder, where grimp looks for them while this lasts.
 
-    An editable install maps `gnomon.cases` to a folder outside the folder of `gnomon`: grimp walks the folder of `gnomon` alone.
+    An editable install maps `gnomon.cases` to a folder outside the folder of `gnomon`: grimp walks the latter alone.
     """
     tree = tmp_path_factory.mktemp("one_tree") / "gnomon"
     for name in ("gnomon", *(f"gnomon.{folder}" for folder in FOLDERS)):

@@ -162,7 +162,7 @@ def test_errors_in_the_figure_of_the_readme_are_found_again(page: dict[str, Any]
 
 
 def test_the_limits_in_the_figure_of_the_readme(page: dict[str, Any]) -> None:
-    """Half an ulp of the angle or the rate over their sizes; and the effect of half an ulp of the release, g, L and t."""
+    """Half an ulp of the angle or the rate over their sizes; the effect of half an ulp of the release, g, L and t."""
     (words,) = _match(r"half an ulp \(unit in the last place\) in (.*?) has that effect")
     assert words == "the initial state, the parameters and the time"
     limits = page["work"]["cases"]["pendulum_simple"]["default"]["limits"]

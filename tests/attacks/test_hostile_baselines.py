@@ -1,4 +1,4 @@
-"""Rows that cannot be compared do not pass; baselines and files of known failures are data, and are read to their end."""
+"""Rows that cannot be compared do not pass; baselines and files of known failures are data, read to their end."""
 
 import math
 import os

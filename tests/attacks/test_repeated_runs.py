@@ -1,4 +1,4 @@
-"""`run --repeat` measures named trials again, all or none; the key of a trial holds the versions that its code runs on."""
+"""`run --repeat` measures named trials again, all or none; the key of a trial holds the versions below its code."""
 
 import itertools
 import platform

@@ -1,4 +1,4 @@
-"""The reference solutions that come with gnomon: a damaged entry, or another entry's, is computed and never believed."""
+"""The reference solutions that come with gnomon: a damaged or exchanged entry is computed anew and never believed."""
 
 import random
 import re

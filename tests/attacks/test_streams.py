@@ -150,7 +150,7 @@ class Recorded:
     "attack", ["prints without end", "starts a program that prints without end", "prints too much and answers"]
 )
 def test_output_without_end_ends_the_trial_and_keeps_no_space(attack: str) -> None:
-    """With a status and a reason of its own, which a time limit and a full disk do not have. The end of the output is kept."""
+    """With a status and a reason of its own, unlike a time limit or a full disk. The end of the output is kept."""
     job = Recorded(attack)
     Pool(1, "fork").run([job])
     ((status, reason, output, there),) = job.rows

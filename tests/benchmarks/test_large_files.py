@@ -64,7 +64,7 @@ def calls(work: Callable[[], object]) -> int:
 
 
 def test_the_work_for_a_measurement_is_small(tmp_path: Path) -> None:
-    """Calls are counted: every machine makes the same number. Work that is done once, as the opening of a file, is left out."""
+    """Calls are counted: every machine makes equally many. Work that is done once, as opening a file, is left out."""
     counts, rows = [], []
     for least in (1000, 3000):
         frame = store.load(many_measurements.write(tmp_path / f"{least}.sqlite", least))

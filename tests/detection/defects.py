@@ -1,7 +1,7 @@
 """Real defects from public trackers, each rebuilt in a minimal integrator: the link, the fault, and its text.
 
-A rebuilt defect has the fault of the thread in one of the right methods, or in a function of its own; it is not a copy of
-the project's code. Each fault was taken from its thread, and the projects have mended most of the defects.
+A rebuilt defect has the fault of the thread in one of the right methods, or in a function of its own. It does not copy
+the project's code: each fault was read from its thread. The projects have mended most of the defects.
 """
 
 from dataclasses import dataclass

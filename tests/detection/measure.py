@@ -71,7 +71,7 @@ PART, SECONDS = 120.0, 900.0
 
 @dataclass(frozen=True)
 class Task:
-    """A measurement to make: of a right integrator under a condition and beside a load, of a defect or a mutant at a depth."""
+    """A measurement: of a right integrator under a condition and beside a load, of a defect or mutant at a depth."""
 
     kind: str
     name: str

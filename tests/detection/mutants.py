@@ -228,7 +228,7 @@ def replaced(method: Method, before: str, after: str, text: str = TEXT) -> str:
 
 
 def _automatic(method: Method) -> Iterator[tuple[str, Callable[[], str]]]:
-    """(fault, function that makes the text) for every place of the method's function and parts that an operator changes."""
+    """(fault, maker of the text) for every place of the method's function and parts that an operator changes."""
     for part in TREE.body:
         name = getattr(part, "name", "") or getattr(getattr(part, "targets", [None])[0], "id", "")
         if name not in (method.name, *method.parts):

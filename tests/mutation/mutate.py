@@ -132,7 +132,7 @@ class Outcome:
 
 
 def outcome(mutation: Mutation | None, tests: Sequence[str] = (), stop: bool = True) -> Outcome:
-    """Run tests, by default the tests of the mutation, with the mutation in place, until the first failure if `stop`."""
+    """Run tests, by default the mutation's own, with the mutation in place, until the first failure if `stop`."""
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
         try:
             tests = mutation.ids() if mutation and not tests else tests

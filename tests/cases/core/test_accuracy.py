@@ -29,7 +29,7 @@ def test_conditioning_of_a_known_motion():
 
 
 def test_conditioning_of_an_angle_keeps_its_digits():
-    """theta = 1e-3 cos t for a short time: half an ulp is far below half an ulp of 2 pi, and must not be rounded to that size."""
+    """theta = 1e-3 cos t for a short time: half its ulp is far below half an ulp of 2 pi; it must stay so."""
     case = cases.get("pendulum_simple", initial_state=(2.0**-10, 0), g=1, L=1, span=1).rounded()
     half = {"theta": math.ulp(2.0**-10) / 2, "g": math.ulp(1.0) / 2, "t": math.ulp(0.5) / 2}
     sine, cosine, size = math.sin(0.5), math.cos(0.5), 2.0**-10

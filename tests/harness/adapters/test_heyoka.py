@@ -71,7 +71,7 @@ def test_a_state_may_be_one_number(policy: type[Taylor]) -> None:
 
 @every
 def test_the_options_recorded_are_the_options_used(policy: type[Taylor], monkeypatch: pytest.MonkeyPatch) -> None:
-    """For the integrator of one trajectory and those of an ensemble, as heyoka reports them."""
+    """For the integrator of one trajectory and the integrators of an ensemble, as heyoka reports the options."""
     made: list[Any] = []
     for name in ("taylor_adaptive", "taylor_adaptive_batch"):
         original = getattr(heyoka, name)

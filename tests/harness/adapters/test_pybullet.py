@@ -1,4 +1,4 @@
-"""PyBullet reaches the errors that its best known configuration has, and models what a scene declares, nothing else.
+"""PyBullet reaches the errors of its best known configuration, and models the declared parts of a scene, nothing else.
 
 Errors are absolute, at steps of 1e-2, 1e-3 and 1e-4 s. Symplectic Euler is order 1, so each step has its own number.
 """

@@ -23,7 +23,7 @@ BALL_JOINT = {"ball_joint", "gyroscopic", "position_force", "velocity_force"}
 ON_A_BALL_JOINT = [name for name in SMOOTH if "ball_joint" in (needs := get(name).scene.needs) and needs <= BALL_JOINT]  # type: ignore[union-attr]
 
 STRONGER = {"foucault_pendulum_nonlinear": "turntable"}
-"""Variants in which a force is no rounding of the others: the Earth turns a few 1e-10 of them."""
+"""Variants in which a force is not lost in the rounding of the others: the Earth's turning is a few 1e-10 of them."""
 
 
 def moving_state(case: Case) -> Floats:

@@ -1,4 +1,4 @@
-"""SUNDIALS by its C interface and by its binding: errors, agreement, what it says where it fails, what it leaves behind."""
+"""SUNDIALS by its C interface and by its binding: errors, agreement, messages where it fails, remains in memory."""
 
 import gc
 import math

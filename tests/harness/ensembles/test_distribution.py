@@ -1,4 +1,4 @@
-"""Counts and quantiles agree with those of all errors; parts add to the whole in any order."""
+"""Counts and quantiles agree with counts and quantiles of all errors; parts add to the whole in any order."""
 
 import functools
 

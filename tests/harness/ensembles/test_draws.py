@@ -1,4 +1,4 @@
-"""Draws: the bits of a sample do not depend on the part in which it is drawn, and the points are those of Sobol."""
+"""Draws: the bits of a sample do not depend on the part in which it is drawn, and the points are Sobol's."""
 
 import numpy as np
 import pytest

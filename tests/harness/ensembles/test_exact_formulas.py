@@ -10,7 +10,7 @@ from gnomon import cases
 
 @pytest.mark.parametrize("name", FORMULAS)
 def test_states_are_those_of_the_case(name: str) -> None:
-    """Parameters and components in the order of the case: for its own numbers and those of its variants."""
+    """Parameters and components in the order of the case: for its own numbers and the numbers of its variants."""
     kind = cases.case_class(name)
     for variant in (None, *(v.name for v in kind.variants if not v.name.startswith(("long", "orbits")))):
         case = get(name, variant).rounded()

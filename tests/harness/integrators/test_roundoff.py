@@ -1,6 +1,6 @@
 """Round-off of fixed steps is a random walk: a method's own quadratic invariant drifts as sqrt t, not as t.
 
-The invariant is that of the method's own step, computed to 60 digits, so that truncation does not hide round-off.
+The exact step of the method keeps this invariant, computed to 60 digits, so that truncation does not hide round-off.
 """
 
 from collections.abc import Callable
@@ -182,7 +182,7 @@ def invariant_of(method: type[FixedStep], form: Any, h: float) -> tuple[Value, A
 
 
 def matrix_of_stormer(mp: Any, order: int, h: Any) -> Any:
-    """Of a step, once what the start brought beside the oscillation z^n has died down, on (q, v) = (1, d) z^n."""
+    """Of a step on (q, v) = (1, d) z^n, once the start's other parts than the oscillation z^n have died down."""
     square = h * h * mp.mpf(SQUARE)
 
     def total(weights: Any, z: Any) -> Any:
@@ -257,7 +257,7 @@ def test_over_a_million_steps_the_drift_of_gauss_methods_is_a_random_walk(
 
 
 def test_at_steps_of_a_radian_rounded_coefficients_make_no_drift() -> None:
-    """With those of the second-order equations rounded one by one it was .0053 units in each step, with a power of .88."""
+    """Second-order coefficients rounded one by one made a drift of .0053 units in each step, with a power of .88."""
     low, _ = interval_of_power(Gauss5, 2**17, h=1.0)
     assert low < 0.5
 

@@ -86,7 +86,7 @@ def test_a_cell_names_the_cases_on_which_it_rests() -> None:
 
 
 def _exact_on(cases: int, setting: float = 0.5, error: float = 1e-15) -> pd.DataFrame:
-    """Default variants on which x:one has this error at this setting; at a smaller one it has that of round-off."""
+    """Default variants on which x:one has this error at this setting; at a smaller setting its error is round-off."""
     rows = [
         (f"c{k}", "", "x:one", each, "ok", at) for k in range(cases) for each, at in ((error, setting), (1e-15, 0.1))
     ]
@@ -178,7 +178,7 @@ def test_every_integrator_on_one_line() -> None:
         "order": ("3.95", "on 2, declared 4"),
         "error / tolerance": ("8", ""),
         "hard variants solved": ("50 %", "1 of 2"),
-        "energy over long spans": ("–", ""),  # the laws are those of gnomon's own
+        "energy over long spans": ("–", ""),  # the laws are of gnomon's own integrators
     }
     assert [cell.text for cell in new.cells] == ["1", *["–"] * 9]
     assert [cell.sorts for cell in new.cells[:3]] == ["1", "0", ""]
@@ -196,7 +196,7 @@ def test_without_laws_the_card_has_none(growth: dict[str, list[str]] | None) -> 
 
 
 def test_lines_are_given_for_known_integrators_alone() -> None:
-    """The names come from a results file: what it names is looked up, and neither imported nor run."""
+    """The names come from a results file: they are looked up, and neither imported nor run."""
     rows = [{"head": "all", "cells": [], "named": ["gnomon:RK4", "os:system"]}]
     found = lines_of(rows)
     assert list(found) == ["gnomon:RK4"]

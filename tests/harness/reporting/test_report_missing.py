@@ -1,4 +1,4 @@
-"""What a report says of a run that is not complete."""
+"""The words of a report about a run that is not complete."""
 
 import sqlite3
 from pathlib import Path

@@ -118,7 +118,7 @@ def test_who_solves_more_hard_variants_and_whose_tolerance_means_what_it_says() 
 
 
 def test_who_is_not_separated_on_hard_variants_is_not_more_reliable() -> None:
-    """Three of four differ from all of four by one variant; what a rule left out is no failure."""
+    """Three of four differ from all of four by one variant; a variant that a rule left out is not a failure."""
     problems = [(case, "hard") for case in "abcde"]
     right = {"x:all": 5, "x:most": 4, "x:some": 3, "x:none": 0}
     rows = [
@@ -170,7 +170,7 @@ def test_the_effect_of_configuration() -> None:
     said = findings(_equal(), policies, (), _reduced(), _trusted())[-1]
     assert numbers_in(said) == ["0.01", "2", "3", "5.0"]
     one = findings(_equal(), _policies(("a", math.nan, 0.1)), (), _reduced(), _trusted())[-1]
-    assert numbers_in(one) == ["0.01", "1", "1"], "nothing is divided by an error that is no number"
+    assert numbers_in(one) == ["0.01", "1", "1"], "nothing is divided by an error that is not a number"
 
 
 @pytest.mark.parametrize(

@@ -199,7 +199,7 @@ def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
     with pytest.raises(ValueError, match=r"several libraries: name gnomon:DOP853 or scipy:DOP853, or \*:DOP853"):
         lookup.find("DOP853")
     assert {i.library for i in lookup.find("*:dop853*")} == {"gnomon", "scipy"}
-    assert [i.id for i in lookup.find("rebound:bs [*")] == ["rebound:BS [ODE mode]"], "brackets are no pattern"
+    assert [i.id for i in lookup.find("rebound:bs [*")] == ["rebound:BS [ODE mode]"], "brackets are not a pattern"
     with pytest.raises(ValueError, match=r"nothing matches 'spicy:\*'; did you mean scipy:"):
         lookup.find("spicy:*")
     assert {i.library for i in lookup.find("scipy")} == {"scipy"}
@@ -297,7 +297,7 @@ def test_these_suites_have_every_case_and_take_the_foundation_further(name: str)
 
 
 def test_suites_differ_in_their_hard_variants() -> None:
-    """Each has what the ones before it have: run into one file, it adds what is missing."""
+    """Each suite has the variants of the suites before it: run into one file, it adds the missing variants."""
     inside, outside = "pendulum_simple/long_1e4", "bead_leaving_sphere/near_top"
     named = {name: set(plan.suite(name).names()) for name in ("foundation", "standard", "full", "catalogue")}
     assert {name: (inside in found, outside in found) for name, found in named.items()} == {

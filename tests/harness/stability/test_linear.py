@@ -115,7 +115,7 @@ def test_gauss_methods_are_a_stable_and_not_l_stable(name: str, stages: int) -> 
 
 def stormer_limit(order: int) -> float:
     """The limit of Störmer's explicit method with `order` accelerations on the vibration: the first hw at which a root of
-    its characteristic polynomial leaves the unit circle. Weights of backward differences: those of
+    its characteristic polynomial leaves the unit circle. Its weights of backward differences are the series of
     (t / log(1 - t))^2 / (1 - t) (Hairer, Nørsett, Wanner, III.10)."""
     log = [mpmath.mpf(1) / (k + 1) for k in range(order + 1)]  # -log(1 - t)/t
     inverse = [mpmath.mpf(1)]

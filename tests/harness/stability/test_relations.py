@@ -1,4 +1,4 @@
-"""The panel of relations: what methods promise about units, axes, frames and reversal, and faults that break each."""
+"""The panel of relations: promises of methods about units, axes, frames and reversal, and faults that break each."""
 
 from collections.abc import Callable
 from typing import Any

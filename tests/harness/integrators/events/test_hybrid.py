@@ -26,7 +26,7 @@ BLOCK = [
 ]  # fmt: skip
 VARIANTS = [("bouncing_ball", v) for v in BALL] + [("block_incline_friction", v) for v in BLOCK]
 EXACT_METHODS = [RK4Events, Dop853Events, scipy_events.RK45, scipy_events.DOP853, scipy_events.Radau]
-"""Methods that integrate a constant acceleration exactly: their error is that of the events."""
+"""Methods that integrate a constant acceleration exactly: their error is the error of the events."""
 
 RESTITUTION = 0.75
 
@@ -137,7 +137,7 @@ def rows() -> list[Any]:
 
 @pytest.mark.parametrize(("kind", "name", "variant"), rows())
 def test_reproduces_the_exact_events(name: str, variant: str | None, kind: type[Integrator]) -> None:
-    """The motion between events is a parabola, exact for these methods: what remains is round-off.
+    """The motion between events is a parabola, exact for these methods: only round-off remains.
 
     Round-off of up to 2000 steps and 100 events, as a random walk about 100 ulp; SciPy's interpolants add theirs.
     """
