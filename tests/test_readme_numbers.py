@@ -40,7 +40,7 @@ def _match(pattern: str) -> tuple[str, ...]:
     return found.groups()
 
 
-def test_what_verification_finds_is_what_was_measured() -> None:
+def test_the_findings_of_verification_in_the_readme_were_measured() -> None:
     measured = json.loads((REPORTS / "verification.json").read_text())
     said = r"normal (\d+) of (\d+) mutants of .*? \(95 % interval (\d+) to (\d+) %\) and (\d+) of (\d+) rebuilt defects"
     found, of, low, high, defects, of_defects = map(int, _match(said))

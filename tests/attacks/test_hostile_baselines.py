@@ -90,7 +90,7 @@ def test_the_bounds_of_the_base_hide_no_error() -> None:
         assert any("errors are 1e+05 times" in line for line in compared(wide, WORSE).regressions)
 
 
-def test_an_error_of_zero_that_is_none_any_more_is_named() -> None:
+def test_an_error_that_was_zero_and_is_not_any_more_is_named() -> None:
     """The relative change is infinite."""
     exact = replace(BASE, entries=tuple(replace(each, error_low=0.0, error_high=0.0) for each in BASE.entries))
     assert any("changed" in line for line in compared(exact, BASE).regressions)

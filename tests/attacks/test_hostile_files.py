@@ -1,4 +1,4 @@
-"""Results files made to harm those who open them: each gives one line and exit code 2, or is shown as plain text."""
+"""Results files made to harm a user who opens them: each gives one line and exit code 2, or is shown as plain text."""
 
 import json
 import os

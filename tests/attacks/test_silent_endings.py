@@ -127,7 +127,9 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize("answer", [*ANSWERS, "nobody"])
-def test_a_port_that_is_no_scheduler_is_one_line(answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_port_without_a_scheduler_ends_with_one_line(
+    answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from gnomon.harness.cluster import connection
 
     monkeypatch.setattr(connection, "CONNECT_SECONDS", 0.5)

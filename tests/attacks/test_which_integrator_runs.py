@@ -160,7 +160,7 @@ def errors(frame: Any, identity: str) -> dict[float, float]:
 
 
 def are_alike(found: dict[float, float], expected: dict[float, float]) -> None:
-    """Of order 2, which no other number gives."""
+    """Both have order 2, which no other number of the method gives."""
     both = found.keys() & expected.keys()
     assert len(both) >= 4
     assert [found[step] for step in both] == pytest.approx([expected[step] for step in both], rel=1e-6)
@@ -303,7 +303,7 @@ def keys(integrator: Any) -> set[str]:
     return {trial.key for trial in series.trials(problem_of(case, integrator.accepts))}
 
 
-def test_a_result_of_another_object_is_none_of_its_own(thetas: Any) -> None:
+def test_a_result_of_another_object_is_not_reused(thetas: Any) -> None:
     """Objects of one class and one id differ in their values; a trial of one object does not count for the other."""
     assert keys(thetas.Theta(0.5)) == keys(thetas.half)
     assert not keys(thetas.Theta(0.5)) & keys(thetas.Theta(0.25))

@@ -60,7 +60,7 @@ def test_recording(benchmark: Any, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("rows", [1000, 4000, 16000])
 def test_merging(benchmark: Any, tmp_path: Path, rows: int) -> None:
-    """Two files of half the rows: the time a row is the same for each number of rows."""
+    """Two files of half the rows: the time a row does not depend on the number of rows."""
     files, targets = [written(tmp_path / f"{name}.sqlite", name, rows // 2) for name in "ab"], count()
     benchmark.extra_info["rows"] = rows
     benchmark.pedantic(lambda: merge(files, tmp_path / f"merged_{next(targets)}.sqlite"), rounds=3)

@@ -18,7 +18,7 @@ from gnomon.harness.ensembles.samples import Ensemble
 pytestmark = pytest.mark.benchmark
 CASES = ("pendulum_simple", "kepler_orbit")
 SAMPLES = 2**17
-"""Their parts have 2048 samples."""
+"""The parts of so many samples have 2048 each."""
 
 
 def ensemble(name: str) -> Ensemble:

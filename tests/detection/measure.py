@@ -1,7 +1,7 @@
 """Which faults `gnomon verify` finds: mutants of right methods, rebuilt real defects, and runs of right integrators.
 
     make verification                                       everything, resumed where it ended; hours
-    python tests/detection/measure.py --only "mutant rk4"   what has the word in "kind name condition depth"
+    python tests/detection/measure.py --only "mutant rk4"   rows with the word in "kind name condition depth"
     python tests/detection/measure.py --depth low           mutants and defects at one of the two depths
     python tests/detection/measure.py --load 8              right integrators alone, beside 8 busy processes
 
@@ -144,8 +144,8 @@ def first_failure(
 
 
 def changes(faulty: Integrator, right: Integrator) -> bool:
-    """Whether a state, an event or the start differs beyond rounding on any case: those that are verified first, at three
-    settings of the sweep, then all others at the usual setting, and each by a later clock.
+    """Whether a state, an event or the start differs beyond rounding on any case: the cases verified first at three
+    settings of the sweep, then all other cases at the usual setting, and each by a later clock.
 
     Two motions are solved at once: from the start, and from a state that the exact motion passes.
     """

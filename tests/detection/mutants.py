@@ -22,7 +22,7 @@ TEXT = Path(__file__).with_name("right_methods.py").read_text()
 TREE = ast.parse(TEXT)
 Floats = Any
 SEED = 300
-"""Of the draw: a draw of fewer mutants is the beginning of a draw of more."""
+"""The seed of the draw: a draw of fewer mutants is the beginning of a draw of more."""
 
 
 @dataclass(frozen=True)

@@ -61,4 +61,4 @@ def _every() -> dict[str, Equations]:
 
 
 EVERY = _every()
-"""By the name of the case, and of its mode."""
+"""The equations by the name of the case, and of its mode."""

@@ -1,4 +1,4 @@
-"""An integrator of gnomon with a planted fault: another tolerance than the one given, or other states than those found."""
+"""An integrator of gnomon with a planted fault: a changed tolerance, or changed states."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -111,7 +111,7 @@ def relative(y: Any, new: Any) -> Any:
 
 
 def adaptive(divide: float = 1.0) -> list[Integrator]:
-    """Right adaptive solvers, or the same with an estimate of the error that is so many times too small."""
+    """Right adaptive solvers; with `divide` solvers whose estimate of the error is so many times too small."""
     ways = {
         "norm": Adaptive(PAIRS["Dormand-Prince"], norm, True, divide=divide),
         "components, stops": Adaptive(PAIRS["Dormand-Prince"], components, False, divide=divide),

@@ -83,7 +83,7 @@ def turned_about_the_origin(scene: Scene, h: float) -> Readings:
 
 @pytest.mark.parametrize("name", ON_A_BALL_JOINT)
 def test_a_body_on_a_ball_joint(name: str) -> None:
-    """By central differences of 1e-5 time scales: they err by 1e-10 of the rates, and by some ulp over 1e-5."""
+    """Central differences of 1e-5 time scales err by 1e-10 of the rates, and by some ulp over 1e-5."""
     case = get(name, STRONGER.get(name)).rounded()
     form, parameters = case.scene, tuple(map(float, case.parameter_values()))
     assert form is not None

@@ -53,7 +53,7 @@ def answers(frame: Any) -> Any:
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """The same run without a cluster."""
+    """This run without a cluster."""
     folder = tmp_path_factory.mktemp("alone")
     run_here(folder, SUITE, selection.choose(CASES, False), integrators(), workers=2)
     return store.load(folder)
@@ -117,7 +117,7 @@ def test_workers_and_scheduler_are_killed_and_nothing_is_lost_or_repeated(
 
 
 @pytest.mark.slow
-def test_the_quick_suite_on_two_dask_workers_is_that_of_two_processes(tmp_path: Path) -> None:
+def test_the_quick_suite_on_two_dask_workers_gives_the_results_of_two_processes(tmp_path: Path) -> None:
     """All cases and installed libraries of the suite; the clock decides which trials the limit ends, and those after them."""
     frames = []
     for name, more in (("here", ()), ("there", ("--dask", "local"))):

@@ -86,7 +86,7 @@ def test_nothing_measured_is_exit_code_2(capfd: pytest.CaptureFixture[str]) -> N
 
 
 def test_an_update_measures_named_panels_again_keeps_the_others_and_makes_all_sentences_anew(tmp_path: Path) -> None:
-    """Of a file that another revision wrote; changed seconds show which rows were kept."""
+    """Another revision wrote the file; changed seconds show which rows were kept."""
     file = tmp_path / "stability.json"
     words = ["--integrator", "gnomon:RK4", "--integrator", "gnomon:Heun", "--out", str(file)]
     panels = ["--panel", "linear", "--panel", "stiffness"]

@@ -36,7 +36,7 @@ def test_what_the_formula_does_not_know_comes_from_the_exact_motion() -> None:
 
 
 def test_what_is_outside_the_domain_has_no_state() -> None:
-    """By a range, by a joint rule, by the collision that a span reaches, and by numbers that are out of reach."""
+    """A range, a joint rule, a collision within the span, and numbers out of reach exclude samples."""
     pendulum, kepler = get("pendulum_simple").rounded(), get("kepler_orbit").rounded()
     _, reasons = exact_states(pendulum, np.array([[-1.0, 1.0], [1.0, 1.0]]), np.ones((2, 2)), np.array([1.0]))
     assert reasons == [OUTSIDE, ""]

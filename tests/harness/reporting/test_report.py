@@ -295,7 +295,7 @@ def test_summary_and_figures(written: Path) -> None:
 
 
 def test_a_page_without_figures_removes_those_that_it_would_contradict(written: Path, tmp_path: Path) -> None:
-    """Of an earlier report, by its manifest; a file of the user stays."""
+    """Figures of an earlier report, listed in its manifest, are removed; a file of the user stays."""
     figures = tmp_path / "figures"
     shutil.copytree(written.parent / "figures", figures)
     (figures / "own.svg").touch()

@@ -22,7 +22,7 @@ def test_the_most_structured_form_names_the_kind() -> None:
 
 
 def _equal(*rows: tuple[str, str, float]) -> pd.DataFrame:
-    """Ratios at 1e-6 by case and integrator; those from 1.2 are separated."""
+    """Ratios at 1e-6 by case and integrator; ratios from 1.2 are separated."""
     table = pd.DataFrame(rows, columns=["case", "integrator_id", "ratio"])
     table = table.assign(
         target=1e-6, variant="", formulation="", library=table["integrator_id"].str[0], tied=table["ratio"] < 1.2,
@@ -113,7 +113,7 @@ def _many(count: int) -> pd.DataFrame:
 
 @pytest.mark.parametrize(("count", "text"), [(5, "2 not separated"), (6, "x:one")])
 def test_one_is_named_for_a_kind_where_its_cases_separate_it(count: int, text: str) -> None:
-    """The sign test of five cases on which one of two is ahead has a p value of 6 %, of six one of 3 %."""
+    """If one of two is ahead on five of five cases, the sign test has a p value of 6 %; on six of six, of 3 %."""
     (row,) = kind_rows(_many(count), REDUCED, {"all": [f"c{k}" for k in range(count)]})
     assert row["cells"][1].text == text
 

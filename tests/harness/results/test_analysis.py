@@ -308,7 +308,7 @@ def test_the_steps_in_a_null_call_are_free_for_no_method(forced: int) -> None:
     pd.testing.assert_frame_equal(analysis.tidy(frame), frame)
 
 
-def test_a_null_call_whose_work_cannot_be_told_from_that_of_the_whole_stays_whole() -> None:
+def test_a_null_call_with_about_the_work_of_a_whole_call_keeps_its_time() -> None:
     """A cost a right-hand side from less than twice the work would be noise; and one from a file without counts unknown."""
     rows = _rows("one", [1e-2, 1e-4], [2e-4, 2.1e-4], rhs_calls=100, null_seconds=1e-4, null_work=60)
     assert set(rows["null_seconds"]) == {1e-4}
@@ -322,7 +322,7 @@ def test_a_measurement_that_waited_for_a_processor_is_counted() -> None:
     assert analysis.waited(rows) == (4, 1, 1)
 
 
-def test_the_times_of_a_lengthened_span_take_the_place_of_those_of_the_default_one() -> None:
+def test_times_of_a_lengthened_span_replace_times_of_the_default_span() -> None:
     """On the cases that have one; error and time are of the same solve."""
     default = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
     longer = _rows("one", [1e-1, 1e-3], [16.0, 32.0], variant="default timing span x16")

@@ -1,4 +1,4 @@
-"""Ranks: who is separated from whom in a cell, over a page and over hard variants; times again from the exported rows."""
+"""Ranks: separated integrators in a cell, over a page and over hard variants; times again from the exported rows."""
 
 import csv
 import math

@@ -38,7 +38,7 @@ def trials(case: cases.Case, integrator: Any) -> Any:
 
 
 def settings(sweep: Tolerance | Steps, interval: float = 1.0) -> tuple[float, ...]:
-    """Of an integrator with this sweep, on a problem whose time scale is 1."""
+    """The settings of an integrator with this sweep, on a problem whose time scale is 1."""
     swept = type("Swept", (planted.Sound,), {"sweep": sweep})()
     problem = problem_of(CASE, swept.accepts)
     return sweep_settings(swept, CASE, replace(problem, times=interval * np.arange(1, 65), time_scale=1.0))
@@ -228,7 +228,7 @@ def test_perturbed_states_are_distinct_near_and_in_the_domain(name: str) -> None
     assert len({x.tobytes() for x in found} | {state.tobytes()}) == 101
     unit = np.spacing(np.maximum(np.abs(state), 1e-3 * sizes))
     # one ulp for the nearest; four where a rule relates components, which are then perturbed together by 2^-51 of their
-    # values; 100 states of one component of which one side is in the domain need 100 times that
+    # values; 100 states of one component of which one side is in the domain need 100 times as many
     nearest = 4 if name == RELATED else 1
     assert np.all(np.abs(found[0] - state) <= nearest * unit)
     assert all(np.all(np.abs(x - state) <= 100 * nearest * unit) for x in found)

@@ -71,7 +71,7 @@ def splitting_intervals(method: type[Splitting], to: float = 12.0) -> list[tuple
 
 
 def merged(intervals: Sequence[Sequence[float]], width: float) -> list[list[float]]:
-    """Intervals wider than this, those closer to each other than this as one: a scan may miss the others."""
+    """Intervals of at least this width, after closer neighbours were joined: a scan may miss narrower ones."""
     found: list[list[float]] = []
     for low, high in intervals:
         if found and low - found[-1][1] < width:

@@ -260,7 +260,7 @@ def principal_root(order: int) -> mpmath.mpf:
         return abs(mpmath.findroot(polynomial, mpmath.exp(1j * h))) ** 2
 
 
-def test_the_bias_of_stormer_12_is_truncation_and_that_of_its_principal_root() -> None:
+def test_the_bias_of_stormer_12_is_truncation_by_its_principal_root() -> None:
     found = oscillator(find_one("gnomon:Störmer 12"), 1.0, 4)
     assert found["bias_ulp_a_step"] * ULP == pytest.approx(float(principal_root(12) - 1), rel=1e-3)
     data = {"case": "", "runs": [], "oscillator": found}

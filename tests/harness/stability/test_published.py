@@ -26,7 +26,7 @@ def test_each_of_its_integrators_has_a_row_of_each_of_its_panels_at_the_full_gri
 
 
 def test_limits_are_those_of_theory(found: dict[str, Any]) -> None:
-    """Of the exponential series up to the order: sqrt 8 for RK4, sqrt 3 for RK3; 2 for Verlet; none for Gauss methods."""
+    """Limits of the exponential series: sqrt 8 for RK4, sqrt 3 for RK3; 2 for Verlet; none for Gauss methods."""
     rows = {row["integrator"]: row["data"] for row in found["rows"] if row["panel"] == "linear"}
     for name, limit in (("gnomon:RK4", math.sqrt(8)), ("gnomon:RK3", math.sqrt(3)), ("rebound:leapfrog", 2.0)):
         assert rows[name]["imaginary"]["stable"][0][1] == pytest.approx(limit, rel=1e-3)

@@ -15,7 +15,7 @@ from gnomon.harness.verification.function_adapter import from_step
 from planted_steps import drops_small_increments, first_component_by_euler, increment
 
 STEP = 1 / 8
-"""Of the sampling interval, in this file: the faults are far larger than the error."""
+"""The step as a part of the sampling interval, in this file: the faults are far larger than the error."""
 
 
 def right(f: Any, t: float, y: Any, h: float) -> Any:

@@ -28,7 +28,7 @@ from right_methods import verlet
 from gnomon import cases
 
 WITHIN = 0.03
-"""Of the prediction, for order 3: the force of the nonlinear terms moves the frequency of a finite motion."""
+"""A part of the prediction, for order 3: the force of the nonlinear terms moves the frequency of a finite motion."""
 
 
 def measured(integrator: Integrator, seconds: float = 1.0) -> dict[str, Any]:

@@ -37,7 +37,7 @@ def test_the_file_holds_all_that_was_measured(bases: dict[str, Baseline], name: 
         pytest.param("pair", planted_methods.pair, "coefficient_5", marks=pytest.mark.slow),  # takes 8 s
     ],
 )
-def test_a_fault_is_a_regression_and_noise_is_none(
+def test_a_fault_is_a_regression_and_noise_is_not(
     bases: dict[str, Baseline], name: str, make: object, fault: str
 ) -> None:
     """Ulps at the start change the steps of the pair: a run from such starts is not worse than the baseline."""
@@ -100,7 +100,7 @@ def test_a_baseline_of_another_integrator_is_refused(bases: dict[str, Baseline])
         (lambda text: "", "its first line is not"),
     ],
 )
-def test_a_file_that_is_none_is_refused_in_one_line(
+def test_a_file_that_is_not_a_baseline_is_refused_in_one_line(
     bases: dict[str, Baseline], change: object, says: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "baseline.txt"

@@ -236,7 +236,7 @@ def test_a_time_limit_ends_the_program_and_all_that_it_started(tmp_path: Path, m
 
 
 def test_outside_a_run_the_door_has_a_time_limit_of_its_own() -> None:
-    """Of the processor, and ten times that by the clock: a program that waits is not one that hangs."""
+    """Ten times the limit of processor time is the limit by the clock: a program that waits does not hang."""
     for way, why in (("hang", "within 3 s"), ("burn", "within 0.3 s of processor time")):
         with pytest.raises(TimeoutError, match=f"no answer {why}$"):
             solved(odd(way, seconds=0.3))

@@ -175,7 +175,7 @@ def test_states_of_a_certified_motion_are_computed_again_where_its_rates_were_ed
     assert found == [1, 1, 2]
 
 
-def test_a_table_is_that_of_its_pieces_and_its_numbers(package, monkeypatch):
+def test_a_table_is_kept_for_its_pieces_and_its_numbers(package, monkeypatch):
     built = []
     build = table.build
     monkeypatch.setattr(table, "build", lambda *given: built.append(given) or build(*given))
@@ -186,7 +186,7 @@ def test_a_table_is_that_of_its_pieces_and_its_numbers(package, monkeypatch):
     assert len(built) == 3
 
 
-def test_kept_states_are_those_of_their_times(package, monkeypatch):
+def test_states_are_kept_for_their_times(package, monkeypatch):
     monkeypatch.setattr(certified.CertifiedMotion, "sample_each", lambda self, times: times[:, None])
     write(package / "kept/rates", "def rates(t, state):\n    return (1,)\n")
     steady(package, 2)
@@ -208,7 +208,7 @@ def test_kept_states_are_those_of_their_times(package, monkeypatch):
 )
 def test_what_was_loaded_before_an_edit_has_no_key(tmp_path, old, new):
     """A process that runs while its sources are edited computes with the old code: under a key of the new text its results
-    would be served to those who run the new code."""
+    would be served to users who run the new code."""
     text = "STEP = 1\nclass Ball:\n    def radius(self):\n        return self.size\ndef step():\n    return STEP\n"
     text += "from numba import njit\n@njit\ndef inverse():\n    return 1 / STEP\n"
     write(tmp_path / "closed/edited_while_running", text)

@@ -52,7 +52,7 @@ def test_the_nodes_are_the_sums_of_the_rows(method: Any) -> None:
 
 @pytest.mark.parametrize("method", [RK4, gauss.Gauss3], ids=lambda method: method.name)
 def test_a_wrong_digit_is_caught(method: Any) -> None:
-    """A coefficient of a, or a weight, that is wrong by 1e-30."""
+    """A coefficient `a`, or a weight, that is wrong by 1e-30."""
     with working(62) as mp:
         right = tableau_of(mp, method)
         last, wrong = right.a[-1], mp.mpf("1e-30")

@@ -223,7 +223,7 @@ def test_a_wall_that_is_only_grazed_within_a_step_is_met(
     """A step goes from one side of the dip to the other: at both its ends the guard is positive.
 
     Beyond the turning point, at a negative depth, nothing happens. An `error` of the state, as it is at that step or
-    tolerance, moves the time by itself over the speed, that is by error / sqrt(2 depth), at each rebound twice.
+    tolerance, moves the time by error over speed, error / sqrt(2 depth), twice at each rebound.
     """
     problem = Problem(GRAZED, 2, np.array([1 - depth]), TIMES * 4, 1.0)
     solution = kind().prepare(problem, setting)(np.array([[1.0, 0.0]]))

@@ -91,7 +91,7 @@ def test_sine_and_cosine_of_lanes(name: str, kind: str) -> None:
 
 @pytest.mark.parametrize("name", ["sin", "cos"])
 @pytest.mark.parametrize("turn", [-(2.0**-50), 3e-4, -0.03125, 0.03124, -0.039, 0.06, 0.7])
-def test_sine_and_cosine_from_those_of_a_nearby_angle(turn: float, name: str) -> None:
+def test_sine_and_cosine_from_a_nearby_angle(turn: float, name: str) -> None:
     """In units of 2^-53: a half for the last rounding, 0.35 for the nearby values (as above), 2^-5 for the added terms.
     Rounded nearby values would err by half an ulp more, and determine the rounding of a sum with few ulps."""
     from gnomon.harness.integrators.gauss.lanes_math import turned, turned_first
@@ -343,7 +343,7 @@ def test_only_a_vector_with_a_wall_in_its_way_is_left(variant: str | None, left:
 
 
 @pytest.mark.parametrize("together", [1, pytest.param(16, marks=pytest.mark.slow)])
-def test_what_is_divided_by_may_change_its_sign_where_there_is_no_pole(together: int) -> None:
+def test_a_divisor_may_change_its_sign_where_the_quotient_has_no_pole(together: int) -> None:
     """x'' = -sin(x) cos(x) / cos(x), a pendulum that turns round: its cosine passes through 0 without a pole."""
 
     def acceleration(t: Any, q: Any, parameters: Any) -> Any:
@@ -454,7 +454,7 @@ def test_an_ensemble_is_as_good_as_its_trajectories() -> None:
 
 @pytest.mark.parametrize("name", ["damped_oscillator", pytest.param("euler_top", marks=pytest.mark.slow)])
 def test_an_ensemble_of_first_order_equations(name: str) -> None:
-    """Of the oscillator with damping, q'' = a(t, q, q'), and of the rigid body, which has no second-order form."""
+    """The oscillator with damping, q'' = a(t, q, q'), and the rigid body, which has no second-order form."""
     case = get(name).rounded()
     starts = np.repeat(initial_state(case)[None], 17, axis=0)
     solution = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-11)(starts)

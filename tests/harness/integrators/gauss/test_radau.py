@@ -40,7 +40,7 @@ def test_the_transformation_block_diagonalizes_the_inverse_matrix() -> None:
 
 
 def test_stages_are_interpolated() -> None:
-    """By polynomials that are 1 at their own node and 0 at the others; the binary64 table is the rounding of the rows."""
+    """The polynomials are 1 at their own node and 0 at the others; the binary64 table is the rounding of the rows."""
     with working(60) as mp:
         table = radau.rows(mp)
         for k in range(3):
