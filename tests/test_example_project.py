@@ -38,7 +38,7 @@ def run(command: str, folder: Path, environment: Path) -> tuple[int, str]:
 
 @pytest.fixture(scope="module")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A new environment with a wheel of gnomon; what gnomon depends on is that of this environment."""
+    """A new environment with a wheel of gnomon; it shares the dependencies of this environment."""
     folder = tmp_path_factory.mktemp("environment")
     source = folder / "source"
     for name in ("src", "reference", "cases", "harness"):
@@ -57,7 +57,7 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
         [*pip, "--python", made / "bin" / "python", "install", "--quiet", "--no-deps", "--ignore-installed", wheel],
         check=True,
     )
-    script = made / "bin" / "pytest"  # that of this environment would run its own Python
+    script = made / "bin" / "pytest"  # the `pytest` of this environment would run its own Python
     script.write_text(f"#!{made / 'bin' / 'python'}\nimport pytest\nraise SystemExit(pytest.console_main())\n")
     script.chmod(0o755)
     return made

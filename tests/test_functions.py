@@ -86,8 +86,8 @@ def stands_for_another(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool
 
 
 def test_functions_are_short_and_take_few_parameters_unless_they_are_compiled(tmp_path: Path) -> None:
-    """Compiled is what has the decorator of numba, here or in a text that is passed to the compiler."""
-    cold = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}  # what was compiled before is not passed again
+    """A compiled function has the decorator of numba, here or in a text that is passed to the compiler."""
+    cold = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}  # functions compiled before are not passed again
     command = [sys.executable, "-c", PREPARE_ALL]
     listed = subprocess.run(command, env=cold, stdout=subprocess.PIPE, text=True, check=True).stdout
     generated = [function for text in json.loads(listed) for function in functions(text)]

@@ -23,7 +23,7 @@ FOLDERS = ("reference", "cases", "harness")
 def one_tree(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """The sources of the installed package in one folder, where grimp looks for them while this lasts.
 
-    An editable install maps `gnomon.cases` to a folder that is not in that of `gnomon`: grimp walks the latter alone.
+    An editable install maps `gnomon.cases` to a folder outside the folder of `gnomon`: grimp reads only the latter.
     """
     tree = tmp_path_factory.mktemp("one_tree") / "gnomon"
     for name in ("gnomon", *(f"gnomon.{folder}" for folder in FOLDERS)):
@@ -40,7 +40,7 @@ def one_tree(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 @pytest.mark.usefixtures("one_tree")
 def test_imports_run_down(capsys: pytest.CaptureFixture[str]) -> None:
-    """By the contracts of pyproject.toml."""
+    """Imports keep the contracts of pyproject.toml."""
     configure()
     kept = lint_imports(str(ROOT / "pyproject.toml"), cache_dir=None, no_logo=True)
     assert kept, capsys.readouterr().out

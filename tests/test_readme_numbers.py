@@ -1,4 +1,4 @@
-"""The numbers of the README and its figure are those of the published report, of the code and of the licences."""
+"""The numbers of the README and its figure agree with the published report, the code and the licences."""
 
 import base64
 import gzip
@@ -40,7 +40,7 @@ def _match(pattern: str) -> tuple[str, ...]:
     return found.groups()
 
 
-def test_what_verification_finds_is_what_was_measured() -> None:
+def test_the_findings_of_verification_in_the_readme_were_measured() -> None:
     measured = json.loads((REPORTS / "verification.json").read_text())
     said = r"normal (\d+) of (\d+) mutants of .*? \(95 % interval (\d+) to (\d+) %\) and (\d+) of (\d+) rebuilt defects"
     found, of, low, high, defects, of_defects = map(int, _match(said))
@@ -145,7 +145,7 @@ def test_errors_in_the_figure_of_the_readme_are_found_again(page: dict[str, Any]
     times = get("pendulum_simple").rounded().times
     with mpmath.workdps(30):
         exact = np.array(_pendulum(times.tolist()), dtype=np.float64)
-    sizes = np.max(np.abs(exact), axis=0, initial=2.0)  # the largest angle is that of the release
+    sizes = np.max(np.abs(exact), axis=0, initial=2.0)  # the largest angle is the angle of release
     points = page["work"]["cases"]["pendulum_simple"]["default"]["points"]
     own = points["series"]["words"].index(name)
     chosen = [k for k, code in enumerate(points["series"]["codes"]) if code == own and not points["failed"][k]][:4]
@@ -162,7 +162,7 @@ def test_errors_in_the_figure_of_the_readme_are_found_again(page: dict[str, Any]
 
 
 def test_the_limits_in_the_figure_of_the_readme(page: dict[str, Any]) -> None:
-    """Half an ulp of the angle or the rate over their sizes; and what half an ulp of the release, g, L and t does."""
+    """Half an ulp of the angle or the rate over their sizes; the effect of half an ulp of the release, g, L and t."""
     (words,) = _match(r"half an ulp \(unit in the last place\) in (.*?) has that effect")
     assert words == "the initial state, the parameters and the time"
     limits = page["work"]["cases"]["pendulum_simple"]["default"]["limits"]

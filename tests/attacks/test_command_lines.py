@@ -1,6 +1,6 @@
-"""Command lines that are wrong, or end what they call: one line that names what is wrong, and its exit code.
+"""Command lines that are wrong, or end the programs that they call: one line that names the mistake, and its exit code.
 
-None of them does any work, but for the probe of an ensemble: measuring, certifying and rendering are replaced by failures.
+They do no work, except for the probe of an ensemble: measuring, certifying and rendering are replaced by failures.
 """
 
 import json
@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "harness"))
 import synthetic
 
 Line = tuple[list[str], int, tuple[str, ...]]
-"""The arguments, the exit code, and words of the one line that tells what is wrong (exit code 0: none)."""
+"""The arguments, the exit code, and words of the one line that names the mistake (exit code 0: no line)."""
 
 LONG = "a" * 300
 ZERO = "a\0b.sqlite"
@@ -207,7 +207,7 @@ WRONG_ENSEMBLE = {
 
 
 def common() -> Iterator[Line]:
-    """Mistakes that are often made, each with what helps."""
+    """Mistakes that are often made, each with its remedy."""
     folder, pipe = "is a folder; name a file in it", "is a device or a pipe; name a file"
     for arguments, word in (
         (["show", "pendulum_simpel"], "no case is named 'pendulum_simpel'; did you mean pendulum_simple"),
@@ -334,7 +334,7 @@ def test_a_command_line(line: Line, at: Path, capfd: pytest.CaptureFixture[str])
     assert told.isprintable()
     for word in words:
         assert word in told
-    assert list_files(at) == before, "what is refused leaves nothing behind"
+    assert list_files(at) == before, "a refused command leaves nothing behind"
 
 
 def list_files(folder: Path) -> list[str]:

@@ -1,4 +1,4 @@
-"""What cannot be compared does not pass; baselines and files of known failures are data, and are read to their end."""
+"""Rows that cannot be compared do not pass; baselines and files of known failures are data, read to their end."""
 
 import math
 import os
@@ -90,7 +90,7 @@ def test_the_bounds_of_the_base_hide_no_error() -> None:
         assert any("errors are 1e+05 times" in line for line in compared(wide, WORSE).regressions)
 
 
-def test_an_error_of_zero_that_is_none_any_more_is_named() -> None:
+def test_an_error_that_was_zero_and_is_not_any_more_is_named() -> None:
     """The relative change is infinite."""
     exact = replace(BASE, entries=tuple(replace(each, error_low=0.0, error_high=0.0) for each in BASE.entries))
     assert any("changed" in line for line in compared(exact, BASE).regressions)
@@ -107,7 +107,7 @@ LACKING = ("floor", "conditioning", "error_max", "rhs_calls", "numbers", "span")
 @pytest.mark.parametrize("side", [0, 1])
 @pytest.mark.parametrize("column", LACKING)
 def test_a_null_in_either_file_hides_no_worse_error(results: Path, column: str, side: int) -> None:
-    """One setting lacks a number, and is 1e5 times worse; what cannot be compared there fails even if rows may be missing."""
+    """One setting lacks a number, and is 1e5 times worse; its comparison fails even if rows may be missing."""
     frame = store.load(results)
     place = frame.index[(frame["status"] == "ok") & (frame["launch"] == 1) & (frame["error_max"] > 1e-12)][0]
     worse = frame.copy()

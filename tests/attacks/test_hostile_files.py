@@ -1,4 +1,4 @@
-"""Results files made to harm those who open them: each gives one line and exit code 2, or is shown as plain text."""
+"""Results files made to harm a user who opens them: each gives one line and exit code 2, or is shown as plain text."""
 
 import json
 import os
@@ -27,7 +27,7 @@ DEEP = "[" * 100_000 + "]" * 100_000
 
 
 ENDLESS = "WITH RECURSIVE n(run) AS (SELECT 1 UNION ALL SELECT run + 1 FROM n) SELECT run, 'cpu' AS name, 'x' AS value, 0 AS checksum"
-STRUCTURES = {  # what names it, and the statements that make it
+STRUCTURES = {  # the words that name it, and the statements that make it
     "a view that refers to itself": (
         "the view trials", "DROP TABLE trials", "CREATE VIEW trials AS SELECT * FROM trials"
     ),

@@ -27,7 +27,7 @@ def linked(file: Path, link: Path, kind: str) -> None:
 
 
 def in_child(call: Callable[[], None]) -> str:
-    """What a forked child raises when it makes a call, as text; "" if it returns."""
+    """The exception that a forked child raises in a call, as text; "" if the call returns."""
     hears, tells = os.pipe()
     child = os.fork()
     if child == 0:
@@ -52,7 +52,7 @@ process would be forked too."""
 
 
 def without_the_log(file: Path) -> str:
-    """What the other program says."""
+    """The error stream of the other program."""
     command = [sys.executable, "-c", TAKES_THE_LOG, str(file)]
     return subprocess.run(command, capture_output=True, text=True, check=False).stderr
 
@@ -99,7 +99,7 @@ def test_a_new_file_can_be_read_by_whoever_could_read_one_of_sqlite(tmp_path: Pa
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_run_that_was_refused_leaves_the_locks_of_sqlite_to_the_first(kind: str, tmp_path: Path) -> None:
     """POSIX ends all locks of a process on a file when it closes any descriptor of the file: another program could then
-    take the log of a run away, with what it recorded last."""
+    take the log of a run away, with its last records."""
     file, link = tmp_path / "results.sqlite", tmp_path / "link.sqlite"
     open_store(file)
     linked(file, link, kind)
@@ -144,4 +144,4 @@ def test_the_page_of_a_run_leaves_the_locks_of_sqlite_to_the_run(tmp_path: Path)
             first = up_to_date.key_of(link, ())
         assert "locked" in without_the_log(file)
         results.begin_run("quick", "gnomon run", {})
-        assert up_to_date.key_of(link, ()) != first, "what was recorded since is in the log beside the file"
+        assert up_to_date.key_of(link, ()) != first, "later records are in the log beside the file"

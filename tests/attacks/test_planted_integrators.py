@@ -47,7 +47,7 @@ GROUPS = [SHUFFLED[start::10] for start in range(10)]
 def attacked(names: Sequence[str], folder: Path) -> pd.DataFrame:
     """The rows of the attacks in a run whose other trials were compared with a run without attacks."""
     (folder / "tokens").mkdir()
-    with tempfile.TemporaryDirectory() as temporary:  # a short name: that of a socket has at most 107 characters
+    with tempfile.TemporaryDirectory() as temporary:  # a short name: the path of a socket has at most 107 characters
         _run(names, folder, Path(temporary))
     return _rows(folder)
 

@@ -1,4 +1,4 @@
-"""`run --repeat` measures again what it names, whole or not at all; the key of a trial holds what its code runs on."""
+"""`run --repeat` measures named trials again, all or none; the key of a trial holds the versions below its code."""
 
 import itertools
 import platform
@@ -47,7 +47,7 @@ def stops(after: int) -> Callable[..., Any]:
 
 
 def test_all_trials_of_the_named_integrators_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A library was rebuilt, which no key shows: without the option nothing runs, with it what is named, once."""
+    """A library was rebuilt, which no key shows: nothing runs without the option; with it named trials run, once."""
     answering(monkeypatch)
     out = tmp_path / "results.sqlite"
     assert run(out, *BOTH) == 0
@@ -62,8 +62,8 @@ def test_all_trials_of_the_named_integrators_run_again(tmp_path: Path, monkeypat
 def test_a_repetition_that_is_interrupted_leaves_no_old_measurement(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Else those of the old library would stand beside those of the new one. The next run, without --repeat, measures
-    the rest."""
+    """Else measurements of the old library would stand beside measurements of the new library. The next run, without
+    --repeat, measures the rest."""
     answering(monkeypatch)
     out = tmp_path / "results.sqlite"
     run(out, *BOTH[:2])
@@ -81,7 +81,7 @@ def test_a_repetition_that_is_interrupted_leaves_no_old_measurement(
 
 
 def test_all_launches_are_repeated_whatever_the_suite(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A median over launches of two libraries would be that of none."""
+    """A median over launches of two libraries would be the median of neither."""
     answering(monkeypatch)
     launched(tmp_path)
     pool = answering(monkeypatch)
@@ -93,7 +93,7 @@ def test_all_launches_are_repeated_whatever_the_suite(tmp_path: Path, monkeypatc
 
 
 def test_a_repetition_that_fails_settles_its_later_launches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They repeat what the first one scored: nothing is left that no run would measure."""
+    """Later launches repeat the settings that the first launch scored: no trial is left that no run would measure."""
     answering(monkeypatch)
     launched(tmp_path)
     answering(monkeypatch, lambda *_: (Status.CRASHED, "the rebuilt library raises"))
@@ -228,7 +228,7 @@ def test_numba_takes_part_in_a_users_own_integrator_that_imports_it(
 
 
 class Rebuilt(planted.Sound):
-    """A method whose native library states what was built."""
+    """A method whose native library states its build."""
 
     name = "rebuilt"
     built = "1"

@@ -102,7 +102,7 @@ def test_a_folder_too_long_for_a_socket_is_named(more: int, tmp_path: Path, monk
 
 
 class Babbler:
-    """Answers whoever connects with bytes, and reads what comes."""
+    """Answers each connection with bytes, and reads the bytes that come."""
 
     def __init__(self, answer: bytes) -> None:
         self.answer = answer
@@ -127,7 +127,9 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize("answer", [*ANSWERS, "nobody"])
-def test_a_port_that_is_no_scheduler_is_one_line(answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_port_without_a_scheduler_ends_with_one_line(
+    answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from gnomon.harness.cluster import connection
 
     monkeypatch.setattr(connection, "CONNECT_SECONDS", 0.5)

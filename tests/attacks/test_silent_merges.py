@@ -1,4 +1,4 @@
-"""What was planned and not measured is never lost without a word: in merged files, in comparisons, at the end of a run."""
+"""Outstanding trials are never lost without a word: in merged files, in comparisons, at the end of a run."""
 
 import itertools
 import sqlite3
@@ -165,7 +165,7 @@ def test_a_run_fails_while_its_trials_are_outstanding(
 
 
 def test_a_comparison_with_outstanding_trials_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the base or of the run: what is compared is not what was planned."""
+    """Whether trials of the base or of the run are outstanding: the comparison lacks planned trials."""
     whole, part = tmp_path / "whole.sqlite", tmp_path / "part.sqlite"
     answering(monkeypatch)
     run(whole)
@@ -241,7 +241,7 @@ def test_the_page_says_what_is_missing(shards: list[Path], tmp_path: Path, capfd
 
 
 def test_a_launch_that_was_interrupted_is_outstanding_once_the_first_one_is_scored(tmp_path: Path) -> None:
-    """Later launches repeat what the first one scored, and nothing else."""
+    """Later launches repeat the settings that the first launch scored, and nothing else."""
     trial = {
         "series": "s", "case": "c", "variant": "default", "formulation": "standard", "library": "l", "integrator": "i",
         "policy": "", "integrator_id": "l:i", "setting_kind": "step", "machine": "m",

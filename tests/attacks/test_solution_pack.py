@@ -1,4 +1,4 @@
-"""The reference solutions that come with gnomon: what is damaged, or is another entry's, is computed and never believed."""
+"""The reference solutions that come with gnomon: a damaged or exchanged entry is computed anew and never believed."""
 
 import random
 import re
@@ -39,7 +39,7 @@ def _quiet() -> Iterator[None]:
 
 
 def numbers(pack: Path) -> list[int | None]:
-    """What is found under each key."""
+    """The entry under each key."""
     diskcache._packed.cache_clear()
     found = [diskcache.load(key, pack) for key in KEYS]
     return [None if entry is None else int(entry.arrays["number"][0]) for entry in found]

@@ -1,4 +1,4 @@
-"""Standard streams that are closed, flooded, or held open by what an integrator leaves behind."""
+"""Standard streams that are closed, flooded, or held open by processes that an integrator leaves behind."""
 
 import os
 import shlex
@@ -64,7 +64,7 @@ print(os.path.getsize("mine"))
 
 
 def test_a_file_does_not_take_the_place_of_a_closed_stream(tmp_path: Path) -> None:
-    """Here and in a program that is started; a stream that is open stays what it is."""
+    """Here and in a program that is started; an open stream stays as it is."""
     found = ended([sys.executable, "-c", STREAMS], tmp_path, "<&- 2>&-")
     assert (found.returncode, found.stdout) == (0, "0\n"), found
 
@@ -107,7 +107,7 @@ def test_a_script_with_closed_streams_measures_too(tmp_path: Path) -> None:
 def test_a_server_that_cannot_start_says_why_in_one_line(
     name: str, value: str, words: tuple[str, ...], tmp_path: Path
 ) -> None:
-    """The libraries that it imports read these variables. It is no interruption, which exits with 130."""
+    """The libraries that it imports read these variables. The failure is not an interruption, which exits with 130."""
     found = ended([*GNOMON, "run", *QUICK, "--out", "results.sqlite"], tmp_path, **{name: value})
     assert found.returncode == 1, found
     (line,) = found.stderr.strip().splitlines()
@@ -150,7 +150,7 @@ class Recorded:
     "attack", ["prints without end", "starts a program that prints without end", "prints too much and answers"]
 )
 def test_output_without_end_ends_the_trial_and_keeps_no_space(attack: str) -> None:
-    """With a status and a reason of its own: neither that of a time limit nor that of a full disk. The end is kept."""
+    """With a status and a reason of its own, unlike a time limit or a full disk. The end of the output is kept."""
     job = Recorded(attack)
     Pool(1, "fork").run([job])
     ((status, reason, output, there),) = job.rows
@@ -162,7 +162,7 @@ def test_output_without_end_ends_the_trial_and_keeps_no_space(attack: str) -> No
 
 @pytest.mark.parametrize("attack", ["has no standard streams", "prints megabytes"])
 def test_odd_use_of_the_streams_is_no_failure(attack: str) -> None:
-    """What is printed in 100 calls together, 180 MB, has no limit: the number of calls is not the choice of an integrator."""
+    """The output of 100 calls together, 180 MB, has no limit: an integrator does not choose the number of calls."""
     job = Recorded(attack)
     Pool(1, "fork").run([job])
     assert [status for status, *_ in job.rows] == ["done"]

@@ -1,4 +1,4 @@
-"""Texts of others on a terminal and in the log of a workflow: shown, without steering either, in whatever encoding."""
+"""Texts of others on a terminal and in the log of a workflow: shown, without steering either, in any encoding."""
 
 import io
 import json
@@ -28,7 +28,7 @@ QUICK = ("--suite", "quick", *CASE, "--integrator")
 
 
 def commands(text: str) -> list[str]:
-    """The lines that the runner of GitHub Actions takes for commands, whatever their names: actions/runner,
+    """The lines that the runner of GitHub Actions takes for commands, of any name: actions/runner,
     src/Runner.Common/ActionCommand.cs."""
     found = []
     for line in text.replace("\r", "\n").split("\n"):
@@ -235,7 +235,7 @@ def test_texts_of_a_stability_file_are_harmless(resumed: Path, capfd: pytest.Cap
     assert "stolen" in captured.out
     assert is_harmless(captured.out)
     (row,) = json.loads(resumed.read_text())["rows"]
-    assert (row["sentences"], row["marks"]) == ([], []), "what does not follow from data is not kept"
+    assert (row["sentences"], row["marks"]) == ([], []), "sentences and marks that do not follow from data are not kept"
 
 
 @pytest.mark.usefixtures("workflow")

@@ -1,4 +1,4 @@
-"""What runs is the object that was given: not the default of its class, nor another one of the same id."""
+"""The given object runs: not the default of its class, nor another object with its id."""
 
 import importlib
 import json
@@ -160,7 +160,7 @@ def errors(frame: Any, identity: str) -> dict[float, float]:
 
 
 def are_alike(found: dict[float, float], expected: dict[float, float]) -> None:
-    """Of order 2, which no other number gives."""
+    """Both have order 2, which no other number of the method gives."""
     both = found.keys() & expected.keys()
     assert len(both) >= 4
     assert [found[step] for step in both] == pytest.approx([expected[step] for step in both], rel=1e-6)
@@ -216,7 +216,7 @@ print(json.dumps(found[["integrator_id", "status", "setting", "error_max"]].to_d
 
 
 def test_what_a_notebook_defines_runs_as_it_is(half: dict[float, float], tmp_path: Path) -> None:
-    """A class that is no longer there under its name, a function without a name, and one that a module's object is given."""
+    """A class that its name no longer reaches, a function without a name, and a function given to a module's object."""
     import pandas
 
     script = tmp_path / "notebook.py"
@@ -303,8 +303,8 @@ def keys(integrator: Any) -> set[str]:
     return {trial.key for trial in series.trials(problem_of(case, integrator.accepts))}
 
 
-def test_a_result_of_another_object_is_none_of_its_own(thetas: Any) -> None:
-    """Objects of one class and one id differ in what they hold; a trial of one is no trial of the other."""
+def test_a_result_of_another_object_is_not_reused(thetas: Any) -> None:
+    """Objects of one class and one id differ in their values; a trial of one object does not count for the other."""
     assert keys(thetas.Theta(0.5)) == keys(thetas.half)
     assert not keys(thetas.Theta(0.5)) & keys(thetas.Theta(0.25))
     folder = Path(thetas.__file__).parent

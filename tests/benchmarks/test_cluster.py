@@ -1,4 +1,4 @@
-"""What sharing a run between machines costs: recording and merging a measurement, a task, two Dask workers."""
+"""The costs of sharing a run between machines: recording and merging a measurement, a task, two Dask workers."""
 
 import time
 from contextlib import nullcontext
@@ -60,7 +60,7 @@ def test_recording(benchmark: Any, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("rows", [1000, 4000, 16000])
 def test_merging(benchmark: Any, tmp_path: Path, rows: int) -> None:
-    """Two files of half the rows: the time a row is the same for each number of rows."""
+    """Two files of half the rows: the time a row does not depend on the number of rows."""
     files, targets = [written(tmp_path / f"{name}.sqlite", name, rows // 2) for name in "ab"], count()
     benchmark.extra_info["rows"] = rows
     benchmark.pedantic(lambda: merge(files, tmp_path / f"merged_{next(targets)}.sqlite"), rounds=3)
@@ -72,7 +72,7 @@ def nothing(content: bytes) -> bytes:
 
 @pytest.mark.slow
 def test_a_task(benchmark: Any) -> None:
-    """200 calls that do nothing, with the data of a task: what Dask and the connection cost."""
+    """200 calls that do nothing, with the data of a task: the costs of Dask and the connection."""
     pytest.importorskip("distributed", reason="needs Dask: pip install 'gnomon[cluster]'")
     from gnomon.harness.cluster.connection import connected
 

@@ -18,7 +18,7 @@ from gnomon.harness.ensembles.samples import Ensemble
 pytestmark = pytest.mark.benchmark
 CASES = ("pendulum_simple", "kepler_orbit")
 SAMPLES = 2**17
-"""Their parts have 2048 samples."""
+"""The parts of so many samples have 2048 each."""
 
 
 def ensemble(name: str) -> Ensemble:
@@ -28,7 +28,7 @@ def ensemble(name: str) -> Ensemble:
 @pytest.mark.parametrize("name", CASES)
 def test_a_part(benchmark: Any, name: str) -> None:
     job = Job(ensemble(name), SAMPLES)
-    assert len(benchmark(execute, job, 0)) < 200_000  # what a process returns does not grow with the samples
+    assert len(benchmark(execute, job, 0)) < 200_000  # the result of a process does not grow with the samples
 
 
 @pytest.mark.parametrize("name", CASES)

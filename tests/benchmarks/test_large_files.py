@@ -18,7 +18,7 @@ from gnomon.harness.results.regression import compare
 MEASUREMENTS = 20_000
 MOST_MEGABYTES = 300
 CALLS = 100
-"""Python's calls for a measurement, at most: those of pandas for a table of each series would be hundreds."""
+"""Python's calls for a measurement, at most: pandas would make hundreds of calls for a table of each series."""
 PROGRAM = """
 from gnomon.harness.commands.cli import main
 try:
@@ -64,7 +64,7 @@ def calls(work: Callable[[], object]) -> int:
 
 
 def test_the_work_for_a_measurement_is_small(tmp_path: Path) -> None:
-    """Calls are counted: they are the same on every machine. What is done once, as the opening of a file, is left out."""
+    """Calls are counted: every machine makes equally many. Work that is done once, as opening a file, is left out."""
     counts, rows = [], []
     for least in (1000, 3000):
         frame = store.load(many_measurements.write(tmp_path / f"{least}.sqlite", least))

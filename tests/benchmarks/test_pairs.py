@@ -55,7 +55,7 @@ AGAINST_HEYOKA: dict[Problem, tuple[float, ...]] = {
 """The errors at which times are compared. Half an ulp in v0 changes Kepler's orbit by 1.9e-12."""
 
 SCIPY = (scipy_ivp.DOP853, scipy_ode.Dop853, scipy_ode.Adams, scipy_odeint.Odeint)
-"""The same method, in Python and compiled, and the two solvers with the fewest right-hand sides."""
+"""DOP853, in Python and compiled, and the two solvers with the fewest right-hand sides."""
 
 
 def needs_heyoka() -> None:

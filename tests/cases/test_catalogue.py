@@ -44,7 +44,7 @@ def test_a_case_names_the_section_of_its_row(name):
 
 
 def sections(text: str) -> set[tuple[int, int]]:
-    """Chapter and section of every number in the text, those within a range such as 5.14-5.17 included."""
+    """Chapter and section of every number in the text, also of numbers within a range such as 5.14-5.17."""
     found = set()
     for first, last in re.findall(r"(\d+\.\d+)[.\d]*(?:-(\d+\.\d+))?", text):
         chapter, low = map(int, first.split("."))

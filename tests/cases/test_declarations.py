@@ -1,4 +1,4 @@
-"""What does not depend on the numbers of a case is declared as data, so that it can be read without an instance."""
+"""Attributes that do not depend on the numbers of a case are declared as data, to be read without an instance."""
 
 import dis
 from functools import cached_property
@@ -23,7 +23,7 @@ def test_a_property_depends_on_the_numbers_else_it_is_an_attribute(name: str) ->
 
 @pytest.mark.parametrize("name", [name for name in names() if get(name).reversal is not None])
 def test_a_time_reversal_names_coordinates_and_parameters(name: str) -> None:
-    """And applied twice it changes nothing, with the numbers that admit it."""
+    """A time reversal that is applied twice changes nothing, with the numbers that admit it."""
     case = get(name)
     assert case.reversal is not None
     assert set(case.reversal) <= set(case.numbers)

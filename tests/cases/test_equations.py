@@ -86,7 +86,7 @@ def test_equations_follow_from_points_and_forces(name: str) -> None:
 
 @pytest.mark.parametrize("name", HYBRID)
 def test_a_mode_is_where_its_guards_say(name: str) -> None:
-    """Inside a mode none of its guards has been crossed, and `start` names the mode of a state."""
+    """Inside a mode no guard of the mode has been crossed, and `start` names the mode of a state."""
     hybrid = get(name).hybrid
     assert hybrid is not None
     for mode in hybrid.modes:

@@ -186,7 +186,7 @@ def test_every_variant_can_be_built_rounded_and_sampled(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_bad_numbers_are_refused_by_name(name: str) -> None:
-    """Of numbers outside their ranges `core/test_numbers.py` tests the same."""
+    """`core/test_numbers.py` tests that numbers outside their ranges are refused by name too."""
     with pytest.raises(ValueError, match="no parameter 'wrong'"):
         get(name, wrong=1)
     with pytest.raises(ValueError, match="no variant 'wrong'"):

@@ -1,4 +1,4 @@
-"""Each level's projection maps its states to those of the full case: the initial state, positions and their rates."""
+"""Each level's projection maps its states to states of the full case: the initial state, positions and their rates."""
 
 from collections.abc import Callable
 from typing import Any
@@ -21,7 +21,7 @@ OTHER_RATES = {
 
 
 def slopes(case: Case) -> Callable[[float, tuple[float, ...]], Any]:
-    """The right-hand sides; for a hybrid case those of its first mode: in all modes positions change at the same rates."""
+    """The right-hand sides, of a hybrid case in its first mode: positions change at the same rates in all modes."""
     parameters = tuple(map(float, case.parameter_values()))
     if case.hybrid is None:
         form = next(found for found in map(first_order, case.all_forms()) if found is not None)

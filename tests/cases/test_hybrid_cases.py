@@ -13,7 +13,7 @@ ALL = [
     (name, variant)
     for name in ("bouncing_ball", "block_incline_friction")
     for variant in (None, *(v.name for v in case_class(name).variants))
-    if variant != "elastic_1e6"  # a million events take seconds to list, and `elastic` tests the same
+    if variant != "elastic_1e6"  # a million events take seconds to list, and `elastic` has elastic impacts too
 ]
 every = pytest.mark.parametrize(("name", "variant"), ALL, ids=lambda x: x or "default")
 

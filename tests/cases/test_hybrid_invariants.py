@@ -40,7 +40,7 @@ def test_invariants_hold_through_events(name: str, variant: str | None) -> None:
 
 @pytest.mark.parametrize("name", ["bouncing_ball", "bouncing_ball_incline"])
 def test_the_energy_of_a_ball_is_lost_at_impacts_alone(name: str) -> None:
-    """In the flights before and after the first impact it is the same at every time."""
+    """The energy is constant in the flights before and after the first impact."""
     case = get(name)
     function = rebind(case.invariants["energy"].function, mpmath_arithmetic(mpmath.mp))
     first, second = (event.time for event in case.events(ASKED)[:2])

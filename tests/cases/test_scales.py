@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 Floats = NDArray[np.float64]
 CLOSED = [name for name in names() if case_class(name).scales is not Case.scales]
-"""Cases that state their scales; those of the others are the largest norms of many samples."""
+"""Cases that state their scales; the scales of other cases are the largest norms of many samples."""
 ANOTHER_TIME = {
     "ballistic_pendulum": "the flight of the bullet, far shorter than a swing",
     "billiard_ball_drill": "the duration of sliding, in which friction changes its direction faster and faster",
@@ -26,7 +26,7 @@ ANOTHER_TIME = {
     "rigid_body_stokes_medium": "a radian at the start; the medium slows the rotation tenfold",
     "spherical_pendulum": "a radian of the azimuth where it is fastest, close to a pole",
 }
-"""Cases whose time scale is not that of their equations, with what it is instead."""
+"""Cases whose time scale is not the time scale of their equations, with the time that it is instead."""
 
 
 def visited(case: Case) -> Floats:

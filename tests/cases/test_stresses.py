@@ -64,7 +64,7 @@ def quantity(name: str) -> Callable[[Case], float]:
 
 
 def eccentricity(case: Case) -> float:
-    """From initial energy and angular momentum; for two bodies those of the relative motion."""
+    """From initial energy and angular momentum, for two bodies of the relative motion."""
     x, y, u, v = (float(value) for value in case.initial_state[:4])
     mu = float(case.parameters["mu"])
     energy, momentum = (u * u + v * v) / 2 - mu / math.hypot(x, y), x * v - y * u

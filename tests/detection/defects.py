@@ -1,7 +1,7 @@
-"""Real defects from public trackers, each rebuilt in a minimal integrator: the link, what was wrong, and its text.
+"""Real defects from public trackers, each rebuilt in a minimal integrator: the link, the fault, and its text.
 
-A rebuilt defect has the fault of the thread in one of the right methods, or in a function of its own; it is no copy of
-the project's code. The thread was read for what was wrong, and the projects have mended most of them.
+A rebuilt defect has the fault of the thread in one of the right methods, or in a function of its own. It does not copy
+the project's code: each fault was read from its thread. The projects have mended most of the defects.
 """
 
 from dataclasses import dataclass

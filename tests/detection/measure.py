@@ -1,7 +1,7 @@
 """Which faults `gnomon verify` finds: mutants of right methods, rebuilt real defects, and runs of right integrators.
 
     make verification                                       everything, resumed where it ended; hours
-    python tests/detection/measure.py --only "mutant rk4"   what has the word in "kind name condition depth"
+    python tests/detection/measure.py --only "mutant rk4"   rows with the word in "kind name condition depth"
     python tests/detection/measure.py --depth low           mutants and defects at one of the two depths
     python tests/detection/measure.py --load 8              right integrators alone, beside 8 busy processes
 
@@ -54,8 +54,8 @@ EARLY = ("quadrature", "scene", "attitude", "constraint", "time_structure", "ste
 DRAWN = 240
 """Mutants that are measured: the chosen faults, and a seeded draw of the others, as many of each method."""
 RUNS = 204
-"""Runs of right integrators: each under the first condition, the others by a seeded draw. Where no case states what an
-integrator takes nothing is checked: such runs count as none, and 200 others are wanted."""
+"""Runs of right integrators: each under the first condition, the others by a seeded draw. If no case has a form that an
+integrator takes, nothing is checked: such runs do not count, and 200 others are wanted."""
 CONDITIONS: dict[str, dict[str, str]] = {
     "plain": {},
     "loaded machine": {},
@@ -71,7 +71,7 @@ PART, SECONDS = 120.0, 900.0
 
 @dataclass(frozen=True)
 class Task:
-    """What is measured: a right integrator under a condition and beside a load, a defect or a mutant at a depth."""
+    """A measurement: of a right integrator under a condition and beside a load, of a defect or mutant at a depth."""
 
     kind: str
     name: str
@@ -85,7 +85,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Measured(Task):
-    """What became of one faulty or right integrator; `error` where the measurement itself failed.
+    """The outcome of one faulty or right integrator; `error` where the measurement itself failed.
 
     `parts`: the number of parts that are measured; `whole`: whether no more are to come.
     """
@@ -144,8 +144,8 @@ def first_failure(
 
 
 def changes(faulty: Integrator, right: Integrator) -> bool:
-    """Whether a state, an event or the start differs beyond rounding on any case: those that are verified first, at three
-    settings of the sweep, then all others at the usual setting, and each by a later clock.
+    """Whether a state, an event or the start differs beyond rounding on any case: the cases verified first at three
+    settings of the sweep, then all other cases at the usual setting, and each by a later clock.
 
     Two motions are solved at once: from the start, and from a state that the exact motion passes.
     """
@@ -185,7 +185,7 @@ def _differ(ours: Trials, theirs: Trials, setting: float, problem: Problem | Non
 
 
 def called(trials: Trials, problem: Problem, setting: float, starts: Floats) -> tuple[Solution, bool]:
-    """What an integrator returns from starts (n, dim), and whether it changed them."""
+    """The solution of an integrator from starts (n, dim), and whether it changed the starts."""
     given = starts.copy()
     solution = solver_of(trials.integrator, problem, setting)(given)
     return solution, not np.array_equal(given, starts)
@@ -205,7 +205,7 @@ def right() -> dict[str, Integrator]:
 
 
 def faulty() -> list[mutants.Mutant]:
-    """The mutants that are measured: those of the draw, and the planted faults."""
+    """The mutants that are measured: the drawn mutants, and the planted faults."""
     return [*mutants.drawn(DRAWN), *planted_faults.planted()]
 
 

@@ -166,7 +166,7 @@ def product(p, q):
 
 
 def matrix_of(q):
-    """The rotation of a unit quaternion, from the body's axes to those of space."""
+    """The rotation of a unit quaternion, from the body's axes to the axes of space."""
     w, x, y, z = q
     return np.array(
         [

@@ -22,12 +22,12 @@ TEXT = Path(__file__).with_name("right_methods.py").read_text()
 TREE = ast.parse(TEXT)
 Floats = Any
 SEED = 300
-"""Of the draw: a draw of fewer mutants is the beginning of a draw of more."""
+"""The seed of the draw: a draw of fewer mutants is the beginning of a draw of more."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """A function or class of right_methods.py, what is declared of it, and the names there that belong to it."""
+    """A function or class of right_methods.py, its declarations, and the names there that belong to it."""
 
     name: str
     make: Callable[..., Integrator]
@@ -228,7 +228,7 @@ def replaced(method: Method, before: str, after: str, text: str = TEXT) -> str:
 
 
 def _automatic(method: Method) -> Iterator[tuple[str, Callable[[], str]]]:
-    """(fault, what makes the text) for every place of the method's function and parts that an operator changes."""
+    """(fault, maker of the text) for every place of the method's function and parts that an operator changes."""
     for part in TREE.body:
         name = getattr(part, "name", "") or getattr(getattr(part, "targets", [None])[0], "id", "")
         if name not in (method.name, *method.parts):

@@ -1,6 +1,6 @@
 """Sixty faults planted in right methods, of these sixteen kinds of methods, before the claims that look for them changed.
 
-Each is a mistake that users make: a term, an index, a time, a sign, a stopping rule, or what is kept from call to call.
+Each is a mistake that users make: a term, an index, a time, a sign, a stopping rule, or data kept from call to call.
 """
 
 from functools import partial

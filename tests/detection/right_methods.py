@@ -1,6 +1,6 @@
 """Right methods of several kinds, written as their users write them; `mutants.py` changes their text.
 
-Each function of a method takes the user's `f`; `METHODS` says what is declared of it.
+Each function of a method takes the user's `f`; `METHODS` has the declarations of each method.
 """
 
 # ruff: noqa: B023 - the functions of a step are used in that step only

@@ -106,7 +106,7 @@ def from_events(function: Any, **declared: Any) -> Integrator:
 
 
 def from_rotation(function: Any, **declared: Any) -> Integrator:
-    """The integrator of `function(moments, torque, t, w, R, h)` -> (w, R), R from the body's axes to those of space."""
+    """The integrator of `function(moments, torque, t, w, R, h)` -> (w, R), R from the body's axes to space axes."""
     return _made(_Rotation, function, **declared)
 
 

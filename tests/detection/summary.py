@@ -1,4 +1,4 @@
-"""What `make verification` publishes of its rows: shares of what population, survivors with reasons, false alarms."""
+"""The rows of `make verification` as published: shares and their populations, survivors with reasons, false alarms."""
 
 import math
 import subprocess
@@ -21,7 +21,7 @@ _WORDS = tomllib.loads((HERE / "survivors.toml").read_text())
 REASONS: dict[str, str] = _WORDS["reasons"]
 """Why a fault is not found, by the beginning of its name."""
 TRUE_ALARMS: dict[str, str] = _WORDS["true_alarms"]
-"""Claims that fail for an integrator of a library because it is wrong there, by `name: claim on case`, with what is wrong."""
+"""Claims that fail for an integrator of a library as it is wrong there, by `name: claim on case`, with the fault."""
 Rows = Sequence[Mapping[str, Any]]
 
 
@@ -60,7 +60,7 @@ def by(rows: Rows, part: int) -> dict[str, Any]:
 
 
 def published(rows: Rows, depths: Sequence[str], right_depth: str) -> dict[str, Any]:
-    """The whole of reports/verification.json; `depths` of the faults, the lowest first. Details are those of the last."""
+    """The whole of reports/verification.json; `depths` of the faults, the lowest first. Only the last has details."""
     measured = [row for row in rows if row["error"] is None]
     at = {depth: [row for row in measured if row["kind"] != "right" and row["depth"] == depth] for depth in depths}
     low, mutants = ([row for row in at[depth] if row["kind"] == "mutant"] for depth in (depths[0], depths[-1]))

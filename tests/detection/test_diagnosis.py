@@ -1,4 +1,4 @@
-"""The likely cause that is named is that of the fault: of faults whose cause is known, and of none in a right method."""
+"""A diagnosis names the cause of a fault whose cause is known, and names no cause for a right method."""
 
 import measure
 import pytest
@@ -64,7 +64,7 @@ def test_the_time_is_named_only_where_claims_of_accuracy_pass_without_it() -> No
 
 
 def test_bits_that_depend_on_earlier_calls_are_named_first() -> None:
-    """What is computed after a change of the start, or from what another call left, says nothing of the method."""
+    """States computed after a change of the start, or from data that another call left, say nothing of the method."""
     on = {"pendulum_simple": PENDULUM}
     failures = Failures(frozenset({("order", "pendulum_simple")}), frozenset(), on)
     found = {"steps": True, "stepped": True, "order": 4, "bits": "a", "bits_again": "a", "still": True}

@@ -30,8 +30,8 @@ EXPENSIVE = (
 
 
 SAME_LOOP = ("Verner 6(5)", "Verner 9(8)", "RKN 12(10)")
-"""Near-duplicate pairs: their loop is that of Dormand-Prince 5(4) or RKN 6(4), and is compiled for each number of stages in
-ten seconds. `make test` verifies their formulas, `make test-all` also their runs."""
+"""Near-duplicate pairs: they run the loop of Dormand-Prince 5(4) or RKN 6(4), which is compiled for each number of
+stages in ten seconds. `make test` verifies their formulas, `make test-all` also their runs."""
 
 
 def marks(method: Any) -> Any:

@@ -12,7 +12,7 @@ from gnomon.cases.core.forms import FirstOrder, Values
 
 @dataclass(frozen=True)
 class Equations:
-    """First-order equations of a case; those of a mode take its `constants` after the parameters."""
+    """First-order equations of a case; the equations of a mode take its `constants` after the parameters."""
 
     case: Case
     form: FirstOrder
@@ -61,4 +61,4 @@ def _every() -> dict[str, Equations]:
 
 
 EVERY = _every()
-"""By the name of the case, and of its mode."""
+"""The equations by the name of the case, and of its mode."""

@@ -1,4 +1,4 @@
-"""An integrator of gnomon with a planted fault: another tolerance than the one given, or other states than those found."""
+"""An integrator of gnomon with a planted fault: a changed tolerance, or changed states."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +11,7 @@ from gnomon.harness.registry.lookup import find_one
 
 
 class Changed(Integrator):
-    """`tolerance(given, start)` is what the method is given, `states(found)` what it returns."""
+    """`tolerance(given, start)` is the tolerance that the method gets, `states(found)` the states that it returns."""
 
     name, library, order, accepts, sampling = "changed", "planted", 5, (FirstOrder,), "dense output"
     sweep = Tolerance(1e-3, 1e-12)

@@ -1,4 +1,4 @@
-"""The scatter of launches, for simulations of what separates two integrators; and rows of times that are ranked."""
+"""The scatter of launches, for simulations of the separation of two integrators; and rows of times that are ranked."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

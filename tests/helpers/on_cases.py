@@ -1,4 +1,4 @@
-"""A method on a case: what it finds at a setting, how far that is from the exact motion, and a fitted order."""
+"""A method on a case: its states at a setting, their distance from the exact motion, and a fitted order."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -48,13 +48,13 @@ class Solved:
 
     @property
     def error(self) -> float:
-        """The largest distance at a sample, without what a formulation adds to the state."""
+        """The largest distance at a sample, without the components that a formulation adds to the state."""
         states = self.states[:, : len(self.case.state)]
         return float(np.max(self.case.metric.distance(states, exact_states(self.case), self.case.times)))
 
 
 def setting_of(method: Integrator, problem: Problem, tolerance: float, steps: float) -> float:
-    """The tolerance, or the step of which so many are from sample to sample: what the method takes."""
+    """The setting of the method's kind: the tolerance, or the step size with so many steps from sample to sample."""
     return tolerance if method.sweep.kind == "tolerance" else problem.interval / steps
 
 

@@ -17,7 +17,7 @@ from planted import Sound, hang, runge_kutta, throw
 FOLDER = Path(
     os.environ.setdefault("GNOMON_HOSTILE", os.path.join(tempfile.gettempdir(), f"gnomon-hostile-{os.getpid()}"))
 )
-"""The folder into which planted integrators write: that of the process that runs the tests, also in its workers."""
+"""The folder into which planted integrators write: named after the process that runs the tests, also in its workers."""
 SLEEP_SECONDS = f"100{FOLDER.name.rpartition('-')[2]}"
 """The time that processes sleep which an integrator leaves: more than a day, and found by this number."""
 

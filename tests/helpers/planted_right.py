@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 class Pair:
     """An embedded pair whose last stage is the result of the step, or is not used for it: nodes, stages, estimate.
 
-    `order` is that of the result, `local` the power of the step size of the estimate.
+    `order` is the order of the result, `local` the power of the step size of the estimate.
     """
 
     nodes: tuple[float, ...]
@@ -33,7 +33,7 @@ PAIRS: Mapping[str, Pair] = {
     "Bogacki-Shampine": Pair(
         (0, 1 / 2, 3 / 4, 1), ((), (1 / 2,), (0, 3 / 4), (2 / 9, 1 / 3, 4 / 9)), (-5 / 72, 1 / 12, 1 / 9, -1 / 8), 3, 3, 1e-7
     ),
-    # The result is that of order 4: no local extrapolation, so that each step may spend the whole tolerance.
+    # The result has order 4: no local extrapolation, so that each step may spend the whole tolerance.
     "Fehlberg": Pair(
         (0, 1 / 4, 3 / 8, 12 / 13, 1, 1 / 2, 1),
         (
@@ -54,7 +54,7 @@ PAIRS: Mapping[str, Pair] = {
 
 @dataclass(frozen=True)
 class Adaptive:
-    """A solver with a pair. `size`: what the estimate is divided by. `unit`: the tolerance is for a unit of time.
+    """A solver with a pair. `size`: the divisor of the estimate. `unit`: the tolerance is for a unit of time.
 
     `divide`: a fault, the estimate is so many times too small.
     """
@@ -111,7 +111,7 @@ def relative(y: Any, new: Any) -> Any:
 
 
 def adaptive(divide: float = 1.0) -> list[Integrator]:
-    """Right adaptive solvers, or the same with an estimate of the error that is so many times too small."""
+    """Right adaptive solvers; with `divide` solvers whose estimate of the error is so many times too small."""
     ways = {
         "norm": Adaptive(PAIRS["Dormand-Prince"], norm, True, divide=divide),
         "components, stops": Adaptive(PAIRS["Dormand-Prince"], components, False, divide=divide),

@@ -1,4 +1,4 @@
-"""What the steps of RK4 add, and steps with a planted fault in it."""
+"""The increment of a step of RK4, and steps with a planted fault in the increment."""
 
 from typing import Any
 

@@ -25,7 +25,7 @@ INTEGRATORS = (
 )
 FLOOR, CONDITIONING, SPAN = 5e-17, 3e-15, 62.8
 NULL_SECONDS = 2e-7
-"""Of a call: a tenth of 2 microseconds, which only the fastest calls take."""
+"""The null call of every integrator: a tenth of 2 microseconds, which only the fastest calls take."""
 REVISION: str | None = None
 """The revision of the run, set by tests that need one."""
 

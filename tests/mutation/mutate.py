@@ -122,7 +122,7 @@ def copied(mutation: Mutation | None) -> Iterator[Path]:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a mutation; `failed` are the tests that failed, or all its tests if they did not end."""
+    """The outcome of a mutation; `failed` are the tests that failed, or all its tests if they did not end."""
 
     word: str
     reason: str = ""
@@ -132,7 +132,7 @@ class Outcome:
 
 
 def outcome(mutation: Mutation | None, tests: Sequence[str] = (), stop: bool = True) -> Outcome:
-    """Run tests, by default those of the mutation, with the mutation in place, until the first failure if `stop`."""
+    """Run tests, by default the mutation's own, with the mutation in place, until the first failure if `stop`."""
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
         try:
             tests = mutation.ids() if mutation and not tests else tests
@@ -195,7 +195,7 @@ def main(words: list[str]) -> int:
 
 
 def summary(chosen: Sequence[Mutation]) -> int:
-    """Run mutations, print what became of each and how many were caught; 0 if all were, else 1."""
+    """Run mutations, print the outcome of each and the number of caught mutations; 0 if all were caught, else 1."""
     begin = monotonic()
     outcomes = []
     for one in chosen:

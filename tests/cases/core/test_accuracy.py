@@ -29,11 +29,11 @@ def test_conditioning_of_a_known_motion():
 
 
 def test_conditioning_of_an_angle_keeps_its_digits():
-    """theta = 1e-3 cos t for a short time: half an ulp is far below that of 2 pi, and must not be rounded to that."""
+    """theta = 1e-3 cos t for a short time: half its ulp is far below half an ulp of 2 pi; it must stay so."""
     case = cases.get("pendulum_simple", initial_state=(2.0**-10, 0), g=1, L=1, span=1).rounded()
     half = {"theta": math.ulp(2.0**-10) / 2, "g": math.ulp(1.0) / 2, "t": math.ulp(0.5) / 2}
     sine, cosine, size = math.sin(0.5), math.cos(0.5), 2.0**-10
-    slow = size * 0.5 / 2  # the frequency is sqrt(g/L), so its relative change is half of that of g
+    slow = size * 0.5 / 2  # the frequency is sqrt(g/L), so its relative change is half the relative change of g
     scales = case.scales()
     effects = [
         (half["theta"] * cosine, half["theta"] * sine),
@@ -41,7 +41,7 @@ def test_conditioning_of_an_angle_keeps_its_digits():
         (half["t"] * size * sine, half["t"] * size * cosine),
     ]
     expected = math.sqrt(sum(max(a / scales["angle"], v / scales["angular velocity"]) ** 2 for a, v in effects))
-    # the pendulum is linear up to the amplitude squared; the effect of L is opposite to that of g, of the same size
+    # the pendulum is linear up to the amplitude squared; the effects of L and g are opposite and of the same size
     assert case.conditioning(np.array([0.5]))[0] == pytest.approx(expected, rel=1e-3)
 
 
@@ -111,7 +111,7 @@ def test_what_is_scored_is_part_of_the_key():
 def test_roundings_of_later_states_count_if_the_start_has_a_finer_ulp():
     """1e-12 rad from the unstable bottom the energy is within 1e-24 of the saddle's: one rounding at full swing decides.
 
-    A start with an ulp like that of later states is not restarted.
+    A start whose ulp is like the ulp of later states is not restarted.
     """
     case = cases.get("rotating_pendulum", "near_homoclinic").rounded()
     times = case.times[3::8]

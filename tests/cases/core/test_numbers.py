@@ -270,7 +270,7 @@ class TooLongError(BaseException):
 
 
 def what_is_wrong(name: str, place: str, value: str) -> str | None:
-    """What is wrong with the exact motion for this number; None if it is computed, or refused by case, name and value."""
+    """The fault of the exact motion for this number; None if it is computed, or refused by case, name and value."""
     try:
         with within(MOST_SECONDS, TooLongError()):
             case = given(name, place, value).rounded()
@@ -362,7 +362,7 @@ def test_each_of_many_integrations_begins_or_is_refused(name: str, monkeypatch: 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", INTEGRATED)
 def test_what_is_begun_takes_as_many_steps_as_was_counted(name: str) -> None:
-    """The steps of a Taylor method are shares of the radius of convergence: those of order 7 and 30 are much alike."""
+    """The steps of a Taylor method are shares of the radius of convergence: steps of orders 7 and 30 are much alike."""
     for variant in (None, *(v.name for v in case_class(name).variants)):
         case = get(name, variant).rounded()
         motion = integrate(case)

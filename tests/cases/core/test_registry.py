@@ -35,7 +35,7 @@ def test_the_text_of_a_file_says_as_much_as_its_class(name: str) -> None:
 
 
 def test_every_name_of_the_sequence_is_a_case_or_a_check() -> None:
-    """And none stands twice: the sequence decides which case comes first, in lists and random draws."""
+    """No name stands twice: the sequence decides which case comes first, in lists and random draws."""
     listed = SEQUENCE.read_text().split()
     assert len(listed) == len({*listed})
     assert {*listed} <= {*cases.names(), *cases.check_names()}

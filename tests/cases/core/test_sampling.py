@@ -41,7 +41,7 @@ NOTHING = Fraction(1, 10**27)
 """Fraction of the motion's size: for components below it the contract of `state` promises no digits."""
 HALF_AND_A_LITTLE = Fraction(51, 100)
 AFEW = 20
-"""Of ten thousand times so many may be close to zeros and events: at some ms a state they take 0.1 s."""
+"""So many of 200,000 samples may lie close to zeros and events: at some ms a state they take 0.1 s."""
 
 
 @pytest.fixture(autouse=True, scope="module")

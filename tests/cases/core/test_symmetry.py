@@ -37,7 +37,7 @@ def test_equations_keep_the_symmetries_declared(name: str, kind: object) -> None
     assert {*relation.factors, *relation.sources} <= known
     groups = {coordinate.name: coordinate.group for coordinate in case.state}
     pairs = {(groups[a], groups[b]) for a, b in relation.sources.items() if a in groups}
-    assert len(pairs) == len({a for a, _ in pairs}) == len({b for _, b in pairs}), "what has one size keeps one size"
+    assert len(pairs) == len({a for a, _ in pairs}) == len({b for _, b in pairs}), "one size becomes one size"
 
 
 def test_what_is_no_symmetry_has_a_defect() -> None:

@@ -108,7 +108,7 @@ class ObservedMotion:
         found = [(times[0], values[0]), (times[-1], values[-1])]
         for k in range(1, steps):
             if (values[k] - values[k - 1]) * (values[k + 1] - values[k]) <= 0:
-                # near an extreme the error of the value is the square of that of the time
+                # near an extreme the error of the value is the square of the error of the time
                 t = mpmath.findroot(slope, (times[k - 1], times[k + 1]), solver="anderson", tol=1e-24, verify=False)
                 found.append((t, function(self.at(t))))
         return sorted(found)

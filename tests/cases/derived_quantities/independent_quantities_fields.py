@@ -202,7 +202,7 @@ def deflection_of_the_first_order_motion(observed: ObservedMotion, value: Any) -
 
 @oracle("free_time_limit")
 def turns_no_further_than_the_free_body(observed: ObservedMotion, value: Any) -> bool:
-    """The final attitude is that of the torque-free body at that time."""
+    """The final attitude equals the attitude of the torque-free body at that time."""
     still, numbers = observed.at(200 / observed.p.nu), dict(observed.case.parameters)
     attitude = [n for n in observed.names if n[0] in "wR"]
     start = [x for n, x in zip(observed.names, observed.case.initial_state, strict=True) if n in attitude]

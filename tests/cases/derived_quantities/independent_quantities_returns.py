@@ -122,7 +122,7 @@ def precession_of_an_ellipse(observed: ObservedMotion, value: Any) -> bool:
 
 @oracle("azimuth_advance", "azimuth", "precession_per_nutation")
 def advance_in_a_period(observed: ObservedMotion, value: Any) -> Any:
-    """The advance of the cyclic angle in a period; for an attitude that of the axis about the vertical."""
+    """The advance of the cyclic angle in a period; for an attitude the advance of the axis about the vertical."""
     period = next(observed.found[n] for n in ("period", "polar_period", "nutation_period") if n in observed.found)
     if hasattr(observed.at(0), "phi"):
         return observed.at(period).phi - observed.at(0).phi

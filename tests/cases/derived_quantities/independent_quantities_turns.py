@@ -143,7 +143,7 @@ def heights(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("collision_time")
 def the_centre_is_reached(observed: ObservedMotion, value: Any) -> bool:
-    """At 1e-9 of the time before it the distance is close to zero, like a cube root; after it there is no motion."""
+    """At 1e-9 of the time before it the distance is close to zero, like a cube root; after it the motion has ended."""
     place = [i for i, name in enumerate(observed.names) if name in ("r", "x", "y")]
     before = mpmath.norm([observed.state(value * (1 - mpmath.mpf(10) ** -9), 20)[i] for i in place])
     with pytest.raises((ValueError, ArithmeticError), match=r"collision|centre|step"):

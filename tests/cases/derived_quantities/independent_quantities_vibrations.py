@@ -157,7 +157,7 @@ def of_a_pendulum_with_the_same_small_swings(observed: ObservedMotion, value: An
 def of_the_period(observed: ObservedMotion, value: Any) -> bool:
     """K(m) gives the period: 4 K/w of a pendulum, 2 sqrt(m) K/w of one that turns over, 4 K/sqrt(a + b A^2) of Duffing's."""
     if observed.case.name == "duffing_unforced":
-        # the modulus for a softening spring is that of sn
+        # the modulus for a softening spring is the modulus of sn
         soft = 2 if observed.p.beta < 0 else 1
         stiff = sqrt(observed.p.alpha + observed.p.beta * observed.found["largest_x"] ** 2 / soft)
         return close(observed.found["period"], 4 * mpmath.ellipk(value) / stiff)

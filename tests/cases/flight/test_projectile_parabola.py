@@ -41,6 +41,6 @@ def test_conditioning_follows_the_powers_of_time():
     # d(y) = dv t and dg t^2 / 2: over a long fall the error of gravity's half ulp grows as t^2 over a scale g T^2 / 2.
     case = cases.get("projectile_parabola", "long_fall").rounded()
     early, late = case.conditioning(np.array([case.times[31], case.times[63]]))
-    # Twice the time: four times the effect of g in y, twice that of time's own ulp relative to y.
+    # Twice the time: four times the effect of g in y, twice the effect of time's own ulp relative to y.
     assert 2 < late / early < 4.5
     assert late < 4 * np.finfo(float).eps

@@ -64,7 +64,7 @@ def block_on_an_upright_spring(w: World, p: Any, y: Any) -> None:
 
 
 def touching(source: Any, p: Any, s: Any, mode: str) -> None:
-    """Balls in a row: those that collide have the same coordinate."""
+    """Balls in a row: balls that collide have the same coordinate."""
     if mode.startswith("at impact"):
         left, right = mode[-2], mode[-1]
         setattr(s, f"x{right}", getattr(s, f"x{left}"))

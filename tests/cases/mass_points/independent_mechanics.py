@@ -32,7 +32,7 @@ sin, cos, sqrt, exp, log, asin = map(_function, ("sin", "cos", "sqrt", "exp", "l
 
 
 def coefficient(x: Any, k: int) -> Any:
-    """Of t^k."""
+    """The coefficient of t^k."""
     if isinstance(x, flint.arb_series):
         return x[k]
     return flint.arb(x) if k == 0 else flint.arb(0)

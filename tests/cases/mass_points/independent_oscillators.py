@@ -59,7 +59,7 @@ def around_the_pulse(source: Any, p: Any, s: Any, mode: str) -> Any:
 
 @model("impulse_instantaneous", prepare=around_the_pulse)
 def pushed_mass(w: World, p: Any, x: Any) -> None:
-    """The amplitude is that of a half sine with the impulse J."""
+    """The force is a half sine with the impulse J."""
     w.mass(p.m, (x,))
     if p.t1 < w.t[0] and w.t[0] < p.t1 + p.T:
         share = (w.t - p.t1) / p.T

@@ -74,7 +74,7 @@ def drilling_ball(w: World, p: Any, *q: Any) -> None:
 
 
 def couple_at(w: World, centre: Vec, axes: Sequence[Vec], torque: Any) -> None:
-    """A torque about the vertical at the start of the path, where the axes are those of space."""
+    """A torque about the vertical at the start of the path, where the body's axes are the axes of space."""
     for side in (1, -1):
         w.force(centre + axes[0] * side, (0, torque * side / 2, 0))
 

@@ -36,7 +36,7 @@ def test_a_circle_about_the_centre_stays_and_errors_grow():
     assert np.max(np.abs(np.hypot(found[:, 0], found[:, 1]) - 1)) < 3e-16
     perturbed = circle.with_numbers(
         (1, 0, 2.0**-30, 1), circle.parameters
-    )  # perturbed outward; its momentum remains close to that of the circle
+    )  # perturbed outward; its momentum remains close to the momentum of the circle
     path = perturbed.sample(circle.times)
     off = np.hypot(path[:, 0], path[:, 1]) - 1
     expected = 2.0**-30 * np.sinh(math.sqrt(2) * circle.times) / math.sqrt(2)
@@ -61,7 +61,7 @@ def test_what_falls_is_at_the_centre_then_and_what_does_not_goes_on():
     chance, fell = random.Random(7), 0
     for _ in range(10):
         x, y, vx, vy = case_class(NAME).domain.draw(("x", "y", "vx", "vy"), chance.random).values()
-        k = chance.uniform(0.5, 2) * (x * x + y * y) ** 2 * (vx * vx + vy * vy)  # about that of a circle
+        k = chance.uniform(0.5, 2) * (x * x + y * y) ** 2 * (vx * vx + vy * vy)  # about the k of a circle
         case = get(NAME, initial_state=(x, y, vx, vy), k=k)
         end = collision_time(case.parameters["k"], case.initial_state, 30)
         if end is None:

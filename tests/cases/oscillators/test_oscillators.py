@@ -1,4 +1,4 @@
-"""Properties of pendulum, springs and cycloid beyond those of every case."""
+"""Properties of pendulum, springs and cycloid beyond the properties of every case."""
 
 import math
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""The rolling disc agrees with what is known without integration: Legendre functions, small tilts, the circle."""
+"""The rolling disc agrees with results that need no integration: Legendre functions, small tilts, the circle."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What is claimed of the integrators of this package, for gnomon alone."""
+"""Declarations of the integrators of this package, for gnomon alone."""
 
 from gnomon.verify import from_step
 from swing import step

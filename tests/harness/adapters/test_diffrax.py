@@ -1,4 +1,4 @@
-"""diffrax: orders and errors, ensembles, and what it says where it fails."""
+"""diffrax: orders and errors, ensembles, and its messages where it fails."""
 
 from math import atan2, hypot, sin
 from typing import Any

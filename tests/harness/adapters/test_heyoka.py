@@ -71,7 +71,7 @@ def test_a_state_may_be_one_number(policy: type[Taylor]) -> None:
 
 @every
 def test_the_options_recorded_are_the_options_used(policy: type[Taylor], monkeypatch: pytest.MonkeyPatch) -> None:
-    """For the integrator of one trajectory and those of an ensemble, as heyoka reports them."""
+    """For the integrator of one trajectory and the integrators of an ensemble, as heyoka reports the options."""
     made: list[Any] = []
     for name in ("taylor_adaptive", "taylor_adaptive_batch"):
         original = getattr(heyoka, name)
@@ -105,7 +105,7 @@ def test_takes_a_formulation_with_a_clock() -> None:
 
 @pytest.mark.parametrize("name", ["kepler_orbit", "equilateral_three_body", "tower_drop"])
 def test_one_over_u_times_its_root_is_one_power_in_the_fast_policy(name: str) -> None:
-    """The same derivatives, to the rounding of a few operations, with no root left."""
+    """The derivatives stay, to the rounding of a few operations, and no root is left."""
     problem = problem_of(get(name).rounded(), (FirstOrder,))
     plain, powers = ([derivative for _, derivative in system(problem, way)] for way in (False, True))
     assert "**0.5000" in str(plain)
@@ -155,7 +155,7 @@ def test_a_function_that_heyoka_lacks_is_refused() -> None:
         Taylor().prepare(toy(distance), 1e-9)
 
 
-def test_an_ensemble_in_batches_is_that_of_single_trajectories() -> None:
+def test_an_ensemble_in_batches_equals_single_trajectories() -> None:
     """To the tolerance, with the growth of a phase error over ten periods; 19 leave a batch that is not full."""
     case = get("pendulum_simple").rounded()
     solve = Taylor().prepare(problem_of(case, (FirstOrder,)), 1e-12)

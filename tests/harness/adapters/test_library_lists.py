@@ -85,7 +85,7 @@ def test_a_new_library_that_is_not_installed_is_reported_with_its_package(lists:
 
 
 def test_the_versions_of_a_new_library_are_recorded(lists: dict[str, Any]) -> None:
-    """With those of the distributions that its results depend on: a cluster and a merge compare them."""
+    """With the versions of the distributions that its results depend on: a cluster and a merge compare all versions."""
     assert {"newest-solvers", "newest-arrays"} <= {*lists["versions"]}
 
 

@@ -1,4 +1,4 @@
-"""PyBullet reaches the errors that its best known configuration has, and models what a scene declares, nothing else.
+"""PyBullet reaches the errors of its best known configuration, and models the declared parts of a scene, nothing else.
 
 Errors are absolute, at steps of 1e-2, 1e-3 and 1e-4 s. Symplectic Euler is order 1, so each step has its own number.
 """
@@ -121,7 +121,7 @@ def test_errors_are_those_published(
     for dt, expected in zip(STEPS, published, strict=True):
         error = measure(policy, case, dt)
         # Not above twice the figure; far below it would mean that the measurement misses the error. The contact solver
-        # and where a step falls on an impact move the figures by less than that.
+        # and where a step falls on an impact move the figures by smaller factors.
         assert expected / 4 < error < 2 * expected, f"dt = {dt}: {error:.3g}, published {expected:.3g}"
 
 
@@ -425,7 +425,7 @@ def test_a_singular_force_stops_the_run_and_keeps_what_was_reached() -> None:
     assert "ZeroDivisionError" in (solution.stopped or "")
 
 
-def test_a_force_on_a_slider_is_that_of_the_start_of_its_step() -> None:
+def test_a_force_on_a_slider_is_taken_at_the_start_of_its_step() -> None:
     """At its position, velocity and time: symplectic Euler in five lines takes the same steps, up to rounding."""
     case, dt, count = variant("forced_oscillator", "engines"), 1e-2, 200
     equations = next(form.equations for form in case.all_forms() if isinstance(form, FirstOrder))
@@ -439,8 +439,8 @@ def test_a_force_on_a_slider_is_that_of_the_start_of_its_step() -> None:
     assert np.max(np.abs(found - expected)) < count * np.spacing(2.0)
 
 
-def test_the_first_step_of_a_hinge_in_maximal_coordinates_is_as_good_as_those_of_reduced_ones() -> None:
-    """Of order 2 in the step; after a change of pose the engine would take it with the pose before, 6e-3 off."""
+def test_the_first_step_of_a_hinge_is_as_good_in_maximal_as_in_reduced_coordinates() -> None:
+    """Its error has order 2. The engine would take it with the pose before a change of pose, 6e-3 off."""
     case, dt = variant("pendulum_simple", "engines"), 1e-3
     off = states(PyBulletMaximal, case, dt, np.array([dt])) - case.sample(np.array([dt]))
     assert np.max(np.abs(off)) < 10 * dt**2

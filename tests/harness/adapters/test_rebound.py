@@ -181,7 +181,7 @@ def test_steps_are_those_of_this_call(integrator: type[Integrator]) -> None:
 
 @pytest.mark.parametrize("integrator", [IAS15, BulirschStoer], ids=lambda kind: kind.name)
 def test_the_first_step_is_a_part_of_the_time_scale(integrator: type[Native]) -> None:
-    """So a motion takes the same steps whatever the unit of time."""
+    """So a motion takes the same steps in every unit of time."""
     first, longer = (integrator().advances(None, replace(PROBLEM, time_scale=scale), 1e-9)[0] for scale in (1.0, 8.0))
     assert longer == 8 * first > 0
 
@@ -313,7 +313,7 @@ def test_the_options_of_each_method(integrator: type[Integrator], setting: float
 def test_the_options_recorded_are_the_options_used(
     integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Read from the simulation after the trial; `dt` of adaptive methods is then that of a later step."""
+    """Read from the simulation after the trial; `dt` of adaptive methods is then the size of a later step."""
     import rebound
 
     made: list[Any] = []

@@ -23,7 +23,7 @@ BALL_JOINT = {"ball_joint", "gyroscopic", "position_force", "velocity_force"}
 ON_A_BALL_JOINT = [name for name in SMOOTH if "ball_joint" in (needs := get(name).scene.needs) and needs <= BALL_JOINT]  # type: ignore[union-attr]
 
 STRONGER = {"foucault_pendulum_nonlinear": "turntable"}
-"""Variants in which a force is no rounding of the others: the Earth turns a few 1e-10 of them."""
+"""Variants in which a force is not lost in the rounding of the others: the Earth's turning is a few 1e-10 of them."""
 
 
 def moving_state(case: Case) -> Floats:
@@ -83,7 +83,7 @@ def turned_about_the_origin(scene: Scene, h: float) -> Readings:
 
 @pytest.mark.parametrize("name", ON_A_BALL_JOINT)
 def test_a_body_on_a_ball_joint(name: str) -> None:
-    """By central differences of 1e-5 time scales: they err by 1e-10 of the rates, and by some ulp over 1e-5."""
+    """Central differences of 1e-5 time scales err by 1e-10 of the rates, and by some ulp over 1e-5."""
     case = get(name, STRONGER.get(name)).rounded()
     form, parameters = case.scene, tuple(map(float, case.parameter_values()))
     assert form is not None

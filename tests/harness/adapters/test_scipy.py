@@ -100,7 +100,7 @@ def stiff(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def stiff_opaque(t: Any, state: Values, parameters: Values) -> Values:
-    """The same, with a function that has no expression."""
+    """The stiff equations above, with a function that has no expression."""
     x, v = state
     (k,) = parameters
     return -1000 * k * (x - sin(v)), k + 0 * abs(x)
@@ -265,7 +265,7 @@ def test_odeint_does_not_take_the_pendulum_for_stiff() -> None:
 
 
 def options_used(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, Any], Any]:
-    """The options that a trial at 1e-5 recorded, and the object of the library's solver, which has those used."""
+    """The options that a trial at 1e-5 recorded, and the object of the library's solver, which has the used options."""
     used: list[Any] = []
     if issubclass(integrator, scipy_ivp.SolveIvp):
         kind = METHODS[integrator.method]

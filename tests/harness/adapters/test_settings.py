@@ -1,4 +1,4 @@
-"""Every integrator refuses a setting that is no step size and no tolerance, before it calls its library."""
+"""Every integrator refuses a setting that is neither a step size nor a tolerance, before it calls its library."""
 
 import pytest
 from gnomon.harness.contract.integrator import Refused, solver_of

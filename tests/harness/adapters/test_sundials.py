@@ -1,4 +1,4 @@
-"""SUNDIALS by its C interface and by its binding: errors, agreement, what it says where it fails, what it leaves behind."""
+"""SUNDIALS by its C interface and by its binding: errors, agreement, messages where it fails, remains in memory."""
 
 import gc
 import math
@@ -36,12 +36,12 @@ def escaping(t: Any, y: Any, p: Any) -> Any:
 
 
 def stiff(t: Any, y: Any, p: Any) -> Any:
-    """x relaxes to sin t, a million times faster than that changes."""
+    """x relaxes to sin t, a million times faster than sin t changes."""
     return (-1e6 * p[0] * (y[0] - sin(y[1])) + cos(y[1]), 1.0)
 
 
 def opaque(t: Any, y: Any, p: Any) -> Any:
-    """The same, with a function that has no expression."""
+    """The equations of `stiff`, with a function that has no expression."""
     return (-1e6 * p[0] * (y[0] - sin(y[1])) + cos(y[1]) + 0 * abs(y[0]), 1.0)
 
 
@@ -94,7 +94,7 @@ def test_samples_that_were_not_reached_are_nan_with_the_reason(
 
 @each
 def test_one_sample_that_was_not_reached_is_nan(kind: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of two times CVODE returns its own steps, the last one where it stopped: not the state at the sample."""
+    """Given two times CVODE returns its own steps. It stopped at the last one, which is not the state at the sample."""
     limit_steps(monkeypatch)
     found = solver_of(kind(), problem(escaping, 1, [2.0]), 1e-6)(np.array([[1.0]]))
     assert np.all(np.isnan(found.states))

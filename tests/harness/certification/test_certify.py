@@ -134,7 +134,7 @@ def test_long_spans_are_certified_by_windows_group_and_seams() -> None:
 
 
 def jumping(motion: Motion, mp: Any, t: Fraction) -> Sequence[Any]:
-    """By 1e-30 where theta passes zero, late in a long span."""
+    """A motion that jumps by 1e-30 where theta passes zero, late in a long span."""
     theta, omega = motion._state(mp, t)
     return theta + (mp.mpf(10) ** -30 if t > 2900 and theta > 0 else 0), omega
 

@@ -1,4 +1,4 @@
-"""A run on a real Dask scheduler with real worker processes gives what a run on one machine gives, whatever ends."""
+"""A run on a real Dask scheduler has the results of a run on one machine, even if a worker or the scheduler ends."""
 
 import sqlite3
 import subprocess
@@ -45,7 +45,7 @@ def run(path: Path, address: str, progress: Progress | None = None, suite: Any =
 
 
 def answers(frame: Any) -> Any:
-    """What does not depend on time, in a fixed order."""
+    """The columns that do not depend on time, in a fixed order."""
     return frame.sort_values(["trial_key", "launch"])[["trial_key", *[n for n in ANSWERS if n in frame]]].reset_index(
         drop=True
     )
@@ -53,7 +53,7 @@ def answers(frame: Any) -> Any:
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """The same run without a cluster."""
+    """This run without a cluster."""
     folder = tmp_path_factory.mktemp("alone")
     run_here(folder, SUITE, selection.choose(CASES, False), integrators(), workers=2)
     return store.load(folder)
@@ -90,8 +90,8 @@ def ended(process: subprocess.Popen[bytes]) -> None:
 def test_workers_and_scheduler_are_killed_and_nothing_is_lost_or_repeated(
     tmp_path: Path, processes: Processes, alone: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A worker dies first: its tasks run elsewhere. Then the scheduler: what came back stays, the run resumes on another
-    cluster, and runs only the rest. The trials and their errors are those of a run without a cluster, faults included."""
+    """A worker dies first: its tasks run elsewhere. Then the scheduler dies: returned results stay, the run resumes on
+    another cluster, and runs only the rest. A run without a cluster has the same trials and errors, faults included."""
     monkeypatch.setattr("gnomon.harness.cluster.dask_run.TASK_SECONDS", 0.1)  # one series a task
     path = tmp_path / "results.sqlite"
     address, scheduler = processes.scheduler()
@@ -108,7 +108,7 @@ def test_workers_and_scheduler_are_killed_and_nothing_is_lost_or_repeated(
     connected(address, 1)
     frame = run(path, address)
     after = measurements(path)
-    assert after[: len(before)] == before, "what came back is not touched"
+    assert after[: len(before)] == before, "the results that came back are not touched"
     assert len(after) == len({row[:2] for row in after}) == len(alone), "each trial and launch once"
     assert answers(frame).equals(answers(alone))
     assert {"ok", "crashed", "refused"} <= set(frame["status"])
@@ -117,7 +117,7 @@ def test_workers_and_scheduler_are_killed_and_nothing_is_lost_or_repeated(
 
 
 @pytest.mark.slow
-def test_the_quick_suite_on_two_dask_workers_is_that_of_two_processes(tmp_path: Path) -> None:
+def test_the_quick_suite_on_two_dask_workers_gives_the_results_of_two_processes(tmp_path: Path) -> None:
     """All cases and installed libraries of the suite; the clock decides which trials the limit ends, and those after them."""
     frames = []
     for name, more in (("here", ()), ("there", ("--dask", "local"))):
@@ -137,7 +137,7 @@ def measurements(path: Path) -> list[tuple[Any, ...]]:
 
 
 def test_a_worker_of_another_version_is_refused_by_name(tmp_path: Path, processes: Processes) -> None:
-    """Before anything runs, in one line that names the worker, what it has and what the client has."""
+    """Before anything runs, in one line that names the worker, its version and the client's version."""
     (tmp_path / "other_version.py").write_text(
         "from gnomon.harness.registry import environment\n"
         "found = environment.versions() | {'numba': '0.1'}\n"

@@ -1,4 +1,4 @@
-"""The command line: what people read. What is wrong with it: tests/attacks/test_command_lines.py."""
+"""The command line: its output for people. tests/attacks/test_command_lines.py has wrong command lines."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""`gnomon doctor`, and what is said of a library that is missing."""
+"""`gnomon doctor`, and the message about a missing library."""
 
 import pytest
 from command_line import gnomon

@@ -1,4 +1,4 @@
-"""`gnomon ensemble`: what it prints and writes; wrong usage is in test_command_lines.py."""
+"""`gnomon ensemble`: its output and its files; wrong usage is in test_command_lines.py."""
 
 import json
 from pathlib import Path

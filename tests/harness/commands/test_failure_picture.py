@@ -63,7 +63,7 @@ def test_the_picture_holds_the_solution_at_the_setting_of_the_failure() -> None:
 
 
 def test_a_solution_that_is_missing_or_not_finite_leaves_the_exact_motion() -> None:
-    """There is a picture all the same, and it says why nothing is computed; huge values do not change its scale."""
+    """The picture is drawn nevertheless, and says why nothing is computed; huge values do not change its scale."""
     trials = Trials.of(planted_methods.good_rk4, CaseSpec.of(get("pendulum_simple").rounded()), DEPTHS["low"])
     sound = failure_picture._measured(trials, "")
     row = Row("runs", "pendulum_simple", failed("", "states", "none"))

@@ -14,7 +14,7 @@ from gnomon.harness.results.outstanding import outstanding
 from said import numbers_in
 
 ENDED = 60
-"""Seconds to an end, against hours of work: what a loaded machine takes for the five that are promised."""
+"""Seconds to an end, against hours of work: a loaded machine may take so long for the promised five seconds."""
 BEGUN = 300
 """Seconds to the beginning of that work."""
 
@@ -136,7 +136,7 @@ def until(process: subprocess.Popen[str], told: str) -> None:
 
 
 def ended(process: subprocess.Popen[str]) -> str:
-    """The rest of what it said. The pipe ends when the last of its processes, which all hold it, has ended."""
+    """The rest of its output. The pipe ends when the last of its processes, which all hold it, has ended."""
     try:
         _, told = process.communicate(timeout=ENDED)
     except subprocess.TimeoutExpired:

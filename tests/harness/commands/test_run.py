@@ -1,4 +1,4 @@
-"""`gnomon run`: what stops it before it begins, and what it says at its end."""
+"""`gnomon run`: mistakes that stop it before it begins, and its words at the end."""
 
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from gnomon.harness.results import store
 
 
 def test_a_run_in_which_nothing_ran_says_why(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """A method for attitudes on a pendulum; there is no report of it either."""
+    """A method for attitudes on a pendulum; the run writes no report either."""
     out = str(tmp_path / "a.sqlite")
     arguments = ("run", "--case", "pendulum_simple", "--integrator", "RKMK 4", "--suite", "quick", "--out", out)
     assert gnomon(*arguments) == 1

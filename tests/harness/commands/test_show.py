@@ -1,4 +1,4 @@
-"""`gnomon show` prints what a case is."""
+"""`gnomon show` prints a case."""
 
 from pathlib import Path
 

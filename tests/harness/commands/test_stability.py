@@ -86,7 +86,7 @@ def test_nothing_measured_is_exit_code_2(capfd: pytest.CaptureFixture[str]) -> N
 
 
 def test_an_update_measures_named_panels_again_keeps_the_others_and_makes_all_sentences_anew(tmp_path: Path) -> None:
-    """Of a file that another revision wrote; changed seconds show which rows were kept."""
+    """Another revision wrote the file; changed seconds show which rows were kept."""
     file = tmp_path / "stability.json"
     words = ["--integrator", "gnomon:RK4", "--integrator", "gnomon:Heun", "--out", str(file)]
     panels = ["--panel", "linear", "--panel", "stiffness"]
@@ -113,7 +113,7 @@ def test_an_update_measures_named_panels_again_keeps_the_others_and_makes_all_se
     assert kept() == {(name, panel) for name, panel in every if panel == "stiffness"}
     measured_now = file.read_bytes()
     assert gnomon("stability", *words, *again) == 0
-    assert file.read_bytes() == measured_now, "what this revision measured is kept: an interrupted update resumes"
+    assert file.read_bytes() == measured_now, "rows that this revision measured are kept: an interrupted update resumes"
 
 
 def test_an_update_of_another_machine_is_refused(file: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""What `prepare` may return, and the start time of a problem."""
+"""The results that `prepare` may return, and the start time of a problem."""
 
 from dataclasses import replace
 from typing import Any
@@ -17,7 +17,7 @@ LATE = replace(PROBLEM, times=PROBLEM.times + 3.25, t0=3.25)
 
 
 class Returns(planted.Sound):
-    """Prepares what it is given."""
+    """Its `prepare` returns a given object."""
 
     def __init__(self, found: Any) -> None:
         self.found = found
@@ -33,7 +33,7 @@ def solve(initial_states: Any) -> Solution:
 def test_a_plain_function_becomes_a_solver() -> None:
     """README's integrator returns one."""
     solver = solver_of(Returns(solve), PROBLEM, 0.1)
-    assert solver.solve is solve, "what is timed is the function itself"
+    assert solver.solve is solve, "the function itself is timed"
     assert (solver.options, solver.reset, solver.close()) == ({}, None, None)
     assert solver(np.ones((2, 3))).states.shape == (2, 1, 3)
 

@@ -1,4 +1,4 @@
-"""One type says what became of a trial; memory, files and pages hold the same words."""
+"""One type states the outcome of a trial; memory, files and pages hold the same words."""
 
 import ast
 import json
@@ -26,7 +26,7 @@ WORDS = {
     "ok", "inaccurate", "diverged", "refused", "timeout", "crashed", "out_of_memory", "interrupted", "skipped",
     "unsupported", "not_installed",
 }  # fmt: skip
-"""What results files hold: one that is renamed here would make every older file unreadable."""
+"""The words in results files: a word that is renamed here would make every older file unreadable."""
 QUOTED = re.compile(rf"['\"]({'|'.join(WORDS)})['\"]")
 
 

@@ -1,4 +1,4 @@
-"""Counts and quantiles agree with those of all errors; parts add to the whole in any order."""
+"""Counts and quantiles agree with counts and quantiles of all errors; parts add to the whole in any order."""
 
 import functools
 
@@ -30,7 +30,7 @@ def test_bins_are_those_of_a_histogram() -> None:
 
 
 def test_an_edge_belongs_to_the_bin_above() -> None:
-    """So it does for a power of ten, which the tail counts as at least that."""
+    """A power of ten belongs to the bin above: the tail counts the samples with this error at least."""
     found = counted(samples(np.array([1e-9, np.nextafter(1e-9, 0), 1e-3, 1e-2])), (0, 1), 5)
     assert found.bins[1 + np.searchsorted(EDGES, 1e-9)] == 1
     assert dict(found.tail())[1e-3] == 2

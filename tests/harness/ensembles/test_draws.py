@@ -1,4 +1,4 @@
-"""Draws: the bits of a sample do not depend on the part in which it is drawn, and the points are those of Sobol."""
+"""Draws: the bits of a sample do not depend on the part in which it is drawn, and the points are Sobol's."""
 
 import numpy as np
 import pytest
@@ -9,15 +9,15 @@ from gnomon.harness.ensembles.draws import Varied
 
 @pytest.mark.parametrize("dimension", [1, 2, 5])
 def test_parts_have_the_bits_of_the_whole(dimension: int) -> None:
-    """In any sequence of parts. Five numbers need two counters of Philox a sample."""
+    """The sequence of parts does not matter. Five numbers need two counters of Philox a sample."""
     whole = draws.unit(7, dimension, 0, 1024)
     for first, count in ((0, 256), (256, 512), (3, 5), (600, 100), (1023, 1), (0, 1024)):
         assert np.array_equal(draws.unit(7, dimension, first, count), whole[first : first + count])
 
 
 def test_points_are_spread_as_sobol_points_are() -> None:
-    """Of the first 2^10 points one is in each interval of length 2^-10 (they are a (0, m, 1) net in each dimension), and
-    the same holds of the next 2^10. The bits that Philox adds do not change that."""
+    """Each interval of length 2^-10 has one of the first 2^10 points (they are a (0, m, 1) net in each dimension), and
+    one of the next 2^10. The bits that Philox adds move no point to another interval."""
     for first in (0, 1024):
         for column in draws.unit(1, 4, first, 1024).T:
             assert np.array_equal(np.sort(np.floor(column * 1024)), np.arange(1024))

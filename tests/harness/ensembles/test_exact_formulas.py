@@ -10,7 +10,7 @@ from gnomon import cases
 
 @pytest.mark.parametrize("name", FORMULAS)
 def test_states_are_those_of_the_case(name: str) -> None:
-    """Parameters and components in the order of the case: for its own numbers and those of its variants."""
+    """Parameters and components in the order of the case: for its own numbers and the numbers of its variants."""
     kind = cases.case_class(name)
     for variant in (None, *(v.name for v in kind.variants if not v.name.startswith(("long", "orbits")))):
         case = get(name, variant).rounded()
@@ -36,7 +36,7 @@ def test_what_the_formula_does_not_know_comes_from_the_exact_motion() -> None:
 
 
 def test_what_is_outside_the_domain_has_no_state() -> None:
-    """By a range, by a joint rule, by the collision that a span reaches, and by numbers that are out of reach."""
+    """A range, a joint rule, a collision within the span, and numbers out of reach exclude samples."""
     pendulum, kepler = get("pendulum_simple").rounded(), get("kepler_orbit").rounded()
     _, reasons = exact_states(pendulum, np.array([[-1.0, 1.0], [1.0, 1.0]]), np.ones((2, 2)), np.array([1.0]))
     assert reasons == [OUTSIDE, ""]

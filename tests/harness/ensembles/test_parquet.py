@@ -1,4 +1,4 @@
-"""Samples in Parquet files: read back as they were, and refused where they are not those of one ensemble."""
+"""Samples in Parquet files: read back as they were, and refused unless they belong to one ensemble."""
 
 import shutil
 from dataclasses import replace

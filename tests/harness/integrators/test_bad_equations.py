@@ -40,8 +40,8 @@ def solved(method: Integrator, form: Any, kind: type, start: tuple[float, ...] =
 
 
 def pairs(forms: dict[type, Any], compiled: bool = False) -> list[Any]:
-    """Every method with each kind of form that it accepts. Where the forms are compiled GaussFast takes seconds for each: with
-    those of first order alone in `make test`."""
+    """Every method with each kind of form that it accepts. Where forms are compiled GaussFast takes seconds for each:
+    `make test` has its first-order forms alone."""
     return [
         pytest.param(
             method,

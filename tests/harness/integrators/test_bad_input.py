@@ -1,4 +1,4 @@
-"""What is said of a step that does not divide, and of equations that fail. All methods: test_promises, test_bad_equations."""
+"""Messages about steps that do not divide and equations that fail. All methods: test_promises, test_bad_equations."""
 
 from typing import Any
 

@@ -61,7 +61,7 @@ def motion(name: str, scale: float, tolerance: float, count: int) -> Solution:
 def test_the_unit_of_length_changes_no_bit(name: str, tolerance: float, count: int) -> None:
     """Powers of two are exact: 2^960 is 1e289. Where r^2 is formed it stays above the underflow up to 2^-500.
 
-    In `make test` the ensemble is that of the oscillator: of the other form it takes 20 s to compile.
+    `make test` has the ensemble of the oscillator only: the other form takes 20 s to compile.
     """
     expected = motion(name, 1.0, tolerance, count)
     assert expected.stopped is None
@@ -112,7 +112,7 @@ def test_a_sample_whose_stages_are_not_found_is_no_result(compiled_anew: pytest.
 
 
 def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(compiled_anew: pytest.MonkeyPatch) -> None:
-    """Here samples fail within steps longer than .3, and must be right all the same."""
+    """Here samples fail within steps longer than .3, and must be right nevertheless."""
     samples = SingleText.samples
 
     def failing(text: SingleText) -> str:

@@ -88,7 +88,7 @@ def test_the_same_bits_again(method: Integrator) -> None:
 
 @EVERY
 def test_nothing_is_allocated_in_a_step(method: Integrator) -> None:
-    """The same allocations for a few steps as for several times as many."""
+    """A call with several times as many steps makes as many allocations."""
     from numba.core.runtime import _nrt_python, rtsys
 
     _nrt_python.memsys_enable_stats()
@@ -116,7 +116,7 @@ def test_no_claim_without_a_test(method: Integrator) -> None:
 
 @pytest.mark.slow
 def test_the_same_bits_in_another_process_that_compiles_anew(tmp_path: Path) -> None:
-    """With machine code from the cache, and compiled with an empty cache."""
+    """The other process takes machine code from the cache, or compiles with an empty cache."""
     program = (
         f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
         "import numpy as np, test_promises as here\n"

@@ -1,6 +1,6 @@
 """Round-off of fixed steps is a random walk: a method's own quadratic invariant drifts as sqrt t, not as t.
 
-The invariant is that of the method's own step, computed to 60 digits, so that truncation does not hide round-off.
+The exact step of the method keeps this invariant, computed to 60 digits, so that truncation does not hide round-off.
 """
 
 from collections.abc import Callable
@@ -73,7 +73,7 @@ def pushing_and_turning(t: Any, place: Values, parameters: Values) -> Values:
 
 
 def gyration(parameters: Values) -> Values:
-    """Of (x, y, u_x, u_y) in a uniform magnetic field."""
+    """The slopes of (x, y, u_x, u_y) in a uniform magnetic field."""
     b = parameters[0]
     return 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, b, 0, 0, -b, 0
 
@@ -118,8 +118,8 @@ def turning_equations(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def step_of(method: type[FixedStep]) -> float:
-    """So short that truncation at the start is below round-off; for the exponential method, which has none, one at which
-    the rounded exponential is far from a rotation: its determinant is 0.077 units of round-off off."""
+    """A step so short that truncation at the start is below round-off. The exponential method has no truncation: at its
+    step the rounded exponential is far from a rotation, as its determinant is 0.077 units of round-off off."""
     if method is HochbruckOstermann4:
         return 0.275
     return 0.01 if method is Stormer8 else 0.02 if issubclass(method, Stormer) else 0.1
@@ -182,7 +182,7 @@ def invariant_of(method: type[FixedStep], form: Any, h: float) -> tuple[Value, A
 
 
 def matrix_of_stormer(mp: Any, order: int, h: Any) -> Any:
-    """Of a step, once what the start brought beside the oscillation z^n has died down, on (q, v) = (1, d) z^n."""
+    """The matrix of a step on (q, v) = (1, d) z^n, once all parts of the start but the oscillation z^n have decayed."""
     square = h * h * mp.mpf(SQUARE)
 
     def total(weights: Any, z: Any) -> Any:
@@ -257,7 +257,7 @@ def test_over_a_million_steps_the_drift_of_gauss_methods_is_a_random_walk(
 
 
 def test_at_steps_of_a_radian_rounded_coefficients_make_no_drift() -> None:
-    """With those of the second-order equations rounded one by one it was .0053 units in each step, with a power of .88."""
+    """Second-order coefficients rounded one by one made a drift of .0053 units in each step, with a power of .88."""
     low, _ = interval_of_power(Gauss5, 2**17, h=1.0)
     assert low < 0.5
 

@@ -1,4 +1,4 @@
-"""What implicit methods accept solves their stage equations: thousands of random steps against independent solutions.
+"""Accepted steps of implicit methods solve the stage equations: thousands of random steps, independent solutions.
 
 A linear step against Padé's approximant in extended precision, a nonlinear one against Newton's method continued from a
 step of length 0 to the whole step, one on a circle against the root of a quadratic equation.
@@ -409,7 +409,7 @@ def test_adaptive_radau_solves_its_stages_to_a_part_of_its_tolerance(tolerance: 
     error control accepts.
 
     The norm is a mean over six numbers, two of which are of the last stage: 3.5. The rate of the first two changes, the
-    only one known after them, can be three times below that of the later ones.
+    only rate known after them, can be a third of the rate of later changes.
     """
     start, exact = radau_falls(count)
     solve = Radau5().prepare(one_step(FirstOrder(relax), 2, time_scale=1e6), tolerance)

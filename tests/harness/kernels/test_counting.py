@@ -12,7 +12,7 @@ from gnomon import cases
 
 
 def test_counting_changes_no_bit_and_counts_each_call_once() -> None:
-    """Else counts would be of other equations than times are."""
+    """Else counts and times would belong to different equations."""
     case = cases.get("gyrocompass").rounded()
     plain = problem_of(case, lookup.find_one("gnomon:RK4").accepts)
     counted = replace(plain, counted=True)

@@ -27,7 +27,7 @@ def run(text: str, mp: Any, t: Any, state: Any, parameters: Any, outputs: int) -
 
 def by_complex_step(mp: Any, form: FirstOrder, t: Any, state: list[Any], parameters: list[Any]) -> list[Any]:
     """df/dy, row by row."""
-    arithmetic = mpmath_arithmetic(mp) | {"hypot": lambda x, y: mp.sqrt(x * x + y * y)}  # that of mpmath is real
+    arithmetic = mpmath_arithmetic(mp) | {"hypot": lambda x, y: mp.sqrt(x * x + y * y)}  # mpmath's hypot is real
     equations, h, columns = rebind(form.equations, arithmetic), mp.mpf(10) ** -STEP, []
     for j in range(len(state)):
         aside = [x + mp.mpc(0, h) * (i == j) for i, x in enumerate(state)]
@@ -78,7 +78,7 @@ def test_derivatives_of_functions_and_powers_of_two_arguments() -> None:
 
 
 def test_zero_derivatives_are_numbers() -> None:
-    """So that they are left out of what is compiled."""
+    """So that the compiled code leaves them out."""
     trace = Trace(2, 1)
     (x, y), (p,) = trace.state, trace.parameters
     first, second, third, fourth = jacobian([p * y, trace.functions["sin"](trace.t) + x], (x, y))

@@ -44,13 +44,13 @@ def call(address: int) -> float:
 
 
 def forget() -> None:
-    """What this process has loaded."""
+    """Forget the machine code that this process has loaded."""
     machine_code.function.cache_clear()
     machine_code.compiled.cache_clear()
 
 
 def read(path: Path) -> bytes:
-    """What was stored in a file of the cache."""
+    """The content stored in a file of the cache."""
     content = cachefolder.load(path.parent, path.name)
     assert content is not None
     return content
@@ -208,7 +208,7 @@ def test_another_machine_does_not_use_files_of_this_one(kept: Path, monkeypatch:
 def test_another_compiler_or_python_does_not_use_files_of_this_one(
     module: str, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Machine code of another version may call what this one does not have."""
+    """Machine code of another version may call functions that this version does not have."""
     before = numba_fallback.machine()
     with monkeypatch.context() as patch:
         patch.setattr(f"gnomon.harness.kernels.numba_fallback.{module}.{name}", "another")

@@ -58,7 +58,7 @@ def test_code_and_function_give_the_same_bits(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "place"), [("pendulum_simple", 0), ("pendulum_on_cart", 1), ("forced_oscillator", None)]
 )
-def test_later_rounds_compute_sine_and_cosine_from_those_of_the_first(name: str, place: int | None) -> None:
+def test_later_rounds_compute_sine_and_cosine_from_the_first_round(name: str, place: int | None) -> None:
     """One angle in the state, or none: the angle of a force may depend only on time."""
     trace, values = traced_case(name)
     t, state, parameters = EVERY[name].at_random(0)

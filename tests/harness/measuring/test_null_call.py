@@ -21,7 +21,7 @@ CASE = planted.Short().rounded()
 
 
 class Costs(Integrator):
-    """Takes ENTRY for a call and STEP for each step, on a simulated clock; records what it was prepared for."""
+    """Takes ENTRY for a call and STEP for each step, on a simulated clock; records the problems that it prepares."""
 
     name, library = "costs", "planted"
     accepts = (FirstOrder,)

@@ -175,7 +175,7 @@ def test_drift_is_relative_to_a_small_invariant_unless_its_terms_cancel(speed: s
     departure = np.max(np.abs((vx**2 + vy**2) / 2 - 1 / np.hypot(x, y) - start))
     found = np.max(scorer.drift(moved)["energy"])
     if by_terms:
-        assert found < departure  # over 3, less what 64 samples miss of them
+        assert found < departure  # over 3, the largest size of the terms, less the part that 64 samples miss
     else:
         assert found == pytest.approx(departure / abs(start), rel=1e-6)
 

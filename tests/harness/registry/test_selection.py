@@ -1,4 +1,4 @@
-"""Options that narrow what is named: the same words for `gnomon list` and `gnomon run`."""
+"""Options that narrow the named cases and integrators: `gnomon list` and `gnomon run` take the same words."""
 
 import pytest
 from command_line import gnomon

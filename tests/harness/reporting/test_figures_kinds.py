@@ -1,4 +1,4 @@
-"""Small multiples by kind of system: each number is that of the rows that it tells of."""
+"""Small multiples by kind of system: each number agrees with the rows that it describes."""
 
 from typing import Any
 
@@ -40,7 +40,7 @@ def test_a_mark_is_the_median_and_range_over_the_cases_that_are_reached() -> Non
     assert marks["gnomon:A", "Orbits"]["text"].endswith("of 3 ranked, alone the fastest on 1 and tied on 1")
     assert marks["scipy:B", "Impacts: and more"]["text"] == "none of 1"
     assert marks["scipy:B", "Impacts: and more"]["at"] is None
-    assert ("gnomon:A", "Impacts: and more") not in marks, "what it cannot run is left empty"
+    assert ("gnomon:A", "Impacts: and more") not in marks, "a kind that it cannot run is left empty"
 
 
 def test_other_variants_and_errors_are_left_out() -> None:

@@ -1,4 +1,4 @@
-"""Profiles of libraries as charts: their data are those of `results.profiles`, and few problems make none."""
+"""Profiles of libraries as charts: their data are the data of `results.profiles`, and few problems make no chart."""
 
 import numpy as np
 import pandas as pd

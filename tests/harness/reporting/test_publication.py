@@ -51,7 +51,7 @@ VERIFIED: dict[str, list[str]] = {"not_measured": [], "survivors_without_reason"
 
 
 def sidecars(revision: str | None, **others: str) -> None:
-    """The files that were measured, of one revision or of others, and what `gnomon verify` found."""
+    """The files that were measured, of one revision or of others, and the findings of `gnomon verify`."""
     revisions = dict.fromkeys(publication.MADE_BY, revision)
     planted_sidecars.write(LOCAL, revisions | {f"{name}.json": other for name, other in others.items()})
     (LOCAL / "verification.json").write_text(json.dumps(VERIFIED))
@@ -86,7 +86,7 @@ def publish(wanted: publication.Subjects = WANTED) -> Path:
 
 @needs_git
 def test_what_was_measured_is_published_with_its_revision(tree: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The page names the revision of each file. What takes hours may stand in reports/ already, and stays."""
+    """The page names the revision of each file. A file that takes hours may stand in reports/ already, and stays."""
     monkeypatch.setattr(report, "write_figures", lambda *_: None)  # they take most of the time, and tests of their own
     Path("README.md").write_text("documents may change after the measurement")
     revisions = {"orders": tree[:8], "growth": tree[:9], "certificates": tree[:10]}

@@ -42,7 +42,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class _References(HTMLParser):
-    """Collects what a browser would fetch, and the ids that links point to."""
+    """Collects the addresses that a browser would fetch, and the ids that links point to."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -218,7 +218,7 @@ def test_pictures_of_few_colours_get_smaller_without_loss() -> None:
 
 
 def test_a_picture_with_a_transparent_part_stays() -> None:
-    """A palette has no colour for what shines through."""
+    """A palette has no colour for a partly transparent pixel."""
     pixels = np.full((5, 7, 4), 255, dtype=np.uint8)
     pixels[2, 3, 3] = 0
     picture = _written(pixels)
@@ -274,7 +274,7 @@ def test_drawings_get_leaner_and_look_the_same() -> None:
 
 def test_summary_and_figures(written: Path) -> None:
     summary = (written.parent / "summary.md").read_text(encoding="utf-8")
-    assert len(summary.encode()) < 1_000_000  # what a CI job summary takes
+    assert len(summary.encode()) < 1_000_000  # the limit of a CI job summary
     tables = [line for line in summary.splitlines() if line.startswith("|")]
     assert any("kepler_orbit" in line for line in tables)
     page = written.read_text(encoding="utf-8")
@@ -295,7 +295,7 @@ def test_summary_and_figures(written: Path) -> None:
 
 
 def test_a_page_without_figures_removes_those_that_it_would_contradict(written: Path, tmp_path: Path) -> None:
-    """Of an earlier report, by its manifest; a file of the user stays."""
+    """Figures of an earlier report, listed in its manifest, are removed; a file of the user stays."""
     figures = tmp_path / "figures"
     shutil.copytree(written.parent / "figures", figures)
     (figures / "own.svg").touch()

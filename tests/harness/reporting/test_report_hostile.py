@@ -39,9 +39,9 @@ def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _earlier(target: Path) -> None:
-    """What the folder has before: figures of an earlier report, listed in its manifest, and files of the user.
+    """Fill the folder before the report: figures of an earlier report, listed in its manifest, and files of the user.
 
-    The manifest is data too: entries that are no plain names are ignored.
+    The manifest is data too: entries that are not plain names are ignored.
     """
     figures = target / "figures"
     figures.mkdir(parents=True)

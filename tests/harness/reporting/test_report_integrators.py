@@ -22,7 +22,7 @@ def test_the_most_structured_form_names_the_kind() -> None:
 
 
 def _equal(*rows: tuple[str, str, float]) -> pd.DataFrame:
-    """Ratios at 1e-6 by case and integrator; those from 1.2 are separated."""
+    """Ratios at 1e-6 by case and integrator; ratios from 1.2 are separated."""
     table = pd.DataFrame(rows, columns=["case", "integrator_id", "ratio"])
     table = table.assign(
         target=1e-6, variant="", formulation="", library=table["integrator_id"].str[0], tied=table["ratio"] < 1.2,
@@ -86,7 +86,7 @@ def test_a_cell_names_the_cases_on_which_it_rests() -> None:
 
 
 def _exact_on(cases: int, setting: float = 0.5, error: float = 1e-15) -> pd.DataFrame:
-    """Default variants on which x:one has this error at this setting; at a smaller one it has that of round-off."""
+    """Default variants on which x:one has this error at this setting; at a smaller setting its error is round-off."""
     rows = [
         (f"c{k}", "", "x:one", each, "ok", at) for k in range(cases) for each, at in ((error, setting), (1e-15, 0.1))
     ]
@@ -113,7 +113,7 @@ def _many(count: int) -> pd.DataFrame:
 
 @pytest.mark.parametrize(("count", "text"), [(5, "2 not separated"), (6, "x:one")])
 def test_one_is_named_for_a_kind_where_its_cases_separate_it(count: int, text: str) -> None:
-    """The sign test of five cases on which one of two is ahead has a p value of 6 %, of six one of 3 %."""
+    """If one of two is ahead on five of five cases, the sign test has a p value of 6 %; on six of six, of 3 %."""
     (row,) = kind_rows(_many(count), REDUCED, {"all": [f"c{k}" for k in range(count)]})
     assert row["cells"][1].text == text
 
@@ -178,7 +178,7 @@ def test_every_integrator_on_one_line() -> None:
         "order": ("3.95", "on 2, declared 4"),
         "error / tolerance": ("8", ""),
         "hard variants solved": ("50 %", "1 of 2"),
-        "energy over long spans": ("–", ""),  # the laws are those of gnomon's own
+        "energy over long spans": ("–", ""),  # the laws are of gnomon's own integrators
     }
     assert [cell.text for cell in new.cells] == ["1", *["–"] * 9]
     assert [cell.sorts for cell in new.cells[:3]] == ["1", "0", ""]
@@ -196,7 +196,7 @@ def test_without_laws_the_card_has_none(growth: dict[str, list[str]] | None) -> 
 
 
 def test_lines_are_given_for_known_integrators_alone() -> None:
-    """The names come from a results file: what it names is looked up, and neither imported nor run."""
+    """The names come from a results file: they are looked up, and neither imported nor run."""
     rows = [{"head": "all", "cells": [], "named": ["gnomon:RK4", "os:system"]}]
     found = lines_of(rows)
     assert list(found) == ["gnomon:RK4"]

@@ -1,4 +1,4 @@
-"""What a report says of a run that is not complete."""
+"""The words of a report about a run that is not complete."""
 
 import sqlite3
 from pathlib import Path
@@ -13,7 +13,7 @@ from gnomon.harness.results.outstanding import outstanding
 
 
 def _without(results: Path, condition: str) -> int:
-    """Remove the measurements of the trials that meet a condition; returns how many trials these are."""
+    """Remove the measurements of the trials that meet a condition; returns the number of these trials."""
     with sqlite3.connect(results) as db:
         trials = f"SELECT trial_key FROM trials WHERE {condition}"
         ((count,),) = db.execute(f"SELECT count(*) FROM ({trials})")

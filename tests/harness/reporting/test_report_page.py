@@ -263,7 +263,7 @@ def test_a_link_into_a_closed_part_opens_it(visit: Callable[..., Visit], tmp_pat
 
 
 def test_the_page_can_be_read_by_all(visit: Callable[..., Visit], tmp_path: Path) -> None:
-    """By axe-core's rules of WCAG 2, A and AA: contrast, alternative texts, names, what scrolls reached by the keyboard."""
+    """By axe-core's rules of WCAG 2, A and AA: contrast, alternative texts, names, scrolling by the keyboard."""
     (tmp_path / "stability.json").write_text(json.dumps(STABILITY))
     report = write_report(synthetic.write(tmp_path / "results.sqlite"), tmp_path)
     for scheme, width in (("light", 1400), ("light", 390), ("dark", 1400)):

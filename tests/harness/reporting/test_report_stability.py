@@ -93,7 +93,7 @@ def test_every_figure_can_be_drawn_and_names_its_integrators(cells: bool) -> Non
 
 
 def test_each_region_has_its_own_bars_only() -> None:
-    """A method with a smaller disc has fewer bars; each figure once had those of all methods."""
+    """A method with a smaller disc has fewer bars; each figure once had the bars of all methods."""
     content = found(mark("imaginary", 0.7))
     small = euler_region()
     small["modulus"] = (3 * np.array(small["modulus"])).tolist()  # a disc of a third of the radius

@@ -84,7 +84,7 @@ def test_who_is_separated_from_all_others_and_how_far_behind_the_others_are() ->
 
 
 def test_no_sentence_ranks_what_one_launch_timed_or_a_span_that_is_too_short() -> None:
-    """Nor an integrator that has a case for itself. Each sentence says of how many cases, and why."""
+    """No sentence ranks an integrator that has a case for itself. Each has the number of cases and the reason."""
     frames = [_equal(launches=1), ranked(_equal().assign(null_share=0.2)), ranked(_equal().drop_duplicates("case"))]
     texts = [text for frame in frames for text in findings(frame, pd.DataFrame(), (), _reduced(), _trusted())]
     assert [numbers_in(text) for text in texts] == [["1e-6", "2", "2"]] * 3
@@ -104,7 +104,7 @@ def _trusted(*ratios: tuple[str, str, float]) -> pd.DataFrame:
 
 
 def test_who_solves_more_hard_variants_and_whose_tolerance_means_what_it_says() -> None:
-    """x:one solves half of sixteen hard variants, y:three all; who ran fewer than half is left out."""
+    """x:one solves half of sixteen hard variants, y:three all; an integrator that ran fewer than half is left out."""
     names = [(case, kind) for kind in ("stiff", "long") for case in "abcdefgh"]
     rows = [(*problem, "x:one", math.nan if problem[1].startswith("stiff") else 1e-9) for problem in names]
     rows += [(*problem, "y:three", 1e-8) for problem in names]
@@ -118,7 +118,7 @@ def test_who_solves_more_hard_variants_and_whose_tolerance_means_what_it_says() 
 
 
 def test_who_is_not_separated_on_hard_variants_is_not_more_reliable() -> None:
-    """Three of four differ from all of four by one variant; what a rule left out is no failure."""
+    """Three of four differ from all of four by one variant; a variant that a rule left out is not a failure."""
     problems = [(case, "hard") for case in "abcde"]
     right = {"x:all": 5, "x:most": 4, "x:some": 3, "x:none": 0}
     rows = [
@@ -170,7 +170,7 @@ def test_the_effect_of_configuration() -> None:
     said = findings(_equal(), policies, (), _reduced(), _trusted())[-1]
     assert numbers_in(said) == ["0.01", "2", "3", "5.0"]
     one = findings(_equal(), _policies(("a", math.nan, 0.1)), (), _reduced(), _trusted())[-1]
-    assert numbers_in(one) == ["0.01", "1", "1"], "nothing is divided by an error that is no number"
+    assert numbers_in(one) == ["0.01", "1", "1"], "nothing is divided by an error that is not a number"
 
 
 @pytest.mark.parametrize(

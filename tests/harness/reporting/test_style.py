@@ -1,4 +1,4 @@
-"""The kind of method of a series, from what its integrator declares."""
+"""The kind of method of a series, from the declarations of its integrator."""
 
 import pandas as pd
 import pytest

@@ -1,4 +1,4 @@
-"""What tables print, on rows whose numbers are known."""
+"""The numbers of tables, on rows whose numbers are known."""
 
 import math
 from typing import Any
@@ -121,7 +121,7 @@ def test_a_library_is_as_fast_as_its_best_on_each_case_and_slower_where_that_is_
 
 
 def _ran() -> pd.DataFrame:
-    """Rows of `analysis.settings` of what EQUAL has."""
+    """Rows of `analysis.settings` for the cases and integrators of EQUAL."""
     names = (
         EQUAL[["case", "integrator_id", "library"]].drop_duplicates().assign(variant="", formulation="", status="ok")
     )
@@ -135,7 +135,7 @@ def test_times_of_a_case_say_how_they_compare_and_from_how_many_launches() -> No
     ran = pd.concat([_ran(), never.assign(library="x", prepare_seconds=math.nan, setting=1e-6)])
     uses = pd.DataFrame({"first_use": [2.5], "first_case": ["b"]}, index=["x:two"])
     rows = {row.head: row for row in tables.equal_error_rows(EQUAL, ran, uses)["a"]}
-    assert [row.cells[-1].text for row in rows.values()] == ["13.0 ms"] * 3 + ["–"], "what they prepare is beside it"
+    assert [row.cells[-1].text for row in rows.values()] == ["13.0 ms"] * 3 + ["–"], "preparation is beside it"
     firsts = [row.cells[-1].note for row in rows.values()]
     assert firsts == ["first use not measured", "2.50 s at first use (on b)", "first use not measured", ""]
     assert list(rows) == ["x:one", "x:two", "y:three", "x:no"]
@@ -246,7 +246,7 @@ def test_a_count_has_its_noun_in_the_right_number() -> None:
 
 
 def test_the_measurements_that_waited_for_a_processor_are_counted() -> None:
-    """What is not known is said, so that it does not count as no wait."""
+    """A delay that is not known is stated, so that it does not count as no wait."""
     frame = pd.DataFrame({"seconds_median": [1.0, 1.0, 1.0], "delay_seconds": [0.0, 0.1, 0.2]})
     older = frame.assign(delay_seconds=[None, None, 0.2]).astype(float)
     known, unknown = (numbers_in(tables.waited_text(each)) for each in (frame, older))

@@ -159,7 +159,7 @@ def test_errors_of_coarse_steps_that_level_off_are_not_a_plateau() -> None:
     [([1, 1, 1, 1], True), ([1, 1, 1, 1.06], True), ([1, 1, 1, 0.9], False), ([1, 1, 0.03, 1], False)],
 )
 def test_an_order_is_printed_only_where_the_points_lie_on_a_line(bend: list[float], straight: bool) -> None:
-    """A factor f on the finest of four errors changes the last slope by log2 f, and that of the fit by 0.3 of it."""
+    """A factor f on the finest of four errors changes the last slope by log2 f, and the fitted slope by 0.3 log2 f."""
     errors = [1e-3 * 0.25**k * f for k, f in enumerate(bend)]
     rows = analysis.settings(_rows("verlet", errors, [1.0] * 4, conditioning=1e-16))
     (found,) = analysis.orders(rows).to_dict("records")
@@ -245,7 +245,7 @@ def test_verdicts() -> None:
     matrix = analysis.status_matrix(analysis.settings(pd.concat([good, cut, broken, never, hung])))
     verdicts = matrix.set_index("integrator_id")["verdict"].to_dict()
     answered = {"l:good": "ok", "l:cut": "ok", "l:broken": "partly", "l:never": "inaccurate"}
-    assert verdicts == answered | {"l:hung": "timeout"}, "what was not started is no failure"
+    assert verdicts == answered | {"l:hung": "timeout"}, "a setting that was not started is not a failure"
     assert matrix.set_index("integrator_id").loc["l:broken", "reason"] == "why"
 
 
@@ -274,7 +274,7 @@ def test_slow_settings_of_one_launch_leave_the_medians_of_the_others() -> None:
 
 
 def test_times_are_those_of_whole_calls_with_the_share_of_the_null_call() -> None:
-    """A user waits for the whole call; what a call takes before its first step is no reason to subtract it."""
+    """A user waits for the whole call: the time before its first step is not subtracted."""
     errors = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10]
     rows = _rows("costly call", errors, [12e-5, 13e-5, 15e-5, 19e-5, 27e-5], null_seconds=1e-4)
     (found,) = analysis.equal_error(rows[rows["launch"] == 0], (1e-6,)).to_dict("records")
@@ -292,8 +292,8 @@ CALL, STEP, STAGES = 1e-4, 2e-6, 12
 
 @pytest.mark.parametrize("forced", [0, 1, 64], ids=["fixed steps", "interpolates", "stops at samples"])
 def test_the_steps_in_a_null_call_are_free_for_no_method(forced: int) -> None:
-    """A method that stops at samples takes 64 steps in a null call, up to half of those of a whole call; one that
-    interpolates takes one. The time of fixed steps has none. All three pay the same for the call."""
+    """A method that stops at samples takes 64 steps in a null call, up to half the steps of a whole call; a method that
+    interpolates takes one step, a method of fixed steps no step. All three pay an equal time for the call."""
     steps = np.maximum([70, 90, 150, 300, 700], forced)
     columns = {"rhs_calls": STAGES * steps, "steps": None, "null_work": STAGES * forced}
     seconds = CALL + STEP * STAGES * steps
@@ -308,7 +308,7 @@ def test_the_steps_in_a_null_call_are_free_for_no_method(forced: int) -> None:
     pd.testing.assert_frame_equal(analysis.tidy(frame), frame)
 
 
-def test_a_null_call_whose_work_cannot_be_told_from_that_of_the_whole_stays_whole() -> None:
+def test_a_null_call_with_about_the_work_of_a_whole_call_keeps_its_time() -> None:
     """A cost a right-hand side from less than twice the work would be noise; and one from a file without counts unknown."""
     rows = _rows("one", [1e-2, 1e-4], [2e-4, 2.1e-4], rhs_calls=100, null_seconds=1e-4, null_work=60)
     assert set(rows["null_seconds"]) == {1e-4}
@@ -322,7 +322,7 @@ def test_a_measurement_that_waited_for_a_processor_is_counted() -> None:
     assert analysis.waited(rows) == (4, 1, 1)
 
 
-def test_the_times_of_a_lengthened_span_take_the_place_of_those_of_the_default_one() -> None:
+def test_times_of_a_lengthened_span_replace_times_of_the_default_span() -> None:
     """On the cases that have one; error and time are of the same solve."""
     default = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
     longer = _rows("one", [1e-1, 1e-3], [16.0, 32.0], variant="default timing span x16")
@@ -365,7 +365,7 @@ def test_times_of_several_machines_are_not_compared() -> None:
 
 
 def test_a_model_hierarchy_compares_times_of_one_machine() -> None:
-    """The time of a model over that of the full case, for an integrator that ran both on the same machine."""
+    """The time of a model over the time of the full case, for an integrator that ran both on the same machine."""
     reduced = pd.DataFrame({"case": ["c", "d"], "variant": "", "span": 1.0, "time_scale": 1.0})
     equal = pd.DataFrame({"case": ["c", "d"], "variant": "", "formulation": "", "target": 1e-6, "integrator_id": "l:A"})
     equal = equal.assign(seconds=[1.0, 2.0], machine="m")

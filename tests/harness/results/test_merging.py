@@ -1,4 +1,4 @@
-"""Files of shards merge into the file of one run; what two of them measured is refused or counted, never mixed."""
+"""Files of shards merge into the file of one run; trials that two shards measured are refused or counted, not mixed."""
 
 import sqlite3
 from collections.abc import Callable

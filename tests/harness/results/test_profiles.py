@@ -15,7 +15,7 @@ TIMES = pd.DataFrame(
 
 
 def test_shares_are_those_that_are_counted() -> None:
-    """Ratios: A 1, 4, 2; B 2, 1, 2; C never, never, 1. What nobody solves is no problem of the profile."""
+    """Ratios: A 1, 4, 2; B 2, 1, 2; C never, never, 1. A problem that nobody solves is not in the profile."""
     relative = profiles.ratios(TIMES)
     assert list(relative.index) == ["p", "q", "r"]
     shares = {one.name: one.share for one in profiles.profiles(relative, [1, 2, 4, 1e9])}
@@ -49,7 +49,7 @@ def test_bands_hold_the_share_and_shrink_with_the_number_of_cases() -> None:
 
 
 def test_variants_of_a_case_are_drawn_together() -> None:
-    """Twenty variants of one case are no twenty independent problems."""
+    """Twenty variants of one case are not twenty independent problems."""
     index = pd.MultiIndex.from_tuples([(case, variant) for case in "ab" for variant in range(20)])
     values = pd.DataFrame({"x": [1.0] * 20 + [0.0] * 20}, index=index)
     (one,) = profiles.profiles(values, [1.0], above=True)

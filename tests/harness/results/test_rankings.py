@@ -1,4 +1,4 @@
-"""Ranks: who is separated from whom in a cell, over a page and over hard variants; times again from the exported rows."""
+"""Ranks: separated integrators in a cell, over a page and over hard variants; times again from the exported rows."""
 
 import csv
 import math
@@ -99,7 +99,7 @@ def cells(times: dict[str, dict[str, list[float]]], null_share: float = 0.01) ->
 
 def drawn(rng: np.random.Generator, factors: dict[str, float], launches: int = 10) -> dict[str, list[float]]:
     """Seconds of integrators whose times are `factors` apart, with the scatter that was measured."""
-    noise = measured(rng, (len(factors), launches)) / math.sqrt(2)  # that of one launch, of which two differ by it
+    noise = measured(rng, (len(factors), launches)) / math.sqrt(2)  # of one launch, from a difference of two
     return {name: (factor * np.exp(row)).tolist() for (name, factor), row in zip(factors.items(), noise, strict=True)}
 
 
@@ -139,7 +139,7 @@ def test_a_cell_is_ranked_only_where_launches_and_span_allow_it() -> None:
     )
     assert rows["cell"].groupby("case").first().to_dict() == {"one": ONE_LAUNCH, "several": RANKED, "alone": ALONE}
     assert rows.loc[("several", "x:b"), "slower"]
-    assert not rows.loc["one", "slower"].any(), "one launch separates nothing, whatever the ratio"
+    assert not rows.loc["one", "slower"].any(), "one launch separates nothing, at any ratio"
     assert ranked(cells({"several": several}, 0.1))["cell"].unique() == [RANKED]
     assert ranked(cells({"several": several}, 0.11))["cell"].unique() == [TOO_SHORT]
     assert not ranked(cells({"several": several}, 0.11))["slower"].any()

@@ -1,4 +1,4 @@
-"""The regression check reports a lower order, larger errors, more work, a worse status, and what was not compared."""
+"""The regression check reports a lower order, larger errors, more work, a worse status, and series not compared."""
 
 from pathlib import Path
 from typing import Any
@@ -94,7 +94,7 @@ def test_nothing_in_common_is_an_error(base: Any) -> None:
 
 
 def test_a_much_larger_error_at_any_one_setting_is_a_regression(base: Any) -> None:
-    """The median of a series does not show it. A change that the last bits of libm can cause is no regression."""
+    """The median of a series does not show it. A change that the last bits of libm can cause is not a regression."""
     rows = chosen(base)
     settings = rows["setting"][rows["error_max"] > 1e-13].tolist()  # below, errors are at the attainable error
     assert len(settings) >= 5

@@ -34,7 +34,7 @@ def test_methods_a_factor_of_1_5_apart_are_separated_in_80_percent(scatter: Scat
 
 
 def test_without_a_least_scatter_modes_separate_identical_methods(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two or three launches in one mode each show no scatter: this is what the constant is for."""
+    """Two or three launches in one mode each show no scatter: the constant is for such launches."""
     monkeypatch.setattr(separation, "LEAST_SCATTER", 0.0)
     drawn = modes(np.random.default_rng(7), (TRIALS, 2))
     assert np.mean([paired(row) <= separation.RATE for row in drawn]) > 0.1

@@ -108,7 +108,7 @@ def test_a_table_that_cannot_be_written_completely_leaves_the_former_file(
 
 @pytest.mark.parametrize("status", Status)
 def test_what_a_limit_ended_runs_again_under_a_higher_one(status: Status) -> None:
-    """An interrupted trial runs again in any case; what the integrator determined stays."""
+    """An interrupted trial runs again in any case; a status that the integrator determined stays."""
     known = store.Known(status, 4, 1.0, 0.1)
     assert known.settles(0.5) == known.settles(1.0) == (status != "interrupted")
     assert known.settles(2.0) == (status not in ("interrupted", "timeout", "skipped"))

@@ -23,7 +23,7 @@ def series() -> list[plan.Series]:
 def test_parts_are_consecutive_and_differ_from_the_mean_by_at_most_the_largest_item(
     seconds: list[float], parts: int
 ) -> None:
-    """No division into whole items is better by more than that, and series of one case stay together."""
+    """No division into whole items is better by more than the largest item, and series of one case stay together."""
     found = cost.divided(range(len(seconds)), seconds, parts)
     assert [item for part in found for item in part] == list(range(len(seconds)))
     assert len(found) == parts

@@ -43,7 +43,7 @@ def test_it_is_measured_at_the_first_trial_of_a_series_once(tmp_path: Path) -> N
 
 
 def test_its_caches_are_empty_and_end_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """And those of this process are neither used nor changed."""
+    """The caches of this process are neither used nor changed."""
     for name in CACHES:
         monkeypatch.setenv(name, str(tmp_path / "kept"))
     seconds = [

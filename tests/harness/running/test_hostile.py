@@ -65,7 +65,7 @@ def test_each_fault_has_its_status_and_reason(frame: Any, kind: Any) -> None:
 
 @pytest.mark.parametrize("kind", [*SOUND, planted.NearDuplicate], ids=lambda kind: str(kind.name))
 def test_others_lose_nothing(frame: Any, kind: Any) -> None:
-    """Their errors are those of the correct one, bit for bit: no solution of a forked process was accepted."""
+    """Their errors equal the correct method's errors, bit for bit: no solution of a forked process was accepted."""
     rows, sound = of(frame, kind), of(frame, planted.Sound)
     both = (rows["status"] == "ok") & (sound["status"] == "ok")
     assert both.sum() >= 5

@@ -26,7 +26,7 @@ def states_of(name: str, folder: Path) -> Floats:
 
 
 def expected(text: str) -> Floats:
-    """By SciPy, or by the formula of a ball that bounces."""
+    """The states by SciPy, or by the formula of a ball that bounces."""
     times = np.array([0.5, 1.0, 1.5])
     if "swing" in text:
         return _solved(lambda t, y: [y[1], -9.81 * np.sin(y[0])], [1.2, 0.0], times)

@@ -38,7 +38,7 @@ def trials(case: cases.Case, integrator: Any) -> Any:
 
 
 def settings(sweep: Tolerance | Steps, interval: float = 1.0) -> tuple[float, ...]:
-    """Of an integrator with this sweep, on a problem whose time scale is 1."""
+    """The settings of an integrator with this sweep, on a problem whose time scale is 1."""
     swept = type("Swept", (planted.Sound,), {"sweep": sweep})()
     problem = problem_of(CASE, swept.accepts)
     return sweep_settings(swept, CASE, replace(problem, times=interval * np.arange(1, 65), time_scale=1.0))
@@ -199,7 +199,7 @@ def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
     with pytest.raises(ValueError, match=r"several libraries: name gnomon:DOP853 or scipy:DOP853, or \*:DOP853"):
         lookup.find("DOP853")
     assert {i.library for i in lookup.find("*:dop853*")} == {"gnomon", "scipy"}
-    assert [i.id for i in lookup.find("rebound:bs [*")] == ["rebound:BS [ODE mode]"], "brackets are no pattern"
+    assert [i.id for i in lookup.find("rebound:bs [*")] == ["rebound:BS [ODE mode]"], "brackets are not a pattern"
     with pytest.raises(ValueError, match=r"nothing matches 'spicy:\*'; did you mean scipy:"):
         lookup.find("spicy:*")
     assert {i.library for i in lookup.find("scipy")} == {"scipy"}
@@ -228,7 +228,7 @@ def test_perturbed_states_are_distinct_near_and_in_the_domain(name: str) -> None
     assert len({x.tobytes() for x in found} | {state.tobytes()}) == 101
     unit = np.spacing(np.maximum(np.abs(state), 1e-3 * sizes))
     # one ulp for the nearest; four where a rule relates components, which are then perturbed together by 2^-51 of their
-    # values; 100 states of one component of which one side is in the domain need 100 times that
+    # values; 100 states of one component of which one side is in the domain need 100 times as many
     nearest = 4 if name == RELATED else 1
     assert np.all(np.abs(found[0] - state) <= nearest * unit)
     assert all(np.all(np.abs(x - state) <= 100 * nearest * unit) for x in found)
@@ -297,7 +297,7 @@ def test_these_suites_have_every_case_and_take_the_foundation_further(name: str)
 
 
 def test_suites_differ_in_their_hard_variants() -> None:
-    """Each has what the ones before it have: run into one file, it adds what is missing."""
+    """Each suite has the variants of the suites before it: run into one file, it adds the missing variants."""
     inside, outside = "pendulum_simple/long_1e4", "bead_leaving_sphere/near_top"
     named = {name: set(plan.suite(name).names()) for name in ("foundation", "standard", "full", "catalogue")}
     assert {name: (inside in found, outside in found) for name, found in named.items()} == {

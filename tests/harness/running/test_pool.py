@@ -59,7 +59,7 @@ class Job:
 
 
 class Worker:
-    """What a script can do in the process of a worker."""
+    """The actions of a script in the process of a worker."""
 
     def __init__(self, pipe: Any, silent: int) -> None:
         self._pipe, self._silent = pipe, silent
@@ -173,7 +173,7 @@ UNPREPARED, NO_ANSWER = f"not prepared within {PREPARE:g} s", f"no answer within
 def test_each_stage_has_its_deadline(
     ran: Any, clock: Any, stages: tuple[str, ...], seconds: float, reason: str
 ) -> None:
-    """A compilation during a call has that of a preparation; after it the stage that it interrupted begins again."""
+    """A compilation during a call has the deadline of a preparation; after it the interrupted stage begins again."""
     assert ran(after(*stages), Job()) == [(Status.TIMEOUT, reason, 1)]
     assert clock.now == pytest.approx(seconds, abs=1e-3)
 
@@ -260,7 +260,7 @@ def end_by(number: int) -> Script:
 def test_a_worker_that_ends_or_sends_nonsense_fails_its_trial_alone(
     ran: Any, tmp_path: Path, script: Script, status: Status, reason: str
 ) -> None:
-    """What ends a process from outside does not count against the integrator. A new worker continues the series."""
+    """The end of a process from outside does not count against the integrator. A new worker continues the series."""
     began = tmp_path / "began"
 
     def first(worker: Worker) -> None:
@@ -309,7 +309,7 @@ def test_a_loss_of_the_server_costs_no_trial_but_the_second_one_does(ran: Any, t
 
 
 def test_an_answer_to_an_earlier_request_is_ignored(ran: Any) -> None:
-    """A process that an integrator forked may answer later what it was asked before."""
+    """A process that an integrator forked may answer an earlier request later."""
 
     def script(worker: Worker) -> None:
         worker.number -= 1
@@ -322,7 +322,7 @@ def test_an_answer_to_an_earlier_request_is_ignored(ran: Any) -> None:
 
 
 def running(number: int) -> bool:
-    """Whether a process exists, and is no zombie."""
+    """Whether a process exists, and is not a zombie."""
     try:
         return "\nState:\tZ" not in Path(f"/proc/{number}/status").read_text()
     except OSError:
@@ -422,7 +422,7 @@ def test_a_worker_has_a_share_of_the_memory() -> None:
 
 
 SOON = 0.2
-"""Seconds: the limit of a trial; what a worker waits for the processor is not counted."""
+"""Seconds: the limit of a trial; a worker's wait for the processor is not counted."""
 
 
 class Rests:

@@ -81,7 +81,7 @@ class Log:
 
     @property
     def known(self) -> dict[tuple[str, int], Known]:
-        """What a later run has of the rows."""
+        """The rows as a later run knows them."""
         return {(row["trial_key"], row["launch"]): Known.of(row) for row in self.rows}
 
     @property
@@ -164,7 +164,7 @@ def test_an_outcome_that_cannot_be_scored_is_a_crash_of_its_trial_only(scorer: S
 
 @pytest.mark.parametrize("clock", [2.0**-10, 1.0, 2.0**10], ids=lambda factor: f"clock x {factor:g}")
 def test_a_setting_is_left_out_at_three_times_the_limit_by_the_series_own_cost(scorer: Scorer, clock: float) -> None:
-    """A right-hand side costs what it costs here, and no constant decides. Both numbers stand in the reason."""
+    """The measured cost of a right-hand side decides, and no constant. Both numbers stand in the reason."""
     each, first = clock * FAR * 2.0**-20, 2**15 / clock
     log = Log(scorer, integrator=planted.Sound())
     log.run(lambda setting: (0.1 / setting * first * each, round(0.1 / setting * first)))
@@ -202,7 +202,7 @@ def test_a_tolerance_is_predicted_by_the_smallest_growth_so_far(scorer: Scorer) 
 
 
 def test_a_jump_of_the_first_count_predicts_nothing(scorer: Scorer) -> None:
-    """The loosest tolerance of an adaptive method may miss a pericentre: the growth after it is not that of the method."""
+    """The loosest tolerance of an adaptive method may miss a pericentre: the next growth is not the method's."""
     log = Log(scorer, integrator=WithTolerance())
     work = [10, 1000, 1200, 1440, 1728, 2074, 2488, 2986]
     log.run(lambda _: (work[len(log.rows)] / 1000 * FAR / 10, work[len(log.rows)]))
@@ -219,7 +219,7 @@ def test_a_count_that_fell_predicts_none_below_it(scorer: Scorer) -> None:
 
 @pytest.mark.parametrize("ended", range(8))
 def test_a_resumed_run_decides_as_one_that_was_not_interrupted(scorer: Scorer, ended: int) -> None:
-    """Whatever had been recorded: what is skipped follows from the measurements in the file."""
+    """After any number of recorded settings: the measurements in the file alone decide which settings are skipped."""
 
     def cost(setting: float) -> tuple[float, int] | None:
         return None if setting in (0.1, 0.1 / 8) else (0.2 * FAR / setting / 80, round(100 / setting))

@@ -1,4 +1,4 @@
-"""A run without times has the same errors; a run with times into the same file measures what has none."""
+"""A run without times has the same errors; a run with times into the same file measures the trials without times."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -32,4 +32,4 @@ def test_errors_alone_first_and_times_later(tmp_path: Path) -> None:
     assert len(both) == 2 * len(alone), "each trial a second time, and no third"
     assert (later["seconds_median"] > 0).all()
     assert later["error_max"].tolist() == alone["error_max"].tolist()
-    assert len(measured(tmp_path, TIMED.untimed())) == len(both), "what has a time has an error too"
+    assert len(measured(tmp_path, TIMED.untimed())) == len(both), "a trial with a time has an error too"

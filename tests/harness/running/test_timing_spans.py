@@ -39,7 +39,7 @@ def test_default_variants_of_cases_with_a_factor_are_timed_over_a_longer_span() 
         assert case.times[-1] == pytest.approx(float(case.span))
     assert plan.with_timing_spans(chosen, plan.suite("quick")) == chosen, "one launch ranks nothing"
     changed = [(case, " length=2") for case, _ in chosen]
-    assert plan.with_timing_spans(changed, FOUNDATION) == changed, "a factor is that of the default numbers"
+    assert plan.with_timing_spans(changed, FOUNDATION) == changed, "a factor belongs to the default numbers"
 
 
 def test_launches_go_to_the_timing_span_and_near_duplicates_have_none() -> None:
@@ -97,7 +97,7 @@ def test_a_motion_that_settles_has_ended() -> None:
 def test_a_span_suffices_where_the_null_call_of_every_contender_is_a_tenth(
     shares: tuple[float, ...], found: bool
 ) -> None:
-    """The third takes three times as long as the first: it is no contender."""
+    """The third takes three times as long as the first: it is not a contender."""
     times = pd.DataFrame({"ratio": [1.0, 1.9, 3.0], "null_share": shares})
     assert suffices(times) is found
     assert not suffices(times.iloc[:0]), "nothing was measured"

@@ -40,7 +40,7 @@ def call_of(seconds: float, start: Any, delay: float | None = None) -> Any:
 
 
 def planted_series(monkeypatch: pytest.MonkeyPatch, call: Any) -> _Series:
-    """A series on START whose calls are those of `call(start)`."""
+    """A series on START whose calls are `call(start)`."""
     series = object.__new__(_Series)
     series.task = SimpleNamespace(start=START, times=np.zeros(64), output="")  # type: ignore[assignment]
     series.perturbed = (np.full(2, float(k)) for k in itertools.count(1))
@@ -134,7 +134,7 @@ def delayed_calls(monkeypatch: pytest.MonkeyPatch, delays: list[float | None], r
 
 
 def test_a_call_that_waited_for_a_processor_is_repeated_from_new_states(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its time is that of the repeat, and its states count: they are of the exact initial state."""
+    """Its time is the time of the repeat. Its own states count: they are of the exact initial state."""
     most = DELAYED * 1.0
     delays, scored, starts = delayed_calls(monkeypatch, [0.3, 2 * most, most, 0.0])
     assert (delays, starts, scored.number) == ([most], [0, 1, 2], 0)

@@ -1,4 +1,4 @@
-"""The panel of digits: what a method loses beyond the problem, planted losses, and the horizon of a motion."""
+"""The panel of digits: digits that a method loses beyond the problem, planted losses, and the horizon of a motion."""
 
 import math
 from collections.abc import Callable
@@ -111,7 +111,7 @@ def test_a_method_for_one_form_is_measured_on_hard_variants_of_that_form(name: s
 
 
 def test_a_method_that_does_not_move_is_refused() -> None:
-    """The distance of the start from the exact motion is no error of a solution."""
+    """The distance of the start from the exact motion is not the error of a solution."""
     start = trials_of(planted(), *HARD).start
     found = row(planted(states=lambda found: np.broadcast_to(start, found.shape).copy()))
     assert found["failed"] == validation.DID_NOT_MOVE

@@ -1,4 +1,4 @@
-"""The panel of events: what right methods find at every depth, and the defects that each kind of passage shows."""
+"""The panel of events: findings on right methods at every depth, and the defects that each kind of passage shows."""
 
 from typing import Any, ClassVar
 

@@ -42,6 +42,6 @@ def test_no_panel_recommends_a_method_that_solves_nothing(
     for row in rows:
         assert "process ended" not in (row.reason or "")
         kept = [text for text in row.sentences if text.startswith("Use")]
-        if integrator.name == "stands":  # what does not move keeps its energy, whatever it solves
+        if integrator.name == "stands":  # a method that does not move keeps its energy on all equations
             kept = [text for text in kept if "energy" not in text]
         assert kept == []

@@ -71,7 +71,7 @@ def splitting_intervals(method: type[Splitting], to: float = 12.0) -> list[tuple
 
 
 def merged(intervals: Sequence[Sequence[float]], width: float) -> list[list[float]]:
-    """Intervals wider than this, those closer to each other than this as one: a scan may miss the others."""
+    """Intervals of at least this width, after closer neighbours were joined: a scan may miss narrower ones."""
     found: list[list[float]] = []
     for low, high in intervals:
         if found and low - found[-1][1] < width:
@@ -115,7 +115,7 @@ def test_gauss_methods_are_a_stable_and_not_l_stable(name: str, stages: int) -> 
 
 def stormer_limit(order: int) -> float:
     """The limit of Störmer's explicit method with `order` accelerations on the vibration: the first hw at which a root of
-    its characteristic polynomial leaves the unit circle. Weights of backward differences: those of
+    its characteristic polynomial leaves the unit circle. Its weights of backward differences are the series of
     (t / log(1 - t))^2 / (1 - t) (Hairer, Nørsett, Wanner, III.10)."""
     log = [mpmath.mpf(1) / (k + 1) for k in range(order + 1)]  # -log(1 - t)/t
     inverse = [mpmath.mpf(1)]

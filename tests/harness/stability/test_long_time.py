@@ -1,4 +1,4 @@
-"""The panel of long motions: laws of known methods, planted drifts, and what the fits say of series that are known."""
+"""The panel of long motions: laws of known methods, planted drifts, and the fits of known series."""
 
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -136,7 +136,7 @@ def test_a_method_that_limits_its_steps_is_measured_as_far_as_it_goes() -> None:
 
 
 def test_rk4_loses_the_energy_that_its_stability_function_says() -> None:
-    """|R(ih)|^2 - 1 = -h^6/72 + h^8/576: it has no invariant, and its loss is no round-off."""
+    """|R(ih)|^2 - 1 = -h^6/72 + h^8/576: it has no invariant, and its loss is not round-off."""
     found = oscillator(find_one("gnomon:RK4"), 0.1, 8)
     assert found["drift_ulp"] is None
     assert found["energy_change_a_step"] == pytest.approx(-(STEP**6) / 72 + STEP**8 / 576, rel=1e-4)
@@ -260,7 +260,7 @@ def principal_root(order: int) -> mpmath.mpf:
         return abs(mpmath.findroot(polynomial, mpmath.exp(1j * h))) ** 2
 
 
-def test_the_bias_of_stormer_12_is_truncation_and_that_of_its_principal_root() -> None:
+def test_the_bias_of_stormer_12_is_truncation_by_its_principal_root() -> None:
     found = oscillator(find_one("gnomon:Störmer 12"), 1.0, 4)
     assert found["bias_ulp_a_step"] * ULP == pytest.approx(float(principal_root(12) - 1), rel=1e-3)
     data = {"case": "", "runs": [], "oscillator": found}

@@ -19,7 +19,7 @@ def dies(f: Any, t: float, y: Any, h: float) -> Any:
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two panels in place of all, which measure what the panel of stiffness does."""
+    """Two panels in place of all, which measure the numbers of the panel of stiffness."""
 
     def measure(integrator: Any, seconds: float) -> dict[str, Any]:
         return panels()["stiffness"].measure(integrator, seconds)

@@ -14,19 +14,19 @@ PUBLISHED = Path(__file__).parents[3] / "reports" / "stability.json"
 
 @pytest.fixture(scope="module")
 def found() -> dict[str, Any]:
-    """What the page would show; a file of another shape is refused here."""
+    """The data that the page would show; a file of another shape is refused here."""
     return dict(sidecars.read(PUBLISHED))
 
 
 def test_each_of_its_integrators_has_a_row_of_each_of_its_panels_at_the_full_grids(found: dict[str, Any]) -> None:
-    """The file is of the revision that made it: what was registered since then is not in it, see `make publish`."""
+    """The file is of the revision that made it: integrators registered since then are not in it, see `make publish`."""
     assert found["depth"] == "high"
     measured = {(row["integrator"], row["panel"]) for row in found["rows"]}
     assert measured == {(name, panel) for name, _ in measured for panel in found["panels"]}
 
 
 def test_limits_are_those_of_theory(found: dict[str, Any]) -> None:
-    """Of the exponential series up to the order: sqrt 8 for RK4, sqrt 3 for RK3; 2 for Verlet; none for Gauss methods."""
+    """Limits of the exponential series: sqrt 8 for RK4, sqrt 3 for RK3; 2 for Verlet; none for Gauss methods."""
     rows = {row["integrator"]: row["data"] for row in found["rows"] if row["panel"] == "linear"}
     for name, limit in (("gnomon:RK4", math.sqrt(8)), ("gnomon:RK3", math.sqrt(3)), ("rebound:leapfrog", 2.0)):
         assert rows[name]["imaginary"]["stable"][0][1] == pytest.approx(limit, rel=1e-3)

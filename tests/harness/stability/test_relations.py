@@ -1,4 +1,4 @@
-"""The panel of relations: what methods promise about units, axes, frames and reversal, and faults that break each."""
+"""The panel of relations: promises of methods about units, axes, frames and reversal, and faults that break each."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,7 +15,7 @@ from gnomon.harness.verification.function_adapter import from_step
 from planted_steps import drops_small_increments, first_component_by_euler, increment
 
 STEP = 1 / 8
-"""Of the sampling interval, in this file: the faults are far larger than the error."""
+"""The step as a part of the sampling interval, in this file: the faults are far larger than the error."""
 
 
 def right(f: Any, t: float, y: Any, h: float) -> Any:

@@ -1,4 +1,4 @@
-"""Step resonances are seen where theory predicts them; the nonlinear limit is that of the linear one on a linear chain."""
+"""Step resonances are seen where theory predicts them; nonlinear and linear limit are equal on a linear chain."""
 
 import math
 from typing import Any
@@ -28,7 +28,7 @@ from right_methods import verlet
 from gnomon import cases
 
 WITHIN = 0.03
-"""Of the prediction, for order 3: the force of the nonlinear terms moves the frequency of a finite motion."""
+"""A part of the prediction, for order 3: the force of the nonlinear terms moves the frequency of a finite motion."""
 
 
 def measured(integrator: Integrator, seconds: float = 1.0) -> dict[str, Any]:
@@ -65,7 +65,7 @@ def predictions(method: Integrator, order: int = 3) -> list[float]:
         ("gnomon:Position Verlet", math.sqrt(3)),
         ("gnomon:Implicit midpoint", 2 * math.sqrt(3)),  # 2 atan(x/2) = 2 pi/3
         ("gnomon:Gauss 2-stage", 2.140937),  # (x/2)/(1 - x^2/12) = tan(pi/3)
-        ("gnomon:Gauss 2-stage", 5.605038),  # the same, = tan(2 pi/3)
+        ("gnomon:Gauss 2-stage", 5.605038),  # this expression = tan(2 pi/3)
     ],
 )
 def test_a_resonance_of_order_3_is_seen_where_it_is_predicted(identity: str, predicted: float) -> None:

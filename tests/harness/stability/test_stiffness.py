@@ -1,4 +1,4 @@
-"""What a fast decay costs, and errors on it, agree with theory; planted faults of pairs and of implicit methods show."""
+"""Cost and errors on a fast decay agree with theory; planted faults of pairs and of implicit methods show."""
 
 import math
 from collections.abc import Callable
@@ -185,7 +185,7 @@ def test_an_explicit_method_with_step_control_is_not() -> None:
 
 
 def undamped(f: Any, t: float, y: Any, h: float) -> Any:
-    """Half of the slope in Newton's step: what it should damp at once alternates in sign."""
+    """Half of the slope in Newton's step: a component that it should damp at once alternates in sign."""
     slope = (f(t, y + 1.0) - f(t, y)) / 1.0
     return y + h * f(t, y) / (1 - h * slope / 2)
 

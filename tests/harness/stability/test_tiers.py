@@ -26,7 +26,7 @@ def test_one_case_cannot_make_an_order() -> None:
 
 
 SCATTER = 0.25
-"""Decades, of a method on a case: that of two methods, 0.35, is the median over pairs of the calls that are published."""
+"""Decades, of a method on a case. Between two methods it is 0.35, the median over pairs of the published calls."""
 
 
 def simulated(rng: np.random.Generator, sizes: tuple[int, ...], cases: int) -> tuple[list[list[str]], list[list[str]]]:
@@ -86,7 +86,7 @@ def test_seven_shared_cases_are_too_few() -> None:
 
 
 def test_a_method_is_not_worse_than_its_lower_bound() -> None:
-    """Its sweep ends before it levels off: it may lose none of these digits."""
+    """Its sweep ends before it levels off: perhaps it loses not one of these digits."""
     table = {"a": scores(*[0.1, 0.2] * 4), "b": scores(*[5.0, 5.2] * 4)}
     assert tiers(table, table) == [["a"], ["b"]]
     assert tiers(table, table | {"b": scores(*[0.0] * 8)}) == [["a", "b"]]

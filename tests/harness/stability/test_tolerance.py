@@ -24,7 +24,7 @@ from gnomon.harness.stability.tolerance import (
 from gnomon.harness.verification.function_adapter import from_solve
 
 SECONDS = 60.0
-"""More than all tolerances and starts take: how many there are then does not depend on the machine."""
+"""More than all tolerances and starts take: their number then does not depend on the machine."""
 
 
 def row(integrator: Integrator, name: str = "pendulum_simple") -> dict[str, Any]:
@@ -128,7 +128,7 @@ def test_the_interval_of_a_slope_holds_it_though_neighbours_are_correlated() -> 
 
 
 def test_a_method_that_does_not_move_is_refused() -> None:
-    """The distance of the start from the exact motion follows no tolerance; it is no error of a solution."""
+    """The distance of the start from the exact motion follows no tolerance; it is not the error of a solution."""
     start = trials_of(changed(), "pendulum_simple").start
     still = changed(states=lambda found: np.broadcast_to(start, found.shape).copy())
     found = row(still)

@@ -33,7 +33,7 @@ def test_the_linear_pendulum_lags_by_amplitude_squared_over_16() -> None:
 
 
 def test_the_quartic_pendulum_lags_by_amplitude_to_the_fourth_over_384() -> None:
-    """Ratio of the period to that of small swings: 1 + A^2/16 + 33 A^4/9216 for the pendulum, 57 A^4/9216 in the model."""
+    """Period over the period of small swings: 1 + A^2/16 + 33 A^4/9216 for the pendulum, 57 A^4/9216 in the model."""
     amplitude, span = 0.2, 40
     swing = cases.get("pendulum_simple", initial_state=(str(amplitude), 0), span=span)
     lag = math.sqrt(9.81) * span * amplitude**4 * (57 - 33) / 9216

@@ -79,7 +79,7 @@ def row(**values: Any) -> dict[str, Any]:
 
 @pytest.fixture
 def published(tmp_path: Path) -> Path:
-    """Three launches with a ratio and its range, the same with large overhead, a missed error, and a single time."""
+    """Three launches with four rows: a ratio and its range, one with large overhead, a missed error, a single time."""
     for launch, ratio in enumerate((3.0, 2.8, 3.3)):
         nulls = {"first_null": 5e-5, "second_null": 5e-5, "first_prepare": 0.01 * ratio, "second_prepare": 0.2}
         rows = [

@@ -60,7 +60,7 @@ def test_a_second_run_says_that_the_file_is_in_use_until_the_first_is_killed(tmp
             store.Store(path)
         assert "\n" not in str(caught.value)
         locks._remove_abandoned()
-        assert (folder / "output").exists(), "a folder in use is no remainder"
+        assert (folder / "output").exists(), "a folder in use is not a remainder"
         assert [one.name for one in temporary.iterdir()] == [folder.name], "multiprocessing's own is in it"
     finally:
         process.send_signal(signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""The memory of a worker is a share of that of the machine or of its cgroup, whichever is less."""
+"""The memory of a worker is a share of the machine's memory or of its cgroup's limit, whichever is less."""
 
 import os
 import subprocess

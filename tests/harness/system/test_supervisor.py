@@ -46,7 +46,7 @@ def test_a_call_that_ends_its_process_is_tried_again_and_alone_lost(tmp_path: Pa
 
 
 def is_running(number: str) -> bool:
-    """Whether a process exists, and is no zombie."""
+    """Whether a process exists, and is not a zombie."""
     try:
         return "\nState:\tZ" not in Path(f"/proc/{number}/status").read_text()
     except OSError:

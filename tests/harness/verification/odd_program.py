@@ -25,7 +25,7 @@ DESCRIPTIONS = {
 
 
 def answers(way: str, problem: dict[str, Any]) -> str:
-    """What it writes for a problem."""
+    """The line that it writes for a problem."""
     number, start, count = problem["number"], problem["start"], len(problem["times"])
     right: dict[str, Any] = {"number": number, "status": "ok", "states": [start] * count, "steps": count}
     texts = {

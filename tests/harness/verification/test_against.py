@@ -108,7 +108,7 @@ def test_a_version_that_declines_the_case_is_not_compared() -> None:
      "https://x.org/p.whl", "paced;1"],
 )  # fmt: skip
 def test_what_is_no_requirement_is_refused_before_an_installer_sees_it(nonsense: str) -> None:
-    """An installer takes what begins with a dash as an option of its own."""
+    """An installer takes a word that begins with a dash as an option of its own."""
     with pytest.raises(ValueError, match=r"--against .*give a requirement as mypackage==1\.2, or the path of"):
         validated(nonsense)
 
@@ -159,7 +159,7 @@ def test_one_version_in_both_processes_is_an_error() -> None:
 
 
 def compared(folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
-    """What the command prints of version 2.0 against 1.0, whose code is 1 and whose files hold the comparison."""
+    """The output of the command on version 2.0 against 1.0; its exit code is 1 and its files hold the comparison."""
     before, files = str(wheel(folder, "1.0", work=1)), (folder / "a.json", folder / "a.md")
     written = ("--json", str(files[0]), "--markdown", str(files[1]))
     assert gnomon("verify", "paced.verified:mine", *PENDULUM, "--against", before, *written) == 1

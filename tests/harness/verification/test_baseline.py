@@ -1,4 +1,4 @@
-"""Baselines: what an integrator did is the same again, a fault is a regression, and a file is data."""
+"""Baselines: an unchanged integrator agrees with its baseline, a fault is a regression, and a file is data."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -37,10 +37,10 @@ def test_the_file_holds_all_that_was_measured(bases: dict[str, Baseline], name: 
         pytest.param("pair", planted_methods.pair, "coefficient_5", marks=pytest.mark.slow),  # takes 8 s
     ],
 )
-def test_a_fault_is_a_regression_and_noise_is_none(
+def test_a_fault_is_a_regression_and_noise_is_not(
     bases: dict[str, Baseline], name: str, make: object, fault: str
 ) -> None:
-    """Ulps at the start change the steps of the pair: a run from such starts is no worse than the baseline."""
+    """Ulps at the start change the steps of the pair: a run from such starts is not worse than the baseline."""
     integrator = make(fault)  # type: ignore[operator]
     run = replace(measure(integrator, PENDULUM, "low", runs=1), integrator=bases[name].integrator)
     verdict = compared(bases[name], run)
@@ -57,7 +57,7 @@ def test_more_work_for_the_same_error_is_a_regression(bases: dict[str, Baseline]
 
 @pytest.mark.parametrize("name", ["RK4", "pair"])
 def test_a_small_change_of_a_weight_is_named_with_either_sign(bases: dict[str, Baseline], name: str) -> None:
-    """A change of a formula makes errors smaller as often as larger. Its size is that of the change of the numbers."""
+    """A change of a formula makes errors smaller as often as larger. It is as large as the change of the numbers."""
     base, widths = bases[name], [e.error_high - e.error_low + 10 * e.conditioning for e in bases[name].entries]
     for sign in (1, -1):
         moved = [e.error_high + sign * 4 * w for e, w in zip(base.entries, widths, strict=True)]
@@ -100,7 +100,7 @@ def test_a_baseline_of_another_integrator_is_refused(bases: dict[str, Baseline])
         (lambda text: "", "its first line is not"),
     ],
 )
-def test_a_file_that_is_none_is_refused_in_one_line(
+def test_a_file_that_is_not_a_baseline_is_refused_in_one_line(
     bases: dict[str, Baseline], change: object, says: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "baseline.txt"

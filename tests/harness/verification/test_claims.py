@@ -217,7 +217,7 @@ class Declines(_Changed):
 
 
 def test_an_integrator_that_declines_everything_is_held_to_nothing() -> None:
-    """Else it would be right in what it does not do, and the exit code would be 0."""
+    """Else claims about work that it declines would pass, and the exit code would be 0."""
     found = {claim.check(trials(Declines())).outcome for claim in CLAIMS.values()}
     assert found == {Outcome.NOT_APPLICABLE}
 
@@ -337,7 +337,8 @@ def test_a_right_method_whose_iterations_do_not_converge_at_a_long_step_keeps_wh
 
 
 def test_the_setting_that_is_worst_beside_its_bound_is_shown() -> None:
-    """By the line of h = 1, 1e-3, half the step allows 1/4 of it, by that of 1/2 a quarter allows 5e-4, each four times."""
+    """By the line of h = 1, which has 1e-3, half the step allows 1/4 of 1e-3; by the line of 1/2, which has 2e-3, a
+    quarter allows 5e-4. Each is allowed four times."""
     h, error, allowed = above_line([(1.0, 1e-3, 0.0), (0.5, 2e-3, 0.0), (0.25, 9e-2, 0.0)], 2) or (0.0, 0.0, 0.0)
     assert (h, error) == (0.25, 9e-2)
     assert allowed == pytest.approx(4 * 2e-3 / 4)

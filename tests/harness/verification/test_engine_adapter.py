@@ -111,7 +111,7 @@ def test_a_worker_gets_the_engine_with_its_declaration() -> None:
 
 
 class Wrong:
-    """Reads what it is told to."""
+    """Reads the given readings."""
 
     readings: Any = None
 

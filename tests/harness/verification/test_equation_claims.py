@@ -154,7 +154,7 @@ SHORTEST = (
     ("** -0.2))", "** -0.2)))"),
     ("not np.isfinite(error) or h < 1e-15 * max(abs(t), 1e-300)", "False"),
 )
-"""No step is shorter, and the shortest is accepted whatever its error is."""
+"""No step is shorter, and the shortest is accepted with any error."""
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_a_method_that_damps_fast_growth_may_go_over_a_pole() -> None:
 
 
 def test_a_solver_that_goes_on_for_ever_near_a_singularity_is_stopped() -> None:
-    """It has no finite states there; its process, which may be that of a user's tests, does not wait for ever."""
+    """It has no finite states there; its process, which may run a user's tests, does not wait for ever."""
     endless = pair(("if not np.isfinite(error) or h < 1e-15 * max(abs(t), 1e-300):", "if False:"))
     assert outcome("blow_up", endless) == Outcome.PASSED
 

@@ -1,4 +1,4 @@
-"""`gnomon exact` prints exact states, how they were confirmed, and a hash; what it cannot do it refuses in one line."""
+"""`gnomon exact` prints exact states, how they were confirmed, and a hash; it refuses other tasks in one line."""
 
 import hashlib
 import json

@@ -37,7 +37,7 @@ def test_right_hand_sides_of_a_plain_f_are_counted() -> None:
 
 
 def test_samples_between_steps_are_reached_by_shorter_steps() -> None:
-    """The error at samples off the grid is that of the method, 1e-6 here, not that of a sample at a wrong time."""
+    """At samples off the grid the error is the method's error, 1e-6 here, not the error of a sample at a wrong time."""
     problem = problem_of(CASE, RK4.accepts)
     shifted = problem.times - 0.37 * problem.interval
     found = solved(planted_methods.good_rk4, replace(problem, times=shifted), problem.interval / 64)

@@ -187,7 +187,7 @@ def test_a_run_of_a_program_measures_its_order_its_counts_and_its_time(
 
 
 class Recording:
-    """The jobs of a pool, reduced to what became of each trial."""
+    """The jobs of a pool, reduced to the outcome of each trial."""
 
     def __init__(self, integrator: Integrator, trials: int, limit_seconds: float) -> None:
         case = cases.get("pendulum_simple").rounded()
@@ -207,7 +207,7 @@ class Recording:
 
 
 def test_one_process_serves_the_trials_of_a_series() -> None:
-    """It says who it is: the same process in each trial, though a worker ends what else a trial leaves running."""
+    """It prints its number: one process in all trials, though a worker ends other processes that a trial leaves."""
     job = Recording(odd("who"), 3, 20.0)
     pool.Pool(1).run([job])
     assert len(job.found) == 3
@@ -236,7 +236,7 @@ def test_a_time_limit_ends_the_program_and_all_that_it_started(tmp_path: Path, m
 
 
 def test_outside_a_run_the_door_has_a_time_limit_of_its_own() -> None:
-    """Of the processor, and ten times that by the clock: a program that waits is not one that hangs."""
+    """Ten times the limit of processor time is the limit by the clock: a program that waits does not hang."""
     for way, why in (("hang", "within 3 s"), ("burn", "within 0.3 s of processor time")):
         with pytest.raises(TimeoutError, match=f"no answer {why}$"):
             solved(odd(way, seconds=0.3))
@@ -382,7 +382,7 @@ def admitted(line: str) -> bool:
 
 
 def test_the_schema_admits_what_the_code_admits() -> None:
-    """Of each answer the code's verdict and the schema's agree, but for what only the problem decides: numbers and sizes."""
+    """Code and schema agree on each answer, except on numbers and sizes, which only the problem decides."""
     sys.path.insert(0, str(HERE))
     try:
         import odd_program

@@ -171,7 +171,7 @@ def test_equations_with_a_hidden_length_are_not_held_to_other_units() -> None:
 
 
 def test_a_jacobian_of_differences_is_declared() -> None:
-    """Its error is another one for other signs: the bound of the relations follows from the declaration, and still shows a
+    """Its error changes with the signs: the bound of the relations follows from the declaration, and still shows a
     component that is solved in another way."""
     assert outcome("mirror", undeclared_ros2) == Outcome.FAILED
     for claim in (*RELATIONS, "clock", "step_order", "order_short", "quadrature"):

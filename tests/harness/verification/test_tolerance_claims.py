@@ -1,4 +1,4 @@
-"""What a tolerance allows: right adaptive methods keep to it, an estimate of the error that is 100 times too small does not."""
+"""Right adaptive methods keep the error that a tolerance allows; with estimates 100 times too small they do not."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ OF_TOLERANCE = ("tolerance", "tolerance_short")
 
 
 def outcomes(integrator: Integrator) -> list[Outcome]:
-    """What the claims about the tolerance find on two cases of depth low."""
+    """Outcomes of the claims about the tolerance on two cases of depth low."""
     found = []
     for name in CASES:
         trials = Trials.of(integrator, CaseSpec.of(get(name).rounded()), DEPTHS["low"])
@@ -58,7 +58,7 @@ def test_growth_is_that_of_the_variational_equations(name: str) -> None:
     parameters = [float(value) for value in case.parameter_values()]
 
     def slope(t: float, state: Any) -> Any:
-        """The equations, and those of F with differences for the Jacobian."""
+        """The equations of y, and the equations of F with differences for the Jacobian."""
         rows, y = state[2:].reshape(2, 2), state[:2]
         matrix = np.empty((2, 2))
         for i in range(2):

@@ -33,7 +33,7 @@ KNOWN = {("order", "pendulum_simple"): "a coefficient"}
 
 
 def test_markdown_shows_the_counts_and_each_new_failure_as_plain_text() -> None:
-    """What an integrator's message holds is text, not markup: it cannot add a column, a link or a tag."""
+    """An integrator's message is text, not markup: it cannot add a column, a link or a tag."""
     text = as_markdown(REPORT, {}, "m:r")
     assert "2 claims checked on 1 cases, 1 passed, 1 failed (0 known), 1 not applicable" in text
     (row,) = [line for line in text.splitlines() if line.startswith("| order")]
@@ -186,7 +186,7 @@ def test_a_hang_and_a_crash_are_failures_of_their_claim(monkeypatch: pytest.Monk
 
 
 def test_a_limit_is_processor_time_and_ten_times_that_for_what_sleeps(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A busy machine makes a right method wait: the wait is no fault. One that only waits ends all the same."""
+    """A busy machine makes a right method wait: the wait is not a fault. A method that only waits is ended too."""
     monkeypatch.setitem(CLAIM_SECONDS, "low", 0.3)
     (row,) = verify(planted_right.waiting(0.25), ["pendulum_simple"], "low", ["repeatable"]).rows
     assert row.finding.outcome == Outcome.PASSED, "two solutions take 0.5 s by the clock"
@@ -197,7 +197,7 @@ def test_a_limit_is_processor_time_and_ten_times_that_for_what_sleeps(monkeypatc
 
 
 def test_what_has_no_answer_in_time_is_tried_once_more(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """What burns the processor once, as a machine that swaps, is right the second time."""
+    """A method that burns the processor once, as on a machine that swaps, is right the second time."""
     monkeypatch.setitem(CLAIM_SECONDS, "low", 0.5)
 
     def once(seconds: float) -> None:

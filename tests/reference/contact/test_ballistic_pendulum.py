@@ -1,4 +1,4 @@
-"""The ballistic pendulum: what the impact conserves, and the swing after it."""
+"""The ballistic pendulum: the quantities that the impact conserves, and the swing after it."""
 
 from fractions import Fraction
 

@@ -53,7 +53,7 @@ def test_the_limit_of_rolling_is_decided_between_neighbouring_doubles():
 
 
 def test_without_friction_the_rotation_keeps_its_value_exactly():
-    """Also where that value is 0, of which no error is small; and at v = R w the velocity is exactly R w."""
+    """The value may be 0, of which no error is small; and at v = R w the velocity is exactly R w."""
     for w in (0, 3):
         motion = RollingBody(*map(exact, (1, 1, 0, 1, 2, 0, -1, w)))
         assert exact(motion.slip_state(40)[2]) == w

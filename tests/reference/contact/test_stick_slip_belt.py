@@ -30,7 +30,7 @@ def test_the_limit_cycle_of_the_book(V):
         x, v = motion.state(released + slip, 50)
         assert abs(x - (2 * xk - xs)) < mpf("1e-47") * (1 + mpf(V))
         assert abs(v - mpf(V)) < mpf("1e-46") * (1 + mpf(V))
-        # A whole cycle later the state is the same.
+        # A whole cycle later the state returns.
         a, b = motion.state(released + tau, 50), motion.state(released + tau + 7 * motion.period(60), 50)
         assert abs(a[0] - b[0]) < mpf("1e-46") * (1 + mpf(V))
 

@@ -1,4 +1,4 @@
-"""States of many projectiles are those of the exact motion of each."""
+"""States of many projectiles equal the states of each exact motion."""
 
 import numpy as np
 from gnomon.reference.flight.projectile_ensemble import states

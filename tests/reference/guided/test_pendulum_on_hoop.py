@@ -105,6 +105,6 @@ def test_the_homoclinic_motion_in_closed_form():
 def test_derived_quantities():
     tilted = Hoop(Fraction(9), Fraction(16), Fraction("0.98"), Fraction(0))
     assert float(mpmath.cos(tilted.tilted_equilibrium())) == pytest.approx(9 / 16, rel=1e-14)
-    # Nearly at the tilted equilibrium (0.9733) the period is that of small swings, to the square of the amplitude.
+    # Near the tilted equilibrium (0.9733) the period is the period of small swings, to the square of the amplitude.
     assert float(tilted.period() * tilted.small_frequency()) == pytest.approx(2 * mpmath.pi, rel=1e-3)
     assert Hoop(Fraction(9), Fraction(9), Fraction(1), Fraction(0)).small_frequency() is None

@@ -95,7 +95,7 @@ def test_a_tube_under_sudden_pressure_stretches_until_the_energies_are_equal():
 
 
 def test_a_light_cart_by_quadrature_from_the_turning_point():
-    """The same motion without a cosine series; for lighter carts, energy and centre of mass."""
+    """The motion without a cosine series; for lighter carts, energy and centre of mass."""
     for start in ((0, 2, "0.3", 0), (0, "0.5", 0, "-1.5"), (0, "-0.5", 1, "1.5"), (0, "-0.5", 1, "-1.5"), (0, 0, 0, 1)):
         numbers = [exact(x) for x in (G, 1, "0.5", 1, *start)]
         one, other = LightCart(*numbers), CartPendulum(*numbers)

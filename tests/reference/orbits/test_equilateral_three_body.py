@@ -58,7 +58,7 @@ def test_sides_stay_equal_and_lie_between_the_apsides():
             ]
             assert max(sides) - min(sides) < mpf("1e-38")
             assert shortest - mpf("1e-38") < sides[0] < longest + mpf("1e-38")
-        # The period is that of a two-body orbit of the whole mass.
+        # The period equals the period of a two-body orbit of the whole mass.
         axis, total = (shortest + longest) / 2, mpf(2)
         assert abs(motion.period(40) - 2 * mpmath.pi * mpmath.sqrt(axis**3 / total)) < mpf("1e-38")
         assert abs(motion.eccentricity(40) - (longest - shortest) / (longest + shortest)) < mpf("1e-38")

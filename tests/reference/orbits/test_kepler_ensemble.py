@@ -1,4 +1,4 @@
-"""States of many Kepler orbits are those of the exact motion of each, on every conic."""
+"""States of many Kepler orbits equal the states of each exact motion, on every conic."""
 
 import numpy as np
 from gnomon.cases.orbits.kepler_orbit import pericentre_start

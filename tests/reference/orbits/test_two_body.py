@@ -46,7 +46,7 @@ def test_taylor_integration_arrives_at_the_same_state(motion, taylor):
 
 
 def test_heavy_body_keeps_its_digits():
-    """It moves by 1e-9 of the distance: its motion is that of the light body, scaled, to 40 digits."""
+    """It moves by 1e-9 of the distance: its motion is the motion of the light body, scaled, to 40 digits."""
     motion = MOTIONS["planet"]
     state = motion.state(5, 50)
     with mpmath.workdps(60):

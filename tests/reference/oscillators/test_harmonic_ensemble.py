@@ -1,4 +1,4 @@
-"""States of many oscillators are those of the exact motion of each."""
+"""States of many oscillators equal the states of each exact motion."""
 
 import numpy as np
 from gnomon.reference.oscillators.harmonic_ensemble import states

@@ -1,4 +1,4 @@
-"""A cache folder returns what this user stored in it, and is refused if another user could write it."""
+"""A cache folder returns the contents that this user stored, and is refused if another user could write to it."""
 
 import errno
 import hashlib

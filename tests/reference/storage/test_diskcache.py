@@ -1,4 +1,4 @@
-"""The cache returns what was kept, and never a damaged file."""
+"""The cache returns the kept results, and never a damaged file."""
 
 import numpy as np
 import pytest

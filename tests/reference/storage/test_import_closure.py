@@ -73,7 +73,7 @@ def test_a_package_counts_where_importing_it_does_something(package):
     acting = key("swing")
     assert acting != before
     write(package / "unused", "NOTHING = 2\n")
-    assert key("swing") != acting, "what it acts with counts too"
+    assert key("swing") != acting, "the modules with which it acts count too"
 
 
 def test_a_module_that_moves_is_another(package):
@@ -84,7 +84,7 @@ def test_a_module_that_moves_is_another(package):
 
 
 def test_a_module_without_a_package_counts_with_its_neighbours(tmp_path):
-    """What a user keeps in two files of one folder."""
+    """A user may keep a case and its helper in two files of one folder."""
     write(tmp_path / "lone_case", "import lone_helper\nimport json\n")
     keys = set()
     for text in ("x = 1\n", "x = 1\n", "x = 2\n"):
@@ -98,13 +98,13 @@ def test_a_module_without_a_package_counts_with_its_neighbours(tmp_path):
 
 
 def test_what_has_no_file_has_no_key():
-    """A notebook's class: whatever is computed of it is not kept."""
+    """A class of a notebook has no file: its results are not kept."""
     assert closure("there_is_no_such_module") is None
     assert closure("closed.scenes.plane.swing", "there_is_no_such_module") is None
 
 
 def test_the_closure_of_a_case_has_its_motion_and_not_the_list_of_cases():
-    """A new line in the registry, or another case, leaves what is kept of this one as it was."""
+    """A new line in the registry, or another case, leaves the kept results of this case valid."""
     own = closure("gnomon.cases.pendulums.pendulum_simple")
     assert own != closure("gnomon.cases.oscillators.duffing_unforced")
     reached = import_closure.sources("gnomon.cases.pendulums.pendulum_simple")
@@ -175,7 +175,7 @@ def test_states_of_a_certified_motion_are_computed_again_where_its_rates_were_ed
     assert found == [1, 1, 2]
 
 
-def test_a_table_is_that_of_its_pieces_and_its_numbers(package, monkeypatch):
+def test_a_table_is_kept_for_its_pieces_and_its_numbers(package, monkeypatch):
     built = []
     build = table.build
     monkeypatch.setattr(table, "build", lambda *given: built.append(given) or build(*given))
@@ -186,7 +186,7 @@ def test_a_table_is_that_of_its_pieces_and_its_numbers(package, monkeypatch):
     assert len(built) == 3
 
 
-def test_kept_states_are_those_of_their_times(package, monkeypatch):
+def test_states_are_kept_for_their_times(package, monkeypatch):
     monkeypatch.setattr(certified.CertifiedMotion, "sample_each", lambda self, times: times[:, None])
     write(package / "kept/rates", "def rates(t, state):\n    return (1,)\n")
     steady(package, 2)
@@ -208,7 +208,7 @@ def test_kept_states_are_those_of_their_times(package, monkeypatch):
 )
 def test_what_was_loaded_before_an_edit_has_no_key(tmp_path, old, new):
     """A process that runs while its sources are edited computes with the old code: under a key of the new text its results
-    would be served to those who run the new code."""
+    would be served to users who run the new code."""
     text = "STEP = 1\nclass Ball:\n    def radius(self):\n        return self.size\ndef step():\n    return STEP\n"
     text += "from numba import njit\n@njit\ndef inverse():\n    return 1 / STEP\n"
     write(tmp_path / "closed/edited_while_running", text)

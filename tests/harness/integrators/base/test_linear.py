@@ -40,5 +40,5 @@ def test_the_size_of_the_numbers_does_not_matter_until_squares_overflow(kind: ty
         assert factor(factors, pivots) is solved
         if solved:
             substitute(factors, pivots, found)
-            # Scaled by a power of two the arithmetic is the same: a few roundings of a well-conditioned system.
+            # A power of two as factor does not change the arithmetic: a few roundings of a well-conditioned system.
             assert np.max(np.abs(found * 2.0**exponent - 1)) < 1e-14

@@ -88,7 +88,7 @@ def test_an_oscillator_of_any_amplitude_has_the_same_bits(method: type[Integrato
     [Dop853, DormandPrinceNystrom6, GraggBulirschStoer, Taylor, pytest.param(Radau5, marks=pytest.mark.slow)],
 )
 def test_metres_and_megametres_give_the_same_error(method: type[Integrator]) -> None:
-    """1e-6 is no power of two, so round-off differs; that alone moves no error by a factor of 2 (stability.md, D).
+    """1e-6 is not a power of two, so round-off differs, but not errors by a factor of 2 (stability.md, D).
 
     Radau IIA 5 is compiled for each dimension in ten seconds: in `make test` the oscillators above and the stiff motion below,
     of dimension 2, show its sizes.
@@ -104,13 +104,13 @@ def orbit_error(method: type[Integrator], length: str) -> float:
 
 
 def test_the_error_of_a_stiff_motion_does_not_depend_on_units() -> None:
-    """The round-off of a fast mode is that of the implicit system: h times that of its rates would be as large as the motion."""
+    """The implicit system rounds a fast mode: h times the round-off of its rates would be as large as the motion."""
     case = get("damped_oscillator", "stiff_1e12").rounded()
     problem, start, exact = problem_of(case, Radau5.accepts), initial_state(case)[None], case.sample(case.times)
     solve = Radau5().prepare(problem, 1e-12)
     one, small = (solve(start * unit).states[0] / unit for unit in (1.0, 2.0**-200))
     assert np.array_equal(one, small)
-    # At each step the error of order 3 is below 0.1 tol^(2/3), that of order 5 far below.
+    # At each step the error of order 3 is below 0.1 tol^(2/3), the error of order 5 far below.
     assert np.max(case.metric.distance(one, exact)) < 1e-8
 
 
@@ -156,7 +156,7 @@ def test_components_still_at_rest_cost_no_steps(method: type[Integrator]) -> Non
         method().prepare(replace(problem, groups=groups), 1e-6)(start) for groups in ((), (0,) * 6 + (1,) * 6)
     )
     assert alone.stopped is together.stopped is None
-    assert 0 < (alone.steps or 0) < 6 * (together.steps or 0), "those of a geometric growth from the first step on"
+    assert 0 < (alone.steps or 0) < 6 * (together.steps or 0), "the steps of a geometric growth from the first step on"
     assert np.max(np.abs(alone.states - together.states)) < 1e-4
 
 

@@ -22,7 +22,7 @@ METHODS: tuple[Any, ...] = (*GIVEN.values(), *gauss.INTEGRATORS[:4], Radau5)
 
 SIXTY = 1e-57
 PRINTED = {"DOP853": 1e-26, "Verner 9(8)": 1e-37}
-"""Exact coefficients leave 1e-58; those of DOP853 are printed to 30 digits and up to 50 in size, Verner's 9(8) to 40 digits
+"""Exact coefficients leave 1e-58. DOP853's are printed to 30 digits and up to 50 in size, Verner 9(8)'s to 40 digits
 and up to 36; products of eight coefficients lose three digits."""
 
 
@@ -52,7 +52,7 @@ def test_the_nodes_are_the_sums_of_the_rows(method: Any) -> None:
 
 @pytest.mark.parametrize("method", [RK4, gauss.Gauss3], ids=lambda method: method.name)
 def test_a_wrong_digit_is_caught(method: Any) -> None:
-    """A coefficient of a, or a weight, that is wrong by 1e-30."""
+    """A coefficient `a`, or a weight, that is wrong by 1e-30."""
     with working(62) as mp:
         right = tableau_of(mp, method)
         last, wrong = right.a[-1], mp.mpf("1e-30")

@@ -57,7 +57,7 @@ def rest(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def flicker(t: Any, state: Values, parameters: Values) -> Values:
-    """Stiffer than what went before it, with a fast change at t = 5 that no step before it can foresee."""
+    """Stiffer than the equations before it, with a fast change at t = 5 that no step before it can foresee."""
     return state[1], -400.0 * state[0] + 1e3 * math.exp(-((t - 5.0) ** 2) * 1e4)
 
 

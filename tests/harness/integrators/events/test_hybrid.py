@@ -26,7 +26,7 @@ BLOCK = [
 ]  # fmt: skip
 VARIANTS = [("bouncing_ball", v) for v in BALL] + [("block_incline_friction", v) for v in BLOCK]
 EXACT_METHODS = [RK4Events, Dop853Events, scipy_events.RK45, scipy_events.DOP853, scipy_events.Radau]
-"""Methods that integrate a constant acceleration exactly: their error is that of the events."""
+"""Methods that integrate a constant acceleration exactly: their error is the error of the events."""
 
 RESTITUTION = 0.75
 
@@ -137,7 +137,7 @@ def rows() -> list[Any]:
 
 @pytest.mark.parametrize(("kind", "name", "variant"), rows())
 def test_reproduces_the_exact_events(name: str, variant: str | None, kind: type[Integrator]) -> None:
-    """The motion between events is a parabola, exact for these methods: what remains is round-off.
+    """The motion between events is a parabola, exact for these methods: only round-off remains.
 
     Round-off of up to 2000 steps and 100 events, as a random walk about 100 ulp; SciPy's interpolants add theirs.
     """
@@ -223,7 +223,7 @@ def test_a_wall_that_is_only_grazed_within_a_step_is_met(
     """A step goes from one side of the dip to the other: at both its ends the guard is positive.
 
     Beyond the turning point, at a negative depth, nothing happens. An `error` of the state, as it is at that step or
-    tolerance, moves the time by itself over the speed, that is by error / sqrt(2 depth), at each rebound twice.
+    tolerance, moves the time by error over speed, error / sqrt(2 depth), twice at each rebound.
     """
     problem = Problem(GRAZED, 2, np.array([1 - depth]), TIMES * 4, 1.0)
     solution = kind().prepare(problem, setting)(np.array([[1.0, 0.0]]))

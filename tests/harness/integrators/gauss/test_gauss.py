@@ -288,7 +288,7 @@ def test_nothing_is_differentiated_where_the_fixed_point_converges(newton_steps:
 def test_the_slow_part_of_a_stiff_motion(method: type[Gauss], variant: str) -> None:
     """x'' + (r + 1) x' + r x = 0: x + x'/r decays as exp(-t), independent of the fast part, also in these methods.
 
-    Two steps to a sample of 5/32 s: the method's approximant to round-off, the exact motion to what the order leaves.
+    Two steps to a sample of 5/32 s: the method's approximant to round-off, the exact motion to the error of the order.
     """
     case = get("damped_oscillator", variant).rounded()
     found = solved(method(), case, steps=2)
@@ -393,7 +393,7 @@ def settle_down(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def test_a_first_step_that_hardly_moves_is_iterated_like_any_other() -> None:
-    """From 1 + d Newton's first change is 2 d, and what it leaves d^2: 6e-14. The midpoint u solves a u^2 + u = x + a."""
+    """From 1 + d Newton's first change is 2 d, its error then d^2: 6e-14. The midpoint u solves a u^2 + u = x + a."""
     start = 1 + 2.0**-22
     solution = ImplicitMidpoint().prepare(problem(FirstOrder(settle_down), 1), 1.0)(np.array([[start]]))
     with mpmath.workdps(40):
@@ -419,7 +419,7 @@ def test_a_step_that_has_no_solution_ends_its_trajectory_alone() -> None:
     x = -1.0
     for found in solution.states[0, :, 0]:
         x += (1 - math.sqrt(1 - 2 * x)) ** 2
-        # Some 2^-53 a step of what x is then: it falls as 1 / (1 + t), and so do errors, squared.
+        # Each step errs by some 2^-53 of its x: x falls as 1 / (1 + t), and earlier errors fall as its square.
         assert found == pytest.approx(x, rel=64 * ROUNDOFF)
 
 
@@ -429,14 +429,14 @@ def test_right_hand_sides_are_counted_and_a_linear_step_takes_few() -> None:
     found = solved(Gauss4(), case, steps=1, counted=True)
     assert found.steps == 64
     rounds = found.calls / (4 * 64)
-    assert 2 <= rounds < 3, "with what the fixed point took before it gave up"
+    assert 2 <= rounds < 3, "with the rounds of the fixed point before it gave up"
 
 
 @pytest.mark.parametrize("second_order", [True, False])
 @pytest.mark.parametrize("method", METHODS)
 def test_the_iteration_starts_from_a_polynomial_of_the_last_steps(method: type[Gauss], second_order: bool) -> None:
     """Slopes that are a polynomial of lower degree than the number of kept slopes are then extrapolated exactly; the slopes
-    of the last step, or those of its start, would cost several more rounds in each step."""
+    of the last step, or the slopes of its start, would cost several more rounds in each step."""
     form = SecondOrder(pull_back) if second_order else FirstOrder(oscillate)
     stages, steps = method.stages, STEPS_BACK.get(method.stages, 1)
     table = method().binary64(form, (), 1.0)

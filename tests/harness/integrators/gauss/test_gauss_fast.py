@@ -91,9 +91,9 @@ def test_sine_and_cosine_of_lanes(name: str, kind: str) -> None:
 
 @pytest.mark.parametrize("name", ["sin", "cos"])
 @pytest.mark.parametrize("turn", [-(2.0**-50), 3e-4, -0.03125, 0.03124, -0.039, 0.06, 0.7])
-def test_sine_and_cosine_from_those_of_a_nearby_angle(turn: float, name: str) -> None:
-    """In units of 2^-53: a half for the last rounding, 0.35 for the nearby values (as above), 2^-5 for what is added. Rounded
-    nearby values would err by half an ulp more, and determine the rounding of a sum with few ulps."""
+def test_sine_and_cosine_from_a_nearby_angle(turn: float, name: str) -> None:
+    """In units of 2^-53: a half for the last rounding, 0.35 for the nearby values (as above), 2^-5 for the added terms.
+    Rounded nearby values would err by half an ulp more, and determine the rounding of a sum with few ulps."""
     from gnomon.harness.integrators.gauss.lanes_math import turned, turned_first
 
     which = ("sin", "cos").index(name)
@@ -170,7 +170,7 @@ def test_the_table_is_the_rounding_of_the_exact_method() -> None:
             nodes ** (degree + 1) / (degree + 1), rel=1e-12, abs=1e-16
         )
         assert first[gauss_fast_constants.ENDS] @ power == pytest.approx(1, rel=1e-12)
-        # The integral of what the last step's polynomial becomes in this one: 1 + c in place of c.
+        # The integral of the last step's polynomial, continued into this step: 1 + c in place of c.
         carried = ((1 + nodes) ** (degree + 1) - 1) / (degree + 1)
         assert first[gauss_fast_constants.CARRIED :][:8].T @ power == pytest.approx(carried, rel=1e-8)
         # The monomials about the end of the step, evaluated at the nodes.
@@ -207,8 +207,8 @@ def test_the_table_is_the_rounding_of_the_exact_method() -> None:
 
 @pytest.mark.parametrize("width", [2.0, *(pytest.param(width, marks=pytest.mark.slow) for width in (0.2, 1.0))])
 def test_first_guesses_are_the_best_of_their_bandwidth(width: float) -> None:
-    """No other weights err less on average over cosines of normally distributed frequencies: the mean square error, whose
-    closed form is that of the covariances, has its minimum there; it grows with any weight's change by that square."""
+    """No other weights err less on average over cosines of normally distributed frequencies: the mean square error, in
+    closed form by the covariances, has its minimum there; it grows with the square of any weight's change."""
     with mpmath.workdps(40):
         c = nodes(mpmath.mp, 8)
         weights = mpmath.matrix(extrapolation_weights(mpmath.mp, c, width))
@@ -273,8 +273,8 @@ def test_accurate_to_conditioning_at_tight_tolerance(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit", "euler_top", "damped_oscillator"])
 def test_the_error_follows_the_tolerance(name: str) -> None:
-    """Over six decades of tolerance: local errors follow its power 17/15, or those of the iteration the tolerance itself. At
-    the loose end orbits err by two decades more: steps are too long for this law."""
+    """Over six decades of tolerance: local errors follow its power 17/15, or errors of the iteration the tolerance.
+    At the loose end orbits err by two decades more: steps are too long for this law."""
     loose, tight = solved(name, None, 1e-6).error, solved(name, None, 1e-12).error
     assert 1e-10 < tight / loose < 1e-4
     assert tight < 1e-12 * 1e4, "ten periods, errors growing with the square of time"
@@ -343,7 +343,7 @@ def test_only_a_vector_with_a_wall_in_its_way_is_left(variant: str | None, left:
 
 
 @pytest.mark.parametrize("together", [1, pytest.param(16, marks=pytest.mark.slow)])
-def test_what_is_divided_by_may_change_its_sign_where_there_is_no_pole(together: int) -> None:
+def test_a_divisor_may_change_its_sign_where_the_quotient_has_no_pole(together: int) -> None:
     """x'' = -sin(x) cos(x) / cos(x), a pendulum that turns round: its cosine passes through 0 without a pole."""
 
     def acceleration(t: Any, q: Any, parameters: Any) -> Any:
@@ -361,13 +361,13 @@ def test_what_is_divided_by_may_change_its_sign_where_there_is_no_pole(together:
 
 
 def test_a_sharp_turn_between_two_stages_is_seen() -> None:
-    """Coefficients of a step with a turn that none of its stages meets stop falling: their square is small, the error is
+    """Coefficients of a step with a turn that no stage meets do not go on falling: their square is small, the error is
     not. With the square alone 31 of these 55 settings err more, most of them a hundred times or more."""
     tolerances = 10.0 ** (-np.arange(10, 65) / 4)
     errors = np.array(
         [solved("projectile_quadratic_drag", "steep", tolerance).error for tolerance in tolerances.tolist()]
     )
-    assert np.sum(errors > 1e3 * tolerances) < 8, "what lies between the last stage and the end is not seen"
+    assert np.sum(errors > 1e3 * tolerances) < 8, "a turn between the last stage and the end is not seen"
 
 
 @pytest.mark.parametrize("tolerance", [1e-12, 1e-13])
@@ -428,7 +428,7 @@ def test_stiff_ensembles_are_handed_over() -> None:
 
 
 def test_fast_motion_is_not_stiff() -> None:
-    """At loose tolerance convergence limits a thousand steps of half a period each, a fifth of what Radau IIA 5 takes."""
+    """At loose tolerance convergence limits a thousand steps, of half a period: a fifth of the steps of Radau IIA 5."""
     found = on_cases.solved(GaussFast(), get("harmonic_oscillator", span=3000).rounded(), 1e-3)
     assert 1000 < found.steps < 2000
     assert found.error < 0.2
@@ -439,7 +439,7 @@ def pendulums(count: int) -> Floats:
 
 
 def test_an_ensemble_is_as_good_as_its_trajectories() -> None:
-    """Eight trajectories share their steps, so errors differ from those of each alone; the bound is that of one alone."""
+    """Eight trajectories share their steps, so errors differ from lone ones; the bound of a lone one holds."""
     case = get("pendulum_simple").rounded()
     starts = pendulums(21)
     solution = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-11)(starts)
@@ -454,7 +454,7 @@ def test_an_ensemble_is_as_good_as_its_trajectories() -> None:
 
 @pytest.mark.parametrize("name", ["damped_oscillator", pytest.param("euler_top", marks=pytest.mark.slow)])
 def test_an_ensemble_of_first_order_equations(name: str) -> None:
-    """Of the oscillator with damping, q'' = a(t, q, q'), and of the rigid body, which has no second-order form."""
+    """The oscillator with damping, q'' = a(t, q, q'), and the rigid body, which has no second-order form."""
     case = get(name).rounded()
     starts = np.repeat(initial_state(case)[None], 17, axis=0)
     solution = GaussFast().prepare(problem_of(case, GaussFast.accepts), 1e-11)(starts)
@@ -517,7 +517,7 @@ def test_the_pendulum_of_the_timing_tables_reaches_the_floor_of_binary64() -> No
     ],
 )
 def test_energy_walks_at_random_at_the_finest_tolerance(name: str, periods: float, bound: float) -> None:
-    """Some 3e5 steps whose slopes err by 5e-18 of the energy at random make 3e-15, of the oscillator twice that. Sums made
+    """Some 3e5 steps whose slopes err by 5e-18 of the energy at random make 3e-15, of the oscillator 6e-15. Sums made
     in binary64 make four times as much; rounded weights, nodes or sums, or an iteration that always stops on the same
     side, make a bias of up to 1e-18 a step, ten to two hundred times as much."""
     _, errors = energy_errors(Subject("gnomon:Gauss 8-stage SIMD", 1e-16, "sqrt t", name, periods, starts=6))

@@ -17,8 +17,8 @@ from gnomon.harness.integrators.gauss.gauss_fast_stepping import SingleText
 from gnomon.harness.integrators.gauss.lane_text import LaneText
 
 STRUCTURE = {0, 1, 2, 3, 4, 5, 6, 7, 8, 10, 64, 0.125, 1e15}
-"""Numbers that are no choice: of stages, powers of the tolerance in the error, the mean of eight, the largest whole number
-of steps."""
+"""Numbers that are not chosen: of stages, powers of the tolerance in the error, the mean of eight, the largest whole
+number of steps."""
 
 CASES = ("kepler_orbit", "rubber_tube_thin", "lagrange_top", "kepler_orbit in Sundman time")
 """Their equations have derivatives; poles; angles and velocities; groups and components that never change."""

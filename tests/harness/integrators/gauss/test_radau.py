@@ -40,7 +40,7 @@ def test_the_transformation_block_diagonalizes_the_inverse_matrix() -> None:
 
 
 def test_stages_are_interpolated() -> None:
-    """By polynomials that are 1 at their own node and 0 at the others; the binary64 table is the rounding of the rows."""
+    """The polynomials are 1 at their own node and 0 at the others; the binary64 table is the rounding of the rows."""
     with working(60) as mp:
         table = radau.rows(mp)
         for k in range(3):
@@ -83,7 +83,7 @@ def test_stiffness_takes_no_more_steps(variant: str) -> None:
     found = solved(Radau5(), case, 1e-8, counted=True)
     assert found.steps < 150
     assert found.calls < 20 * found.steps, "a few iterations of three stages"
-    # At each step the error of order 3 is below 0.1 tol^(2/3), that of order 5 about tol.
+    # At each step the error of order 3 is below 0.1 tol^(2/3), the error of order 5 about tol.
     assert found.error < 100 * 1e-8
 
 

@@ -31,7 +31,7 @@ def constrained(name: str) -> Constrained:
 
 @pytest.mark.parametrize(("name", "n", "count"), [("holonomic_constraint_dae", 2, 1), ("spherical_pendulum", 3, 3)])
 def test_equations_are_force_and_constraint(name: str, n: int, count: int) -> None:
-    """At random tangent states: q'' - force along the gradient, the gradient that of g, and g'' = 0 along q''."""
+    """At random tangent states: q'' - force lies along the gradient, `gradient` is g's, and g'' = 0 along q''."""
     form, source = constrained(name), random.Random(name)
     with working(60) as mp:
         place = [mp.mpf(source.uniform(-1, 1)) for _ in range(n)]

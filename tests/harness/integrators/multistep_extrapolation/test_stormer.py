@@ -20,7 +20,7 @@ from on_cases import solved
 
 
 def ordinates(differences: tuple[Fraction, ...]) -> tuple[Fraction, ...]:
-    """Weights of values, newest first, from those of their backward differences of order 0, 1, ..."""
+    """Weights of values, newest first, from weights of their backward differences of order 0, 1, ..."""
     return tuple(
         sum(((-1) ** m * comb(j, m) * weight for j, weight in enumerate(differences)), Fraction(0))
         for m in range(len(differences))
@@ -34,7 +34,7 @@ def test_formulas_are_exact_for_polynomials_up_to_their_order_only(count: int) -
     for m in range(count + 1):
         wanted = Fraction(1 + (-1) ** m, (m + 1) * (m + 2))
         found = sum(w * Fraction(-j) ** m for j, w in enumerate(position))
-        # The term of the first difference is zero: one acceleration gives what two do.
+        # The term of the first difference is zero: one acceleration gives the result of two.
         assert (found == wanted) == (m < max(count, 2))
         found = sum(w * Fraction(1 - j) ** m for j, w in enumerate(speed))
         assert (found == Fraction(1, m + 1)) == (m < count)
@@ -54,7 +54,7 @@ def power_of_time(t: Any, q: Values, parameters: Values) -> Values:
 @pytest.mark.parametrize("method", [Stormer8, Stormer12])
 def test_the_velocity_is_exact_for_one_power_of_time_more_than_the_place(method: type[Stormer]) -> None:
     """For q'' = t^p: Adams' formula takes p + 1 accelerations, Störmer's p, and after its start the method makes 20 steps.
-    The error of the start, of order 12, is far below that of either formula."""
+    The error of the start, of order 12, is far below the error of either formula."""
     power, count = method.order, 20 + method.order
     parameters, zero = (Fraction(power),), (Fraction(0), Fraction(0))
     q, v = solve_exactly(method(), SecondOrder(power_of_time), parameters, zero, Fraction(1), count)

@@ -171,12 +171,12 @@ def driven(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def derivatives_of_swinging(k: int, t: float) -> list[float]:
-    """Of x = cos t and v = -3 sin t."""
+    """The derivatives of x = cos t and v = -3 sin t."""
     return [math.cos(t + k * math.pi / 2), 3 * math.cos(t + (k + 1) * math.pi / 2)]
 
 
 def derivatives_of_driven(k: int, t: float) -> list[float]:
-    """Of x = sin t and y = exp(t/8)."""
+    """The derivatives of x = sin t and y = exp(t/8)."""
     return [math.sin(t + k * math.pi / 2), math.exp(t / 8) / 8**k]
 
 
