@@ -94,12 +94,7 @@ def isotropic_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> 
     return Scene((0.0, 0.0, 0.0), (body,), forces=(Force("mass", "position_force", spring),))
 
 
-def isotropic_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    position, _, velocity, _ = readings.bodies["mass"]
-    return position[0], position[1], velocity[0], velocity[1]
-
-
-ISOTROPIC = SceneForm(isotropic_scene, isotropic_reading, frozenset({"position_force"}))
+ISOTROPIC = SceneForm(isotropic_scene, free_body("mass", 0, 1), frozenset({"position_force"}))
 
 
 class CentralForceConservation(Case):

@@ -3,10 +3,9 @@
 Cases: rotation_fixed_axis_compound_pendulum, rolling_sphere_in_bowl.
 """
 
-from gnomon.cases.core.scene import IDENTITY
+from gnomon.cases.core.scene import IDENTITY, joint
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
-from gnomon.cases.scenes.pendulum import pendulum_reading
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 
@@ -70,12 +69,8 @@ def bowl_scene(state: Values, parameters: Values) -> Scene:
     return Scene((0.0, 0.0, -g), (sphere,), guides=(Guide("bowl", "sphere", circle, theta, omega),))
 
 
-def bowl_reading(readings: Readings, parameters: Values) -> Values:
-    return readings.joints["bowl"]
-
-
-COMPOUND_SCENE = SceneForm(compound_scene, pendulum_reading, frozenset({"hinge"}))
-BOWL_SCENE = SceneForm(bowl_scene, bowl_reading, frozenset({"curved_guide", "rolling_without_slip"}))
+COMPOUND_SCENE = SceneForm(compound_scene, joint("pivot"), frozenset({"hinge"}))
+BOWL_SCENE = SceneForm(bowl_scene, joint("bowl"), frozenset({"curved_guide", "rolling_without_slip"}))
 
 
 class _Swinging(Case):

@@ -177,16 +177,17 @@ def _numbers(shown: Case | Check, out: Console) -> None:
 
 
 def _quantities(title: str, found: Mapping[str, Any], out: Console) -> None:
-    if found:
-        table = Table("quantity", "value", title=title, title_justify="left")
-        for name, value in found.items():
-            table.add_row(name, escape(str(value)))
-        out.print(table)
+    _print_pairs(Table("quantity", "value", title=title, title_justify="left"), found.items(), out)
 
 
 def _variants(shown: Case | Check, out: Console) -> None:
-    if shown.variants:
-        table = Table("variant", "what it stresses", title="Variants", title_justify="left")
-        for variant in shown.variants:
-            table.add_row(variant.name, escape(variant.stresses))
+    table = Table("variant", "what it stresses", title="Variants", title_justify="left")
+    _print_pairs(table, ((variant.name, variant.stresses) for variant in shown.variants), out)
+
+
+def _print_pairs(table: Table, rows: Iterable[tuple[str, Any]], out: Console) -> None:
+    """Print a table of names and values, unless it is empty."""
+    for name, value in rows:
+        table.add_row(name, escape(str(value)))
+    if table.rows:
         out.print(table)

@@ -11,7 +11,6 @@ import json
 import os
 import sys
 from collections.abc import Sequence
-from importlib import metadata
 from itertools import cycle, islice
 from pathlib import Path
 from statistics import median
@@ -21,6 +20,7 @@ from typing import Any
 from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import lookup
+from gnomon.harness.registry.environment import library_version
 from gnomon.harness.running import plan
 from gnomon.harness.running.null_call import null_call
 from gnomon.harness.scoring.perturbed_starts import perturbed_states
@@ -168,10 +168,7 @@ def _imported(package: str, modules: Sequence[str]) -> dict[str, Any]:
     """The version of a package, and the files of its modules that this process has imported."""
     own = [module for name, module in sorted(sys.modules.items()) if name.partition(".")[0] in modules]
     files = [str(Path(file).resolve()) for module in own if (file := getattr(module, "__file__", None))]
-    try:
-        return {"version": metadata.version(package), "files": files}
-    except metadata.PackageNotFoundError:
-        return {"version": "of unknown version", "files": files}
+    return {"version": library_version(package) or "of unknown version", "files": files}
 
 
 class _Series:
