@@ -135,8 +135,7 @@ class CompoundPendulum(_Swinging):
     def hierarchy(self) -> tuple[Level, ...]:
         """The simple pendulum of length l: all mass at the centre of mass."""
         _inertia, _m, g, arm = self.parameter_values()
-        point = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=arm)
-        return (Level(point, same, "all mass at the centre of mass"),)
+        return (self.level(PendulumSimple, "all mass at the centre of mass", g=g, L=arm),)
 
     def derived(self, digits: int) -> dict[str, Any]:
         """`center_of_percussion`: its distance from the axis, I/(m l) (m). Reactions of the axis at the start (N)."""

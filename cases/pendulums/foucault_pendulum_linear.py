@@ -143,14 +143,9 @@ class FoucaultLinear(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        def level(**changed: Any) -> Case:
-            return FoucaultPrecession(
-                initial_state=self.initial_state, span=self.span, **(dict(self.parameters) | changed)
-            )
-
         return (
-            Level(level(Om=0), same, "swings in a fixed plane"),
-            Level(level(), same, "the plane turns at -Om sin(lat)"),
+            self.level(FoucaultPrecession, "swings in a fixed plane", Om=0),
+            self.level(FoucaultPrecession, "the plane turns at -Om sin(lat)"),
         )
 
 

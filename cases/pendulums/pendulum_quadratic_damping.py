@@ -161,5 +161,4 @@ class PendulumQuadraticDamping(Case):
     @property
     def hierarchy(self) -> tuple[Level, ...]:
         """Without drag."""
-        free = PendulumSimple(initial_state=self.initial_state, span=self.span, g=self.w2, L=1)
-        return (Level(free, same, "no drag: the pendulum"),)
+        return (self.level(PendulumSimple, "no drag: the pendulum", g=self.w2, L=1),)

@@ -83,19 +83,15 @@ def specifications(charts: Mapping[str, alt.TopLevelMixin]) -> Specifications:
     return {name: chart.to_dict(validate=False) for name, chart in charts.items()}
 
 
-def run_charts(run: Run) -> Specifications:
-    """All charts of a run except the work-precision diagrams; charts without data are left out."""
-    with schemapi.debug_mode(False):  # else Altair validates every part of a chart
-        return specifications(_run_charts(run))
-
-
 def complete(run: Run, rows: pd.DataFrame) -> pd.DataFrame:
     """The rows of cases without outstanding trials: in a profile an outstanding trial would count as a failure."""
     lost = {row.case for row in run.outstanding.planned if row.measured < row.trials}
     return rows[~rows["case"].isin(lost)]
 
 
-def _run_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
+@schemapi.debug_mode(False)  # else Altair validates every part of a chart
+def run_charts(run: Run) -> Specifications:
+    """All charts of a run except the work-precision diagrams; charts without data are left out."""
     charts: dict[str, alt.TopLevelMixin] = {**profile_charts(complete(run, run.equal), complete(run, run.reduced))}
     charts |= kinds_charts(run.equal, run.matrix, run.kinds)
     asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & run.reduced["status"].isin(SCORED)]
@@ -108,7 +104,7 @@ def _run_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
         charts["hierarchy"] = figures.hierarchy_chart(levels[levels["error"] > 0])
     if len(run.policies):
         charts["policies"] = figures.policy_chart(run.policies)
-    return charts
+    return specifications(charts)
 
 
 def panel_charts(found: Mapping[str, Any] | None) -> Specifications:
