@@ -79,7 +79,8 @@ def _map(
 ) -> alt.LayerChart:
     """A column an integrator, a row a problem, in the given order.
 
-    `shown`: the column of `table` that has the colour; `ink` and `size`: of the text in a cell. The columns have the width of readable cells and fit beside the names of the problems.
+    `shown`: the column of `table` that has the colour; `ink` and `size`: of the text in a cell. The columns have the
+    width of readable cells and fit beside the names of the problems.
     """
     quiet = {"title": None, "labelLimit": 260}
     lines = {"ticks": False, "domain": False, "grid": False}

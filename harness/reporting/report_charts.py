@@ -89,9 +89,13 @@ def complete(run: Run, rows: pd.DataFrame) -> pd.DataFrame:
     return rows[~rows["case"].isin(lost)]
 
 
-@schemapi.debug_mode(False)  # else Altair validates every part of a chart
 def run_charts(run: Run) -> Specifications:
     """All charts of a run except the work-precision diagrams; charts without data are left out."""
+    with schemapi.debug_mode(False):  # else Altair validates every part of a chart
+        return specifications(_run_charts(run))
+
+
+def _run_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
     charts: dict[str, alt.TopLevelMixin] = {**profile_charts(complete(run, run.equal), complete(run, run.reduced))}
     charts |= kinds_charts(run.equal, run.matrix, run.kinds)
     asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & run.reduced["status"].isin(SCORED)]
@@ -104,7 +108,7 @@ def run_charts(run: Run) -> Specifications:
         charts["hierarchy"] = figures.hierarchy_chart(levels[levels["error"] > 0])
     if len(run.policies):
         charts["policies"] = figures.policy_chart(run.policies)
-    return specifications(charts)
+    return charts
 
 
 def panel_charts(found: Mapping[str, Any] | None) -> Specifications:
