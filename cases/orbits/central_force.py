@@ -4,6 +4,7 @@ Cases: central_force_conservation, central_force_hanging_mass, central_force_log
 """
 
 from gnomon.cases.declare import *
+from gnomon.cases.orbits.kepler_orbit import angular_momentum
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.cases.scenes.rope import HANGING
 from gnomon.cases.scenes.two_masses import polar_pair, polar_point
@@ -78,11 +79,6 @@ def isotropic_energy(t: Any, state: Values, parameters: Values) -> Values:
     return ((m * (vx * vx + vy * vy) + k * (x * x + y * y)) / 2,)
 
 
-def isotropic_spin(t: Any, state: Values, parameters: Values) -> Values:
-    x, y, vx, vy = state
-    return (x * vy - y * vx,)
-
-
 def isotropic_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
     x, y, vx, vy = state
     m, k = parameters
@@ -123,7 +119,7 @@ class CentralForceConservation(Case):
         ),
         Variant("long_1e5", "100,000 periods: phase error", periods=100_000.37),
     )
-    invariants = conserved(energy=isotropic_energy, angular_momentum=isotropic_spin)
+    invariants = conserved(energy=isotropic_energy, angular_momentum=angular_momentum)
     forms = (Separable(isotropic_acceleration, isotropic_potential),)
     scene = ISOTROPIC
 

@@ -75,17 +75,16 @@ def draw(case: Case, path: Path) -> None:
 
     span = min(float(case.times[-1]), DRAWN_SCALES * case.time_scale)
     times = np.linspace(0.0, span, POINTS)
-    states = case.sample(times)
+    motion = pandas.DataFrame(case.sample(times), columns=[c.name for c in case.state]).assign(t=times)
     panels = []
     for group in dict.fromkeys(coordinate.group for coordinate in case.state):
-        members = [(i, c) for i, c in enumerate(case.state) if c.group == group]
-        columns = [pandas.DataFrame({"t": times, "value": states[:, i], "coordinate": c.name}) for i, c in members]
+        names, units = zip(*((c.name, c.unit) for c in case.state if c.group == group), strict=True)
         panels.append(
-            altair.Chart(pandas.concat(columns), width=640, height=180)
+            altair.Chart(motion.melt("t", names, "coordinate"), width=640, height=180)
             .mark_line(strokeWidth=1.5)
             .encode(
                 x=altair.X("t:Q", title="t (s)"),
-                y=altair.Y("value:Q", title=f"{group} ({members[0][1].unit})", scale=altair.Scale(zero=False)),
+                y=altair.Y("value:Q", title=f"{group} ({units[0]})", scale=altair.Scale(zero=False)),
                 color=altair.Color("coordinate:N", title=None),
             )
         )
