@@ -33,7 +33,20 @@ from gnomon.cases.core.forms import (
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.integrated import IntegratedCase
 from gnomon.cases.core.numbers import Range, Rule, nonnegative, positive, typical
-from gnomon.cases.core.scene import Body, Contact, Force, Guide, Hinge, Readings, Scene, SceneForm, Slider, Vector
+from gnomon.cases.core.scene import (
+    Body,
+    Contact,
+    Force,
+    Guide,
+    Hinge,
+    Readings,
+    Scene,
+    SceneForm,
+    Slider,
+    Vector,
+    free_body,
+    joint,
+)
 from gnomon.cases.core.turning import Turning
 from gnomon.reference.numerics.precision import Number
 
@@ -42,6 +55,6 @@ __all__ = [
     "FirstOrder", "Floats", "Force", "Form", "Formulation", "Fraction", "Friction", "Guide", "Hinge", "Hybrid", "Impact",
     "IntegratedCase", "Level", "Mapping", "Mode", "NBody", "Number", "Parameter", "Range", "Readings", "RigidBody", "Rule",
     "Scene", "SceneForm", "SecondOrder", "SemiLinear", "Separable", "Slider", "Span", "Transition", "Turning", "Values",
-    "Variant", "Vector", "acos", "asinh", "atan", "atan2", "bind", "conserved", "cos", "decaying", "exp", "hypot", "inf",
-    "log", "nonnegative", "pi", "positive", "same", "sin", "sqrt", "tan", "tau", "typical",
+    "Variant", "Vector", "acos", "asinh", "atan", "atan2", "bind", "conserved", "cos", "decaying", "exp", "free_body",
+    "hypot", "inf", "joint", "log", "nonnegative", "pi", "positive", "same", "sin", "sqrt", "tan", "tau", "typical",
 ]  # fmt: skip

@@ -159,6 +159,11 @@ def impacts_of(free: Equations, *pairs: tuple[Equations, Equations, Equations]) 
     )
 
 
+def published(values: tuple[Fraction, ...], digits: int) -> tuple[Any, ...]:
+    with working(digits + 5) as mp:
+        return publish(map(mp.mpf, values), digits)
+
+
 class _BallLineCase(Case):
     exact_motion: BallLine
 
@@ -182,19 +187,14 @@ class _BallLineCase(Case):
     def list_events(self, digits: int) -> tuple[Event, ...]:
         """One for each impact, named by the balls."""
         found, legs = [], self.exact_motion.legs
-
-        def published(values: tuple[Fraction, ...]) -> tuple[Any, ...]:
-            with working(digits + 5) as mp:
-                return publish(map(mp.mpf, values), digits)
-
         for before, after in itertools.pairwise(legs):
             if after.time > self.span:
                 break
             assert after.pair is not None
-            places = published(after.places)
-            there = places + published(before.velocities), places + published(after.velocities)
+            places = published(after.places, digits)
+            there = places + published(before.velocities, digits), places + published(after.velocities, digits)
             name = f"impact_{after.pair + 1}{after.pair + 2}"
-            found.append(Event(published((after.time,))[0], name, *there))
+            found.append(Event(published((after.time,), digits)[0], name, *there))
         return tuple(found)
 
     def same_course(self, other: Case) -> bool:

@@ -218,6 +218,5 @@ class BilliardBallDrill(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        numbers: dict[str, Any] = {name: self.parameters[name] for name in ("R", "mu", "g")}
-        plain = BilliardBallCase(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*plain.hierarchy, Level(plain, same, "rolls when the slip ends; no drilling friction"))
+        plain = self.level(BilliardBallCase, "rolls when the slip ends; no drilling friction")
+        return (*plain.case.hierarchy, plain)

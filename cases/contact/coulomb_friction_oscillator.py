@@ -134,8 +134,7 @@ class CoulombFrictionOscillator(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        free = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=self.m, k=self.k)
-        return (Level(free, same, "no friction: harmonic"),)
+        return (self.level(HarmonicOscillator, "no friction: harmonic"),)
 
     @property
     def time_scale(self) -> float:

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
+from gnomon.cases.contact.ball_line import published
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.two_masses import NO_INERTIA
 from gnomon.reference.contact.exploding_projectile import Fragments
-from gnomon.reference.numerics.precision import publish, working
 
 
 def fragments_fall(t: Any, state: Values, parameters: Values) -> Values:
@@ -128,13 +128,8 @@ class ExplodingProjectile(Case):
         motion = self.exact_motion
         if motion.burst > self.span:
             return ()
-
-        def published(values: tuple[Fraction, ...]) -> tuple[Any, ...]:
-            with working(digits + 5) as mp:
-                return publish(map(mp.mpf, values), digits)
-
-        states = published(motion.before_the_burst()), published(motion.at(motion.burst))
-        return (Event(published((motion.burst,))[0], "burst", *states),)
+        states = published(motion.before_the_burst(), digits), published(motion.at(motion.burst), digits)
+        return (Event(published((motion.burst,), digits)[0], "burst", *states),)
 
     def derived(self, digits: int) -> dict[str, Any]:
         """`apex`: height of the centre of mass above its start, which the burst does not change (m)."""

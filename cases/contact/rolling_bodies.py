@@ -95,12 +95,8 @@ def yo_yo_scene(state: Values, parameters: Values) -> Scene:
     return Scene((0.0, 0.0, -g), (body,), sliders=(line,))
 
 
-def yo_yo_reading(readings: Readings, parameters: Values) -> Values:
-    return readings.joints["string"]
-
-
 ROLLING_SCENE = SceneForm(rolling_scene, rolling_reading, frozenset({"coulomb_isotropic"}), conservative=False)
-YO_YO_SCENE = SceneForm(yo_yo_scene, yo_yo_reading, frozenset({"slider", "unwinding_string"}))
+YO_YO_SCENE = SceneForm(yo_yo_scene, joint("string"), frozenset({"slider", "unwinding_string"}))
 
 
 class RollingBodies(Case):

@@ -1,5 +1,6 @@
 """The firing pin of a torpedo that hits its target."""
 
+from gnomon.cases.contact.coulomb_friction_oscillator import spring_speed, standing
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.box import HALF_EXTENTS
 from gnomon.reference.contact.torpedo_firing_pin import FiringPin
@@ -24,19 +25,9 @@ def way_to_the_primer(t: Any, state: Values, parameters: Values) -> Values:
     return (x - gap,)
 
 
-def pin_speed(t: Any, state: Values, parameters: Values) -> Values:
-    _x, v = state
-    return (v,)
-
-
 def in_the_primer(t: Any, state: Values, parameters: Values) -> Values:
     gap = parameters[5]
     return gap, 0
-
-
-def short_of_it(t: Any, state: Values, parameters: Values) -> Values:
-    x, _v = state
-    return x, 0
 
 
 def pin_energy(t: Any, state: Values, parameters: Values) -> Values:
@@ -129,7 +120,7 @@ class TorpedoFiringPin(Case):
             start=pin_mode,
             transitions=(
                 Transition("strike", "moving", way_to_the_primer, 1, in_the_primer, "struck"),
-                Transition("stop", "moving", pin_speed, -1, short_of_it, "stopped"),
+                Transition("stop", "moving", spring_speed, -1, standing, "stopped"),
             ),
             terminal=frozenset({"struck", "stopped"}),
         ),

@@ -477,6 +477,11 @@ class Case(Declared):
         copy.variant = self.variant
         return copy
 
+    def level(self, kind: type[Case], effect: str, **changed: Any) -> Level:
+        """A level of the hierarchy with the same state: a model with this case's start, span and numbers of equal names."""
+        own = {each.name: self.parameters[each.name] for each in kind.parameter_list if each.name in self.parameters}
+        return Level(kind(initial_state=self.initial_state, span=self.span, **(own | changed)), same, effect)
+
     def with_span(self, span: Number) -> Case:
         """The same case over another span."""
         named: dict[str, Any] = dict(self.parameters)

@@ -23,8 +23,24 @@ KINDS = {
 """The kind of a coordinate by its unit."""
 
 
+class _Number:
+    """A number that is declared as a class attribute: an instance of the case has its exact value under this name."""
+
+    name: str
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        object.__setattr__(self, "name", name)
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, instance: Declared, owner: type) -> Fraction: ...
+    def __get__(self, instance: Declared | None, owner: type) -> Self | Fraction:
+        return self if instance is None else instance.numbers[self.name]
+
+
 @dataclass(frozen=True)
-class Coordinate:
+class Coordinate(_Number):
     """One component of a state, declared as a class attribute.
 
     An instance of the case has the exact initial value, a Fraction, under the attribute's name.
@@ -68,19 +84,9 @@ class Coordinate:
         object.__setattr__(self, "kind", self.kind or KINDS[self.unit])
         object.__setattr__(self, "group", self.group or self.kind)
 
-    def __set_name__(self, owner: type, name: str) -> None:
-        object.__setattr__(self, "name", name)
-
-    @overload
-    def __get__(self, instance: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, instance: Declared, owner: type) -> Fraction: ...
-    def __get__(self, instance: Declared | None, owner: type) -> Self | Fraction:
-        return self if instance is None else instance.numbers[self.name]
-
 
 @dataclass(frozen=True)
-class Parameter:
+class Parameter(_Number):
     """One parameter, declared as a class attribute.
 
     An instance of the case has the exact value, a Fraction, under the attribute's name.
@@ -109,16 +115,6 @@ class Parameter:
     meaning: str = ""
     allowed: Range | None = None
     name: str = ""
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        object.__setattr__(self, "name", name)
-
-    @overload
-    def __get__(self, instance: None, owner: type) -> Self: ...
-    @overload
-    def __get__(self, instance: Declared, owner: type) -> Fraction: ...
-    def __get__(self, instance: Declared | None, owner: type) -> Self | Fraction:
-        return self if instance is None else instance.numbers[self.name]
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Scenes for physics engines: bodies, joints, forces and contacts."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 Vector = tuple[float, float, float]
@@ -200,6 +200,53 @@ class Readings:
 
     joints: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     bodies: Mapping[str, tuple[Vector, Quaternion, Vector, Vector]] = field(default_factory=dict)
+
+
+Observe = Callable[[Readings, Sequence[float]], tuple[float, ...]]
+
+
+def joint(name: str) -> Observe:
+    """Read the coordinate and the rate of a joint as the state.
+
+    Parameters
+    ----------
+    name : str
+        The name of the joint.
+
+    Returns
+    -------
+    callable
+        For the argument `observe` of a `SceneForm`.
+
+    Examples
+    --------
+    >>> joint("pivot")(Readings(joints={"pivot": (0.1, 2.0)}), ())
+    (0.1, 2.0)
+    """
+    return lambda readings, parameters: readings.joints[name]
+
+
+def free_body(name: str, *axes: int) -> Observe:
+    """Read position and velocity of a body without a joint as the state.
+
+    Parameters
+    ----------
+    name : str
+        The name of the body.
+    *axes : int
+        The axes of the engine (0, 1, 2) along which the state has coordinates.
+
+    Returns
+    -------
+    callable
+        For the argument `observe` of a `SceneForm`.
+
+    Examples
+    --------
+    >>> free_body("ball", 0, 2)(Readings(bodies={"ball": ((0, 0, 1), IDENTITY, (4, 0, -3), (0, 0, 0))}), ())
+    (0, 1, 4, -3)
+    """
+    return lambda readings, parameters: tuple(readings.bodies[name][part][axis] for part in (0, 2) for axis in axes)
 
 
 @dataclass(frozen=True)

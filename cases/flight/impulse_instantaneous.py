@@ -128,9 +128,7 @@ class ImpulseInstantaneous(Case):
         """The instantaneous impulse, whose error is proportional to T."""
         if not self.T:
             return ()
-        numbers: dict[str, Any] = dict(self.parameters) | {"T": 0}
-        at_once = ImpulseInstantaneous(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Level(at_once, same, "an instantaneous impulse"),)
+        return (self.level(ImpulseInstantaneous, "an instantaneous impulse", T=0),)
 
 
 def push(t: float, x: float, parameters: tuple[float, ...]) -> float:

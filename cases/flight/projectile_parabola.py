@@ -34,12 +34,7 @@ def projectile_scene(state: tuple[float, ...], parameters: tuple[float, ...]) ->
     return Scene((0.0, 0.0, -g), (Body("projectile", 1.0, (0.0, 0.0, 0.0), (x, 0.0, y), velocity=(vx, 0.0, vy)),))
 
 
-def projectile_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    position, _, velocity, _ = readings.bodies["projectile"]
-    return position[0], position[2], velocity[0], velocity[2]
-
-
-SCENE = SceneForm(projectile_scene, projectile_reading, frozenset())
+SCENE = SceneForm(projectile_scene, free_body("projectile", 0, 2), frozenset())
 
 
 class ProjectileParabola(Case):

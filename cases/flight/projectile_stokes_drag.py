@@ -86,5 +86,4 @@ class ProjectileStokesDrag(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.g)
-        return (Level(parabola, same, "no drag: the parabola"),)
+        return (self.level(ProjectileParabola, "no drag: the parabola"),)

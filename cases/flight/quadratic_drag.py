@@ -76,12 +76,9 @@ class ProjectileQuadraticDrag(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        parabola = ProjectileParabola(initial_state=self.initial_state, span=self.span, g=self.g)
-        stokes = ProjectileStokesDrag(initial_state=self.initial_state, span=self.span, g=self.g, nu=self._first_rate)
-        return (
-            Level(parabola, same, "no drag: the parabola"),
-            Level(stokes, same, "drag proportional to the velocity, equal at the start"),
-        )
+        parabola = self.level(ProjectileParabola, "no drag: the parabola")
+        drag = "drag proportional to the velocity, equal at the start"
+        return parabola, self.level(ProjectileStokesDrag, drag, nu=self._first_rate)
 
     @property
     def _first_rate(self) -> float:

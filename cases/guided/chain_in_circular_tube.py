@@ -2,7 +2,6 @@
 
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.equivalent_pendulum import EquivalentPendulumCase
-from gnomon.cases.scenes.pendulum import pendulum_reading
 from gnomon.reference.guided.chain_in_circular_tube import TubeChain
 from gnomon.reference.numerics.precision import working
 
@@ -45,7 +44,7 @@ def tube_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene
     return Scene((0.0, 0.0, -g), (arc,), hinges=(hinge,))
 
 
-TUBE = SceneForm(tube_scene, pendulum_reading, frozenset({"hinge"}))
+TUBE = SceneForm(tube_scene, joint("pivot"), frozenset({"hinge"}))
 
 
 class ChainInCircularTube(EquivalentPendulumCase):

@@ -105,8 +105,8 @@ class _Curve(WellCase):
         curvature = self._CURVATURE(size)
         if not curvature:
             return ()
-        shallow = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=1, k=g * curvature)
-        return (Level(shallow, same, "restoring force proportional to the displacement"),)
+        effect = "restoring force proportional to the displacement"
+        return (self.level(HarmonicOscillator, effect, m=1, k=g * curvature),)
 
 
 def _low(place: str, size: str, energy: Equations, most: int) -> Rule:

@@ -42,6 +42,4 @@ class FreeAzimuthCase(WellCase):
         numbers = self.numbers | {"I": self.numbers["I"] * HEAVIER}
         if self.numbers["I"] > HEAVIER or not self.domain.admits(numbers):
             return ()
-        parameters: dict[str, Any] = self.parameters | {"I": numbers["I"]}
-        driven = type(self)(initial_state=self.initial_state, span=self.span, **parameters)
-        return (Level(driven, same, self._DRIVEN),)
+        return (self.level(type(self), self._DRIVEN, I=numbers["I"]),)

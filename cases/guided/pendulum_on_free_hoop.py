@@ -135,6 +135,4 @@ class RotatingPendulumSwept(IntegratedCase):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        numbers: dict[str, Any] = {name: self.parameters[name] for name in ("g", "R", "Om")}
-        still = RotatingPendulum(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Level(still, same, "a constant rate, the one at the start"),)
+        return (self.level(RotatingPendulum, "a constant rate, the one at the start"),)

@@ -160,9 +160,7 @@ class RotatingPendulum(HoopCase):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        g, radius, _ = self.parameter_values()
-        still = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=radius)
-        return (Level(still, same, "no rotation: the simple pendulum"),)
+        return (self.level(PendulumSimple, "no rotation: the simple pendulum", L=self.R),)
 
 
 class BearingReactionTorqueStability(HoopCase):

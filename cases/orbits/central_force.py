@@ -4,6 +4,7 @@ Cases: central_force_conservation, central_force_hanging_mass, central_force_log
 """
 
 from gnomon.cases.declare import *
+from gnomon.cases.orbits.kepler_orbit import angular_momentum
 from gnomon.cases.oscillators.well import WellCase
 from gnomon.cases.scenes.rope import HANGING
 from gnomon.cases.scenes.two_masses import polar_pair, polar_point
@@ -78,11 +79,6 @@ def isotropic_energy(t: Any, state: Values, parameters: Values) -> Values:
     return ((m * (vx * vx + vy * vy) + k * (x * x + y * y)) / 2,)
 
 
-def isotropic_spin(t: Any, state: Values, parameters: Values) -> Values:
-    x, y, vx, vy = state
-    return (x * vy - y * vx,)
-
-
 def isotropic_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
     x, y, vx, vy = state
     m, k = parameters
@@ -94,12 +90,7 @@ def isotropic_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> 
     return Scene((0.0, 0.0, 0.0), (body,), forces=(Force("mass", "position_force", spring),))
 
 
-def isotropic_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    position, _, velocity, _ = readings.bodies["mass"]
-    return position[0], position[1], velocity[0], velocity[1]
-
-
-ISOTROPIC = SceneForm(isotropic_scene, isotropic_reading, frozenset({"position_force"}))
+ISOTROPIC = SceneForm(isotropic_scene, free_body("mass", 0, 1), frozenset({"position_force"}))
 
 
 class CentralForceConservation(Case):
@@ -128,7 +119,7 @@ class CentralForceConservation(Case):
         ),
         Variant("long_1e5", "100,000 periods: phase error", periods=100_000.37),
     )
-    invariants = conserved(energy=isotropic_energy, angular_momentum=isotropic_spin)
+    invariants = conserved(energy=isotropic_energy, angular_momentum=angular_momentum)
     forms = (Separable(isotropic_acceleration, isotropic_potential),)
     scene = ISOTROPIC
 

@@ -2,7 +2,7 @@
 
 from gnomon.cases.core.numbers import show
 from gnomon.cases.declare import *
-from gnomon.cases.orbits.central_force import isotropic_spin
+from gnomon.cases.orbits.kepler_orbit import angular_momentum
 from gnomon.cases.scenes.point import free_point
 from gnomon.reference.numerics.precision import exact
 from gnomon.reference.orbits.central_force_fifth_power import collision_time
@@ -81,7 +81,7 @@ class CentralForceFifthPower(IntegratedCase):
             13,
         ),
     )
-    invariants = conserved(energy=fifth_power_energy, angular_momentum=isotropic_spin)
+    invariants = conserved(energy=fifth_power_energy, angular_momentum=angular_momentum)
     forms = (Separable(fifth_power_acceleration, fifth_power_potential),)
     scene = SCENE
 

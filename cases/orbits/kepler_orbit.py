@@ -113,12 +113,7 @@ def kepler_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Sce
     return Scene((0.0, 0.0, 0.0), (planet,), forces=(Force("planet", "position_force", attraction),))
 
 
-def kepler_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    position, _, velocity, _ = readings.bodies["planet"]
-    return position[0], position[1], velocity[0], velocity[1]
-
-
-SCENE = SceneForm(kepler_scene, kepler_reading, frozenset({"position_force"}))
+SCENE = SceneForm(kepler_scene, free_body("planet", 0, 1), frozenset({"position_force"}))
 
 
 class KeplerOrbit(Case):

@@ -42,11 +42,7 @@ def damped_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Sce
     return Scene((0.0, 0.0, 0.0), (body,), sliders=(slider,), forces=(force,))
 
 
-def damped_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    return readings.joints["rail"]
-
-
-SCENE = SceneForm(damped_scene, damped_reading, frozenset({"slider", "velocity_force"}), conservative=False)
+SCENE = SceneForm(damped_scene, joint("rail"), frozenset({"slider", "velocity_force"}), conservative=False)
 """Not conservative: the damper's force depends on the velocity."""
 
 

@@ -36,11 +36,7 @@ def spring_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Sce
     return Scene((0.0, 0.0, 0.0), (body,), sliders=(slider,), forces=(Force("mass", "position_force", spring),))
 
 
-def spring_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    return readings.joints["rail"]
-
-
-SCENE = SceneForm(spring_scene, spring_reading, frozenset({"slider", "position_force"}))
+SCENE = SceneForm(spring_scene, joint("rail"), frozenset({"slider", "position_force"}))
 
 
 class HarmonicOscillator(Case):

@@ -142,5 +142,4 @@ class RubberTubeThick(WellCase):
         """A thin wall, without pressure."""
         if self.p:
             return ()
-        thin = RubberTubeThin(initial_state=self.initial_state, span=self.span, w=self.w)
-        return (Level(thin, same, "a wall without thickness: isochronous"),)
+        return (self.level(RubberTubeThin, "a wall without thickness: isochronous"),)

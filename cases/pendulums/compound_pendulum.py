@@ -3,10 +3,9 @@
 Cases: rotation_fixed_axis_compound_pendulum, rolling_sphere_in_bowl.
 """
 
-from gnomon.cases.core.scene import IDENTITY
+from gnomon.cases.core.scene import IDENTITY, joint
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
-from gnomon.cases.scenes.pendulum import pendulum_reading
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
 
 
@@ -70,12 +69,8 @@ def bowl_scene(state: Values, parameters: Values) -> Scene:
     return Scene((0.0, 0.0, -g), (sphere,), guides=(Guide("bowl", "sphere", circle, theta, omega),))
 
 
-def bowl_reading(readings: Readings, parameters: Values) -> Values:
-    return readings.joints["bowl"]
-
-
-COMPOUND_SCENE = SceneForm(compound_scene, pendulum_reading, frozenset({"hinge"}))
-BOWL_SCENE = SceneForm(bowl_scene, bowl_reading, frozenset({"curved_guide", "rolling_without_slip"}))
+COMPOUND_SCENE = SceneForm(compound_scene, joint("pivot"), frozenset({"hinge"}))
+BOWL_SCENE = SceneForm(bowl_scene, joint("bowl"), frozenset({"curved_guide", "rolling_without_slip"}))
 
 
 class _Swinging(Case):
@@ -140,8 +135,7 @@ class CompoundPendulum(_Swinging):
     def hierarchy(self) -> tuple[Level, ...]:
         """The simple pendulum of length l: all mass at the centre of mass."""
         _inertia, _m, g, arm = self.parameter_values()
-        point = PendulumSimple(initial_state=self.initial_state, span=self.span, g=g, L=arm)
-        return (Level(point, same, "all mass at the centre of mass"),)
+        return (self.level(PendulumSimple, "all mass at the centre of mass", g=g, L=arm),)
 
     def derived(self, digits: int) -> dict[str, Any]:
         """`center_of_percussion`: its distance from the axis, I/(m l) (m). Reactions of the axis at the start (N)."""

@@ -63,11 +63,7 @@ def cycloid_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Sc
     return Scene((0.0, 0.0, -g), (bead,), guides=(Guide("cycloid", "bead", cycloid, phi, rate),))
 
 
-def cycloid_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    return readings.joints["cycloid"]
-
-
-SCENE = SceneForm(cycloid_scene, cycloid_reading, frozenset({"curved_guide"}))
+SCENE = SceneForm(cycloid_scene, joint("cycloid"), frozenset({"curved_guide"}))
 
 
 class CycloidalPendulum(Case):

@@ -84,15 +84,8 @@ class FoucaultInPlaneCentrifugal(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        numbers: dict[str, Any] = dict(self.parameters)
-        rest: dict[str, Any] = numbers | {"Om": 0}
-        start, span = self.initial_state, self.span
         return (
-            Level(FoucaultPrecession(initial_state=start, span=span, **rest), same, "a fixed plane"),
-            Level(
-                FoucaultPrecession(initial_state=start, span=span, **numbers),
-                same,
-                "the plane turns at -Om sin(lat)",
-            ),
-            Level(FoucaultLinear(initial_state=start, span=span, **numbers), same, "Coriolis force in full"),
+            self.level(FoucaultPrecession, "a fixed plane", Om=0),
+            self.level(FoucaultPrecession, "the plane turns at -Om sin(lat)"),
+            self.level(FoucaultLinear, "Coriolis force in full"),
         )

@@ -84,12 +84,7 @@ def foucault_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> S
     return Scene((0.0, 0.0, 0.0), (bob,), forces=(Force("bob", "velocity_force", pull_and_coriolis),))
 
 
-def foucault_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    position, _, velocity, _ = readings.bodies["bob"]
-    return position[0], position[1], velocity[0], velocity[1]
-
-
-SCENE = SceneForm(foucault_scene, foucault_reading, frozenset({"velocity_force"}), conservative=False)
+SCENE = SceneForm(foucault_scene, free_body("bob", 0, 1), frozenset({"velocity_force"}), conservative=False)
 """Not conservative: the Coriolis force depends on the velocity."""
 
 
@@ -148,14 +143,9 @@ class FoucaultLinear(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        def level(**changed: Any) -> Case:
-            return FoucaultPrecession(
-                initial_state=self.initial_state, span=self.span, **(dict(self.parameters) | changed)
-            )
-
         return (
-            Level(level(Om=0), same, "swings in a fixed plane"),
-            Level(level(), same, "the plane turns at -Om sin(lat)"),
+            self.level(FoucaultPrecession, "swings in a fixed plane", Om=0),
+            self.level(FoucaultPrecession, "the plane turns at -Om sin(lat)"),
         )
 
 

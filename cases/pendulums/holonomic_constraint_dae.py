@@ -1,6 +1,7 @@
 """The pendulum in Cartesian coordinates: a holonomic constraint with its multiplier."""
 
 from gnomon.cases.declare import *
+from gnomon.cases.flight.projectile_parabola import projectile_energy
 from gnomon.reference.pendulums.holonomic_constraint_dae import CartesianPendulum
 
 
@@ -25,13 +26,6 @@ def circle(t: Any, place: Values, parameters: Values) -> Values:
 def circle_gradient(t: Any, place: Values, parameters: Values) -> Values:
     x, y = place
     return 2 * x, 2 * y
-
-
-def cartesian_pendulum_energy(t: Any, state: Values, parameters: Values) -> Values:
-    """Energy over the mass; potential energy is zero at the pivot."""
-    _x, y, vx, vy = state
-    (g,) = parameters
-    return ((vx * vx + vy * vy) / 2 + g * y,)
 
 
 def squared_length(t: Any, state: Values, parameters: Values) -> Values:
@@ -102,9 +96,7 @@ class HolonomicConstraintDae(Case):
         ),
         Variant("long_1e3", "1000 periods: departures from the constraint add up", periods=1000.37),
     )
-    invariants = conserved(
-        energy=cartesian_pendulum_energy, squared_length=squared_length, radial_velocity=radial_velocity
-    )
+    invariants = conserved(energy=projectile_energy, squared_length=squared_length, radial_velocity=radial_velocity)
     forms = (
         Constrained(
             cartesian_pendulum_equations, force=gravity_in_the_plane, constraint=circle, gradient=circle_gradient

@@ -2,7 +2,6 @@
 
 from gnomon.cases.declare import *
 from gnomon.cases.pendulums.equivalent_pendulum import EquivalentPendulumCase
-from gnomon.cases.scenes.pendulum import pendulum_reading
 from gnomon.reference.pendulums.moment_of_momentum_pendulum import CarriedPendulum
 
 
@@ -35,7 +34,7 @@ def carried_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Sc
     return Scene((ax, 0.0, -(g + ay)), (bob,), hinges=(hinge,))
 
 
-SCENE = SceneForm(carried_scene, pendulum_reading, frozenset({"hinge"}))
+SCENE = SceneForm(carried_scene, joint("pivot"), frozenset({"hinge"}))
 
 
 class MomentOfMomentumPendulum(EquivalentPendulumCase):

@@ -52,11 +52,7 @@ def dragged_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Sc
     return Scene((0.0, 0.0, -w2), (bob,), hinges=(hinge,), forces=(Force("bob", "velocity_force", drag),))
 
 
-def dragged_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    return readings.joints["pivot"]
-
-
-SCENE = SceneForm(dragged_scene, dragged_reading, frozenset({"hinge", "velocity_force"}), conservative=False)
+SCENE = SceneForm(dragged_scene, joint("pivot"), frozenset({"hinge", "velocity_force"}), conservative=False)
 
 
 def _moves(n: Mapping[str, Fraction]) -> bool:
@@ -165,5 +161,4 @@ class PendulumQuadraticDamping(Case):
     @property
     def hierarchy(self) -> tuple[Level, ...]:
         """Without drag."""
-        free = PendulumSimple(initial_state=self.initial_state, span=self.span, g=self.w2, L=1)
-        return (Level(free, same, "no drag: the pendulum"),)
+        return (self.level(PendulumSimple, "no drag: the pendulum", g=self.w2, L=1),)

@@ -127,11 +127,10 @@ class PendulumSimple(Case):
         g, length = self.parameter_values()
         if self.exact_motion.regime != Pendulum.LIBRATION or abs(self.theta) > pi:
             return ()
-        linear = HarmonicOscillator(initial_state=self.initial_state, span=self.span, m=length, k=g)
-        levels = [Level(linear, same, "restoring force proportional to the angle")]
+        levels = [self.level(HarmonicOscillator, "restoring force proportional to the angle", m=length, k=g)]
         alpha, beta = g / length, -g / (6 * length)
         numbers = {"alpha": alpha, "beta": beta} | dict(zip("xv", self.initial_state, strict=True))
         if DuffingUnforced.domain.admits(numbers):
-            quartic = DuffingUnforced(initial_state=self.initial_state, span=self.span, alpha=alpha, beta=beta)
-            levels.append(Level(quartic, same, "softening: the period grows with the amplitude squared"))
+            effect = "softening: the period grows with the amplitude squared"
+            levels.append(self.level(DuffingUnforced, effect, alpha=alpha, beta=beta))
         return tuple(levels)

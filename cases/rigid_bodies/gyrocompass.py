@@ -86,12 +86,6 @@ class Gyrocompass(HoopCase):
         pull, _ = self.coefficients()
         if pull <= 0:
             return ()
-        pendulum = PendulumSimple(initial_state=self.initial_state, span=self.span, g=pull, L=1)
-        return (
-            *pendulum.hierarchy,
-            Level(
-                pendulum,
-                same,
-                "restoring torque proportional to the sine, without the square of the Earth's rate",
-            ),
-        )
+        effect = "restoring torque proportional to the sine, without the square of the Earth's rate"
+        pendulum = self.level(PendulumSimple, effect, g=pull, L=1)
+        return (*pendulum.case.hierarchy, pendulum)

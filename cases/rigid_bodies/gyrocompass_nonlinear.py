@@ -141,14 +141,8 @@ class GyrocompassDampedNonlinear(IntegratedCase):
     def hierarchy(self) -> tuple[Level, ...]:
         if not GyrocompassDamped.domain.admits(self.numbers):
             return ()
-        numbers: dict[str, Any] = dict(self.parameters)
-        linear = GyrocompassDamped(initial_state=self.initial_state, span=self.span, **numbers)
-        undamped = {name: value for name, value in numbers.items() if name != "c"}
-        free = Gyrocompass(initial_state=self.initial_state, span=self.span, **undamped)
-        return (
-            Level(linear, same, "small angles, damped"),
-            Level(free, same, "any angle and the square of the Earth's rate, undamped"),
-        )
+        undamped = "any angle and the square of the Earth's rate, undamped"
+        return self.level(GyrocompassDamped, "small angles, damped"), self.level(Gyrocompass, undamped)
 
 
 class GyrocompassTilting(IntegratedCase):

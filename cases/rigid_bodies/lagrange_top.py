@@ -181,10 +181,8 @@ class LagrangeTopCase(_Angles):
         """The fast top in steady precession, then first-order nutation about the tilt of regular precession."""
         n: dict[str, Any] = dict(self.parameters)
         theta, omega, phi, psi = self.initial_state
-        small = LagrangeTopSmallNutation(
-            initial_state=self.initial_state, span=self.span, tilt=self._steady_tilt(), **n
-        )
-        nutating = Level(small, same, "small nutation about regular precession")
+        effect = "small nutation about regular precession"
+        nutating = self.level(LagrangeTopSmallNutation, effect, tilt=self._steady_tilt())
         if not n["a"] or omega:
             return (nutating,)
         steady = LagrangeTopFast(

@@ -120,6 +120,4 @@ class RigidBodyStokesMedium(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        moments: dict[str, Any] = {name: self.parameters[name] for name in ("I1", "I2", "I3")}
-        free = EulerTopCase(initial_state=self.initial_state, span=self.span, **moments)
-        return (Level(free, same, "no medium: the torque-free body"),)
+        return (self.level(EulerTopCase, "no medium: the torque-free body"),)

@@ -150,9 +150,7 @@ class RigidBodyStokesMediumFalling(Case):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        numbers: dict[str, Any] = {name: self.parameters[name] for name in ("g", "I1", "I2", "I3")}
-        free = DynamicsOfFreeRigidBodyInGravity(initial_state=self.initial_state, span=self.span, **numbers)
-        return (Level(free, same, "no medium"),)
+        return (self.level(DynamicsOfFreeRigidBodyInGravity, "no medium"),)
 
 
 class RigidBodyStokesMediumTorque(IntegratedCase):
@@ -202,6 +200,5 @@ class RigidBodyStokesMediumTorque(IntegratedCase):
     def hierarchy(self) -> tuple[Level, ...]:
         if not any(self.initial_state[:3]):
             return ()
-        numbers: dict[str, Any] = {name: self.parameters[name] for name in ("I1", "I2", "I3", "nu")}
-        undriven = RigidBodyStokesMedium(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*undriven.hierarchy, Level(undriven, same, "no torque"))
+        undriven = self.level(RigidBodyStokesMedium, "no torque")
+        return (*undriven.case.hierarchy, undriven)

@@ -3,6 +3,8 @@
 Cases: sliding_ladder, rigid_link_plane_motion.
 """
 
+from functools import partial
+
 from gnomon.cases.declare import *
 from gnomon.reference.rigid_bodies.sliding_rods import FallingRod, SlidingLadder
 from mpmath import mpf
@@ -76,7 +78,7 @@ def rod_mode(t: Any, state: Values, parameters: Values) -> str:
     return "stands" if state[0] == 0 else "floor"
 
 
-def rod_scene(state: Values, parameters: Values, wall: bool) -> Scene:
+def rod_scene(wall: bool, state: Values, parameters: Values) -> Scene:
     """A thin rod with smooth ends, its lower end on the floor and, if there is a `wall`, its upper end against it."""
     theta, omega = state
     g, length = parameters
@@ -95,21 +97,13 @@ def rod_scene(state: Values, parameters: Values, wall: bool) -> Scene:
     return Scene((0.0, 0.0, -g), (rod,), contacts=(floor, side) if wall else (floor,))
 
 
-def ladder_scene(state: Values, parameters: Values) -> Scene:
-    return rod_scene(state, parameters, True)
-
-
-def floor_scene(state: Values, parameters: Values) -> Scene:
-    return rod_scene(state, parameters, False)
-
-
 def rod_reading(readings: Readings, parameters: Values) -> Values:
     _, (_x, y, _z, w), _, spin = readings.bodies["rod"]
     return -2 * atan2(y, w), -spin[1]
 
 
-LADDER_SCENE = SceneForm(ladder_scene, rod_reading, frozenset({"thin_rod_contact"}), conservative=False)
-FLOOR_SCENE = SceneForm(floor_scene, rod_reading, frozenset({"thin_rod_contact"}), conservative=False)
+LADDER_SCENE = SceneForm(partial(rod_scene, True), rod_reading, frozenset({"thin_rod_contact"}), conservative=False)
+FLOOR_SCENE = SceneForm(partial(rod_scene, False), rod_reading, frozenset({"thin_rod_contact"}), conservative=False)
 LIE = Transition("lies", "floor", upright_share, -1, come_to_lie, "flat", floor_state)
 REST = (Mode("flat", flat_on_floor), Mode("stands", flat_on_floor))
 

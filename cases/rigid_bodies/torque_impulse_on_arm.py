@@ -1,7 +1,6 @@
 """A torque impulse on an arm: its rate jumps, its angle does not."""
 
 from gnomon.cases.declare import *
-from gnomon.cases.scenes.pendulum import pendulum_reading
 from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.pendulums.kicked_pendulum import KickedPendulum
 from gnomon.reference.pendulums.pendulum_simple import Pendulum
@@ -46,7 +45,7 @@ def arm_scene(state: Values, parameters: Values) -> Scene:
     return Scene((0.0, 0.0, -g), (rod,), hinges=(hinge,))
 
 
-ARM = SceneForm(arm_scene, pendulum_reading, frozenset({"hinge", "impulse"}), conservative=False)
+ARM = SceneForm(arm_scene, joint("pivot"), frozenset({"hinge", "impulse"}), conservative=False)
 
 
 class TorqueImpulseOnArm(Case):

@@ -199,9 +199,8 @@ class FreeFallCentrifugal(FreeFallRotatingEarth):
 
     @property
     def hierarchy(self) -> tuple[Level, ...]:
-        numbers: dict[str, Any] = dict(self.parameters)
-        earth = FreeFallRotatingEarth(initial_state=self.initial_state, span=self.span, **numbers)
-        return (*earth.hierarchy, Level(earth, same, "the Coriolis force, exactly"))
+        earth = self.level(FreeFallRotatingEarth, "the Coriolis force, exactly")
+        return (*earth.case.hierarchy, earth)
 
 
 def first_order_fall(t: Any, q: Values, parameters: Values) -> Values:

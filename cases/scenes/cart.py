@@ -2,7 +2,7 @@
 
 from math import cos, sin
 
-from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider
+from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, joint
 from gnomon.cases.scenes.two_masses import NO_INERTIA
 
 Values = tuple[float, ...]
@@ -21,10 +21,6 @@ def man_scene(state: Values, parameters: Values) -> Scene:
     return Scene(
         ORIGIN, bodies, sliders=(wheels, Slider("walk", "man", ORIGIN, ALONG, 0.0, 0.0, parent="cart", drive=walk))
     )
-
-
-def wheels_reading(readings: Readings, parameters: Values) -> Values:
-    return readings.joints["wheels"]
 
 
 def cart_pendulum_scene(state: Values, parameters: Values) -> Scene:
@@ -54,7 +50,7 @@ def wedge_reading(readings: Readings, parameters: Values) -> Values:
     return X, s, V, v
 
 
-MAN = SceneForm(man_scene, wheels_reading, frozenset({"slider", "linked_joint", "driven_axis"}), conservative=False)
+MAN = SceneForm(man_scene, joint("wheels"), frozenset({"slider", "linked_joint", "driven_axis"}), conservative=False)
 CART_PENDULUM = SceneForm(
     cart_pendulum_scene, cart_pendulum_reading, frozenset({"slider", "hinge", "linked_joint"}), conservative=False
 )

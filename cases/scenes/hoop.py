@@ -4,7 +4,7 @@ Coriolis forces are perpendicular to the plane, and the hinge takes them. A hoop
 hinge that carries the other hinges (token `chained_hinges`).
 """
 
-from gnomon.cases.core.scene import Body, Force, Hinge, Readings, Scene, SceneForm, Vector
+from gnomon.cases.core.scene import Body, Force, Hinge, Readings, Scene, SceneForm, Vector, joint
 
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
@@ -20,10 +20,6 @@ def bead_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene
     hinge = Hinge("pivot", "bob", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -radius), theta, omega)
     force = Force("bob", "position_force", centrifugal)
     return Scene((0.0, 0.0, -g), (bob,), hinges=(hinge,), forces=(force,))
-
-
-def bead_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    return readings.joints["pivot"]
 
 
 def free_hoop_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
@@ -54,4 +50,4 @@ FREE_HOOP = SceneForm(free_hoop_scene, carried_reading, frozenset({"hinge", "cha
 GOVERNOR = SceneForm(
     governor_scene, carried_reading, frozenset({"hinge", "chained_hinges", "linkage"}), conservative=False
 )
-SCENE = SceneForm(bead_scene, bead_reading, frozenset({"hinge", "position_force"}))
+SCENE = SceneForm(bead_scene, joint("pivot"), frozenset({"hinge", "position_force"}))

@@ -1,6 +1,6 @@
 """Scene of the simple pendulum: a point mass on a hinge."""
 
-from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm
+from gnomon.cases.core.scene import Body, Hinge, Scene, SceneForm, joint
 
 
 def pendulum_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
@@ -11,8 +11,4 @@ def pendulum_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> S
     return Scene((0.0, 0.0, -g), (bob,), hinges=(hinge,))
 
 
-def pendulum_reading(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
-    return readings.joints["pivot"]
-
-
-SCENE = SceneForm(pendulum_scene, pendulum_reading, frozenset({"hinge"}))
+SCENE = SceneForm(pendulum_scene, joint("pivot"), frozenset({"hinge"}))

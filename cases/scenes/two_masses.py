@@ -61,6 +61,18 @@ def attracting(
     return SceneForm(build, observe, MUTUAL)
 
 
+def inward(pull: Callable[[float, Values], float], parameters: Values) -> Callable[[float, Vector, Vector], Vector]:
+    """The force `pull(r, parameters)` towards the origin of the plane."""
+
+    def law(t: float, position: Vector, velocity: Vector) -> Vector:
+        x, y, _ = position
+        r = hypot(x, y)
+        factor = -pull(r, parameters) / r
+        return factor * x, factor * y, 0.0
+
+    return law
+
+
 def polar_pair(masses: Callable[[Values], Values], pull: Callable[[float, Values], float]) -> SceneForm:
     """State (r, theta, r', theta') of particle 2 relative to particle 1; their centre of mass is at rest; `pull` in N."""
 
@@ -73,13 +85,8 @@ def polar_pair(masses: Callable[[Values], Values], pull: Callable[[float, Values
             for n, mass, share in ((1, one, shares[0]), (2, two, shares[1]))
         )
 
-        def law(t: float, position: Vector, velocity: Vector) -> Vector:
-            x, y, _ = position
-            r = hypot(x, y)
-            factor = -pull(r, parameters) / r
-            return factor * x, factor * y, 0.0
-
-        return Scene((0.0, 0.0, 0.0), bodies, forces=(Force("particle 2", "mutual_force", law, "particle 1"),))
+        force = Force("particle 2", "mutual_force", inward(pull, parameters), "particle 1")
+        return Scene((0.0, 0.0, 0.0), bodies, forces=(force,))
 
     def observe(readings: Readings, parameters: Values) -> Values:
         (a, _, u, _), (b, _, v, _) = (readings.bodies[f"particle {n}"] for n in (1, 2))
@@ -94,14 +101,8 @@ def polar_point(pull: Callable[[float, Values], float]) -> SceneForm:
     def build(state: Values, parameters: Values) -> Scene:
         place, velocity = from_polar(state)
 
-        def law(t: float, position: Vector, velocity: Vector) -> Vector:
-            x, y, _ = position
-            r = hypot(x, y)
-            factor = -pull(r, parameters) / r
-            return factor * x, factor * y, 0.0
-
         body = Body("point", 1.0, NO_INERTIA, place, velocity=velocity)
-        return Scene((0.0, 0.0, 0.0), (body,), forces=(Force("point", "position_force", law),))
+        return Scene((0.0, 0.0, 0.0), (body,), forces=(Force("point", "position_force", inward(pull, parameters)),))
 
     def observe(readings: Readings, parameters: Values) -> Values:
         place, _, velocity, _ = readings.bodies["point"]

@@ -7,9 +7,9 @@ Its error is relative to the size of the quantity (of a vector or a tensor, to i
 import importlib.util
 import math
 import statistics
-import time
+import timeit
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -73,21 +73,12 @@ def write(frame: pandas.DataFrame, path: Path) -> None:
     study_file.write([row | {"revision": revision} for row in rows], path)
 
 
-def _measure(check: Check, computation: IndependentComputation, repeats: int) -> list[dict[str, Any]]:
-    def row(
-        quantity: str = "", error: float | None = None, seconds: float | None = None, **rest: str
-    ) -> dict[str, Any]:
-        return {
-            "check": check.name,
-            "variant": check.variant or "default",
-            "computation": computation.name,
-            "library": computation.library,
-            "quantity": quantity,
-            "error": error,
-            "seconds": seconds,
-            "status": Status.OK,
-            "reason": "",
-        } | rest
+def _measure(check: Check, computation: IndependentComputation, repeats: int) -> list[tuple[Any, ...]]:
+    subject = check.name, check.variant or "default", computation.name, computation.library
+
+    def row(*found: Any, status: Status = Status.OK, reason: str = "") -> tuple[Any, ...]:
+        """Values of COLUMNS; `found` holds quantity, error and seconds, or is empty."""
+        return (*subject, *(found or ("", None, None)), status, reason)
 
     if importlib.util.find_spec(computation.library) is None:
         return [row(status=Status.NOT_INSTALLED, reason=f"{computation.library} is not installed")]
@@ -97,7 +88,7 @@ def _measure(check: Check, computation: IndependentComputation, repeats: int) ->
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             found = computation.compute(numbers)
-            seconds = _median(lambda: computation.compute(numbers), repeats)
+            seconds = statistics.median(timeit.repeat(lambda: computation.compute(numbers), repeat=repeats, number=1))
     except Unsupported as refusal:
         return [row(status=Status.REFUSED, reason=str(refusal))]
     except Exception as failure:  # an exception of a library is a result
@@ -111,15 +102,6 @@ def _measure(check: Check, computation: IndependentComputation, repeats: int) ->
         else:
             rows.append(row(name, error, seconds))
     return rows
-
-
-def _median(call: Callable[[], Any], repeats: int) -> float:
-    times = []
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - begin)
-    return statistics.median(times)
 
 
 def errors(check: Check, found: Mapping[str, Any]) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Callable
 
 import numpy as np
 from gnomon.harness.certification.independent import Numbers, Quantities, independent
@@ -14,35 +15,35 @@ FIELD = "gravity_field_particle_body"
 @independent("ellipk, ellipe", "scipy", FIELD)
 def ring_special(p: Numbers) -> Quantities:
     """scipy.special.ellipk and ellipe of m, the usual formula: next to the ring 1 - m has no correct digits."""
-    a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
-    far, near = (a + rho) ** 2 + z * z, (a - rho) ** 2 + z * z
-    m = 4 * a * rho / far
-    return _ring(p, ellipk(m), ellipe(m), far, near, mu)
+    return _ring(p, lambda m, rest: ellipk(m))
 
 
 @independent("ellipkm1, ellipe", "scipy", FIELD)
 def ring_special_complement(p: Numbers) -> Quantities:
     """scipy.special.ellipkm1 of 1 - m, computed without cancellation; in the field K - E cancels near the axis."""
-    a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
-    far, near = (a + rho) ** 2 + z * z, (a - rho) ** 2 + z * z
-    return _ring(p, ellipkm1(near / far), ellipe(4 * a * rho / far), far, near, mu)
+    return _ring(p, lambda m, rest: ellipkm1(rest))
 
 
 def integral(f: object, low: float, high: float) -> float:
     return float(integrate.quad(f, low, high, epsabs=0, epsrel=1e-12, limit=200)[0])
 
 
-def _ring(p: Numbers, K: float, E: float, far: float, near: float, mu: float) -> Quantities:
-    a, rho, z = p["a"], p["rho"], p["z"]
+def _ring(p: Numbers, complete: Callable[[float, float], float]) -> Quantities:
+    """The usual formulas, with the integral K as `complete`(m, 1 - m)."""
+    a, rho, z, mu = p["a"], p["rho"], p["z"], p["mu"]
+    far, near = (a + rho) ** 2 + z * z, (a - rho) ** 2 + z * z
+    m = 4 * a * rho / far
+    K, E = complete(m, near / far), ellipe(m)
     potential = -2 * mu * K / (math.pi * math.sqrt(far))
     factor = mu / (math.pi * math.sqrt(far))
     outward = -factor * (K - (a * a - rho * rho + z * z) / near * E) / rho if rho else 0.0
-    return {
-        "ring_potential": potential,
-        "ring_excess": potential + mu / math.hypot(rho, z),
-        "ring": (outward, -2 * factor * z * E / near),
-        "disc": 2 * mu / (a * a) * (1 - z / math.sqrt(a * a + z * z)),
-    }
+    disc = 2 * mu / (a * a) * (1 - z / math.sqrt(a * a + z * z))
+    return _fields(p, potential, (outward, -2 * factor * z * E / near), disc)
+
+
+def _fields(p: Numbers, potential: float, ring: tuple[float, float], disc: float) -> Quantities:
+    excess = potential + p["mu"] / math.hypot(p["rho"], p["z"])
+    return {"ring_potential": potential, "ring_excess": excess, "ring": ring, "disc": disc}
 
 
 @independent("cubature", "scipy", FIELD)
@@ -60,15 +61,9 @@ def field_cubature(p: Numbers) -> Quantities:
         s = points[:, 0]
         return np.asarray(2 * mu / (a * a) * s * z / np.sqrt(s * s + z * z) ** 3)
 
-    potential, outward, along = integrate.cubature(
-        ring, [0.0], [math.pi], rule="gk21", rtol=1e-12, atol=0, max_subdivisions=500
-    ).estimate
-    return {
-        "ring_potential": potential,
-        "ring_excess": potential + mu / math.hypot(rho, z),
-        "ring": (outward, along),
-        "disc": integrate.cubature(disc, [0.0], [a], rule="gk21", rtol=1e-12, atol=0, max_subdivisions=500).estimate,
-    }
+    how = {"rule": "gk21", "rtol": 1e-12, "atol": 0, "max_subdivisions": 500}
+    potential, outward, along = integrate.cubature(ring, [0.0], [math.pi], **how).estimate
+    return _fields(p, potential, (outward, along), integrate.cubature(disc, [0.0], [a], **how).estimate)
 
 
 @independent("quad", "scipy", FIELD)
@@ -82,12 +77,8 @@ def field_quad(p: Numbers) -> Quantities:
     potential = integral(lambda phi: -mu / (math.pi * distance(phi)), 0.0, math.pi)
     outward = integral(lambda phi: mu / math.pi * (a * math.cos(phi) - rho) / distance(phi) ** 3, 0.0, math.pi)
     along = integral(lambda phi: -mu / math.pi * z / distance(phi) ** 3, 0.0, math.pi)
-    return {
-        "ring_potential": potential,
-        "ring_excess": potential + mu / math.hypot(rho, z),
-        "ring": (outward, along),
-        "disc": integral(lambda s: 2 * mu / (a * a) * s * z / math.hypot(s, z) ** 3, 0.0, a),
-    }
+    disc = integral(lambda s: 2 * mu / (a * a) * s * z / math.hypot(s, z) ** 3, 0.0, a)
+    return _fields(p, potential, (outward, along), disc)
 
 
 @independent("quad", "scipy", "conservative_force_test")

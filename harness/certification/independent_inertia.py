@@ -12,11 +12,8 @@ from gnomon.reference.numerics.vectors import AXES, PLANES
 from gnomon.reference.rigid_bodies.bodies import BODIES, Body
 from scipy import integrate
 
-BODY, COMPOSITE, PRINCIPAL = (
-    "inertia_tensor_special_bodies",
-    "inertia_composite_parallel_axis",
-    "inertia_transformation_principal",
-)
+BODY, COMPOSITE = "inertia_tensor_special_bodies", "inertia_composite_parallel_axis"
+PRINCIPAL = "inertia_transformation_principal"
 
 INTEGRATED = ("box", "cylinder", "cone", "torus")
 """The bodies on which quadratures are timed: a polynomial integrand, an angle, a tip, two angles."""
@@ -125,24 +122,16 @@ def transfer_and_back(p: Numbers) -> Quantities:
     a, b, c, rho = p["a"], p["b"], p["c"], p["rho"]
     plate, hole = rho * a * b * c, -rho * math.pi * p["r"] ** 2 * c
     r2 = p["r"] ** 2
+    middle, apart = np.array([p["X"], p["Y"], p["Z"]]), np.array([p["p"], p["q"], 0.0])
     parts = (
-        (plate, np.diag([b * b + c * c, a * a + c * c, a * a + b * b]) / 12, np.array([p["X"], p["Y"], p["Z"]])),
-        (
-            hole,
-            np.diag([3 * r2 + c * c, 3 * r2 + c * c, 6 * r2]) / 12,
-            np.array([p["X"] + p["p"], p["Y"] + p["q"], p["Z"]]),
-        ),
+        (plate, np.diag([b * b + c * c, a * a + c * c, a * a + b * b]) / 12, middle),
+        (hole, np.diag([3 * r2 + c * c, 3 * r2 + c * c, 6 * r2]) / 12, middle + apart),
     )
     mass = sum(m for m, _, _ in parts)
     centre: Any = sum(m * place for m, _, place in parts) / mass
-    about_origin = sum(m * (own + _shift(place)) for m, own, place in parts)
-    about_centre = about_origin - mass * _shift(centre)
-    return {
-        "mass": mass,
-        "centre": centre,
-        "about_centre": _entries(about_centre),
-        "about_origin": _entries(about_origin),
-    }
+    origin = sum(m * (own + _shift(place)) for m, own, place in parts)
+    tensors = {"about_centre": origin - mass * _shift(centre), "about_origin": origin}
+    return {"mass": mass, "centre": centre} | {name: _entries(tensor) for name, tensor in tensors.items()}
 
 
 def _shift(r: Any) -> Any:
@@ -150,8 +139,7 @@ def _shift(r: Any) -> Any:
 
 
 def _entries(tensor: Any) -> list[Any]:
-    pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    return [tensor[i, j] for i, j in pairs]
+    return [*np.diag(tensor), *tensor[np.triu_indices(3, 1)]]
 
 
 def _tensor(p: Numbers) -> Any:

@@ -68,37 +68,23 @@ def energies_ivp(p: Numbers) -> Quantities:
         """Time derivatives: velocity, rates and work of the free body; rates, upward vertical and work of the top."""
         v, w, top, up = y[0:3], y[3:6], y[7:10], y[10:13]
         torque = p["W"] * np.cross(up, axis)
-        return np.concatenate(
-            [
-                weight / p["m"],
-                np.cross(inertia * w, w) / inertia,
-                [weight @ v],
-                (np.cross(heavy * top, top) + torque) / heavy,
-                np.cross(up, top),
-                [torque @ top],
-            ]
-        )
+        free = weight / p["m"], np.cross(inertia * w, w) / inertia, weight @ v
+        return np.hstack([*free, (np.cross(heavy * top, top) + torque) / heavy, np.cross(up, top), torque @ top])
 
     sine, cosine = math.sin(p["theta"]), math.cos(p["theta"])
     around = (p["p_phi"] - p["p_psi"] * cosine) / sine / p["A"]
-    start = np.concatenate(
-        [
-            [p["vx"], p["vy"], p["vz"]],
-            [p["w1"], p["w2"], p["w3"], 0.0],
-            [p["rate"], around, p["p_psi"] / p["C"]],
-            [0.0, sine, cosine, 0.0],
-        ]
-    )
-    end = start
+    free_start = [p[name] for name in ("vx", "vy", "vz", "w1", "w2", "w3")]
+    end = np.array([*free_start, 0.0, p["rate"], around, p["p_psi"] / p["C"], 0.0, sine, cosine, 0.0])
     if p["t"] > 0:
-        end = integrate.solve_ivp(motion, (0.0, p["t"]), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+        end = integrate.solve_ivp(motion, (0.0, p["t"]), end, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
     v, w, top, up = end[0:3], end[3:6], end[7:10], end[10:13]
     sliding, pull = math.hypot(p["s0x"], p["s0y"]), p["mu"] * p["g"]
     until = 2 * sliding / (7 * pull)
+    translational, rotational = p["m"] * (v @ v) / 2, (inertia * w) @ w / 2
     return {
-        "translational": p["m"] * (v @ v) / 2,
-        "rotational": (inertia * w) @ w / 2,
-        "kinetic": p["m"] * (v @ v) / 2 + (inertia * w) @ w / 2,
+        "translational": translational,
+        "rotational": rotational,
+        "kinetic": translational + rotational,
         "power": weight @ v,
         "work": end[6],
         "ball_loss": integrate.quad(lambda t: p["m"] * pull * (sliding - 7 * pull * t / 2), 0.0, until)[0],

@@ -18,7 +18,7 @@ def _group() -> None:
 
 @baseline.command()
 def write(
-    to: Annotated[Path, typer.Option(help="The text file to write.", parser=options.as_path)],
+    to: Annotated[Path, options.path_option("The text file to write.")],
     integrator: Annotated[str | None, typer.Argument(help="package.module:object, an id or a name.")] = None,
     command: Annotated[str | None, typer.Option(help="A program, as for `gnomon verify`.")] = None,
     case: Annotated[list[str] | None, typer.Option(help="A case, or case/variant; repeatable.")] = None,

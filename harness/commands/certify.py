@@ -20,17 +20,12 @@ def certify(
     case: Annotated[
         list[str] | None, typer.Argument(help="Cases, case/variant or checks; by default all cases and checks.")
     ] = None,
-    to: Annotated[Path, typer.Option(help="Where the certificates go, as JSON.", parser=options.as_path)] = Path(
-        "runs/certificates.json"
-    ),
+    to: Annotated[Path, options.path_option("Where the certificates go, as JSON.")] = Path("runs/certificates.json"),
     suite: Annotated[str | None, typer.Option(help="Only the cases of this suite.")] = None,
     everything: Annotated[bool, typer.Option("--all", help="All variants too.")] = False,
     independent: Annotated[
         Path | None,
-        typer.Option(
-            help="Measure the independent computations of the checks too, and write them here, as JSON.",
-            parser=options.as_path,
-        ),
+        options.path_option("Measure the independent computations of the checks too, and write them here, as JSON."),
     ] = None,
     workers: Annotated[int, typer.Option(help="Processes at a time.")] = 2,
 ) -> None:
@@ -50,9 +45,8 @@ def certify(
             raise ValueError(f"--independent {independent}: the certificates go there; name another file")
         options.ensure_writable(independent, "--independent")  # before minutes of work, not after
     options.ensure_writable(to, "--to")
-    progress = Progress()
     certificates: list[Certificate] = []
-    with progress:
+    with Progress() as progress:
         progress.begin("certificates", len(subjects))
         for certificate in certify_all.certificates(subjects, workers):
             certificates.append(certificate)

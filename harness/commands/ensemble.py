@@ -44,12 +44,8 @@ def ensemble(
     sides: Annotated[
         tuple[str, str] | None, typer.Option("--map", help="The two numbers of the map; by default the first two.")
     ] = None,
-    out_path: Annotated[
-        Path | None, typer.Option("--out", help="A JSON file; the map goes beside it.", parser=options.as_path)
-    ] = None,
-    parquet: Annotated[
-        Path | None, typer.Option(help="An empty folder for all samples.", parser=options.as_path)
-    ] = None,
+    out_path: Annotated[Path | None, options.path_option("A JSON file; the map goes beside it.", "--out")] = None,
+    parquet: Annotated[Path | None, options.path_option("An empty folder for all samples.")] = None,
     workers: Annotated[int, typer.Option(help="Processes at a time.")] = 2,
     dask: Dask = None,
     parameters: options.Parameters = None,

@@ -18,11 +18,9 @@ class ExportFormat(StrEnum):
 
 
 def export(
-    run: Annotated[Path, typer.Argument(help="A results file or its folder.", parser=options.as_path)],
+    run: options.ResultsFile,
     form: Annotated[ExportFormat, typer.Option("--format", help="What to write.")] = ExportFormat.csv,
-    to: Annotated[
-        Path | None, typer.Option(help="The file to write; by default results.FORMAT.", parser=options.as_path)
-    ] = None,
+    to: Annotated[Path | None, options.path_option("The file to write; by default results.FORMAT.")] = None,
     raw: Annotated[
         bool, typer.Option("--raw", help="Do not mark texts in a csv that a spreadsheet would read as formulas.")
     ] = False,

@@ -11,7 +11,7 @@ from gnomon.harness.commands import options
 from gnomon.harness.commands.options import Output, out
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 if TYPE_CHECKING:
     from gnomon.cases.core.registry import Entry
@@ -70,20 +70,16 @@ def list_(
 
 def _variants_table(title: str, column: str, entries: Iterable[Entry]) -> Table:
     """A table of cases or checks with their names, titles and variants."""
-    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
-    table.add_column(column, no_wrap=True)
-    table.add_column("title")
-    table.add_column("variants")
+    columns = Column(column, no_wrap=True), "title", "variants"
+    table = Table(*columns, title=title, box=SIMPLE_HEAD, padding=(0, 1))
     for each in entries:
         table.add_row(each.name, each.title, ", ".join(each.variants))
     return table
 
 
 def integrators_table(found: Iterable[Integrator]) -> Table:
-    table = Table(title="Integrators", box=SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("id", no_wrap=True)
-    table.add_column("order", justify="right")
-    table.add_column("accepts", no_wrap=True)
+    columns = Column("id", no_wrap=True), Column("order", justify="right"), Column("accepts", no_wrap=True)
+    table = Table(*columns, title="Integrators", box=SIMPLE_HEAD, padding=(0, 1))
     for one in found:
         accepted = ", ".join(kind.__name__ for kind in one.accepts)
         table.add_row(escape(one.id), "" if one.order is None else str(one.order), accepted)

@@ -13,7 +13,7 @@ from rich.markup import escape
 
 def merge(
     runs: Annotated[list[Path], typer.Argument(help="Results files or their folders.", parser=options.as_path)],
-    to: Annotated[Path, typer.Option("--out", help="The new file.sqlite or folder.", parser=options.as_path)],
+    to: Annotated[Path, options.path_option("The new file.sqlite or folder.", "--out")],
     count: Annotated[
         bool, typer.Option("--count", help="Count a trial that two files measured as a further launch of it.")
     ] = False,

@@ -77,12 +77,17 @@ def as_path(given: str | Path) -> Path:
     return Path(text)
 
 
+def path_option(text: str, *names: str) -> Any:
+    """An option that is a path; `text` is its help."""
+    return typer.Option(*names, help=text, parser=as_path)
+
+
+ResultsFile = Annotated[Path, typer.Argument(help="A results file or its folder.", parser=as_path)]
 Report = Annotated[
     Path | None,
-    typer.Option(
-        help="A folder for the report of the results: written every 2 minutes between trials (with --dask at the end"
-        " only), and at the end or when the run is interrupted.",
-        parser=as_path,
+    path_option(
+        "A folder for the report of the results: written every 2 minutes between trials (with --dask at the end"
+        " only), and at the end or when the run is interrupted."
     ),
 ]
 

@@ -10,8 +10,8 @@ from rich.markup import escape
 
 
 def report(
-    run: Annotated[Path, typer.Argument(help="A results file or its folder.", parser=options.as_path)],
-    to: Annotated[Path, typer.Option(help="The folder to write to.", parser=options.as_path)] = Path("reports/local"),
+    run: options.ResultsFile,
+    to: Annotated[Path, options.path_option("The folder to write to.")] = Path("reports/local"),
     case: Annotated[
         list[str] | None,
         typer.Option(

@@ -50,9 +50,7 @@ def run(
     family: options.Families = None,
     kind: options.Kinds = None,
     suite: Annotated[str, typer.Option(help="standard, quick, foundation, full or catalogue.")] = "standard",
-    out_path: Annotated[
-        Path, typer.Option("--out", help="The results: a folder or a file.sqlite.", parser=options.as_path)
-    ] = Path("runs"),
+    out_path: Annotated[Path, options.path_option("The results: a folder or a file.sqlite.", "--out")] = Path("runs"),
     limit: Annotated[
         float | None,
         typer.Option(

@@ -11,9 +11,7 @@ from gnomon.harness.commands.options import out
 def show(
     case: Annotated[str, typer.Argument(help="A case, case/variant or package.module:Case; a check or check/variant.")],
     parameters: options.Parameters = None,
-    plot: Annotated[
-        Path | None, typer.Option(help="Draw the motion to this file: .svg, .png or .html.", parser=options.as_path)
-    ] = None,
+    plot: Annotated[Path | None, options.path_option("Draw the motion to this file: .svg, .png or .html.")] = None,
     latex: Annotated[bool, typer.Option("--latex", help="Print only the equations of motion, in LaTeX.")] = False,
 ) -> None:
     """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""

@@ -75,17 +75,16 @@ def draw(case: Case, path: Path) -> None:
 
     span = min(float(case.times[-1]), DRAWN_SCALES * case.time_scale)
     times = np.linspace(0.0, span, POINTS)
-    states = case.sample(times)
+    motion = pandas.DataFrame(case.sample(times), columns=[c.name for c in case.state]).assign(t=times)
     panels = []
     for group in dict.fromkeys(coordinate.group for coordinate in case.state):
-        members = [(i, c) for i, c in enumerate(case.state) if c.group == group]
-        columns = [pandas.DataFrame({"t": times, "value": states[:, i], "coordinate": c.name}) for i, c in members]
+        names, units = zip(*((c.name, c.unit) for c in case.state if c.group == group), strict=True)
         panels.append(
-            altair.Chart(pandas.concat(columns), width=640, height=180)
+            altair.Chart(motion.melt("t", names, "coordinate"), width=640, height=180)
             .mark_line(strokeWidth=1.5)
             .encode(
                 x=altair.X("t:Q", title="t (s)"),
-                y=altair.Y("value:Q", title=f"{group} ({members[0][1].unit})", scale=altair.Scale(zero=False)),
+                y=altair.Y("value:Q", title=f"{group} ({units[0]})", scale=altair.Scale(zero=False)),
                 color=altair.Color("coordinate:N", title=None),
             )
         )
@@ -177,16 +176,17 @@ def _numbers(shown: Case | Check, out: Console) -> None:
 
 
 def _quantities(title: str, found: Mapping[str, Any], out: Console) -> None:
-    if found:
-        table = Table("quantity", "value", title=title, title_justify="left")
-        for name, value in found.items():
-            table.add_row(name, escape(str(value)))
-        out.print(table)
+    _print_pairs(Table("quantity", "value", title=title, title_justify="left"), found.items(), out)
 
 
 def _variants(shown: Case | Check, out: Console) -> None:
-    if shown.variants:
-        table = Table("variant", "what it stresses", title="Variants", title_justify="left")
-        for variant in shown.variants:
-            table.add_row(variant.name, escape(variant.stresses))
+    table = Table("variant", "what it stresses", title="Variants", title_justify="left")
+    _print_pairs(table, ((variant.name, variant.stresses) for variant in shown.variants), out)
+
+
+def _print_pairs(table: Table, rows: Iterable[tuple[str, Any]], out: Console) -> None:
+    """Print a table of names and values, unless it is empty."""
+    for name, value in rows:
+        table.add_row(name, escape(str(value)))
+    if table.rows:
         out.print(table)

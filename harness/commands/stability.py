@@ -12,7 +12,7 @@ from gnomon.harness.commands import options
 from gnomon.harness.commands.options import out, problems
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 if TYPE_CHECKING:
     from gnomon.harness.stability.panel_run import Row
@@ -32,9 +32,7 @@ def stability(
     depth: Annotated[
         str, typer.Option(help="normal (about 2 s a panel and method) or high (the full grids).")
     ] = "normal",
-    to: Annotated[
-        Path | None, typer.Option("--out", help="Write the result as JSON, and resume from it.", parser=options.as_path)
-    ] = None,
+    to: Annotated[Path | None, options.path_option("Write the result as JSON, and resume from it.", "--out")] = None,
     update: Annotated[
         bool,
         typer.Option("--update", help="Measure named panels of --out again, and write all sentences anew."),
@@ -96,9 +94,8 @@ def _show(rows: Sequence[Row], titles: Mapping[str, str], tiers: Mapping[str, An
 
 def panel_table(title: str, rows: Iterable[Row]) -> Table:
     """A table with a row for each integrator: the sentences from its numbers, or the reason for their absence."""
-    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("integrator", no_wrap=True)
-    table.add_column("what follows from the numbers")
+    columns = Column("integrator", no_wrap=True), "what follows from the numbers"
+    table = Table(*columns, title=title, box=SIMPLE_HEAD, padding=(0, 1))
     for row in rows:
         text = "\n".join(row.sentences) if row.reason is None else row.reason
         table.add_row(escape(row.integrator), escape(text))

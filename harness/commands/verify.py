@@ -20,11 +20,6 @@ if TYPE_CHECKING:
     from gnomon.harness.verification.verify import Report, Row
 
 
-def _file(name: str, what: str) -> typer.models.OptionInfo:
-    """The option --NAME FILE of a file to write."""
-    return typer.Option(f"--{name}", help=f"Write {what}.", parser=options.as_path)  # type: ignore[no-any-return]
-
-
 KnownFailures = Annotated[
     Path | None,
     typer.Option(help="A text file of known failures, a line each: CLAIM CASE REASON.", exists=True, dir_okay=False),
@@ -37,9 +32,7 @@ Against = Annotated[
 ]
 Picture = Annotated[
     Path | None,
-    typer.Option(
-        help="Draw the one --claim on the one --case to this file: .svg, .png or .html.", parser=options.as_path
-    ),
+    options.path_option("Draw the one --claim on the one --case to this file: .svg, .png or .html."),
 ]
 
 
@@ -58,10 +51,10 @@ def verify(
     max_seconds: Annotated[
         float | None, typer.Option(help="Claims that are not verified within this time do not apply.")
     ] = None,
-    json_path: Annotated[Path | None, _file("json", "the result as JSON")] = None,
-    junit: Annotated[Path | None, _file("junit", "the result as JUnit XML")] = None,
-    markdown: Annotated[Path | None, _file("markdown", "a summary for a pull request in Markdown")] = None,
-    badge: Annotated[Path | None, _file("badge", "a badge as JSON for shields.io's endpoint")] = None,
+    json_path: Annotated[Path | None, options.path_option("Write the result as JSON.", "--json")] = None,
+    junit: Annotated[Path | None, options.path_option("Write the result as JUnit XML.")] = None,
+    markdown: Annotated[Path | None, options.path_option("Write a summary for a pull request in Markdown.")] = None,
+    badge: Annotated[Path | None, options.path_option("Write a badge as JSON for shields.io's endpoint.")] = None,
     known_failures: KnownFailures = None,
     baseline: BaselineFile = None,
     against: Against = None,

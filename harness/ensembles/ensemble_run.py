@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import pickle
-import time
+import timeit
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -101,9 +101,7 @@ def probe(ensemble: Ensemble) -> Cost:
 
 
 def _seconds(call: Callable[..., Any], *arguments: Any) -> float:
-    began = time.perf_counter()
-    call(*arguments)
-    return time.perf_counter() - began
+    return timeit.timeit(lambda: call(*arguments), number=1)
 
 
 def probe_apart(ensemble: Ensemble) -> Cost:

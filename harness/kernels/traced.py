@@ -24,6 +24,14 @@ Value = Any
 """A Node, or a plain number."""
 
 
+def _operators(name: str) -> tuple[Any, Any]:
+    """The operator that a method of the trace computes, and the operator with exchanged operands."""
+    return (
+        lambda node, other: getattr(node.trace, name)(node, other),
+        lambda node, other: getattr(node.trace, name)(other, node),
+    )
+
+
 class Node(Unbranching):
     """A value of the traced equations: an operation and its arguments, or the name of a variable (t, y[0], p[0]).
 
@@ -34,35 +42,11 @@ class Node(Unbranching):
         self.trace, self.operation, self.arguments, self.level = trace, operation, arguments, level
         self.index = len(trace.nodes)
 
-    def __add__(self, other: Value) -> Value:
-        return self.trace.sum(self, other)
-
-    def __radd__(self, other: Value) -> Value:
-        return self.trace.sum(other, self)
-
-    def __sub__(self, other: Value) -> Value:
-        return self.trace.difference(self, other)
-
-    def __rsub__(self, other: Value) -> Value:
-        return self.trace.difference(other, self)
-
-    def __mul__(self, other: Value) -> Value:
-        return self.trace.product(self, other)
-
-    def __rmul__(self, other: Value) -> Value:
-        return self.trace.product(other, self)
-
-    def __truediv__(self, other: Value) -> Value:
-        return self.trace.quotient(self, other)
-
-    def __rtruediv__(self, other: Value) -> Value:
-        return self.trace.quotient(other, self)
-
-    def __pow__(self, other: Value) -> Value:
-        return self.trace.power(self, other)
-
-    def __rpow__(self, other: Value) -> Value:
-        return self.trace.power(other, self)
+    __add__, __radd__ = _operators("sum")
+    __sub__, __rsub__ = _operators("difference")
+    __mul__, __rmul__ = _operators("product")
+    __truediv__, __rtruediv__ = _operators("quotient")
+    __pow__, __rpow__ = _operators("power")
 
     def __neg__(self) -> Value:
         return self.trace.node("neg", self)

@@ -122,6 +122,18 @@ class Trials:
         self._growth: dict[int, Floats] = {}
         self._exact: dict[int, Floats] = {0: reference.exact}
 
+    @property
+    def order(self) -> int:
+        """The order that the integrator declares; only for claims that it makes."""
+        assert self.integrator.order is not None
+        return self.integrator.order
+
+    @property
+    def longest_step(self) -> float:
+        """The largest step size of the sweep (s); only for integrators with fixed steps."""
+        assert isinstance(self.integrator.sweep, Steps)
+        return self.integrator.sweep.coarsest * float(self.reference.time_scale)
+
     @classmethod
     def of(cls, integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
         return cls(integrator, spec.build()[0], reference_solution(spec), depth)

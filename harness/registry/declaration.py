@@ -63,9 +63,9 @@ _RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
     "dense_order": (_order, f"it is a whole number from 1 to {MOST_ORDER}, or None"),
     "accepts": (_kinds, "it is a tuple of the forms that it takes, as (FirstOrder,)"),
     "sweep": (lambda value: isinstance(value, Tolerance | Steps), "it is a Tolerance(...) or a Steps(...)"),
-    "counts_rhs": (lambda value: isinstance(value, bool), "it is True or False"),
-    "compensated": (lambda value: isinstance(value, bool), "it is True or False"),
-    "primary": (lambda value: isinstance(value, bool), "it is True or False"),
+    **dict.fromkeys(
+        ("counts_rhs", "compensated", "primary"), (lambda value: isinstance(value, bool), "it is True or False")
+    ),
     "jacobian": (lambda value: value in ("exact", "differences"), "it is exact or differences"),
     "conserves": (
         lambda value: isinstance(value, tuple) and all(isinstance(word, str) for word in value),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,16 +32,8 @@ def error_map(found: Distribution, sides: tuple[Varied, Varied], units: tuple[st
         mean = (float(total[i, j]) / float(count[i, j]) - 0.5) / PER_DECADE + LOWEST if count[i, j] else math.nan
         rows.append(place | {"decade": None if math.isnan(mean) else round(mean, 2), "failed": int(failed[i, j])})
     x, y = (
-        alt.X(
-            "x:Q",
-            title=f"{sides[0].name} ({units[0]})",
-            scale=alt.Scale(domain=[sides[0].low, sides[0].high], nice=False),
-        ),
-        alt.Y(
-            "y:Q",
-            title=f"{sides[1].name} ({units[1]})",
-            scale=alt.Scale(domain=[sides[1].low, sides[1].high], nice=False),
-        ),
+        channel(title=f"{side.name} ({unit})", scale=alt.Scale(domain=[side.low, side.high], nice=False))
+        for channel, side, unit in zip((partial(alt.X, "x:Q"), partial(alt.Y, "y:Q")), sides, units, strict=True)
     )
     base = alt.Chart(alt.Data(values=rows)).encode(x=x, y=y, x2="x2:Q", y2="y2:Q")
     colour = alt.Color("decade:Q", title="log10 of the error", scale=alt.Scale(scheme="viridis"))

@@ -47,7 +47,6 @@ def break_map(broken: pd.DataFrame, look: pd.DataFrame, cases: list[str]) -> alt
     """Case x integrator: the number of problems without an ok setting. `broken`: from `broken_problems`."""
     table = broken.assign(problem=broken["case"], cell=[f"{n}" if n else "" for n in broken["broken"]])
     present = [name for name in STATUS_COLOURS if name in set(table["verdict"])]
-    base = _grid(table, look, cases)
     colour = alt.Color(
         "verdict:N",
         title="most frequent failure",
@@ -55,10 +54,7 @@ def break_map(broken: pd.DataFrame, look: pd.DataFrame, cases: list[str]) -> alt
         legend=alt.Legend(orient="top", direction="horizontal", columns=len(present), titleOrient="left"),
     )
     dark = alt.condition(f"datum.verdict == '{Status.CRASHED}'", alt.value("white"), alt.value(INK))
-    cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
-    words = base.transform_filter("datum.cell").mark_text(fontSize=10).encode(text="cell:N", color=dark)
-    data = {"cells": _kept(table, "problem", "integrator_id", "verdict", "cell")}
-    return _map(alt.layer(cells, words), table, data)
+    return _map(table, look, cases, "verdict", colour, dark, 10)
 
 
 def trust_map(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> alt.LayerChart:
@@ -68,30 +64,27 @@ def trust_map(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> a
     """
     lost = np.log10(np.maximum(table["best"], 1e-17)) - np.log10(np.maximum(table["attainable"], 1e-17))
     reached = table.assign(cell=[str(digits(best)) for best in table["best"]], lost=np.clip(lost, 0, 12))
-    base = _grid(reached, look, problems)
     colour = alt.Color(
         "lost:Q",
         title="digits short of the attainable",
         scale=alt.Scale(scheme="blues", reverse=True, domain=[0, 12]),
         legend=alt.Legend(orient="top", direction="horizontal", titleOrient="left", gradientLength=220, titleLimit=260),
     )
-    cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
     ink = alt.condition("datum.lost < 5", alt.value("white"), alt.value(INK))
-    words = base.mark_text(fontSize=10.5).encode(text="cell:N", color=ink)
-    return _map(alt.layer(cells, words), reached, {"cells": _kept(reached, "problem", "integrator_id", "cell", "lost")})
+    return _map(reached, look, problems, "lost", colour, ink, 10.5)
 
 
-def _map(chart: alt.LayerChart, table: pd.DataFrame, data: dict[str, Any]) -> alt.LayerChart:
-    """A map whose columns have the width of readable cells and fit beside the names of the problems."""
-    step = max(21, min(27, 850 // max(table["integrator_id"].nunique(), 1)))
-    return dressed(chart.properties(width={"step": step}, height={"step": 20}), data)
+def _map(
+    table: pd.DataFrame, look: pd.DataFrame, problems: list[str], shown: str, colour: alt.Color, ink: Any, size: float
+) -> alt.LayerChart:
+    """A column an integrator, a row a problem, in the given order.
 
-
-def _grid(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> alt.Chart:
-    """A column an integrator, a row a problem, in the given order."""
+    `shown`: the column of `table` that has the colour; `ink` and `size`: of the text in a cell. The columns have the
+    width of readable cells and fit beside the names of the problems.
+    """
     quiet = {"title": None, "labelLimit": 260}
     lines = {"ticks": False, "domain": False, "grid": False}
-    return alt.Chart(alt.NamedData("cells")).encode(
+    base = alt.Chart(alt.NamedData("cells")).encode(
         x=alt.X(
             "integrator_id:N",
             title=None,
@@ -105,6 +98,11 @@ def _grid(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> alt.C
             axis=alt.Axis(labelColor=INK, **quiet, **lines),
         ),
     )
+    cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
+    words = base.transform_filter("datum.cell").mark_text(fontSize=size).encode(text="cell:N", color=ink)
+    step = max(21, min(27, 850 // max(table["integrator_id"].nunique(), 1)))
+    chart = alt.layer(cells, words).properties(width={"step": step}, height={"step": 20})
+    return dressed(chart, {"cells": _kept(table, "problem", "integrator_id", "cell", shown)})
 
 
 def tolerance_spread(points: pd.DataFrame) -> pd.DataFrame:
@@ -185,12 +183,7 @@ def hierarchy_chart(levels: pd.DataFrame) -> alt.LayerChart:
     domain = [spans["early"], spans["error"]]
     colour = alt.Color("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["#56B4E9", "#12324a"]))
     shape = alt.Shape("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["circle", "diamond"]))
-    tooltip = [
-        alt.Tooltip("place:N", title="model"),
-        alt.Tooltip("lacks:N"),
-        alt.Tooltip("over:N"),
-        alt.Tooltip("words:N", title="error"),
-    ]
+    tooltip = [alt.Tooltip("place:N", title="model"), "lacks:N", "over:N", alt.Tooltip("words:N", title="error")]
     lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x, y, detail="place:N")
     dots = base.mark_point(size=120, filled=True, opacity=1).encode(x, y, color=colour, shape=shape, tooltip=tooltip)
     # Labels left and right of the points: the error over the first period is never the larger one.

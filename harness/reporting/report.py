@@ -88,13 +88,7 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         for case in words["cases"]
     }
     about = {case["name"]: {key: case[key] for key in ("title", "section", "stresses")} for case in words["cases"]}
-    carried = {
-        "tables": panels,
-        "about": about,
-        "chapters": words["chapters"],
-        "first": words["first"],
-        "own": words["own"],
-    }
+    carried = {"tables": panels, "about": about} | {name: words[name] for name in ("chapters", "first", "own")}
     return environment.from_string(_source("report.html.j2")).render(
         words,
         titles={case["name"]: case["title"] for case in words["cases"]},

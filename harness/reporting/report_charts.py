@@ -83,16 +83,16 @@ def specifications(charts: Mapping[str, alt.TopLevelMixin]) -> Specifications:
     return {name: chart.to_dict(validate=False) for name, chart in charts.items()}
 
 
-def run_charts(run: Run) -> Specifications:
-    """All charts of a run except the work-precision diagrams; charts without data are left out."""
-    with schemapi.debug_mode(False):  # else Altair validates every part of a chart
-        return specifications(_run_charts(run))
-
-
 def complete(run: Run, rows: pd.DataFrame) -> pd.DataFrame:
     """The rows of cases without outstanding trials: in a profile an outstanding trial would count as a failure."""
     lost = {row.case for row in run.outstanding.planned if row.measured < row.trials}
     return rows[~rows["case"].isin(lost)]
+
+
+def run_charts(run: Run) -> Specifications:
+    """All charts of a run except the work-precision diagrams; charts without data are left out."""
+    with schemapi.debug_mode(False):  # else Altair validates every part of a chart
+        return specifications(_run_charts(run))
 
 
 def _run_charts(run: Run) -> dict[str, alt.TopLevelMixin]:

@@ -179,9 +179,7 @@ class Store:
 
     def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None:
         """Append several measurements without options or states, in one transaction."""
-        with self._connection as db:
-            for measurement in measurements:
-                _insert(db, "measurements", {"run": run, "recorded": _now(), **measurement})
+        self.add_batch(run, ((measurement, None, None) for measurement in measurements))
 
     def close(self) -> None:
         self._connection.close()

@@ -34,11 +34,7 @@ def _warm_up() -> None:
     """Compile once: the first compilation builds numba's tables of types, which else takes 0.3 s in each worker."""
     from numba import cfunc  # slow to load, and not needed in a process that compiles nothing
 
-    cfunc("float64(float64)")(_identity)
-
-
-def _identity(x: float) -> float:
-    return x
+    cfunc("float64(float64)")(lambda x: x)
 
 
 def _quietly() -> None:

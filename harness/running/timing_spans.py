@@ -42,7 +42,7 @@ def factor(name: str, integrators: Sequence[Integrator], folder: Path) -> int:
         if ended(longer[0]):
             raise ValueError(f"{name}: the motion ends within {found} spans, before the null call is a tenth of a call")
         path = run(folder / f"{name} x{found}", suite, [longer], tried)
-        times = rankings.ranked(analysis.equal_error(timed(analysis.tidy(store.load(path)))))
+        times = rankings.ranked(analysis.equal_error(analysis.tidy(store.load(path)).assign(variant="")))
         if suffices(times):
             return found
         near = set(times.loc[times["ratio"] < REMAIN, "integrator_id"])
@@ -55,10 +55,6 @@ def ended(case: Case) -> bool:
     states = case.sample(case.times)
     later = states[len(states) // 2 :]
     return float(np.max(case.metric.distance(later, np.broadcast_to(states[-1], later.shape)))) < AT_REST
-
-
-def timed(frame: pd.DataFrame) -> pd.DataFrame:
-    return frame.assign(variant="")
 
 
 def suffices(times: pd.DataFrame) -> bool:

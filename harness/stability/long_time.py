@@ -84,15 +84,10 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
             found.append(f"Not for {over}: its energy is lost (error {_size(energy)}).")
         elif energy["class"] == "no error":
             found.append(f"Use it for {over}: its energy has no error.")
-        elif slow := at_most(energy, "sqrt t"):
-            found.append(f"Use it for {over}: its energy error is {_law(energy)}, {_size(energy)} at the end.")
-        elif slow is None:
-            found.append(
-                f"Undecided for more than {over}: its energy error is {_law(energy)}, {_size(energy)} at the end."
-            )
         else:
-            found.append(f"Not for much more than {over}: its energy error grows as {_law(energy)}, {_size(energy)}"
-                         " at the end.")  # fmt: skip
+            slow, size = at_most(energy, "sqrt t"), f"{_law(energy)}, {_size(energy)} at the end"
+            how = "Use it for" if slow else "Undecided for more than" if slow is None else "Not for much more than"
+            found.append(f"{how} {over}: its energy error {'grows as' if slow is False else 'is'} {size}.")
         if position["lost_after"] is not None:
             found.append(f"Not for positions after {position['lost_after']:.3g} periods at {row['named']}: the phase is"
                          " lost.")  # fmt: skip

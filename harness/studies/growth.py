@@ -93,9 +93,7 @@ def measured(subject: Subject) -> dict[str, Any]:
     return {
         "integrator": subject.integrator.removeprefix("gnomon:"),
         "case": subject.case,
-        "setting": f"about {subject.setting:g} steps a period"
-        if subject.setting > 1
-        else f"tolerance {subject.setting:g}",
+        "setting": ("about {:g} steps a period" if subject.setting > 1 else "tolerance {:g}").format(subject.setting),
         "periods": subject.periods,
         "starts": subject.starts,
         "size": float(np.median(np.sqrt(np.mean(errors[:, -8:] ** 2, axis=1)))),

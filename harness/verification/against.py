@@ -11,7 +11,6 @@ import json
 import os
 import sys
 from collections.abc import Sequence
-from importlib import metadata
 from itertools import cycle, islice
 from pathlib import Path
 from statistics import median
@@ -26,6 +25,7 @@ from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.registry import lookup, selection
+from gnomon.harness.registry.environment import library_version
 from gnomon.harness.studies.benchmarks import spread
 from gnomon.harness.verification.claims import TEXTS, TIME, Finding, Outcome, failed, not_applicable
 from gnomon.harness.verification.other_version import Other
@@ -167,10 +167,7 @@ def _imported(package: str, modules: Sequence[str]) -> dict[str, Any]:
     """The version of a package, and the files of its modules that this process has imported."""
     own = [module for name, module in sorted(sys.modules.items()) if name.partition(".")[0] in modules]
     files = [str(Path(file).resolve()) for module in own if (file := getattr(module, "__file__", None))]
-    try:
-        return {"version": metadata.version(package), "files": files}
-    except metadata.PackageNotFoundError:
-        return {"version": "of unknown version", "files": files}
+    return {"version": library_version(package) or "of unknown version", "files": files}
 
 
 class _Series:

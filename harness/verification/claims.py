@@ -47,6 +47,11 @@ def failed(setting: str, expected: str, got: str, why: str = "") -> Finding:
     return Finding(Outcome.FAILED, why, setting, expected, got)
 
 
+def within(allowed: float, got: float, setting: str, expected: str) -> Finding:
+    """Whether a number is at most as large as allowed."""
+    return passed(f"{got:.2g}") if got <= allowed else failed(setting, expected, f"{got:.2g}")
+
+
 TEXTS: dict[str, dict[str, Any]] = declared("verification", "claims.toml")
 """The statement, reason and bound of each claim by id, the most informative claims first."""
 TIME = "time"

@@ -8,7 +8,7 @@ import numpy as np
 from gnomon.harness.contract.status import Status
 from gnomon.harness.measuring.trials import SHORT, SHORT_SPANS, SHORTEST, TIGHT, Answer, Floats, Trials
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
-from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed
+from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed, within
 from gnomon.harness.verification.function_adapter import Stepped
 from scipy.special import stdtrit
 
@@ -90,8 +90,7 @@ def slope_of(points: Sequence[Point], order: int, what: str) -> Finding:
 
 @claim("order", _fixed_order)
 def _order(trials: Trials) -> Finding:
-    assert trials.integrator.order is not None
-    return slope_of(_points(trials.answers()), trials.integrator.order, "errors over the whole span")
+    return slope_of(_points(trials.answers()), trials.order, "errors over the whole span")
 
 
 @claim("step_order", _fixed_order)
@@ -101,8 +100,7 @@ def _step_order(trials: Trials) -> Finding:
     The line of the other errors bounds the error of the tiny steps. They show a wrong formula for small arguments, or a
     step size below which nothing moves.
     """
-    assert trials.integrator.order is not None
-    power = trials.integrator.order + isinstance(trials.integrator, Stepped)
+    power = trials.order + isinstance(trials.integrator, Stepped)
     points = [(h, answer.error, answer.roundoff) for h, answer in trials.single_steps()]
     found = slope_of(points, power, "errors of a step")
     if found.outcome != Outcome.PASSED:
@@ -121,12 +119,11 @@ def _order_short(trials: Trials) -> Finding:
 
     A method that converges to another motion may have large errors over the whole span, where no order can be measured.
     """
-    assert trials.integrator.order is not None
     for halvings in range(SHORT, SHORTEST):
         interval = float(trials.problem(halvings).interval)
         if trials.short(halvings, interval).error < LARGEST_ERROR:
             answers = [trials.short(halvings, interval / 2**k) for k in range(HALVED)]
-            return slope_of(_points(answers), trials.integrator.order, f"errors over 1/{2**halvings} of the span")
+            return slope_of(_points(answers), trials.order, f"errors over 1/{2**halvings} of the span")
     return not_applicable(f"64 steps over a short span have no error below {LARGEST_ERROR:g}")
 
 
@@ -172,14 +169,12 @@ def above_line(
 @claim("error", _has_order)
 def _error(trials: Trials) -> Finding:
     """Also with events: if they are located with a lower order, the error falls more slowly."""
-    order = trials.integrator.order
-    assert order is not None
     points = [point for point in _points(trials.answers()) if not math.isnan(point[1])]
     first = next((k for k, (_, error, _) in enumerate(points) if error < LARGEST_ERROR), len(points))
     points = points[first:]
     if len(points) < FEWEST:
         return not_applicable(f"{len(points)} settings with an error below {LARGEST_ERROR:g}")
-    worse = above_line(points, order)
+    worse = above_line(points, trials.order)
     if worse is None:
         return passed()
     h, error, allowed = worse
@@ -217,9 +212,7 @@ def same_solution(trials: Trials, states: Floats, what: str, roundings: float = 
     allowed = at_steps if trials.steps else 2 * allowed_error(trials, alone.setting, alone, last=last)
     if not allowed < math.inf:
         return not_applicable("it counts neither steps nor right-hand sides: its tolerance bounds no error")
-    if apart <= allowed:
-        return passed(f"{apart:.2g}")
-    return failed(named, f"{what} within {allowed:.2g} of the solution from the start alone", f"{apart:.2g}")
+    return within(allowed, apart, named, f"{what} within {allowed:.2g} of the solution from the start alone")
 
 
 def dense(trials: Trials) -> bool:
@@ -322,32 +315,25 @@ def _work_applies(trials: Trials) -> str | None:
 @claim("work", _work_applies)
 def _work(trials: Trials) -> Finding:
     """Whether the number of steps grows no faster than the order allows."""
-    order = trials.integrator.order
-    assert order is not None
     usable = [a for a in trials.answers() if a.work and not a.declined and a.setting <= TIGHT and a.error > a.roundoff]
     if len(usable) < FEWEST:
         return not_applicable(f"{len(usable)} settings with an error above round-off, {FEWEST} are needed")
     loose, tight = usable[0], usable[-1]
     assert loose.work is not None
     assert tight.work is not None
-    allowed = 2.0 * (loose.setting / tight.setting) ** (1.0 / (order - 1))
+    allowed = 2.0 * (loose.setting / tight.setting) ** (1.0 / (trials.order - 1))
     ratio = tight.work / loose.work
     if ratio <= allowed:
         return passed(f"{ratio:.3g}")
-    return failed(
-        f"tolerances {loose.setting:g} and {tight.setting:g}",
-        f"at most {allowed:.3g} times the work",
-        f"{ratio:.3g} times",
-    )
+    settings = f"tolerances {loose.setting:g} and {tight.setting:g}"
+    return failed(settings, f"at most {allowed:.3g} times the work", f"{ratio:.3g} times")
 
 
 @claim("work_order", _work_applies)
 def _work_order(trials: Trials) -> Finding:
     """The slope of the error over the mean length of a step, at the tightest tolerances."""
-    order = trials.integrator.order
-    assert order is not None
     answers = [answer for answer in trials.answers() if answer.setting <= TIGHT]
-    return slope_over_work([(answer, _error_of_steps(trials, answer)) for answer in answers], order, "errors")
+    return slope_over_work([(answer, _error_of_steps(trials, answer)) for answer in answers], trials.order, "errors")
 
 
 def slope_over_work(solved: Sequence[tuple[Answer, float]], order: int, errors: str) -> Finding:

@@ -263,15 +263,10 @@ def _of_calls(failures: Failures, claims: set[str], found: Facts) -> str | None:
     if found.get("changed_start") or "start_kept" in claims:
         return "input: it changes the start that it is given"
     if bits is not None and bits != found.get("bits_again", bits):
-        return (
-            HISTORY
-            + "the same call has another solution the second time: something is kept from call to call, or random"
-        )
-    if (
-        {"history", "repeatable"} & claims
-        or claims == {"other_problems"}
-        or (bits and found["alone"].get("bits", bits) != bits)
-    ):
+        again = "the same call has another solution the second time"
+        return f"{HISTORY}{again}: something is kept from call to call, or random"
+    alone = bits and found["alone"].get("bits", bits)
+    if {"history", "repeatable"} & claims or claims == {"other_problems"} or alone != bits:
         return HISTORY + "its solutions depend on earlier calls: something is kept between runs"
     if "aliasing" in claims:
         return "aliasing: states that it returned change with the next call: a buffer is used again"

@@ -18,7 +18,7 @@ from gnomon.harness.contract.integrator import Problem, Refused, Solution
 from gnomon.harness.measuring.trials import HALF_ULP, Floats, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.call_claims import answers, same_bits
-from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed, within
 from gnomon.harness.verification.convergence_claims import Point, same_solution, slope_of
 from gnomon.harness.verification.function_adapter import FunctionAdapter
 from gnomon.harness.verification.quadrature_claim import ROUNDINGS
@@ -88,12 +88,8 @@ def steady(t: Any, place: Values, parameters: Values) -> Values:
 @cache
 def rests(variables: int) -> Callable[[Any, Values, Values], Values]:
     """Equations in which all variables stay constant."""
-    return written(
-        _zeros(variables),
-        f"rests_{variables}",
-        f"<{__name__}, {variables} variables that rest>",
-        {"__name__": __name__},
-    )
+    where = f"<{__name__}, {variables} variables that rest>"
+    return written(_zeros(variables), f"rests_{variables}", where, {"__name__": __name__})
 
 
 def _zeros(variables: int) -> str:
@@ -206,12 +202,9 @@ def _rested(trials: Trials, problem: Problem, start: Floats, solution: Solution)
         return not_applicable(f"no solution of equations without motion: {solution.stopped or 'states are not finite'}")
     apart = float(np.max(np.abs(solution.states[0] - exact)))
     allowed = 2 * HALF_ULP * ROUNDINGS * (solution.steps or len(exact)) * float(np.max(np.abs(exact)))
-    if apart <= allowed:
-        return passed(f"{apart:.2g}")
     from_where = f"from the {'start' if problem.t0 == trials.problem().t0 else 'end'} of the motion solved before"
-    return failed(
-        trials.named(trials.usual()), f"equations without motion {from_where} followed to {allowed:.2g}", f"{apart:.2g}"
-    )
+    expected = f"equations without motion {from_where} followed to {allowed:.2g}"
+    return within(allowed, apart, trials.named(trials.usual()), expected)
 
 
 def _few_variables(trials: Trials) -> str | None:
@@ -278,9 +271,7 @@ def _time_structure(trials: Trials) -> Finding:
         }
         allowed = 2 * HALF_ULP * ROUNDINGS * 2 * steps
         word = max(defects.keys() & set(trials.integrator.conserves), key=lambda each: defects[each])
-        if defects[word] <= allowed:
-            return passed(f"{defects[word]:.2g}")
-        return failed(f"h = {1 / steps:.6g}", f"{word} to {allowed:.2g}", f"{defects[word]:.2g}")
+        return within(allowed, defects[word], f"h = {1 / steps:.6g}", f"{word} to {allowed:.2g}")
     return not_applicable("no solution with finite states at its longest steps")
 
 
@@ -306,10 +297,8 @@ def _compensated(trials: Trials) -> Finding:
         return not_applicable(f"{work} steps, {SUMMED} are needed for a law of round-off")
     error = float(np.max(np.abs(solution.states[0, :, -1] - (1 + problem.times * problem.parameters[-1]))))
     allowed = 2 * HALF_ULP * (2 + ROUNDINGS * problem.parameters[-1])
-    if error <= allowed:
-        return passed(f"{error:.2g}")
     what = f"an error of a sum of {work} changes below {allowed:.2g}"
-    return failed(trials.named(setting), what, f"{error:.2g}")
+    return within(allowed, error, trials.named(setting), what)
 
 
 def _sum(trials: Trials) -> tuple[Problem, Floats]:
@@ -360,8 +349,6 @@ def _is_engine(trials: Trials) -> str | None:
 
 @claim("scene", _is_engine, once=True)
 def _scenes(trials: Trials) -> Finding:
-    order = trials.integrator.order
-    assert order is not None
     found = not_applicable("it takes neither forces of position nor forces of time")
     for token, what in (("position_force", "springs"), ("time_force", "forces of time")):
         if trials.integrator.unsupported(_scene(token)) is not None:
@@ -370,7 +357,7 @@ def _scenes(trials: Trials) -> Finding:
         if points and points[-1][0] == 1 / COUNTS[-1] and not points[-1][1] < LARGEST_ERROR:
             expected = f"an error of a body under {what} below {LARGEST_ERROR:g}, as of order 1"
             return failed(f"h = {points[-1][0]:.3g}", expected, f"{points[-1][1]:.2g}")
-        finding = slope_of(points, order, f"errors of a body under {what}")
+        finding = slope_of(points, trials.order, f"errors of a body under {what}")
         if finding.outcome == Outcome.FAILED:
             return finding
         if found.outcome != Outcome.PASSED:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from gnomon.cases.core.case import Event
-from gnomon.harness.contract.integrator import Steps
 from gnomon.harness.measuring.events import EventScore, score_events
 from gnomon.harness.measuring.trials import HALF_ULP, SHORTEST, TIGHT, Answer, Trials
 from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR
@@ -99,8 +98,7 @@ def _order_with_events(trials: Trials) -> str | None:
 @claim("event_order", _order_with_events)
 def _event_order(trials: Trials) -> Finding:
     """Errors of states and event times over a span with few events: at the finest setting, and against longer steps."""
-    few, order = _few(trials), trials.integrator.order
-    assert order is not None
+    few, order = _few(trials), trials.order
     if few is None:
         return not_applicable("no short span has an event within it")
     answers = [a for a in _answers(trials, few.halvings) if a.states is not None and not a.declined]
@@ -134,9 +132,7 @@ def _slope(trials: Trials, few: _Few, first: tuple[list[Point], list[Point]]) ->
 
     `first` has the points over the short span. Over other lengths events are at other places in their steps.
     """
-    order = trials.integrator.order
-    assert order is not None
-    found = passed()
+    order, found = trials.order, passed()
     lines = [[in_range(points)] for points in _conditioned(*first)]
     if not any(len(usable) >= FEWEST for (usable,) in lines):
         return found
@@ -174,17 +170,14 @@ def _points_over(trials: Trials, few: _Few, share: float) -> tuple[list[Point], 
 
     They go from one step a sample down to round-off; there are no points if an event is close to the end.
     """
-    whole, sweep = trials.problem(few.halvings), trials.integrator.sweep
+    whole = trials.problem(few.halvings)
     found: tuple[list[Point], list[Point]] = ([], [])
-    assert isinstance(sweep, Steps)
     problem, span = replace(whole, times=whole.times * share), few.span * share
     events = [event for event in few.events if float(event.time) < span]
     if any(abs(float(event.time) - span) < CLEAR * span for event in few.events):
         return found
     exact, interval = trials.case.sample(problem.times), problem.interval
-    for h in (interval / 2**k for k in range(64) if 64 * 2**k <= min(STEPS, trials.depth.steps)):
-        if h > sweep.coarsest * trials.reference.time_scale:
-            continue
+    for h in _step_sizes(trials, interval):
         solution = trials.outcome(problem, h, trials.start).solution
         if solution is None:
             continue
@@ -202,14 +195,13 @@ def _points_over(trials: Trials, few: _Few, share: float) -> tuple[list[Point], 
 
 def _answers(trials: Trials, halvings: int) -> Sequence[Answer]:
     """The answers over the short span, from one step a sample to `STEPS` steps."""
-    sweep, interval = trials.integrator.sweep, trials.problem(halvings).interval
-    assert isinstance(sweep, Steps)
-    counts = [2**k for k in range(64) if 64 * 2**k <= min(STEPS, trials.depth.steps)]
-    return [
-        trials.short(halvings, interval / n)
-        for n in counts
-        if interval / n <= sweep.coarsest * trials.reference.time_scale
-    ]
+    return [trials.short(halvings, h) for h in _step_sizes(trials, trials.problem(halvings).interval)]
+
+
+def _step_sizes(trials: Trials, interval: float) -> list[float]:
+    """Step sizes of the sweep, from one step in a sampling interval to `STEPS` steps in all."""
+    sizes = [interval / 2**k for k in range(64) if 64 * 2**k <= min(STEPS, trials.depth.steps)]
+    return [h for h in sizes if h <= trials.longest_step]
 
 
 def _first_order(trials: Trials, few: _Few, answer: Answer) -> float:

@@ -53,8 +53,6 @@ def _quadrature(trials: Trials) -> Finding:
     For accelerations the degree is p - 2. A method that is not exact by construction has an error that falls with its
     order.
     """
-    order = trials.integrator.order
-    assert order is not None
     if trials.steps:
         intervals = (1.0 / (SAMPLES * 2.0 ** np.arange(HALVED))).tolist()
         declined = {h: _error(trials, h)[2] for h in intervals}
@@ -63,7 +61,7 @@ def _quadrature(trials: Trials) -> Finding:
             return not_applicable(
                 f"it has no solution where the force is a polynomial in time: {declined[intervals[-1]]}"
             )
-        first, second, less = usable[0], usable[0] / 2, 2.0 ** (order - 0.5)
+        first, second, less = usable[0], usable[0] / 2, 2.0 ** (trials.order - 0.5)
     else:
         first, less = trials.settings[0], LESS  # the fewest steps, and so the least round-off
         second = first * TIGHTER
@@ -81,10 +79,9 @@ def _quadrature(trials: Trials) -> Finding:
 
 def _error(trials: Trials, setting: float) -> tuple[float, float, str | None]:
     """(error, error allowed for rounding, why there is no solution) for the polynomial over a time of 1, from y = 0."""
-    order, twice = trials.integrator.order, FirstOrder not in trials.integrator.accepts
-    assert order is not None
+    twice = FirstOrder not in trials.integrator.accepts
     powers = np.arange(1.0, CUBIC + 2)  # of t in the first components of the exact solution; one more for accelerations
-    kept = np.arange(CUBIC + 1) <= order - 1 - twice
+    kept = np.arange(CUBIC + 1) <= trials.order - 1 - twice
     samples = max(SAMPLES, math.ceil(1 / setting)) if trials.steps else SAMPLES
     times = np.arange(1, samples + 1) / samples
     coefficients = np.where(kept, powers * (powers + 1) if twice else powers, 0.0)

@@ -43,10 +43,8 @@ def _allowed(trials: Trials, answer: Answer) -> float:
     """The error that a setting may have from any start of a similar motion."""
     if not trials.steps:
         return allowed_error(trials, answer.setting, answer, last=dense(trials))
-    order = trials.integrator.order
-    assert order is not None
     usable = [(a.setting, a.error, a.roundoff) for a in trials.answers() if a.error < LARGEST_ERROR]
-    return on_line(usable, order, answer.setting, answer.roundoff)
+    return on_line(usable, trials.order, answer.setting, answer.roundoff)
 
 
 @claim("turned", _has_turning)

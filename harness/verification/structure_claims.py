@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from gnomon.cases.core.forms import Constrained, RigidBody, Separable
-from gnomon.harness.contract.integrator import Problem, Steps
+from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.measuring.trials import HALF_ULP, Answer, Floats, Trials
 from gnomon.harness.studies.related_motions import returned
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
@@ -155,9 +155,7 @@ def _coarse(trials: Trials) -> Iterator[tuple[int, Problem]]:
 
     Steps that the integrator declines as too long (stages that do not converge) are left out.
     """
-    sweep = trials.integrator.sweep
-    assert isinstance(sweep, Steps)
-    ratio = trials.problem().interval / (sweep.coarsest * trials.reference.time_scale)
+    ratio = trials.problem().interval / trials.longest_step
     longest = max(0, math.ceil(math.log2(ratio)))
     for halvings in range(longest, longest + DECLINED):
         problem = trials.problem(halvings)
