@@ -4,6 +4,7 @@ import os
 import sys
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 collect_ignore = ["example_project"]
@@ -20,3 +21,19 @@ for name, count in (("repeatable", 8), ("wide", 15)):
     )
 settings.register_profile("thorough", max_examples=200, deadline=None, suppress_health_check=_EXPECTED)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+
+@pytest.fixture
+def singly(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Collects the times at which a motion is computed without a table."""
+    from gnomon.reference.numerics.motion import Motion  # not at the head: mutations are imported after this file
+
+    asked: list[float] = []
+    original = Motion.sample_each
+
+    def counting(self, times):
+        asked.extend(times)
+        return original(self, times)
+
+    monkeypatch.setattr(Motion, "sample_each", counting)
+    return asked

@@ -4,23 +4,7 @@ Each form is correct except for one of its functions; `STARTS` are states from w
 have two components, as other tests have for which Radau IIA 5 is compiled.
 """
 
-from math import sqrt
-from typing import Any
-
-from gnomon.cases.core.forms import (
-    Charged,
-    Constrained,
-    FirstOrder,
-    Friction,
-    Hybrid,
-    Impact,
-    Mode,
-    RigidBody,
-    SecondOrder,
-    SemiLinear,
-    Transition,
-    Values,
-)  # fmt: skip
+from gnomon.cases.declare import *
 
 
 def decay(t: Any, state: Values, parameters: Values) -> Values:

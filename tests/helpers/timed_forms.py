@@ -1,24 +1,6 @@
 """A form of each type whose motion depends on the time since `start`, which is its only parameter."""
 
-from math import cos
-from typing import Any
-
-from gnomon.cases.core.forms import (
-    Charged,
-    Constrained,
-    FirstOrder,
-    Friction,
-    Hybrid,
-    Impact,
-    Mode,
-    NBody,
-    RigidBody,
-    SecondOrder,
-    SemiLinear,
-    Transition,
-    Values,
-)  # fmt: skip
-from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm
+from gnomon.cases.declare import *
 
 
 def drive(t: Any, parameters: Values) -> Any:

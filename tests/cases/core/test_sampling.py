@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gnomon.cases import Case, case_class, get, names
 from gnomon.reference.numerics import table
-from gnomon.reference.numerics.motion import MANY, Motion
+from gnomon.reference.numerics.motion import MANY
 from gnomon.reference.numerics.precision import exact, nearest_double
 from gnomon.reference.storage import diskcache
 
@@ -53,20 +53,6 @@ def own_cache(tmp_path_factory):
         patch.setattr(table, "_kept", {})
         patch.setattr(table, "_too_expensive", {})
         yield
-
-
-@pytest.fixture
-def singly(monkeypatch):
-    """The times that had to be computed one by one."""
-    asked: list[float] = []
-    original = Motion.sample_each
-
-    def counting(self, times):
-        asked.extend(times)
-        return original(self, times)
-
-    monkeypatch.setattr(Motion, "sample_each", counting)
-    return asked
 
 
 def crowd(case: Case, times: Any) -> Any:

@@ -51,20 +51,6 @@ def fresh_cache(tmp_path, monkeypatch):
     monkeypatch.setattr(table, "_too_expensive", {})
 
 
-@pytest.fixture
-def counted(monkeypatch):
-    """Collects the times that were computed one by one."""
-    asked = []
-    original = Motion.sample_each
-
-    def counting(self, times):
-        asked.extend(times)
-        return original(self, times)
-
-    monkeypatch.setattr(Motion, "sample_each", counting)
-    return asked
-
-
 @pytest.mark.parametrize("motion", [pytest.param(motion, id=name) for name, motion in MOTIONS.items()])
 def test_every_value_is_the_nearest_double(motion):
     source = np.random.default_rng(7)
@@ -76,14 +62,14 @@ def test_every_value_is_the_nearest_double(motion):
     assert np.array_equal(table.sample(motion, times), motion.sample_each(times))
 
 
-def test_values_next_to_zeros_are_nearest_doubles_too(counted):
+def test_values_next_to_zeros_are_nearest_doubles_too(singly):
     """x = cos t around its zeros, down to the doubles nearest to them."""
     motion = made(HarmonicMotion, 1, 1, 1, 0)
     zeros = (np.arange(40) + 0.5) * np.pi
     times = np.concatenate([zeros, *(zeros + d for d in (1e-9, -1e-6, 1e-3))])
     found = table.sample(motion, times)
     # The error of the table is at most 2^-78 of the amplitude: values above 2^-18 are always proved, 2^-53 never.
-    assert 40 <= len(times) - len(counted) <= 120
+    assert 40 <= len(times) - len(singly) <= 120
     assert np.array_equal(found, motion.sample_each(times))
 
 
@@ -93,11 +79,11 @@ def test_a_million_periods_out():
     assert np.array_equal(table.sample(motion, times), motion.sample_each(times))
 
 
-def test_the_table_proves_nearly_all_values(counted):
+def test_the_table_proves_nearly_all_values(singly):
     """The probability of an unproved value is about the error bound in ulps, 2**-25."""
     motion = MOTIONS["swing"]
     table.sample(motion, np.random.default_rng(1).uniform(0.1, 1e4, 200_000))
-    assert len(counted) < 5
+    assert len(singly) < 5
 
 
 def fractions(*numbers):
@@ -127,13 +113,13 @@ TURNING = {
 
 
 @pytest.mark.parametrize("motion", [pytest.param(motion, id=name) for name, motion in TURNING.items()])
-def test_cycles_that_turn_and_drift_are_composed_correctly(motion, counted):
+def test_cycles_that_turn_and_drift_are_composed_correctly(motion, singly):
     """Before the start and up to 1e5 cycles away, nearly all from the table of one cycle."""
     period = float(table.cycle_of(motion).period)
     source = np.random.default_rng(8)
     times = np.concatenate([source.uniform(-3, 5, 20), source.uniform(0, 1e5, 20)]) * period
     found = table.sample(motion, times)
-    assert len(counted) <= 2
+    assert len(singly) <= 2
     for t, row in zip(times.tolist(), found.tolist(), strict=True):
         expected = [exact(x) for x in motion.state(t, 40)]
         for value, x in zip(row, expected, strict=True):
@@ -141,23 +127,23 @@ def test_cycles_that_turn_and_drift_are_composed_correctly(motion, counted):
                 assert abs(Fraction(value) - x) <= Fraction(51, 100) * Fraction(math.ulp(value))
 
 
-def test_a_small_part_of_a_cycle_has_a_table_of_its_own(counted):
+def test_a_small_part_of_a_cycle_has_a_table_of_its_own(singly):
     """In a weak field the gyration is much longer than the span, and much larger than the path."""
     zero = fractions(0, 0, 0)
     motion = Charge(zero, fractions(1, 2, 0), exact(1e-9), zero, fractions(0, 0, 1))
     times = np.linspace(0.01, 10, 40)
     found = table.sample(motion, times, 10.0)
-    assert len(counted) == 0
+    assert len(singly) == 0
     assert np.array_equal(found, motion.sample_each(times))
 
 
-def test_a_force_that_ends_is_sampled_before_and_after_its_end(counted):
+def test_a_force_that_ends_is_sampled_before_and_after_its_end(singly):
     """2.4e5 periods of the force before its end at the double nearest to 1.5, which belongs to the second part."""
     driven = ForcedLinear(*fractions(0, 0, 0, 0, 2, 1e6, 0, 0, 0))
     motion = SwitchedOff(driven, exact(1.5) - Fraction(1, 10**30))
     times = np.append(np.linspace(1.4, 1.6, 3 * MANY), 1.5)
     found = motion.sample(times)
-    assert len(counted) < MANY / 10
+    assert len(singly) < MANY / 10
     assert np.array_equal(found, motion.sample_each(times))
     assert np.array_equal(found[-1], Coasting(motion).sample_each(times[-1:])[0])
 
@@ -205,11 +191,11 @@ class Sawtooth(Motion):
         return (mp.mpf(self.slope * (t - round(t))), mp.sin(mp.mpf(t)))
 
 
-def test_motion_without_a_table_is_evaluated_one_by_one(counted, monkeypatch):
+def test_motion_without_a_table_is_evaluated_one_by_one(singly, monkeypatch):
     motion = Sawtooth(Fraction(1, 3))
     times = np.linspace(0.01, 1e4, MANY)
     found = motion.sample(times)
-    assert len(counted) == MANY
+    assert len(singly) == MANY
     monkeypatch.setattr(table, "build", None)  # not tried again with the same budget
     assert np.array_equal(motion.sample(times), found)
     assert np.array_equal(found, motion.sample_each(times))
