@@ -18,8 +18,8 @@ from gnomon.reference.numerics.precision import publish, working
 
 
 @dataclass(frozen=True)
-class BilliardBall(BallMotion):
-    """State (x, y, vx, vy, wx, wy, wz), z upward, a solid sphere of radius R, friction mu >= 0, gravity g."""
+class Sphere:
+    """State (x, y, vx, vy, wx, wy, wz), z upward, of a solid sphere of radius R, friction mu >= 0, gravity g."""
 
     R: Fraction
     mu: Fraction
@@ -36,6 +36,11 @@ class BilliardBall(BallMotion):
     def slip(self) -> tuple[Fraction, Fraction]:
         """Velocity of the lowest point at the start."""
         return self.vx - self.R * self.wy, self.vy + self.R * self.wx
+
+
+@dataclass(frozen=True)
+class BilliardBall(Sphere, BallMotion):
+    """A sphere that slides and then rolls."""
 
     @property
     def slides(self) -> bool:

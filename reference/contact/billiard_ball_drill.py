@@ -16,32 +16,18 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from gnomon.reference.contact.billiard_ball import Sphere
 from gnomon.reference.numerics.motion import Motion
 
 
 @dataclass(frozen=True)
-class DrillingBall(Motion):
-    """State (x, y, vx, vy, wx, wy, wz) of a solid sphere; slip, wz, mu, g and rho are not zero.
+class DrillingBall(Sphere, Motion):
+    """A sphere that slides and drills with the radius of friction rho; slip, wz, mu, g and rho are not zero.
 
     A time at or beyond the end raises ValueError.
     """
 
-    R: Fraction
-    mu: Fraction
-    g: Fraction
     rho: Fraction
-    x: Fraction
-    y: Fraction
-    vx: Fraction
-    vy: Fraction
-    wx: Fraction
-    wy: Fraction
-    wz: Fraction
-
-    @property
-    def slip(self) -> tuple[Fraction, Fraction]:
-        """Velocity of the lowest point at the start."""
-        return self.vx - self.R * self.wy, self.vy + self.R * self.wx
 
     def end_time(self, digits: int = 15) -> Any:
         """Time from which the ball neither slides nor drills (s)."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.reference.numerics.doubledouble import add, multiply, two_product
+from gnomon.reference.numerics.doubledouble_functions import filled
 from numba import njit
 from numpy.typing import NDArray
 
@@ -18,10 +19,7 @@ def states(parameters: Floats, starts: Floats, times: Floats) -> tuple[Floats, N
 
     Also which of them are known (n,).
     """
-    found = np.empty((len(starts), len(times), 4))
-    known = np.empty(len(starts), dtype=np.bool_)
-    _evaluate(parameters, starts, times, found, known)
-    return found, known
+    return filled(_evaluate, 4, parameters, starts, times)
 
 
 @njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]

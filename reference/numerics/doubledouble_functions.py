@@ -6,6 +6,7 @@ Relative errors are some 2**-102; those of sine and cosine are absolute, for arg
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -38,6 +39,16 @@ with working(60) as _mp:
     """Of k/32, up to pi/4."""
     INVERSE: Floats = np.array([parts(1 / _mp.factorial(k)) for k in range(LAST_FACTORIAL)])
     """1/k!."""
+
+
+def filled(
+    formula: Callable[..., None], dimension: int, parameters: Floats, starts: Floats, times: Floats
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """The states (n, k, dimension) of many motions by a compiled formula, and which of the motions are known (n,)."""
+    found = np.empty((len(starts), len(times), dimension))
+    known = np.empty(len(starts), dtype=np.bool_)
+    formula(parameters, starts, times, found, known)
+    return found, known
 
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]

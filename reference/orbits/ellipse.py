@@ -14,7 +14,8 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from gnomon.reference.numerics.doubledouble import add, multiply, quick_two_sum, two_product, two_sum
+from gnomon.reference.numerics.doubledouble import add, multiply, two_product, two_sum
+from gnomon.reference.numerics.doubledouble_functions import divide
 from gnomon.reference.numerics.precision import exact, working
 from numba import njit
 from numpy.typing import NDArray
@@ -82,15 +83,6 @@ def _factorials() -> Floats:
     """1/k!, high and low part."""
     with mpmath.workdps(50):
         return np.array([_parts(1 / mpmath.factorial(k))[:2] for k in range(17)])
-
-
-@njit(error_model="numpy")  # type: ignore[untyped-decorator]
-def _divide(a: float, a_low: float, b: float, b_low: float) -> tuple[float, float]:
-    q = a / b
-    p, p_low = multiply(b, b_low, q, 0.0)
-    r, r_low = add(a, a_low, -p, -p_low)
-    s, s_low = quick_two_sum(q, (r + r_low) / b)
-    return s, s_low
 
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]
@@ -194,7 +186,7 @@ def _evaluate(times: Floats, constants: Floats, sines: Floats, inverse: Floats, 
         X, X_low = add(small, small_low, -2 * ss, -2 * ss_low)
         r, r_low = multiply(2 * ss, 2 * ss_low, e, e_low)
         r, r_low = add(r, r_low, small, small_low)
-        rate, rate_low = _divide(n, n_low, r, r_low)
+        rate, rate_low = divide(n, n_low, r, r_low)
         good = True
         for d in range(2):
             a, a_low, b, b_low = constants[5 + d, 0], constants[5 + d, 1], constants[7 + d, 0], constants[7 + d, 1]

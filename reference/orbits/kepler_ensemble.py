@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.reference.numerics.doubledouble import add, multiply, two_product
-from gnomon.reference.numerics.doubledouble_functions import INVERSE, TURN, divide, root
+from gnomon.reference.numerics.doubledouble_functions import INVERSE, TURN, divide, filled, root
 from numba import njit
 from numpy.typing import NDArray
 
@@ -30,10 +30,7 @@ def states(parameters: Floats, starts: Floats, times: Floats) -> tuple[Floats, N
 
     Also which of them are known (n,): radial and nearly radial motions need the formulas of any precision.
     """
-    found = np.empty((len(starts), len(times), 4))
-    known = np.empty(len(starts), dtype=np.bool_)
-    _evaluate(parameters, starts, times, found, known)
-    return found, known
+    return filled(_evaluate, 4, parameters, starts, times)
 
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.reference.numerics.doubledouble import add, multiply
-from gnomon.reference.numerics.doubledouble_functions import divide, root, sine_cosine
+from gnomon.reference.numerics.doubledouble_functions import divide, filled, root, sine_cosine
 from numba import njit
 from numpy.typing import NDArray
 
@@ -21,10 +21,7 @@ def states(parameters: Floats, starts: Floats, times: Floats) -> tuple[Floats, N
 
     Also which of them are known (n,).
     """
-    found = np.empty((len(starts), len(times), 2))
-    known = np.empty(len(starts), dtype=np.bool_)
-    _evaluate(parameters, starts, times, found, known)
-    return found, known
+    return filled(_evaluate, 2, parameters, starts, times)
 
 
 @njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]

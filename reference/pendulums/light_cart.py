@@ -19,6 +19,7 @@ from gnomon.reference.numerics.motion import MANY, BallMotion
 from gnomon.reference.numerics.passage import Track
 from gnomon.reference.numerics.pointwise import Cycle, Floats, Turn
 from gnomon.reference.numerics.precision import working
+from gnomon.reference.pendulums.pendulum_on_cart import Cart
 
 LONGEST = 0.5
 """In units of sqrt(L/g): the time between two places of a track."""
@@ -40,17 +41,8 @@ class Quarter(NamedTuple):
 
 
 @dataclass(frozen=True)
-class LightCart(BallMotion):
-    """State (x, theta, x', theta') of a pendulum (m, L) under a cart M, as in CartPendulum; it swings."""
-
-    g: Fraction
-    m: Fraction
-    M: Fraction
-    length: Fraction
-    x: Fraction
-    theta: Fraction
-    vx: Fraction
-    omega: Fraction
+class LightCart(Cart, BallMotion):
+    """A pendulum that swings under a cart."""
 
     rests = False
 

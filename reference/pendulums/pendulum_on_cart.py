@@ -12,11 +12,8 @@ from gnomon.reference.numerics.well import WellMotion
 
 
 @dataclass(frozen=True)
-class CartPendulum(WellMotion):
-    """A pendulum (m, L) under a cart (M) that is free to roll: state (x, theta, x', theta'), |theta| <= pi, swinging.
-
-    The centre of mass moves uniformly; theta'^2 L (M + m sin^2 theta)/(M + m)/2 - g cos(theta) is constant.
-    """
+class Cart:
+    """A pendulum (m, L) under a cart (M) that is free to roll: state (x, theta, x', theta')."""
 
     g: Fraction
     m: Fraction
@@ -26,6 +23,14 @@ class CartPendulum(WellMotion):
     theta: Fraction
     vx: Fraction
     omega: Fraction
+
+
+@dataclass(frozen=True)
+class CartPendulum(Cart, WellMotion):
+    """A pendulum under a cart: |theta| <= pi, swinging.
+
+    The centre of mass moves uniformly; theta'^2 L (M + m sin^2 theta)/(M + m)/2 - g cos(theta) is constant.
+    """
 
     @property
     def rests(self) -> bool:

@@ -36,7 +36,7 @@ def test_a_point_of_contact_is_the_plain_ball():
     """rho = 1e-20 m: drilling reduces the force by 1e-17 until the slip is 1e-17 of the initial one."""
     numbers = (exact("0.03"), exact("0.2"), exact("9.81"))
     start = (NONE, NONE, Fraction(2), exact("0.5"), Fraction(20), Fraction(-30), Fraction(80))
-    drilling = DrillingBall(*numbers, Fraction(1, 10**20), *start)
+    drilling = DrillingBall(*numbers, *start, Fraction(1, 10**20))
     plain = BilliardBall(*numbers, *start)
     for a, b in zip(drilling.state("0.3", 30), plain.state("0.3", 30), strict=True):
         assert abs(a - b) < mpmath.mpf(10) ** -14
