@@ -123,7 +123,10 @@ def _order_short(trials: Trials) -> Finding:
         interval = float(trials.problem(halvings).interval)
         if trials.short(halvings, interval).error < LARGEST_ERROR:
             answers = [trials.short(halvings, interval / 2**k) for k in range(HALVED)]
-            return slope_of(_points(answers), trials.order, f"errors over 1/{2**halvings} of the span")
+            what, last = f"errors over 1/{2**halvings} of the span", answers[-1]
+            if last.error >= LARGEST_ERROR:
+                return failed(f"h = {last.setting:.3g}", f"{what} below {LARGEST_ERROR:g}, as of 64 steps", f"{last.error:.2g}")
+            return slope_of(_points(answers), trials.order, what)
     return not_applicable(f"64 steps over a short span have no error below {LARGEST_ERROR:g}")
 
 

@@ -45,6 +45,7 @@ CASES = (
     "block_incline_friction", "euler_top", "charge_in_E_and_B", "holonomic_constraint_dae",
     "rotating_pendulum_swept", "damped_oscillator", "duffing_unforced", "cycloidal_pendulum",
     "foucault_pendulum_linear", "projectile_parabola", "coulomb_friction_oscillator", "two_body",
+    "lagrange_top_attitude",
 )  # fmt: skip
 """A depth takes the first of these cases that an integrator accepts; each has another form or difficulty."""
 UNCLAIMED = ("long", "engines", "speed", "turns", "orbits", "precessions", "revolutions")

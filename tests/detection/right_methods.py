@@ -5,6 +5,8 @@ Each function of a method takes the user's `f`; `METHODS` has the declarations o
 
 # ruff: noqa: B023 - the functions of a step are used in that step only
 
+from __future__ import annotations
+
 import numpy as np
 from gnomon.cases.core.scene import IDENTITY, Readings
 

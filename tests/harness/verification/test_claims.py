@@ -76,6 +76,22 @@ def _started_with_euler(f: Any, t0: float, y0: Any, times: Any, h: float) -> Any
     return np.array(found)[round((times[0] - t0) / h) - 1 :: round((times[0] - t0) / h)]
 
 
+def test_states_of_a_wrong_time_fail_though_no_error_is_small() -> None:
+    """The states of the second step after a sample before: right where an interval has one or two steps."""
+
+    def late(f: Any, t0: float, y0: Any, times: Any, step: float) -> Any:
+        every = round((times[-1] - t0) / step) // len(times)
+        h, y, found = (times[0] - t0) / every, y0, []
+        for k in range(every * len(times)):
+            t = t0 + k * h
+            y = y + h * f(t + h / 2, y + h / 2 * f(t, y))
+            if (k - 1) % every == 0:
+                found.append(y)
+        return np.array(found)
+
+    assert outcome("order_short", from_solve(late, name="late", order=2, sweep=Steps(0.125, 8))) == Outcome.FAILED
+
+
 def test_quadrature_allows_an_error_that_falls_with_the_order() -> None:
     method = from_solve(_started_with_euler, name="Adams", order=2, sweep=Steps(0.25, 8))
     found = CLAIMS["quadrature"].check(trials(method))
