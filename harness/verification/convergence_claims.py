@@ -125,7 +125,9 @@ def _order_short(trials: Trials) -> Finding:
             answers = [trials.short(halvings, interval / 2**k) for k in range(HALVED)]
             what, last = f"errors over 1/{2**halvings} of the span", answers[-1]
             if last.error >= LARGEST_ERROR:
-                return failed(f"h = {last.setting:.3g}", f"{what} below {LARGEST_ERROR:g}, as of 64 steps", f"{last.error:.2g}")
+                return failed(
+                    f"h = {last.setting:.3g}", f"{what} below {LARGEST_ERROR:g}, as of 64 steps", f"{last.error:.2g}"
+                )
             return slope_of(_points(answers), trials.order, what)
     return not_applicable(f"64 steps over a short span have no error below {LARGEST_ERROR:g}")
 

@@ -59,6 +59,12 @@ def test_there_are_as_many_faults_of_as_many_kinds_as_promised() -> None:
     assert len({defect.link for defect in DEFECTS}) == len(DEFECTS) >= 25
 
 
+def test_every_reason_of_a_survivor_names_a_fault() -> None:
+    """A name has the line of its fault: after an edit above it, the reason would explain nothing."""
+    names = [mutant.id for mutant in [*mutants.mutants(), *planted_faults.planted()]]
+    assert [begin for begin in summary.REASONS if not any(name.startswith(begin) for name in names)] == []
+
+
 def test_every_defect_and_chosen_fault_can_be_built_and_differs_from_the_right_method() -> None:
     for defect in DEFECTS:
         defect.integrator()
