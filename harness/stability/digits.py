@@ -218,9 +218,10 @@ def lost(trials: Trials, seconds: float) -> dict[str, Any]:
     for setting in settings:
         if budget.left <= 0 and answers:
             break
+        left = budget.left
         answers.append(trials.whole(setting))
         if len(answers) == 1 and answers[0].states is not None:
-            budget.extend(answers[0].seconds)  # the first call compiles: its time does not count
+            budget.extend(left - budget.left)  # the first call compiles: its time does not count
     finite = [answer for answer in answers if not math.isnan(answer.error)]
     row: dict[str, Any] = {
         "settings": len(answers),
