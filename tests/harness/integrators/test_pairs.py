@@ -92,8 +92,9 @@ def test_the_error_follows_the_tolerance(pair: type[Adaptive], name: str) -> Non
     case = get(name).rounded()
     loose, tight = (solved(pair(), case, tolerance) for tolerance in (1e-6, 1e-12))
     assert 1e-9 < tight.error / loose.error < 1e-4
-    # Over ten periods errors grow with the square of time, and each of many short steps may add the tolerance.
-    assert tight.error < 1e-12 * max(10**4, 5 * tight.steps)
+    # Over ten periods errors grow with the square of time, and each of many short steps may add the tolerance; signs of the
+    # errors differ where steps are very many.
+    assert tight.error < 1e-12 * np.clip(5 * tight.steps, 10**4, 3 * 10**4)
 
 
 @RUN
