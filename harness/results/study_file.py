@@ -4,6 +4,7 @@ import argparse
 import json
 import os
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,9 +23,14 @@ def publish(
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--to", type=Path, required=True)
     arguments = parser.parse_args()
-    rows = dict(calls(measured, subjects, os.cpu_count() or 1, "spawn"))
-    found = {"environment": environment.describe(), "rows": [require(rows[subject]) for subject in subjects]}
+    rows = dict(calls(partial(_at, measured, subjects), range(len(subjects)), os.cpu_count() or 1, "spawn"))
+    found = {"environment": environment.describe(), "rows": [require(rows[k]) for k in range(len(subjects))]}
     write(found, arguments.to)
+
+
+def _at(measured: Callable[[Subject], Any], subjects: Sequence[Subject], k: int) -> Any:
+    """The row of subject `k`: a subject need not be hashable."""
+    return measured(subjects[k])
 
 
 def write(found: Any, path: Path) -> None:

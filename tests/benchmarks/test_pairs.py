@@ -35,6 +35,7 @@ from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
 from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12
 from gnomon.harness.integrators.taylor.taylor import Taylor
+from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.studies.pairs import Side, at_equal_error, interleaved, null_call, swept
 
 HALF_DECADES = [10.0 ** (-k / 2) for k in range(4, 33)]
@@ -155,15 +156,16 @@ def test_an_ensemble(benchmark: Any, peer: type[Integrator], way: str, trajector
         problem = problem_of(case, integrator.accepts)
         found = Side([], [], null_call(integrator, problem, tolerances[0]))
         for tolerance in tolerances:
-            solver = found.prepare(integrator, problem, tolerance)
-            solution = solver(starts)
+            prepared = Prepared(integrator, problem, tolerance)
+            found.prepares.append(prepared.prepare_seconds)
+            solution = prepared(starts)
             assert solution.stopped is None
             distances = [
                 own.metric.distance(states, true)
                 for own, states, true in zip(alone, solution.states[scored], exact, strict=True)
             ]
             found.errors.append(float(np.max(distances)))
-            found.solvers.append(solver)
+            found.solvers.append(prepared.solver)
         return found
 
     pair = GaussFast(), peer()
