@@ -316,8 +316,9 @@ class CaseJob(Job):
 
     @property
     def _may_be_silent(self) -> bool:
+        """Whether no answer in time is no fault: of claims that allow it, and of any trial of a hard variant."""
         made = CLAIMS.get(self.pending[0])
-        return made is not None and made.no_answer
+        return made.no_answer if made is not None else self.case.variant is not None
 
     def stop(self) -> None:
         while self.pending:
