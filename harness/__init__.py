@@ -19,7 +19,7 @@ _MODULES = {
 
 
 def __getattr__(name: str) -> Any:
-    """What `__all__` names, imported on first use: whoever imports a module of the harness starts faster without them."""
+    """The names of `__all__`, imported on first use: whoever imports a module of the harness starts faster without them."""
     if name in _MODULES:
         return getattr(import_module(f"gnomon.harness.{_MODULES[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

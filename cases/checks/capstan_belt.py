@@ -9,7 +9,7 @@ class CapstanBelt(Check):
     section = "10.12.1"
     conventions = (
         "[inferred] A massless belt touches a pulley over the angle beta and is about to slip, with friction mu: the "
-        "tension grows from `slack` to slack e^(mu beta). torque: that of the belt on the pulley of radius r; pressing: "
+        "tension grows from `slack` to slack e^(mu beta). torque: of the belt on the pulley of radius r; pressing: "
         "the sum of the magnitudes of all normal forces."
     )
     slack = Parameter("N", 20, "tension of the slack side", positive())

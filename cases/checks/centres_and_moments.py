@@ -93,7 +93,7 @@ class MomentEquipollent(Check):
     title = "Equipollent force systems: moment about another point, wrench, moment of momentum"
     section = "5.3-5.4"
     conventions = (
-        "A force F through the origin O and a couple M. moment_Q: moment about Q. pitch, axis: those of the equivalent "
+        "A force F through the origin O and a couple M. moment_Q: moment about Q. pitch, axis: of the equivalent "
         "wrench, axis being its point nearest to O. momentum_O: moment of momentum about O of a body with momentum F, its "
         "centre of mass at Q, and moment of momentum M about that."
     )

@@ -15,7 +15,7 @@ class GravityFieldParticleBody(Check):
     section = "5.6, 5.7"
     conventions = (
         "mu = G M for each body. Ring of radius a about z, field point (rho, z), components outward and along z; "
-        "ring_excess: its potential minus that of a particle at the centre. Disc of radius a, point z on its axis. Rod of "
+        "ring_excess: its potential minus the potential of a particle at the centre. Disc of radius a, point z on its axis. Rod of "
         "length L, point at distance r from its middle, perpendicular to it. Shell and solid sphere of radius a, distance r; "
         "attractions are positive."
     )

@@ -31,7 +31,7 @@ class InertiaTensorSpecialBodies(Check):
     conventions = (
         "Each body has mass m; principal moments about its centre of mass (cone_apex: about the apex); z is the axis "
         "of revolution. a, b, c: edges of the box, semi-axes of the ellipsoid; a, b: edges of the lamina. r: radius, for "
-        "the torus that of its tube; inner: inner radius of the tube; h: height; R: radius of the torus' middle circle."
+        "the torus the radius of its tube; inner: inner radius of the tube; h: height; R: radius of the torus' middle circle."
     )
     m = Parameter("kg", "2.5", "mass", positive())
     a = Parameter("m", "0.3", "edge or semi-axis along x", positive())
@@ -177,7 +177,7 @@ class InertiaTransformationPrincipal(Check):
     conventions = (
         "Ixy is the tensor's component (minus the product of inertia). The axes are rotated by Rx(beta) Rz(alpha); the "
         "moment and the radius of gyration are about the direction (nx, ny, nz), of any length. coinciding: the number of "
-        "equal principal moments; invariant: trace, sum of principal minors, determinant; ellipsoid_radius: that of "
+        "equal principal moments; invariant: trace, sum of principal minors, determinant; ellipsoid_radius: of "
         "Cauchy's ellipsoid x.I x = 1 along n."
     )
     Ixx = Parameter("kg m^2", 3, "", positive(3, 5))

@@ -88,7 +88,7 @@ class MomentMomentumMovingPoint(Check):
     section = "8.5-8.6"
     conventions = (
         "Two particles joined by a spring of natural length zero fall in uniform gravity; Q moves as q + u t + c t^2/2. "
-        "rate: that of H_Q = sum (r - Q) x m v, equal to M_Q - v_Q x p; relative_rate: that of sum (r - Q) x m (v - v_Q), "
+        "rate: of H_Q = sum (r - Q) x m v, equal to M_Q - v_Q x p; relative_rate: of sum (r - Q) x m (v - v_Q), "
         "equal to M_Q - (r_C - Q) x m a_Q. moment: M_Q of the weights."
     )
     m1 = Parameter("kg", 2, "mass of particle 1", positive())

@@ -34,7 +34,7 @@ class ProjectileCoriolisFirstOrder(Check):
         Variant("equator", "no lateral deflection from horizontal velocity: only east and up", {"lat": 0}),
         Variant("drop", "nearly at rest at 158.5 m: 27 mm east", {"vx": 0, "vy": "1e-6", "vz": 0, "t": "5.6846"}),
         Variant("slow", "Om t = 1e-12: the error of the first order is 1e-24", {"Om": "1e-13", "t": 10}),
-        Variant("turntable", "Om t = 3: the first order is no approximation", {"Om": "0.3", "t": 10}),
+        Variant("turntable", "Om t = 3: the first order does not approximate the motion", {"Om": "0.3", "t": 10}),
         Variant("a_day", "24 h", {"t": 86400}),
     )
     guard = 70

@@ -93,7 +93,7 @@ class StickSlipBelt(Case):
     V = Parameter("m/s", "0.5", "speed of the belt", positive(0.1, 2))
     rules = (
         Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),
-        Rule("v <= V (the block is no faster than the belt)", lambda n: n["v"] <= n["V"]),
+        Rule("v <= V (the block is not faster than the belt)", lambda n: n["v"] <= n["V"]),
         Rule("an initial slip ends where the belt can hold the block, at x >= -mu_s m g/k", slip_sticks),
     )
     exact_motion = bind(StickSlip, mass="m", stiffness="k")

@@ -72,7 +72,7 @@ def conditioning(case: MeasuredCase, times: Floats) -> Floats:
     errors: the result is the root of the sum of their squares. A number at the edge of the domain is changed inward. A
     number that is exactly zero is not changed: it has no rounding error.
 
-    A start very close to an unstable equilibrium (1e-12 from an axis, for example) has an ulp far smaller than those of
+    A start very close to an unstable equilibrium (1e-12 from an axis, for example) has an ulp far smaller than the ulps of
     later states, which every binary64 method rounds too. For such a start the exact motions from later states, rounded
     to binary64, count as well.
     """

@@ -82,7 +82,7 @@ class Unbranching:
     """A number of a traced arithmetic. bool() of it and comparisons raise: equations must not branch on a value."""
 
     def __bool__(self) -> bool:
-        raise ValueError("equations must not branch on what they compute")
+        raise ValueError("equations must not branch on computed values")
 
     def __lt__(self, other: Any) -> bool:
         return bool(self)

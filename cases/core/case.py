@@ -239,7 +239,7 @@ class Case(Declared):
     """Coordinates and parameters: with other signs of all these the motion has other signs of these; () if there are none."""
     alike: ClassVar[tuple[tuple[str, ...], ...]] = ()
     """Names of the coordinates and parameters of each of several like bodies or axes, in one sequence. Where each takes the
-    numbers of the next one, and the last those of the first, the motion does; () if there are none."""
+    numbers of the next one, and the last the numbers of the first, the motion does; () without such parts."""
     certified_digits: ClassVar[int] = 45
     """Digits to which its certificate must confirm the motion: 45 for a closed form, 30 for an integration."""
 
@@ -422,7 +422,7 @@ class Case(Declared):
 
     @property
     def scene(self) -> SceneForm | None:
-        """What a physics engine is given; None if bodies, joints, forces and contacts cannot express the case."""
+        """The scene for a physics engine; None if bodies, joints, forces and contacts cannot express the case."""
         return None
 
     @property

@@ -12,7 +12,7 @@ from gnomon.cases.core.scene import Scene, SceneForm
 def from_start(form: Any, t0: float) -> Any:
     """The same form, or any part of one, with t0 + t in place of the time t in all its functions.
 
-    Raises ValueError for a callable that is no plain function.
+    Raises ValueError for a callable that is not a plain function.
     """
     if isinstance(form, SceneForm):
         build = form.build
@@ -27,7 +27,7 @@ def from_start(form: Any, t0: float) -> Any:
     if isinstance(form, tuple):
         return tuple(from_start(part, t0) for part in form)
     if callable(form):
-        raise ValueError(f"{form!r} is no plain function, so that its time cannot be shifted; start at t0 = 0")
+        raise ValueError(f"{form!r} is not a plain function, so that its time cannot be shifted; start at t0 = 0")
     return form
 
 

@@ -1,4 +1,4 @@
-"""What sampling, turned starts, the metric and accuracy read of a case. `Case` calls them, so they stand below it."""
+"""The attributes of a case that sampling, turned starts, the metric and accuracy read: `Case` calls these, so they stand below it."""
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
@@ -28,7 +28,7 @@ class Between(NamedTuple):
 
 
 class StatedCase(Protocol):
-    """The numbers of a case and what it states of its state, see `Case`."""
+    """The numbers of a case and the declarations of its state, see `Case`."""
 
     @property
     def id(self) -> str: ...

@@ -29,7 +29,7 @@ class Group:
     scored: bool = True
 
     def difference(self, states: Floats, exact: Floats) -> Floats:
-        """Differences, shape (..., len(indices)); those of angles modulo 2 pi."""
+        """Differences, shape (..., len(indices)); differences of angles are modulo 2 pi."""
         index = list(self.indices)
         raw = states[..., index] - exact[..., index]
         if not self.wrapped:
@@ -43,7 +43,7 @@ class Metric:
     """The largest of the groups' scaled distances.
 
     In a hybrid case the state just before a transition and its image just after it are the same point. So the distance
-    is also computed through the reset: the distance of one state to the guard plus that of its image to the other state.
+    is also computed through the reset: the distance of one state to the guard plus the distance of its image to the other state.
     """
 
     groups: tuple[Group, ...]

@@ -101,7 +101,7 @@ class Guide:
 class Contact:
     """Contact of a body with a plane through the origin with unit `normal`; coefficients of restitution and friction.
 
-    `velocity` is that of the plane's surface, for example of a belt (token `moving_surface`). A body that touches an
+    `velocity` is the velocity of the plane's surface, for example of a belt (token `moving_surface`). A body that touches an
     `adhesive` plane sticks to it (token `adhesive_contact`). With a `partner` (token `body_contact`) body and partner,
     both spheres, touch each other instead of a plane.
 

@@ -95,7 +95,7 @@ class ChargeInFields(Case):
     name = "charge_in_E_and_B"
     title = "Charge in uniform E and B: gyration, E x B drift, acceleration along B"
     section = "6.3.3, 6.8"
-    conventions = "q_m = q/m; speeds far below that of light."
+    conventions = "q_m = q/m; speeds far below the speed of light."
     x = Coordinate("m", 0)
     y = Coordinate("m", 0)
     z = Coordinate("m", 0)

@@ -60,7 +60,7 @@ class ProjectileInParabolicCoordinates(Case):
     variants = (
         Variant(
             "confocal",
-            "the path has its focus at that of the coordinates: eta is exactly constant",
+            "the path and the coordinates have one focus: eta is exactly constant",
             {"g": 4},
             (0, 1, 2, 0),
         ),

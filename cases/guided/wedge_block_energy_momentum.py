@@ -50,7 +50,9 @@ class WedgeBlock(Case):
     variants = (
         Variant("light_wedge", "M = 1e-8 kg: the wedge is pushed aside, the block falls freely", {"M": "1e-8"}),
         Variant(
-            "heavy_block", "m/M = 1e8: the momentum of the wedge is lost in that of the block", {"m": 10**8, "M": 1}
+            "heavy_block",
+            "m/M = 1e8: the momentum of the wedge is lost in the momentum of the block",
+            {"m": 10**8, "M": 1},
         ),
         Variant("light_block", "m/M = 1e-8: the wedge moves by 1e-8 of the block", {"m": "3e-8"}),
     )

@@ -72,7 +72,7 @@ class RubberTubeThin(Case):
         Variant("squeezed_1e-4", "released at x = 1e-4: turns within 1e-8 of the period", initial_state=("1e-4", 0)),
         Variant(
             "small",
-            "amplitude 1e-6 about x = 1: the period is that of every other amplitude",
+            "amplitude 1e-6 about x = 1: the period does not depend on the amplitude",
             initial_state=(1, "2e-6"),
         ),
         Variant("long_1e5", "100,000 periods: phase error", periods=100_000.37),
@@ -122,7 +122,9 @@ class RubberTubeThick(WellCase):
         Variant(
             "thin_wall", "gam = 1e-6: differences of logarithms that nearly cancel; the thin tube", {"gam": "1e-6"}
         ),
-        Variant("thick_wall", "gam = 1e3: the inertia depends on x as that of a large body of fluid", {"gam": 1000}),
+        Variant(
+            "thick_wall", "gam = 1e3: the inertia depends on x like the inertia of a large body of fluid", {"gam": 1000}
+        ),
         Variant("squeezed", "released at x = 0.2: a sharp turn where the tube is narrow", initial_state=("0.2", 0)),
         Variant("small", "amplitude 1e-6 about x = 1", initial_state=("1.000001", 0)),
         Variant("pressure", "pressure applied suddenly to the tube at rest", {"p": 2}, (1, 0)),

@@ -87,8 +87,8 @@ class CycloidalPendulum(Case):
     """Normal forces are over the mass (m/s^2). As a string between jaws of the same shape, the evolute of the cycloid, the
     pendulum has length 4 a."""
     variants = (
-        Variant("small", "amplitude 0.01 rad: the period is that of every other amplitude", initial_state=("0.01", 0)),
-        Variant("wide", "amplitude 3 rad: the period is that of every other amplitude", initial_state=(3, 0)),
+        Variant("small", "amplitude 0.01 rad: the period does not depend on the amplitude", initial_state=("0.01", 0)),
+        Variant("wide", "amplitude 3 rad: the period does not depend on the amplitude", initial_state=(3, 0)),
         Variant("launched", "starts with speed and passes the bottom", initial_state=("0.5", 5)),
         Variant(
             "near_cusp",

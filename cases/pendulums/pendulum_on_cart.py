@@ -34,7 +34,7 @@ def _swings(n: Any) -> bool:
     return CartPendulum(n["g"], n["m"], n["M"], n["L"], n["x"], n["theta"], n["vx"], n["omega"]).swings
 
 
-def _motion(case: "PendulumOnCart") -> Any:  # LightCart is no WellMotion
+def _motion(case: "PendulumOnCart") -> Any:  # LightCart is not a WellMotion
     moves = case.theta != 0 or case.omega != 0
     kind = LightCart if case.m > case.M and moves else CartPendulum
     return kind(*case.parameter_values(), *case.initial_state)

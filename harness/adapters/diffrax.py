@@ -130,7 +130,7 @@ def compiled(
         try:
             traced = jax.jit(function).lower(*shapes)
         except jax.errors.TracerBoolConversionError:
-            raise Unsupported("the equations branch on what they compute, which JAX does not compile") from None
+            raise Unsupported("the equations branch on computed values, which JAX does not compile") from None
         except Exception as error:  # equations of a user's own may raise anything
             raise Unsupported(f"JAX cannot evaluate the equations: {type(error).__name__}: {error}") from None
         return traced.compile()

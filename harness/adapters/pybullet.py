@@ -172,7 +172,7 @@ def step_counts(times: Floats, dt: float) -> list[int]:
     counts = np.rint(times / dt)
     # 1e-6 of a step: far above the rounding of times and step, far below any error of order 1.
     if np.any(np.abs(counts * dt - times) > 1e-6 * dt) or np.any(np.diff(counts, prepend=0.0) < 1):
-        raise Refused(f"the sample times are no multiples of the step {dt:g} s")
+        raise Refused(f"the sample times are not multiples of the step {dt:g} s")
     return [int(count) for count in counts]
 
 

@@ -27,7 +27,7 @@ COUNT_SECONDS = 1.0
 Item = TypeVar("Item")
 
 
-class Lost(Exception):  # noqa: N818 (it names what happened)
+class Lost(Exception):  # noqa: N818 (it names the event)
     """Raised after the scheduler ended or tasks failed; results that came back before are recorded."""
 
 

@@ -174,7 +174,7 @@ class _Distributed:
         trials = [self._trials(work, machine) for work in group]
         if not {t.key for each in trials for t in each}.issuperset(row.get("trial_key") for row, _, _ in measured):
             raise ValueError(
-                f"a worker on {machine} measured other trials than those of {group[0][0].id}: restart the workers, which"
+                f"a worker on {machine} measured other trials than {group[0][0].id}: restart the workers, which"
                 " have other sources or libraries than this process"
             )
         if machine not in self.runs:

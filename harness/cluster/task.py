@@ -33,7 +33,7 @@ _ONE_AT_A_TIME = threading.Lock()
 """Held by the thread that runs a task: the children of one process cannot be awaited by several threads."""
 
 
-class Differs(ValueError):  # noqa: N818 (it names what was found)
+class Differs(ValueError):  # noqa: N818 (it names the finding)
     """A worker has other versions or sources than the client; the message names the worker and both."""
 
 
@@ -150,4 +150,4 @@ def rows(content: bytes) -> tuple[dict[str, str], list[Row]]:
             raise Garbled("no machine")
         return found, [(m.content["row"], m.content["options"], m.arrays.get("states")) for m in others]
     except (Garbled, KeyError, ValueError) as error:
-        raise ValueError(f"a worker returned what cannot be read ({error!r}); restart the workers") from None
+        raise ValueError(f"a worker's result cannot be read ({error!r}); restart the workers") from None

@@ -6,7 +6,7 @@ from rich.table import Table
 
 
 def doctor() -> None:
-    """Show what gnomon finds here: the machine, the libraries, and why a library is missing."""
+    """Show the machine, the libraries that gnomon finds, and why a library is missing."""
     out.print(environment_table())
     out.print(libraries_table())
 

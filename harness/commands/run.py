@@ -28,7 +28,7 @@ SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
 """Seconds: about the resolution of a clock, and eleven days."""
 WORKERS = "Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal shares."
 REPEAT = (
-    "Run again what the file has: all trials of the integrators that --integrator, --command or --library names; with"
+    "Run again, though the file has them, all trials of the integrators that --integrator, --command or --library names; with"
     " none named, those that a cause outside ended (memory, again and again a signal)."
 )
 
@@ -144,7 +144,7 @@ def _measured(
     except KeyboardInterrupt:
         problems.print(f"interrupted; {_same_command(suite)} resumes the run")
         if page is not None:
-            problems.print("writing the report of what was measured; Ctrl-C again ends at once")
+            problems.print("writing the report of the trials so far; Ctrl-C again ends at once")
             interruption.allow(LAST_PAGE_SECONDS)
         raise typer.Exit(130) from None
     finally:

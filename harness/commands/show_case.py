@@ -35,7 +35,7 @@ FUNCTIONS = (
     (forms.Friction, "bounds", "kinetic and static friction over mass, for time stepping"),
     (forms.FirstOrder, "equations", "y' = equations(t, y, parameters)"),
     (forms.Charged, "fields", "a and w of u' = a + v x w; for a charge q E/m and q B/m"),
-    (forms.Constrained, "force", "force over mass, without that of the constraint"),
+    (forms.Constrained, "force", "force over mass, without the constraint's"),
     (forms.Constrained, "constraint", "constraint, constant on the motion"),
     (forms.SemiLinear, "linear", "y' = L y + rest: L, row by row"),
     (forms.SemiLinear, "rest", "the rest"),
@@ -180,7 +180,7 @@ def _quantities(title: str, found: Mapping[str, Any], out: Console) -> None:
 
 
 def _variants(shown: Case | Check, out: Console) -> None:
-    table = Table("variant", "what it stresses", title="Variants", title_justify="left")
+    table = Table("variant", "difficulty", title="Variants", title_justify="left")
     _print_pairs(table, ((variant.name, variant.stresses) for variant in shown.variants), out)
 
 

@@ -94,7 +94,7 @@ def _show(rows: Sequence[Row], titles: Mapping[str, str], tiers: Mapping[str, An
 
 def panel_table(title: str, rows: Iterable[Row]) -> Table:
     """A table with a row for each integrator: the sentences from its numbers, or the reason for their absence."""
-    columns = Column("integrator", no_wrap=True), "what follows from the numbers"
+    columns = Column("integrator", no_wrap=True), "conclusion"
     table = Table(*columns, title=title, box=SIMPLE_HEAD, padding=(0, 1))
     for row in rows:
         text = "\n".join(row.sentences) if row.reason is None else row.reason

@@ -92,7 +92,7 @@ def _collect(value: Any, parts: list[Any], seen: set[int], text: Callable[[types
         parts.append(f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}")
     elif text is None:
         raise ValueError(
-            f"{value!r} may change unseen, so what is compiled for it could be out of date; "
+            f"{value!r} may change unseen, so that code compiled for it could be out of date; "
             "equations may use numbers, tuples, plain functions and math"
         )
     elif isinstance(value, type | types.ModuleType):

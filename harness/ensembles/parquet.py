@@ -109,7 +109,7 @@ def load_ensemble(path: str | Path, dask: bool = False) -> Any:
         return dataframe.read_parquet([str(file) for file in files])
     frame = pd.concat([_rows(pq, file) for file in files], ignore_index=True)
     if not np.array_equal(frame["index"], np.arange(rows)) or not frame["status"].isin(STATUSES).all():
-        raise ValueError(f"{path}: indices or statuses are not those of gnomon; run the ensemble again")
+        raise ValueError(f"{path}: gnomon writes other indices or statuses; run the ensemble again")
     frame.attrs = about | {"units": {f.name: f.metadata[b"unit"].decode() for f in first}}
     return frame
 

@@ -12,7 +12,7 @@ def status_of(error: BaseException, memory_bytes: int | None = None) -> tuple[St
     if isinstance(error, Unusable):
         return Status.CRASHED, str(error)
     if isinstance(error, Unsupported):
-        return Status.UNSUPPORTED, str(error) or "lacks what the problem needs, which it does not name"
+        return Status.UNSUPPORTED, str(error) or "lacks something that the problem needs, and does not name it"
     if isinstance(error, Refused):
         return Status.REFUSED, str(error) or "declined without a reason"
     if isinstance(error, ModuleNotFoundError):

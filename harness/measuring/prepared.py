@@ -17,7 +17,7 @@ RESOLUTION = 1e-9
 class Prepared:
     """An integrator prepared for a problem at a setting. As a context manager it frees the solver at the end.
 
-    `prepare_seconds` is the time of `prepare`; `solver` is what it returned. Raises what the integrator raises.
+    `prepare_seconds` is the time of `prepare`; `solver` is its result. Passes on the exceptions of the integrator.
     """
 
     def __init__(self, integrator: Integrator, problem: Problem, setting: float) -> None:
@@ -35,7 +35,7 @@ class Prepared:
     def __call__(self, starts: Floats) -> Solution:
         """The solution from starts (n, dim), which stay as they are.
 
-        Raises what the integrator raises, and Unusable for an answer that is not a valid Solution.
+        Passes on the exceptions of the integrator, and raises Unusable for an answer that is not a valid Solution.
         """
         return self.given(starts.copy())
 

@@ -109,7 +109,7 @@ class Trials:
     """One integrator on one case. `case` has binary64 numbers, and `reference` is its reference solution.
 
     `moving`: whether a solution that rests although the exact motion moves is refused. A panel refuses it; a claim says
-    what is wrong with it. `longest`: processor seconds after which a call is given up.
+    the fault of it. `longest`: processor seconds after which a call is given up.
     """
 
     moving, longest = False, math.inf

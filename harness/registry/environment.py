@@ -15,7 +15,7 @@ from gnomon.harness.adapters.libraries import INSTALLED_FIRST
 
 _DRIVEN = (name for library in INSTALLED_FIRST for name in library.versions)
 DISTRIBUTIONS = tuple(dict.fromkeys(("numpy", "scipy", "numba", *_DRIVEN, "mpmath", "python-flint", "llvmlite")))
-"""The distributions whose versions results depend on: those that gnomon computes with, and those of the libraries."""
+"""The distributions whose versions results depend on: the ones that gnomon computes with, and the libraries'."""
 
 VERSIONS = ("python", "gnomon", "sources", *DISTRIBUTIONS)
 """The names in the result of `versions`."""

@@ -160,12 +160,12 @@ def made(item: object, origin: str) -> Integrator:
     found = item() if isinstance(item, type) and issubclass(item, Integrator) else item
     if not isinstance(found, Integrator):
         raise ValueError(
-            f"{origin}: {item!r} is no gnomon.harness.contract.integrator.Integrator; give package.module:Class"
+            f"{origin}: {item!r} is not a gnomon.harness.contract.integrator.Integrator; give package.module:Class"
         )
     if undeclared := [attribute for attribute in ("name", "accepts", "sweep") if not hasattr(found, attribute)]:
         raise ValueError(
             f"{origin}: {type(found).__name__} does not declare {', '.join(undeclared)}; "
-            "a base class that several integrators share is no integrator: name a subclass that declares them"
+            "a base class that several integrators share is not an integrator: name a subclass that declares them"
         )
     if users_own(found):  # a test validates gnomon's own
         declaration.validate(found, origin if ":" in origin else "")

@@ -149,5 +149,5 @@ def _refused(integrator: Integrator, why: str) -> str:
     kind = type(integrator)
     return (
         f"{integrator.id}: a worker process cannot make this {kind.__module__}:{kind.__qualname__} again ({why}); define"
-        " its class at the top level of a module, and let it hold what can be pickled, or be held by a variable there"
+        " its class at the top level of a module, and let it hold objects that can be pickled, or be held by a variable there"
     )

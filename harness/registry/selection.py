@@ -87,6 +87,6 @@ def _kept(option: str, wanted: Sequence[str] | None, found: Sequence[tuple[Item,
     valid = {name.lower(): name for _, names in found for name in names}
     for word in wanted:
         if word.lower() not in valid:
-            raise ValueError(f"{option} {word}: none of those that are named has it; {nearest(word, valid.values())}")
+            raise ValueError(f"{option} {word}: no integrator that is named has it; {nearest(word, valid.values())}")
     chosen = {valid[word.lower()] for word in wanted}
     return [item for item, names in found if chosen & names]

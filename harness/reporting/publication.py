@@ -32,7 +32,7 @@ PARTS = {
     "checks.json": ("check", "variant", "computation"),
     "stability.json": ("integrator",),
 }
-"""Files that may hold a part of what there is to measure, and the keys of a row that name its subject."""
+"""Files that may hold a part of all subjects, and the keys of a row that name its subject."""
 SUITE = "full"
 SOURCES = ("reference", "cases", "harness", "src", "pyproject.toml")
 """The paths that must be equal in a revision and the working tree; documents and tests may differ."""
@@ -61,7 +61,7 @@ def publish(results: Path, local: Path, to: Path, wanted: Subjects | None = None
         for revision in dict.fromkeys(revisions):
             if revision is None or not is_current(revision):
                 raise ValueError(
-                    f"{path}: of revision {revision or 'unknown'}, which is not that of these sources;"
+                    f"{path}: of revision {revision or 'unknown'}, but these sources have another;"
                     " remove it and measure again, from sources that are committed"
                 )
     for name, subjects in (all_subjects() if wanted is None else wanted).items():
@@ -128,7 +128,9 @@ def _revisions(path: Path) -> Iterator[str | None]:
         for row in rows:
             yield row.get("revision")
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise ValueError(f"{path}: not what gnomon writes ({type(error).__name__}: {error}); make it again") from None
+        raise ValueError(
+            f"{path}: gnomon writes other files ({type(error).__name__}: {error}); make it again"
+        ) from None
 
 
 def is_current(revision: str, folder: Path | None = None) -> bool:

@@ -111,7 +111,7 @@ def _breakable(name: str) -> Markup:
 
 
 def _joined(words: Sequence[str]) -> Markup:
-    """The words of declarations as a sentence lists them; what stands there between backticks is emphasised."""
+    """The words of declarations as a sentence lists them; words between backticks are emphasised."""
     text = str(escape(tables.join_words(words).replace("'", "’")))
     return Markup(re.sub(r"`(.+?)`", r"<em>\1</em>", text))
 

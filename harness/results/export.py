@@ -20,7 +20,7 @@ def export(path: str | Path, target: Path, form: str, raw: bool = False) -> None
     """
     writers = {"csv": "to_csv", "json": "to_json", "parquet": "to_parquet"}
     if form not in writers:
-        raise ValueError(f"format {form!r} is none of {', '.join(writers)}")
+        raise ValueError(f"format {form!r} is not one of {', '.join(writers)}")
     frame = load(path)
     if form == "csv" and not raw:
         for name in frame.select_dtypes(exclude="number").columns:

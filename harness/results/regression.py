@@ -227,10 +227,10 @@ def _numbers(name: str, sound: Sequence[tuple[Row, Row]], verdict: Verdict) -> N
     errors = [[pair[side]["error_max"] for pair in sound] for side in (0, 1)]
     ratios = [_ratio(max(b, least), max(a, least)) for a, b, least in zip(*errors, attainable, strict=True)]
     if median(ratios) > ERROR_FACTOR:
-        verdict.regressions.append(f"{name}: errors are {median(ratios):.2g} times those of the base")
+        verdict.regressions.append(f"{name}: errors are {median(ratios):.2g} times the errors of the base")
     for setting, ratio in zip(settings, ratios, strict=True):
         if ratio > SINGLE_FACTOR:
-            verdict.regressions.append(f"{name} at {setting:g}: the error is {ratio:.2g} times that of the base")
+            verdict.regressions.append(f"{name} at {setting:g}: the error is {ratio:.2g} times the error of the base")
     counted = [(before["rhs_calls"], after["rhs_calls"]) for before, after in sound]
     calls = [_ratio(after, before) for before, after in counted if not math.isnan(before)]
     if calls and median(calls) > CALLS_FACTOR:

@@ -29,7 +29,7 @@ _NOTHING = _HEAD.pack(b"n", 0)
 """The bytes of null in a checksum. Of each value it takes the type, the length of the content, and the content."""
 
 
-class Damaged(Exception):  # noqa: N818 (it names what a file is)
+class Damaged(Exception):  # noqa: N818 (it describes a file)
     """A file that was changed after it was written; the message names the table and the row."""
 
 

@@ -68,7 +68,7 @@ _TOGETHER = {
         ),
         (
             f"SELECT max(measurement) FROM measurements WHERE status != '{Status.DIVERGED}' AND error_max > {MOST!r}",
-            f"an error_max above {MOST:g} is that of a solution that diverged",
+            f"an error_max above {MOST:g} belongs to a solution that diverged",
         ),
     ],
 }
@@ -108,12 +108,12 @@ def _verify_numbers(db: sqlite3.Connection) -> None:
         try:
             found = json.loads(text)
         except (ValueError, RecursionError):
-            raise Damaged(f"table trials, row {row}: numbers = {_shown(text)} is no JSON") from None
+            raise Damaged(f"table trials, row {row}: numbers = {_shown(text)} is not JSON") from None
         if not isinstance(found, dict):
-            raise Damaged(f"table trials, row {row}: numbers = {_shown(text)} is no object")
+            raise Damaged(f"table trials, row {row}: numbers = {_shown(text)} is not an object")
         for name, number in found.items():
             if not (isinstance(number, str) and _FRACTION.fullmatch(number)):
-                raise Damaged(f"table trials, row {row}: numbers: {_shown(name)} = {_shown(number)} is no fraction")
+                raise Damaged(f"table trials, row {row}: numbers: {_shown(name)} = {_shown(number)} is not a fraction")
 
 
 def _shown(value: object) -> str:

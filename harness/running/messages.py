@@ -50,5 +50,5 @@ def number(content: Mapping[str, Any], name: str) -> float:
     """The number called `name` in a message's content; raises Garbled for anything else."""
     value = content.get(name)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise Garbled(f"a message whose {name} is no number")
+        raise Garbled(f"a message whose {name} is not a number")
     return float(value)

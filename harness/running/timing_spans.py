@@ -1,4 +1,4 @@
-"""Measures by what power of two the span of a case is lengthened for timing: `python -m gnomon.harness.running.timing_spans`.
+"""Measures the power of two by which the span of a case is lengthened for timing: `python -m gnomon.harness.running.timing_spans`.
 
 The factor is the smallest with which the null call is at most a tenth of the time of every contender (an integrator within a
 factor of two of the least time) at every error of the report. `running/timing_spans.toml` keeps the factors.

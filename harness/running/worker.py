@@ -156,7 +156,7 @@ def outcome_of(message: Message, task: Task) -> Outcome:
 def _optional(value: Any, kind: type[T]) -> T | None:
     """The value if it is None or of type `kind`; raises TypeError otherwise."""
     if value is not None and (not isinstance(value, kind) or isinstance(value, bool)):
-        raise TypeError(f"{value!r} is no {kind.__name__}")
+        raise TypeError(f"{value!r} is not of type {kind.__name__}")
     return value
 
 
@@ -241,7 +241,7 @@ class _Series:
     def problem(self, counted: bool) -> Problem:
         """A new problem for each preparation: an integrator that changes the arrays affects no other trial."""
         return Problem(
-            self.form,  # type: ignore[arg-type]  # the plan pairs only what is accepted
+            self.form,  # type: ignore[arg-type]  # the plan pairs an integrator with forms that it accepts
             len(self.task.start),
             self.parameters.copy(),
             self.task.times.copy(),

@@ -20,7 +20,7 @@ SERVER_FAILURE = "GNOMON_SERVER_FAILURE"
 """The environment variable that names the file in which the server writes why it cannot start."""
 
 
-class ServerFailed(RuntimeError):  # noqa: N818 (it names what happened)
+class ServerFailed(RuntimeError):  # noqa: N818 (it names the event)
     """The server of the worker processes cannot start; the message says why."""
 
 

@@ -14,7 +14,7 @@ def limitations() -> dict[str, str]:
     elif sys.platform != "linux":
         found["memory limit of trials"] = "none: the system enforces no limit of the address space (RLIMIT_AS)"
         found["processes of an integrator"] = (
-            "not killed if they leave the process group of their worker; those of --command not if started before the run"
+            "not killed if they leave the process group of their worker; programs of --command not if started before the run"
         )
         found["waits for the processor"] = "not measured: on a busy machine they count towards time limits"
         found["processor time of an integrator"] = (

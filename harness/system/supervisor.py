@@ -46,11 +46,11 @@ _HEADER = struct.Struct("<4sQQ")
 _MARK = b"gnom"
 
 
-class Garbled(Exception):  # noqa: N818 (it names what arrived)
+class Garbled(Exception):  # noqa: N818 (it describes a message)
     """Bytes arrived that are not a valid message."""
 
 
-class Ended(Exception):  # noqa: N818 (it names what happened)
+class Ended(Exception):  # noqa: N818 (it names the event)
     """A process sends no more; the message says why. `code`: its exit code if it ended by itself; `late`: by its limit."""
 
     def __init__(self, why: str, code: int | None = None, late: bool = False) -> None:
@@ -82,7 +82,7 @@ class Inbox:
         while len(self._content) >= _HEADER.size:
             mark, text, raw = _HEADER.unpack_from(self._content)
             if mark != _MARK or text + raw > MOST_BYTES:
-                raise Garbled("something that is no message of a worker")
+                raise Garbled("something that is not a message of a worker")
             end = _HEADER.size + text + raw
             if len(self._content) < end:
                 return
@@ -310,7 +310,7 @@ def _begin(
     child_process.adopt_orphans()
     child_process.leave_server(connection.fileno())
     current: Any = process.current_process()
-    current._config["daemon"] = False  # which may have no children; those of this process end with it
+    current._config["daemon"] = False  # which may have no children; the children of this process end with it
     if memory is not None:
         limit_memory(memory)
     work(connection)

@@ -79,7 +79,7 @@ class Entry:
                 continue
             endless = name == "error" and self.status in (Status.INACCURATE, Status.DIVERGED)
             if not (0 <= low <= high and (high < math.inf or endless)):
-                return f"{name}_low and {name}_high of a setting that is {self.status} are no range of finite numbers from 0"
+                return f"{name}_low and {name}_high of a setting that is {self.status} are not a range of finite numbers from 0"
         return None
 
 
@@ -127,7 +127,7 @@ def measure(
 
     chosen = [case for case, _ in planned(integrator, names, depth)]
     if not chosen:
-        raise ValueError(f"no case offers what {integrator.id} accepts, so there is nothing to measure")
+        raise ValueError(f"no case has a form that {integrator.id} accepts, so there is nothing to measure")
     run([CaseJob(integrator, case, DEPTHS[depth], add, ["measured"], measured, runs) for case in chosen], workers)
     if not any(entry.status in SCORED for entry in entries):
         found = ", ".join(sorted({entry.status for entry in entries}))
@@ -298,7 +298,7 @@ def read(path: Path) -> Baseline:
     if set(words) != {"integrator", "depth", "gnomon"} or words["depth"] not in DEPTHS or len(lines) < 6:
         raise ValueError(f"{path}: lines 2 to 5 are not integrator, depth, gnomon and columns; write it anew")
     if tuple(lines[4].split()) != COLUMNS:
-        raise ValueError(f"{path}:5: its columns are not those of this version; write it anew")
+        raise ValueError(f"{path}:5: this version has other columns; write it anew")
     entries = [_entry(line, f"{path}:{number}") for number, line in enumerate(lines[5:], 6)]
     return Baseline(words["integrator"], words["depth"], words["gnomon"], tuple(entries))
 

@@ -78,7 +78,7 @@ def checks(
         for claim in claims
     ]
     if not found:
-        raise ValueError(f"no case offers what {integrator.id} accepts, so there is nothing to verify")
+        raise ValueError(f"no case has a form that {integrator.id} accepts, so there is nothing to verify")
     return found
 
 

@@ -200,7 +200,7 @@ def _left(trials: Trials, answer: Answer) -> str | None:
     """How the states violate a rotation or constraint that the method declares to keep; None if they keep it."""
     states, form, kept = np.asarray(answer.states), trials.form, trials.integrator.conserves
     if isinstance(form, RigidBody) and "attitude" in kept and from_rotations(states) > LEFT:
-        return "its attitudes are no rotations"
+        return "its attitudes are not rotations"
     if isinstance(form, Constrained) and "constraint" in kept and from_constraint(trials, states)[1] > LEFT:
         return "its velocities are not tangent to the constraint"
     return None
@@ -273,9 +273,7 @@ def _of_calls(failures: Failures, claims: set[str], found: Facts) -> str | None:
     if found.get("several") or ("ensemble" in claims and not claims & ACCURACY):
         return "ensemble: of several starts in one call it solves one otherwise than alone"
     if claims and claims <= {"bad_start", "bad_setting", "blow_up"}:
-        return (
-            "finite: it gives finite states where there is no solution: what is no number is replaced, or not looked at"
-        )
+        return "finite: it gives finite states where there is no solution: it replaces nan, or does not look for it"
     if found.get("raises") or found.get("answers") is False:
         return "no answer: it raises, or has no finite states at any setting"
     return None

@@ -1,6 +1,6 @@
 """The lines that gnomon and a program in any language exchange: one JSON object each, stated by `protocol.schema.json`.
 
-What the program writes is data: its shape is verified here before it is used. A description is validated against the
+Messages of the program are data: their shape is verified here before they are used. A description is validated against the
 schema. A reply is not, as its validation belongs to the time of a call: the schema would take 6 ms for 64 states, the code
 here takes 0.1 ms. A test holds that both admit the same replies.
 """
@@ -188,7 +188,7 @@ def _object(line: str) -> dict[str, Any]:
 
 
 def _constant(name: str) -> NoReturn:
-    raise ValueError(f'{name} is no JSON: write "nan", "inf" or "-inf" in quotes')
+    raise ValueError(f'{name} is not JSON: write "nan", "inf" or "-inf" in quotes')
 
 
 def _text(found: Mapping[str, Any], key: str) -> str:

@@ -103,7 +103,7 @@ def _no_engine(trials: Trials) -> str | None:
 def _has_units(trials: Trials) -> str | None:
     relation, case = in_units(trials.case, LENGTH, TIME), trials.case
     if relation is None or min(relation.factors[coordinate.name] for coordinate in case.state) < 1:
-        return "its state has units that are unknown, or do not become smaller with that of length"
+        return "its state has units that are unknown, or do not become smaller with the unit of length"
     if not holds(trials, relation):
         return "its equations hold in one system of units only"
     return _no_engine(trials)
@@ -147,7 +147,7 @@ def _dense_applies(trials: Trials) -> str | None:
     if trials.integrator.dense_order is None:
         return "it declares no order of its dense output (dense_order)"
     if trials.steps or trials.integrator.sampling != "dense output":
-        return "its samples are no dense output of an adaptive method"
+        return "its samples are not dense output of an adaptive method"
     return "events limit the order" if trials.case.hybrid is not None else None
 
 

@@ -1,7 +1,7 @@
 """The ballistic pendulum: a bullet stops in a hanging block, which then swings.
 
 The impact conserves the angular momentum about the pivot: omega = m u/((m + M) L), a rational number; after it the
-motion is that of reference/pendulums/pendulum_simple.py, from exact numbers.
+motion is reference/pendulums/pendulum_simple.py, from exact numbers.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class BallisticPendulum(Motion):
 
     @cached_property
     def energy_lost(self) -> Fraction:
-        """Energy lost in the impact: M/(m + M) of that of the bullet."""
+        """Energy lost in the impact: M/(m + M) of the bullet's energy."""
         return self.M / (self.m + self.M) * self.m * self.u**2 / 2
 
     def _guard(self, t: Fraction) -> float:

@@ -113,7 +113,7 @@ class BouncingBall(Motion):
         return max(mp.mpf(0), since * (speed - g * since / 2)), speed - g * since
 
     def _guard(self, t: Fraction) -> float:
-        """Digits of t over the duration of the flight, and those of the small heights of late flights."""
+        """Digits of t over the duration of the flight, and digits of the small heights of late flights."""
         count = self.impacts(t)
         lost = 15 + decades(self._phase(t))
         return lost - 2 * count * math.log1p(float(self.e - 1)) / math.log(10) if count and self.e > 0 else lost

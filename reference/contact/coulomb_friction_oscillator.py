@@ -32,7 +32,7 @@ class CoulombOscillator(BallMotion):
 
     @property
     def offset(self) -> Fraction:
-        """d, the distance of the two centres from that of the spring."""
+        """d, the distance of the two centres from the centre of the spring."""
         return self.mu_k * self.mass * self.g / self.stiffness
 
     @property

@@ -56,7 +56,7 @@ class TwoBlocks(BallMotion):
 
     @cached_property
     def impacts(self) -> int:
-        """Number of all impacts: the rays between the initial direction and that of the velocity."""
+        """Number of all impacts: the rays between the initial direction and the direction of the velocity."""
         return self._crossed((self.v1, self.v2), True) if self.turning else 0
 
     def passed(self, t: Fraction) -> int:

@@ -33,7 +33,7 @@ class Pulse(BallMotion):
         return self.v0 + self.impulse / self.m
 
     def lag(self, digits: int = 15) -> Any:
-        """Lag of the position behind that of the instantaneous impulse, after the end of the pulse (m)."""
+        """Lag of the position behind the position after an instantaneous impulse, after the end of the pulse (m)."""
         return self._rational(digits, self.impulse * self.length / (2 * self.m))
 
     def before_the_impulse(self, digits: int = 15) -> tuple[Any, Any]:

@@ -1,4 +1,4 @@
-"""Exact states of many projectiles at once, in double-double; the formulas are those of `projectile_parabola`."""
+"""Exact states of many projectiles at once, in double-double; formulas as in `projectile_parabola`."""
 
 from __future__ import annotations
 

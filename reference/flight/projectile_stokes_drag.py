@@ -18,7 +18,7 @@ from gnomon.reference.numerics.motion import BallMotion
 
 @dataclass(frozen=True)
 class StokesDrag(BallMotion):
-    """State (position..., velocity...) in any number of dimensions, `acceleration` that of the uniform force."""
+    """State (position..., velocity...) in any number of dimensions, `acceleration` by the uniform force."""
 
     nu: Fraction
     acceleration: tuple[Fraction, ...]

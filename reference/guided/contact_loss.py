@@ -1,6 +1,6 @@
 """A particle that slides on a smooth circle and leaves it: from the top of a sphere, or inside a loop.
 
-In contact the angle is that of a pendulum (reference/guided/pendulum_on_hoop.py). Contact is lost where the normal
+In contact the angle moves as a pendulum's (reference/guided/pendulum_on_hoop.py). Contact is lost where the normal
 force vanishes; then the particle flies on a parabola, with r^2 - R^2 = tau^3 (v.g + g^2 tau/4) at the time tau after
 the loss, because speed and curvature match the circle. This gives the distance from the circle without cancellation,
 and the time of the next contact inside the loop.

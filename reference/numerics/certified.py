@@ -36,9 +36,9 @@ MARGIN = 4
 MOST_WORK = 25_000
 """Most steps times nodes that a scout may take, about 0.4 s; hard variants take up to 21,400."""
 NODES_OF_A_STEP = 4
-"""The cost of a step besides that of the equations, in nodes."""
+"""The cost of a step besides the cost of the equations, in nodes."""
 OVERRUN = 1.3
-"""The most work of the coarse integration over that of its scout."""
+"""The most work of the coarse integration over the work of its scout."""
 SCOUTED = Fraction(99, 100)
 """A scout that reaches this part of the span refuses nothing: a collision just after the span comes earlier to it."""
 SCOUT_ORDER, SCOUT_BITS = 7, 64

@@ -1,6 +1,6 @@
 """Quotient, square root, sine, cosine and angle of numbers of 106 bits, compiled; the operations are in `doubledouble`.
 
-Relative errors are some 2**-102; those of sine and cosine are absolute, for arguments below 2**30.
+Relative errors are some 2**-102; errors of sine and cosine are absolute, for arguments below 2**30.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def sine_cosine(x: float, x_low: float) -> tuple[float, float, float, float]:
 
 @njit(error_model="numpy")  # type: ignore[untyped-decorator]
 def angle(y: float, y_low: float, x: float, x_low: float) -> tuple[float, float]:
-    """The angle of (x, y), from -pi to pi: that of the high parts, corrected once."""
+    """The angle of (x, y), from -pi to pi: the angle of the high parts, corrected once."""
     rough = math.atan2(y, x)
     s, s_low, c, c_low = sine_cosine(rough, 0.0)
     a, a_low = multiply(y, y_low, c, c_low)

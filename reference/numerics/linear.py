@@ -1,7 +1,7 @@
 """Linear motions, y' = A y with constant A, by the exponential of the matrix (Beatty, Dynamics, 6.6 to 6.18).
 
 A constant load is a component that stays 1; a harmonic one is a pair cos(wt), sin(wt) that obeys its own linear
-equations. So resonance, critical damping, coincident rates and vanishing fields are no special cases.
+equations. So resonance, critical damping, coincident rates and vanishing fields are not special cases.
 """
 
 from __future__ import annotations

@@ -242,7 +242,7 @@ def _inverse() -> Any:
 
 @cache
 def _shifts() -> list[Any]:
-    """For each part of a cell, the matrix that makes its coefficients from those of the whole."""
+    """For each part of a cell, the matrix that makes its coefficients from the coefficients of the whole."""
     found = []
     for k in range(PARTS):
         centre = Fraction(2 * k + 1 - PARTS, PARTS)

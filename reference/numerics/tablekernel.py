@@ -45,7 +45,7 @@ def evaluate(
 
     `turns`: whole cycles before each time; the first block belongs to min(turns.min(), 0).
     `blocks` and `steps` (stages, count, size, size, 2): the power of stage k's matrix for n turns is
-    blocks[k, n // count] steps[k, n % count], with `count` that of the steps. `groups` (stages, groups, size): the
+    blocks[k, n // count] steps[k, n % count], with `count` the number of the steps. `groups` (stages, groups, size): the
     components that each stage's matrix is multiplied with; -1 ends a group.
     """
     nodes, dimension = high.shape[1], high.shape[2]

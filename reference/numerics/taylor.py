@@ -1,8 +1,8 @@
 """Motions by Taylor series in high precision: a reference solution that shares no formula with the closed forms.
 
 The coefficients follow from the equations alone, one degree at a time, over python-flint's balls; order and step are
-those of Jorba and Zou (Experimental Mathematics 14, 2005). Each step keeps only the midpoints of the balls: the result
-is no enclosure, and its digits are confirmed by a second run at another precision.
+from Jorba and Zou (Experimental Mathematics 14, 2005). Each step keeps only the midpoints of the balls: the result
+is not an enclosure, and its digits are confirmed by a second run at another precision.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ class Jacobi:
         return Values(a * first / fourth, b * second / fourth, c * third / fourth)
 
     def shifted(self, start: Values, u: Any) -> Values:
-        """The functions of a + u, where `start` holds those of a."""
+        """The functions of a + u, where `start` holds the functions of a."""
         s, c, d = start
         x, y, z = self.at(u)
         under = 1 - self.m * s * s * x * x

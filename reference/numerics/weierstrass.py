@@ -1,7 +1,7 @@
 """x'^2 = f(x) with f of degree up to 4, from any start and in every regime, by Biermann's formula.
 
 Biermann (1865) in Greenhill's form (Whittaker and Watson 20.6) writes x(t) with Weierstrass's P function of the two
-invariants of f. The roots of f are not needed, so that separatrices and double roots are no special cases.
+invariants of f. The roots of f are not needed, so that separatrices and double roots are not special cases.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Three bodies at the corners of an equilateral triangle that keeps its shape: Lagrange's motion.
 
-If the initial velocities too are those of one similarity (translation, growth and rotation in the plane of the
+If the initial velocities too belong to one similarity (translation, growth and rotation in the plane of the
 triangle), each side is a Kepler motion with mu = G (m1 + m2 + m3), the same for all three: with Lagrange's f and g of
 one side every position about the centre of mass is f r0 + g v0. In space such a triangle can have rational corners, in
 a plane it cannot.
@@ -26,7 +26,7 @@ Vector = tuple[Fraction, Fraction, Fraction]
 class Homographic(Conic):
     """State (r1, r2, r3, v1, v2, v3), three components each; `masses` are G m of each body.
 
-    Raises ValueError if the start is no equilateral triangle, does not move as one similarity, or does not rotate.
+    Raises ValueError if the start is not an equilateral triangle, does not move as one similarity, or does not rotate.
     """
 
     masses: Vector
@@ -35,7 +35,7 @@ class Homographic(Conic):
 
     def __post_init__(self) -> None:
         if not keeps_its_shape(self.places, self.velocities):
-            raise ValueError("the start is no equilateral triangle whose velocities keep it one")
+            raise ValueError("the start is not an equilateral triangle whose velocities keep it one")
 
     @cached_property
     def mu(self) -> Fraction:  # type: ignore[override]

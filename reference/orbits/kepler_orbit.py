@@ -1,6 +1,6 @@
 """The Kepler problem in a plane, any conic, in universal variables.
 
-The formulas are those of `conic`, Goodyear's (Astron. J. 70, 1965).
+The formulas of `conic` are Goodyear's (Astron. J. 70, 1965).
 """
 
 from __future__ import annotations

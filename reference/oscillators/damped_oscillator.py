@@ -2,7 +2,7 @@
 
 With b = c/(2m), w^2 = k/m and D = b^2 - w^2 the motion is x = x0 C + (v0 + b x0) S, v = v0 C - (w^2 x0 + b v0) S, where
 C and S are e^(-bt) times cos, sin over the damped frequency (D < 0), 1, t (D = 0) or cosh, sinh over sqrt(D) (D > 0).
-The sign of D is that of an exact rational number.
+The sign of D is the sign of an exact rational number.
 """
 
 from __future__ import annotations

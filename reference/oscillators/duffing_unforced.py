@@ -144,7 +144,7 @@ class DuffingMotion(Motion):
 
     @cached_property
     def _depth(self) -> float:
-        """Digits by which the energy agrees with that of the separatrix, if there is one."""
+        """Digits to which the energy agrees with the energy of the separatrix, if there is one."""
         if self.beta == 0 or (self.beta > 0 and self.alpha >= 0):
             return 0.0
         gap = self.discriminant if self.beta < 0 else self.beta * abs(self.doubled_energy)

@@ -1,4 +1,4 @@
-"""Exact states of many harmonic oscillators at once, in double-double; the formulas are those of `harmonic_oscillator`."""
+"""Exact states of many harmonic oscillators at once, in double-double; formulas as in `harmonic_oscillator`."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Foucault(Motion):
         return [here.real, here.imag, moving.real, moving.imag]
 
     def _guard(self, t: Fraction) -> float:
-        """Digits of the phase, and for W above sqrt(g/L) those of terms that cancel."""
+        """Digits of the phase, and for W above sqrt(g/L) digits of terms that cancel."""
         with working(15) as mp:
             W, s = self._rates(mp)
             phase = (s + abs(W)) * abs(mp.mpf(t))

@@ -47,7 +47,7 @@ class CartesianPendulum(Motion):
 
     @property
     def on_separatrix(self) -> bool:
-        """Whether the energy is exactly that of the upright position."""
+        """Whether the energy is exactly the energy of the upright position."""
         energy = (self.vx0**2 + self.vy0**2) / 2 + self.g * self.y0
         return energy > 0 and energy**2 == self.g**2 * self.radius_squared
 

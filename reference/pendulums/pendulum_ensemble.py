@@ -1,7 +1,7 @@
 """Exact states of many simple pendulums at once, in double-double: some microseconds each.
 
-The formulas are those of `pendulum_simple`, with two differences. sn, cn, dn of w t come from the descending Landen
-transformation (Bulirsch, Numerische Mathematik 7, 1965), without inverse functions. They are added to those of the
+Formulas as in `pendulum_simple`, with two differences. sn, cn, dn of w t come from the descending Landen
+transformation (Bulirsch, Numerische Mathematik 7, 1965), without inverse functions. They are added to the functions of the
 start, which are algebraic in the initial state, by the addition theorems (DLMF 22.8), whose denominator
 1 - m s^2 s0^2 = c^2 + s^2 d0^2 does not cancel. So no incomplete integral is needed.
 """
@@ -86,7 +86,7 @@ def _jacobi(
 def _added(
     s: float, s_low: float, c: float, c_low: float, d: float, d_low: float, start: Floats, m: float, m_low: float
 ) -> tuple[float, float, float, float, float, float]:
-    """sn, cn, dn of a sum from those of one term and of the other (`start`), two parts each."""
+    """sn, cn, dn of a sum from sn, cn, dn of one term and of the other (`start`), two parts each."""
     S, S_low, C, C_low, D, D_low = start[0], start[1], start[2], start[3], start[4], start[5]
     x, x_low = multiply(s, s_low, D, D_low)
     x, x_low = multiply(x, x_low, x, x_low)

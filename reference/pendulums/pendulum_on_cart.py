@@ -38,7 +38,7 @@ class CartPendulum(Cart, WellMotion):
 
     @property
     def swings(self) -> bool:
-        """Whether the energy is below that of the upright position, decided with 40 digits; False on the separatrix."""
+        """Whether the energy is below the energy of the upright position, decided with 40 digits; False on the separatrix."""
         with working(40) as mp:
             return bool(self._energy(mp) < 2 * mp.mpf(self.g) * (1 - mp.mpf(10) ** -30))
 

@@ -45,7 +45,7 @@ class Start:
 class TiltState:
     """c = cos(theta/2) and s = sin(theta/2) with their signs, theta' as `rate`, and two integrals over time.
 
-    `plus` is that of (b + a)/(I1 (1 + u)), `minus` that of (b - a)/(I1 (1 - u)).
+    `plus` belongs to (b + a)/(I1 (1 + u)), `minus` to (b - a)/(I1 (1 - u)).
     """
 
     c: Any

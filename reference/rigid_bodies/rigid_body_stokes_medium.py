@@ -1,7 +1,7 @@
 """A rigid body whose angular momentum decays at the rate nu in a Stokes medium.
 
-With s = (1 - e^(-nu t))/nu the motion is that of the torque-free body (W, Q) at the time s: w(t) = e^(-nu t) W(s) and
-R(t) = Q(s). The attitude converges to that of the free body at the time 1/nu.
+With s = (1 - e^(-nu t))/nu the motion is the motion of the torque-free body (W, Q) at the time s: w(t) = e^(-nu t) W(s) and
+R(t) = Q(s). The attitude converges to the attitude of the free body at the time 1/nu.
 """
 
 from __future__ import annotations

@@ -225,7 +225,7 @@ class SlidingLadder(_Rod):
         return fall.theta, fall.rate(flint.arb(0))
 
     def on_wall(self, t: Fraction) -> bool:
-        """Whether the rod touches the wall at t; the leaving time, an elliptic integral, is no rational number."""
+        """Whether the rod touches the wall at t; the leaving time, an elliptic integral, is not a rational number."""
         return self.stands or bool(self.leaving_time(40) > t)
 
     def _top(self) -> Any:

@@ -1,4 +1,4 @@
-"""Files of a cache, in a folder that only this user can write: what is read back is what was stored, or nothing.
+"""Files of a cache, in a folder that only this user can write: a file is read back as it was stored, or not at all.
 
 Each file begins with a code (HMAC-SHA-256, RFC 2104) over its name and its content, by a random key in the same folder
 that only this user can read. A file that is damaged, renamed, or written by somebody without that key has another code
@@ -151,7 +151,7 @@ def _key(descriptor: int) -> bytes:
         if len(key) == _LENGTH:
             return key
     _write(descriptor, KEY, secrets.token_bytes(_LENGTH))
-    return _read(descriptor, KEY)  # perhaps that of another process; entries with an older code are computed anew
+    return _read(descriptor, KEY)  # perhaps another process wrote it; entries with an older code are computed anew
 
 
 def _code(key: bytes, name: str, content: bytes) -> bytes:

@@ -71,7 +71,7 @@ def load(key: str, pack: Path | None = None) -> Entry | None:
         content = _packed(pack).get(_name(key))
     try:
         return None if content is None else _entry(content)
-    except Exception:  # numpy and zipfile raise exceptions of many classes for what is no entry
+    except Exception:  # numpy and zipfile raise exceptions of many classes for files that are not entries
         return None
 
 
@@ -109,7 +109,7 @@ def _packed(pack: Path) -> dict[str, bytes]:
     except Exception as error:
         damage = error
     if damage is not None and multiprocessing.parent_process() is None:
-        warnings.warn(f"{pack}: damaged ({damage}); what it lacks is computed; install gnomon again", stacklevel=2)
+        warnings.warn(f"{pack}: damaged ({damage}); missing entries are computed; install gnomon again", stacklevel=2)
     return found
 
 

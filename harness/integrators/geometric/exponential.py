@@ -104,7 +104,7 @@ class ExponentialRungeKutta(FixedStep):
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         if not problem.uniform:
-            raise Refused("its coefficients are those of one step size; these samples need others in between")
+            raise Refused("its coefficients hold for one step size; these samples need others in between")
         return super().prepare(problem, setting)
 
     def table_for(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any, h: Any) -> Table:

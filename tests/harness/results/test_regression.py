@@ -44,7 +44,7 @@ def test_a_run_is_no_worse_than_itself(base: Any) -> None:
 @pytest.mark.parametrize(
     ("column", "change", "says"),
     [
-        ("error_max", lambda rows: rows["error_max"] * 3, "3 times those of the base"),
+        ("error_max", lambda rows: rows["error_max"] * 3, "3 times the errors of the base"),
         ("error_max", lambda rows: 0.3 * rows["setting"] ** 3, "order 4.00 became 3.00"),
         ("rhs_calls", lambda rows: rows["rhs_calls"] * 1.25, "1.25 times the right-hand sides"),
         ("status", lambda rows: "crashed", "became crashed"),
@@ -208,7 +208,7 @@ def test_only_equal_problems_are_compared(base: Any, columns: Any, reason: str) 
     assert verdict.not_compared == {reason: 11}
     assert all("no setting can be compared" in line for line in verdict.regressions)
     both = changed(base, rows, **columns)
-    assert any("times those of the base" in line for line in compare(both, run).regressions)
+    assert any("times the errors of the base" in line for line in compare(both, run).regressions)
 
 
 def test_the_exit_codes_of_compare(results: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -258,7 +258,7 @@ def test_the_time_of_a_program_is_that_of_its_solutions() -> None:
         ("garbage", "'hello', which is not JSON"),
         ("list", "a reply is a JSON object"),
         ("deep", "nested too deeply|not JSON"),
-        ("plain nan", 'NaN is no JSON: write "nan"'),
+        ("plain nan", 'NaN is not JSON: write "nan"'),
         ("other number", "replied to number 2 where 1 was asked"),
         ("true number", "replied to number True"),
         ("no status", "status = None: it is ok, stopped, refused or unsupported"),
