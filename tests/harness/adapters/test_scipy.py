@@ -362,9 +362,9 @@ def latched(direction: int, place: float, speed: float, fired: bool, after_event
     guard = Guard(SimpleNamespace(direction=direction), lambda t, y: y[:1])  # type: ignore[arg-type]
     side = SimpleNamespace(equations=lambda t, y: np.array([speed]))
     y = np.array([place])
-    set_latch(guard, side, 1.0, y, fired, after_event, PROBE)  # type: ignore[arg-type]
-    assert guard(2.0, y) == place, "only at the start itself"
-    return float(np.sign(guard(1.0, y)))
+    set_latch(guard, side, 0.0, y, fired, after_event, PROBE)  # type: ignore[arg-type]
+    assert guard(1.0, y) == place, "only at the start itself"
+    return float(np.sign(guard(0.0, y)))
 
 
 @pytest.mark.parametrize("direction", [-1, 1])
