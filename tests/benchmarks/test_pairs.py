@@ -59,10 +59,6 @@ SCIPY = (scipy_ivp.DOP853, scipy_ode.Dop853, scipy_ode.Adams, scipy_odeint.Odein
 """DOP853, in Python and compiled, and the two solvers with the fewest right-hand sides."""
 
 
-def needs_heyoka() -> None:
-    pytest.importorskip("heyoka", reason="heyoka is not installed: make bench EXTRAS=dev,peers")
-
-
 def compare(
     benchmark: Any,
     pair: tuple[Integrator, Integrator],
@@ -119,7 +115,7 @@ def rows(
 )
 def test_against_heyoka(benchmark: Any, problem: Problem) -> None:
     """With the fastest options that its documentation recommends."""
-    needs_heyoka()
+    pytest.importorskip("heyoka", reason="heyoka is not installed: make bench EXTRAS=dev,peers")
     compare(benchmark, (GaussFast(), heyoka.FastTaylor()), problem, AGAINST_HEYOKA[problem], HALF_DECADES, 25)
 
 
@@ -170,8 +166,7 @@ def test_an_ensemble(benchmark: Any, peer: type[Integrator], way: str, trajector
 
     pair = GaussFast(), peer()
     sides = side(pair[0]), side(pair[1])
-    errors = (1e-6, 1e-9, 1e-12)
-    times, nulls = at_equal_error(sides, starts, errors, turns)
+    times, nulls = at_equal_error(sides, starts, errors := (1e-6, 1e-9, 1e-12), turns)
     prepares = median(sides[0].prepares), median(sides[1].prepares)
     group, problem = f"against {pair[1].id} {way}", f"1e{len(str(trajectories)) - 1} pendulums, a trajectory"
     benchmark.extra_info["rows"] = rows(group, problem, pair, errors, times, nulls, prepares, count)

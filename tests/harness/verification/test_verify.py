@@ -183,8 +183,8 @@ def test_a_hang_and_a_crash_are_failures_of_their_claim(monkeypatch: pytest.Monk
     monkeypatch.setitem(CLAIM_SECONDS, "low", 0.5)
     with pytest.raises(FirstTrialError, match=r"no answer within 0\.5 s of processor time, twice"):
         verify(planted_methods.hanging, ["pendulum_simple"], "low", ["runs"])
-    (row,) = verify(planted_methods.hanging, ["pendulum_simple/rotation"], "low", ["hard"]).rows
-    assert row.finding.outcome == Outcome.NOT_APPLICABLE, "a hard variant may take longer, also if it is named alone"
+    hard = verify(planted_methods.hanging, ["pendulum_simple/rotation"], "low", ["hard"])  # it may take longer
+    assert [row.finding.outcome for row in hard.rows] == [Outcome.NOT_APPLICABLE]
 
 
 def test_a_limit_is_processor_time_and_ten_times_that_for_what_sleeps(monkeypatch: pytest.MonkeyPatch) -> None:
