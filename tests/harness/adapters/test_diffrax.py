@@ -97,7 +97,7 @@ def test_a_start_that_is_not_finite_has_no_states() -> None:
 
 
 def test_equations_that_branch_are_refused() -> None:
-    with pytest.raises(Refused, match="branch on what they compute"):
+    with pytest.raises(Refused, match="branch on computed values"):
         Tsit5().prepare(problem(sliding, 1, TIMES), 1e-6)
 
 

@@ -26,7 +26,7 @@ FAULTS = {
     hostile.KillsParent: ("interrupted", "SIGKILL"),
     hostile.EndedFromOutside: ("interrupted", "the process died of SIGKILL"),
     hostile.DiskFull: ("interrupted", r"the disk is full \(/somewhere/cache\)"),
-    hostile.Pickles: ("crashed", "sent something that is no message"),
+    hostile.Pickles: ("crashed", "sent something that is not a message"),
     hostile.LeavesChildrenAndAborts: ("crashed", "SIGABRT"),
 }
 SOUND = (hostile.Forks, hostile.LeavesChildren)

@@ -250,7 +250,7 @@ def end_by(number: int) -> Script:
         (end_by(signal.SIGPIPE), Status.CRASHED, "the process died of SIGPIPE"),
         (end_by(signal.SIGKILL), Status.INTERRUPTED, "the process died of SIGKILL"),
         (end_by(signal.SIGHUP), Status.INTERRUPTED, "the process died of SIGHUP"),
-        (lambda worker: worker.write(b"x" * 99), Status.CRASHED, "its process sent something that is no message"),
+        (lambda worker: worker.write(b"x" * 99), Status.CRASHED, "its process sent something that is not a message"),
         (lambda worker: worker.close(), Status.CRASHED, "its process closed its pipe"),
         (lambda worker: worker.say("lunch"), Status.CRASHED, "its process sent the stage 'lunch'"),
         (lambda worker: worker.say("failed", status="ok"), Status.CRASHED, "its process sent the status 'ok'"),

@@ -332,7 +332,7 @@ def test_numbers_that_are_not_finite_and_hexadecimal_digits_are_read() -> None:
         ("odd order", "order = -4"),
         ("odd name", "name = "),
         ("odd counts", "counts_rhs = 'yes'"),
-        ("nan", "NaN is no JSON"),
+        ("nan", "NaN is not JSON"),
     ],
 )
 def test_a_wrong_description_is_wrong_usage(way: str, reason: str) -> None:
