@@ -192,7 +192,7 @@ class Store:
         self.close()
         if isinstance(error, sqlite3.DatabaseError):  # a full disk, a damaged file
             raise ValueError(
-                f"{self.path}: cannot be written ({error}); earlier records stay in it. Repeat the command"
+                f"{self.path}: cannot be written ({error}); what was recorded before stays in it. Repeat the command"
                 " when there is space, or give another --out"
             ) from None
 

@@ -70,7 +70,7 @@ def sentences(data: Mapping[str, Any]) -> list[str]:
         horizon = None if row["failed"] and row["complete"] else row.get("horizon")
         if horizon is not None and horizon < row["horizon_of_problem"]:
             found.append(f"Not for {name} after {horizon:.2f} of its span: its error is then above {INACCURATE:g};"
-                         f" the effect of rounding the start, after {row['horizon_of_problem']:.2f}.")  # fmt: skip
+                         f" that of rounding the start, after {row['horizon_of_problem']:.2f}.")  # fmt: skip
     return found
 
 
@@ -132,7 +132,7 @@ def _failures(rows: Mapping[str, Any]) -> list[str]:
 COLUMNS = (
     Column("lost", "digits lost by the method"),
     Column("calls", "right-hand sides to an error of 1e-6", True),
-    Column("horizon", "horizon over the problem's own", ends=(0.0, 1.2)),
+    Column("horizon", "horizon over that of the problem", ends=(0.0, 1.2)),
 )
 
 
@@ -166,7 +166,7 @@ def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
     """
     budget, known = Budget(seconds), hard_variants(integrator)
     if not known:
-        raise Refused(f"it does not accept a form of {', '.join(CASES + OTHERS)}")
+        raise Refused(f"it accepts none of {', '.join(CASES + OTHERS)}")
     rows: dict[str, Any] = {}
     for place, (name, variant) in enumerate(known):
         left = max(1, (len(known) if seconds >= MANY_SECONDS else FEWEST) - place)

@@ -180,7 +180,7 @@ def _case(integrator: Integrator) -> tuple[str, Case]:
         case = get(name, **parameters).rounded()
         if takes(integrator, case):
             return name, case
-    raise Refused(f"it does not accept a form of {', '.join(name for name, _ in CASES)}")
+    raise Refused(f"it accepts none of {', '.join(name for name, _ in CASES)}")
 
 
 def _settings(integrator: Integrator) -> list[float]:

@@ -150,7 +150,7 @@ def resonance(integrator: Integrator, seconds: float) -> dict[str, Any]:
     cost = len(AMPLITUDES) * cost_of_motion(integrator)
     limit = first_limit(scan(step, 1j, cost / (STEPS_A_SAMPLE * SAMPLES), seconds / 8))
     if problem.alone or several_steps(step, 1j, limit)[0]:
-        raise Refused("a step of it is not a matrix: it uses earlier steps")
+        raise Refused("a step of it is no matrix: it uses earlier steps")
     predictions = predicted(step)
     count = next((n for n in POINTS if n * cost * max(len(predictions), 1) < seconds / 2), POINTS[-1])
     limits = []

@@ -30,7 +30,7 @@ Scores = Mapping[str, Mapping[str, float]]
 
 
 def separated(better: Floats, worse: Floats, comparisons: int = 1) -> bool:
-    """Whether the scores (cases,) of one method are above the scores of another beyond chance; nan stands for a missing measurement.
+    """Whether the scores (cases,) of one method are above the scores of another beyond chance; nan is no measurement.
 
     Student's t of the differences over the cases, at the level of `LEVEL` over the number of comparisons (Bonferroni).
     """

@@ -93,7 +93,7 @@ def test_a_baseline_of_another_integrator_is_refused(bases: dict[str, Baseline])
     [
         (lambda text: "x" + text, "its first line is not"),
         (lambda text: text.replace("# depth low", "# depth deep"), "lines 2 to 5"),
-        (lambda text: text.replace("variant", "variance", 1), "columns are not those"),
+        (lambda text: text.replace("variant", "variance", 1), "this version has other columns"),
         (lambda text: text.rstrip() + " 7\n", "columns, not"),
         (lambda text: text.replace(" step ", " step x", 1), "columns, not|could not convert"),
         (lambda text: text.replace(" ok ", " fine ", 1), "fine"),
