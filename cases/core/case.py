@@ -238,8 +238,8 @@ class Case(Declared):
     mirror: ClassVar[tuple[str, ...]] = ()
     """Coordinates and parameters: with other signs of all these the motion has other signs of these; () if there are none."""
     alike: ClassVar[tuple[tuple[str, ...], ...]] = ()
-    """Names of the coordinates and parameters of each of several like bodies or axes, in one sequence. Where each takes the
-    numbers of the next one, and the last the numbers of the first, the motion does; () without such parts."""
+    """Names of the coordinates and parameters of each of several like bodies or axes, in one sequence. If each takes the
+    numbers of the next one, and the last one the numbers of the first, so does the motion; () if none are alike."""
     certified_digits: ClassVar[int] = 45
     """Digits to which its certificate must confirm the motion: 45 for a closed form, 30 for an integration."""
 

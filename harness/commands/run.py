@@ -28,7 +28,7 @@ SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
 """Seconds: about the resolution of a clock, and eleven days."""
 WORKERS = "Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal shares."
 REPEAT = (
-    "Run again, though the file has them, all trials of the integrators that --integrator, --command or --library names; with"
+    "Run again all trials, also those in the file, of the integrators that --integrator, --command or --library names; with"
     " none named, those that a cause outside ended (memory, again and again a signal)."
 )
 

@@ -108,8 +108,8 @@ class Answer:
 class Trials:
     """One integrator on one case. `case` has binary64 numbers, and `reference` is its reference solution.
 
-    `moving`: whether a solution that rests although the exact motion moves is refused. A panel refuses it; a claim says
-    the fault of it. `longest`: processor seconds after which a call is given up.
+    `moving`: whether a solution that rests although the exact motion moves is refused. A panel refuses it; a claim names
+    its fault. `longest`: processor seconds after which a call is given up.
     """
 
     moving, longest = False, math.inf

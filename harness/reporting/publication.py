@@ -128,9 +128,8 @@ def _revisions(path: Path) -> Iterator[str | None]:
         for row in rows:
             yield row.get("revision")
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise ValueError(
-            f"{path}: gnomon writes other files ({type(error).__name__}: {error}); make it again"
-        ) from None
+        why = f"gnomon did not write this ({type(error).__name__}: {error})"
+        raise ValueError(f"{path}: {why}; make it again") from None
 
 
 def is_current(revision: str, folder: Path | None = None) -> bool:

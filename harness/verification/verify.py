@@ -303,7 +303,9 @@ class CaseJob(Job):
             self._row(Finding(**{**message, "outcome": Outcome(message["outcome"])}))
 
     def lose(self, why: str, late: bool = False) -> None:
-        again, silent = self.repeated == self.pending[0], self._may_be_silent
+        # A first trial of a hard variant may take as long as its claims may, but not end its process.
+        slow = late and self.measure is _first and self.case.variant is not None
+        again, silent = self.repeated == self.pending[0], self._may_be_silent or slow
         if late and not (again or silent):
             self.ready, self.limit, self.repeated = False, REFERENCE_SECONDS, self.pending[0]
             return
@@ -316,9 +318,8 @@ class CaseJob(Job):
 
     @property
     def _may_be_silent(self) -> bool:
-        """Whether no answer in time is no fault: of claims that allow it, and of any trial of a hard variant."""
         made = CLAIMS.get(self.pending[0])
-        return made.no_answer if made is not None else self.case.variant is not None
+        return made is not None and made.no_answer
 
     def stop(self) -> None:
         while self.pending:

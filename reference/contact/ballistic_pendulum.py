@@ -1,7 +1,7 @@
 """The ballistic pendulum: a bullet stops in a hanging block, which then swings.
 
 The impact conserves the angular momentum about the pivot: omega = m u/((m + M) L), a rational number; after it the
-motion is reference/pendulums/pendulum_simple.py, from exact numbers.
+block moves as in reference/pendulums/pendulum_simple.py, from exact numbers.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The attitude of a billiard ball: R' = hat(w) R with w in the inertial frame.
 
 While the ball slides, w = w0 + alpha t; the power series of the quaternion in t converges for all t, with terms below
-the functions of exp(|w0| t/2 + |alpha| t^2/4). While it rolls, w is constant.
+the terms of exp(|w0| t/2 + |alpha| t^2/4). While it rolls, w is constant.
 """
 
 from __future__ import annotations

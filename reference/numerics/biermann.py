@@ -1,6 +1,6 @@
 """x'^2 = f(x) with f of degree up to 4, by Biermann's formula, in balls: for irrational coefficients.
 
-The formula of `weierstrass`, but the start is shifted to x = 0 and numerator and denominator are kept apart,
+This is the formula of `weierstrass`, but with the start shifted to x = 0 and numerator and denominator kept apart,
 so that a solution can pass through infinity (the tangent of half an angle does).
 """
 

@@ -160,9 +160,8 @@ def _differs(module: ModuleType, tree: ast.Module) -> bool:
         waiting += [constant for constant in code.co_consts if isinstance(constant, CodeType)]
     values = [value for value in vars(module).values() if getattr(value, "__module__", None) == module.__name__]
     values += [part for value in values if isinstance(value, type) for part in vars(value).values()]
-    functions = [
-        inspect.unwrap(value) for value in values if callable(value)
-    ]  # also functions that a decorator replaced
+    # Also functions that a decorator replaced.
+    functions = [inspect.unwrap(value) for value in values if callable(value)]
     loaded = [one.__code__ for one in functions if isinstance(one, FunctionType) and one.__module__ == module.__name__]
     if not codes.issuperset(code for code in loaded if not code.co_filename.startswith("<")):  # "<string>": generated
         return True

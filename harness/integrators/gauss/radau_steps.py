@@ -193,8 +193,8 @@ def noise(
 ) -> None:  # fmt: skip
     """Raise `rough`, the lower limit of the scale of errors (`sizes.limit_by_roundoff`), to the round-off of the stages.
 
-    The round-off of a fast mode is its own, not h times the round-off of its rates: the lower limit of the scale of errors
-        (`sizes.limit_by_roundoff`)."""
+    The round-off of the stages of a fast mode is its own, not h times the round-off of its rates.
+    """
     perturb_by_roundoff(y, x)
     call(f, t, x, p, slope)
     for i in range(change.size):

@@ -73,5 +73,7 @@ def test_laws_of_a_scene() -> None:
 
 def test_what_cannot_be_shifted_is_named() -> None:
     form: Form = FirstOrder(partial(at, factor=3.0))
-    with pytest.raises(ValueError, match="is not a plain function, so that its time cannot be shifted"):
+    with pytest.raises(
+        ValueError, match="is not a plain function, so that its time cannot be shifted; start at t0 = 0"
+    ):
         from_start(form, 3.25)

@@ -120,10 +120,10 @@ def replaced(name: str, text: str) -> Callable[[], object]:
         (unfinished, ("full.sqlite", "no finished run")),
         (
             lambda: Path("harness/contract/sources.py").write_text("a = 2"),
-            ("full.sqlite", "but these sources have another"),
+            ("full.sqlite", "these sources have another"),
         ),
-        (lambda: commit("a = 3"), ("full.sqlite", "but these sources have another")),
-        (lambda: sidecars(git("rev-parse", "HEAD") + "+"), ("benchmarks.json", "but these sources have another")),
+        (lambda: commit("a = 3"), ("full.sqlite", "these sources have another")),
+        (lambda: sidecars(git("rev-parse", "HEAD") + "+"), ("benchmarks.json", "these sources have another")),
         (lambda: sidecars(None), ("benchmarks.json", "of revision unknown")),
         (replaced("checks.json", "[1]"), ("checks.json", "make it again")),
         (replaced("growth.json", "{}"), ("growth.json", "make it again")),

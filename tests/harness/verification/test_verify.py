@@ -1,6 +1,7 @@
 """`gnomon verify`: exit codes, the first trial, hangs, known failures, and the files that it writes."""
 
 import json
+import os
 import shlex
 from pathlib import Path
 from xml.etree import ElementTree
@@ -183,8 +184,10 @@ def test_a_hang_and_a_crash_are_failures_of_their_claim(monkeypatch: pytest.Monk
     monkeypatch.setitem(CLAIM_SECONDS, "low", 0.5)
     with pytest.raises(FirstTrialError, match=r"no answer within 0\.5 s of processor time, twice"):
         verify(planted_methods.hanging, ["pendulum_simple"], "low", ["runs"])
-    hard = verify(planted_methods.hanging, ["pendulum_simple/rotation"], "low", ["hard"])  # it may take longer
-    assert [row.finding.outcome for row in hard.rows] == [Outcome.NOT_APPLICABLE]
+    hard = ["pendulum_simple/rotation"], "low", ["hard"]  # it may take longer, but not end its process
+    assert [row.finding.outcome for row in verify(planted_methods.hanging, *hard).rows] == [Outcome.NOT_APPLICABLE]
+    with pytest.raises(FirstTrialError, match="exit code 7"):
+        verify(planted_right.waiting(1000, lambda _: os._exit(7)), *hard)
 
 
 def test_a_limit_is_processor_time_and_ten_times_that_for_what_sleeps(monkeypatch: pytest.MonkeyPatch) -> None:
