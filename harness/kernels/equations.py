@@ -9,18 +9,16 @@ import dis
 import inspect
 import linecache
 import math
-import re
-import textwrap
 import types
 from collections.abc import Callable
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 from gnomon.cases.core import forms
 from gnomon.cases.core.arithmetic import FUNCTIONS, _names
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.sources import cached_by_content
-from gnomon.harness.kernels import counting
+from gnomon.harness.kernels import counting, emission, ir, machine
 
 OPTIONS = 'error_model="numpy", fastmath={"contract"}'
 INNER = f"{OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True"
@@ -33,35 +31,50 @@ C_SIGNATURE = "void(float64, CPointer(float64), CPointer(float64), CPointer(floa
 
 
 class Kernel:
-    """A compiled function that can be called in three ways, each compiled or loaded on first use.
+    """Compiled equations that can be called in three ways, each linked on first use.
 
     A kernel with `plain` adds 1 to p[counts] at each call and then calls `plain`. Both share the machine code of
     `plain`, which the timed calls need in any case.
     """
 
-    def __init__(self, source: str, plain: "Kernel | None" = None, counts: int = 0) -> None:
-        self.source, self.plain, self.counts = source, plain, counts
+    def __init__(self, key: str, emit: Callable[[], None], sizes: tuple[int, int, int], plain: "Kernel | None" = None) -> None:
+        self.key, self.emit, self.sizes, self.plain = key, emit, sizes, plain
 
-    @property
+    @cached_property
     def address(self) -> int:
         """Address of the C function void(double t, double *y, double *p, double *out), which in-house methods call."""
         if self.plain is not None:
-            return counting.address(self.plain.address, self.counts)
-        return address(self.source, "c_kernel")
+            return counting.address(self.plain.address, self.sizes[1])
+        self.code = machine.code(self.key, ("kernel",), self.emit)
+        return self.code.addresses["kernel"]
 
-    @property
+    @cached_property
     def pointer(self) -> Any:
         """The compiled function (t, y, p, out) -> None."""
         if self.plain is not None:
-            return _counted(self.plain.pointer, self.counts)
-        return compiled(self.source, "kernel", SIGNATURE)
+            return _counted(self.plain.pointer, self.sizes[1])
+        return self._entry("pointer", "float float[1] float[1] float[1]", 0)
 
-    @property
+    @cached_property
     def array(self) -> Any:
         """The compiled function (t, y, p) -> new array."""
         if self.plain is not None:
-            return _counted(self.plain.array, self.counts)
-        return compiled(self.source, "array", ARRAY_SIGNATURE)
+            return _counted(self.plain.array, self.sizes[1])
+        return self._entry("array", "float float[1] float[1] float[1]", self.sizes[2])
+
+    def _entry(self, name: str, signature: str, returns: int) -> Any:
+        states, parameters, outputs = self.sizes
+
+        def body(t: Any, y: Any, p: Any, out: Any) -> None:
+            ir.here().do(f"call void @kernel({', '.join(x.typed for x in (t, y.pointer, p.pointer, out.pointer))})")
+
+        def emit() -> None:
+            self.emit()
+            emission.define("sized", signature, body, "void")
+            machine.define_entry(name, signature, "sized", "void", returns, ((states,), (parameters,), (outputs,)))
+
+        found = machine.code(f"{name} {self.key}", (name,), emit)
+        return machine.callable_at(found.addresses[name], name, found)
 
 
 def _counted(function: Callable[..., Any], place: int) -> Callable[..., Any]:
@@ -177,23 +190,23 @@ def call_kernel(
     """
     plain = call_kernel(functions, call, states, parameters, outputs, False, lead) if counted else None
     check_values(functions, call, states, parameters, outputs - lead)
-    names = {alias: function.__name__ for alias, function in functions.items()}
-    call = re.sub(r"\w+(?=\()", lambda found: names.get(found[0], found[0]), call)
-    lines = [*unpack_arguments(states, parameters), f"r = {call}"]
-    lines += [f"out[{i}] = y[{lead + i}]" for i in range(lead)]
-    lines += [f"out[{lead + i}] = r[{i}]" for i in range(outputs - lead)]
-    if counted:
-        lines.append(f"p_[{parameters}] += 1.0")
-    body = textwrap.indent("\n".join(lines), "    ")
-    source = (
-        f"{gather(functions)}\n\n"
-        f"@njit({OPTIONS})\ndef kernel(t, y_, p_, out):\n{body}\n\n"
-        f"@njit({OPTIONS})\n"
-        f"def array(t, y_, p_):\n    out = np.empty({outputs})\n    kernel(t, y_, p_, out)\n    return out\n\n"
-        f"@njit({OPTIONS})\ndef c_kernel(t, y_, p_, out):\n"
-        f"    kernel(t, carray(y_, {states}), carray(p_, {parameters + counted}), carray(out, {outputs}))\n"
-    )
-    return Kernel(source, plain, parameters)
+    for function in functions.values():
+        check_source(function, set())
+    sizes = states, parameters, outputs
+    prints = "\n".join(f"{name}: {emission.fingerprint(function)}" for name, function in functions.items())
+
+    def emit() -> None:
+        translation = emission.Translation()
+        known = {name: translation.inline(function) for name, function in functions.items()}
+        with ir.Function("void @kernel(double %t, ptr %y, ptr %p, ptr %out)", "nounwind") as f:
+            y, p, out = (ir.Array(ir.Value(ir.POINTER, f"%{name}"), (n,)) for name, n in zip(("y", "p", "out"), sizes, strict=True))
+            given = {"t": ir.Value(ir.D, "%t"), "y": tuple(y[i] for i in range(states)), "p": tuple(p[i] for i in range(parameters))}
+            found = (*given["y"][lead : 2 * lead], *eval(call, known, given))
+            for i, value in enumerate(found):
+                out[i] = value
+            f.do("ret void")
+
+    return Kernel(f"{call} {sizes} {lead}\n{prints}", emit, sizes, plain)
 
 
 def check_values(functions: dict[str, Any], call: str, states: int, parameters: int, wanted: int) -> None:
@@ -263,6 +276,27 @@ def gather_into(function: Callable[..., Any], seen: dict[str, Any], parts: list[
             raise ValueError(f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math")
     source = with_defaults(function, inspect.cleandoc("\n" + source_of(function)))
     parts.append(f"@njit({INNER})\n{source}\n")
+
+
+def check_source(function: Callable[..., Any], seen: set[Any]) -> None:
+    """Raise ValueError for equations that cannot be compiled.
+
+    They are a closure, a `raise` statement, or a global that is neither a number nor a function.
+    """
+    if function in seen:
+        return
+    seen.add(function)
+    name = function.__name__
+    uses = emission.uses(function)
+    if dis.opmap["RAISE_VARARGS"] in function.__code__.co_code[::2]:
+        raise ValueError(f"{name} raises an exception, which compiled code cannot pass on; let it give nan instead")
+    if not all(isinstance(value, int | float) for value in function.__defaults__ or ()):
+        raise ValueError(f"{name} has default values {function.__defaults__!r}; equations may have numbers there")
+    for used, value in uses.items():
+        if isinstance(value, types.FunctionType):
+            check_source(value, seen)
+        elif not (isinstance(value, int | float) or value is getattr(math, used, None) or used in emission.BUILTINS):
+            raise ValueError(f"{name} uses {used} = {value!r}; equations may use numbers, plain functions and math")
 
 
 def with_defaults(function: Callable[..., Any], source: str) -> str:

@@ -131,7 +131,7 @@ class FixedStep(Integrator):
         buffer, times = problem.buffer, problem.times
 
         def advance(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
-            return run(address, buffer, table, widths, rows, initial, times, h, substeps, compensated, out, stop)
+            return run(address, buffer, table, *widths, rows, initial, times, h, substeps, compensated, out, stop)
 
         return advance
 

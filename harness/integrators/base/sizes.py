@@ -123,10 +123,12 @@ def turning_time(y: Floats, rates: Floats, later: Floats, h: float, groups: Inte
 
     The state, its `rates`, and the rates `later` after a step of h along the tangent determine it; at most `most`.
     """
-    size, rate, bend = np.zeros(y.size), np.zeros(y.size), np.zeros(y.size)
+    size, rate, bend, change = np.zeros(y.size), np.zeros(y.size), np.zeros(y.size), np.empty(y.size)
+    for i in range(y.size):
+        change[i] = (later[i] - rates[i]) / h
     enlarge(y, groups, size)
     enlarge(rates, groups, rate)
-    enlarge((later - rates) / h, groups, bend)
+    enlarge(change, groups, bend)
     least = most
     for g in range(y.size):
         s, d, b = size[g], rate[g], bend[g]

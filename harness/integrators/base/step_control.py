@@ -159,10 +159,7 @@ def solving(problem: Problem, loop: Loop, most_steps: int) -> Solver:
     return Solver(solve)
 
 
-SIGNATURE = (
-    "int64(intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, int64[::1], float64, "
-    "float64[:, :, ::1], int64[::1])"
-)
+SIGNATURE = "int float[1] float[2] float[2] float[1] float int[1] float float[3] int[1]"
 
 
 def of_the_family(*_: Any) -> Any:

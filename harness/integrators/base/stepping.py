@@ -13,13 +13,11 @@ function returns False if the step failed.
 
 from collections.abc import Callable
 from functools import cache
-from types import FunctionType
 from typing import Any
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats, Problem
-from gnomon.harness.kernels.equations import INNER, OPTIONS, gather_into, source_of
-from gnomon.harness.kernels.equations import compiled as compiled_function
+from gnomon.harness.kernels import emission, ir, machine
 from numpy.typing import NDArray
 
 Step = Callable[..., bool]
@@ -41,12 +39,12 @@ def blank(problem: Problem, initial: Floats) -> Floats:
 
 
 def call(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
-    """Evaluate plain equations into `slope`. Compiled steps use CALL instead, which takes an address for `f`."""
+    """Evaluate plain equations into `slope`. Compiled steps take an address for `f`."""
     slope[:] = f(t, tuple(x), tuple(p))
 
 
 def product(a: Any, b: Any) -> tuple[Any, Any]:
-    """a * b, rounded, and its rounding residual (0 here). Compiled steps use PRODUCT, with the exact residual."""
+    """a * b, rounded, and its rounding residual: 0 here, exact in compiled steps."""
     return a * b, a * 0
 
 
@@ -57,41 +55,23 @@ def sum_of(a: Any, b: Any) -> tuple[Any, Any]:
     return found, (a - (found - part)) + (b - part)
 
 
-PRODUCT = '''
-@intrinsic
-def product(typing, a, b):
+@emission.primitive(call)
+def _(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
+    """Call the C function void(double t, double *x, double *p, double *slope) at an address."""
+    place = ir.here().emit(ir.POINTER, f"inttoptr i64 {f} to ptr")
+    arrays = ", ".join(array.pointer.typed for array in (x, p, slope))
+    ir.here().do(f"call void {place}({ir.convert(t, ir.D).typed}, {arrays})")
+
+
+@emission.primitive(product)
+def _(a: Any, b: Any) -> Any:
     """a * b, rounded and never contracted with a sum, and its rounding residual by a fused operation."""
-
-    def generate(context, builder, signature, arguments):
-        rounded = builder.fmul(*arguments)
-        values = rounded, builder.fma(*arguments, builder.fneg(rounded))
-        return context.make_tuple(builder, signature.return_type, values)
-
-    return types.UniTuple(types.float64, 2)(types.float64, types.float64), generate
-'''
-
-CALL = '''
-@intrinsic
-def call(typing, address, t, x, p, slope):
-    """Call the C function void(double t, double *x, double *p, double *slope) at an address.
-
-    Passing an address costs 0.1 us; passing the compiled function itself costs numba 40 us a call to unpack.
-    """
-    vector = types.float64[::1]
-
-    def generate(context, builder, signature, arguments):
-        pointer = ir.PointerType(ir.DoubleType())
-        function = ir.FunctionType(ir.VoidType(), [ir.DoubleType(), pointer, pointer, pointer])
-        data = [context.make_array(vector)(context, builder, array).data for array in arguments[2:]]
-        builder.call(builder.inttoptr(arguments[0], ir.PointerType(function)), [arguments[1], *data])
-        return context.get_dummy_value()
-
-    return types.void(types.intp, types.float64, vector, vector, vector), generate
-'''
+    found = ir.exact("mul", a, b)
+    return found, ir.call("llvm.fma.f64", ir.D, *(ir.convert(x, ir.D) for x in (a, b, -found)))
 
 
 def advance(
-    f: Any, p: Floats, table: Floats, widths: tuple[int, int], rows: int, initial: Floats, times: Floats, h: float,
+    f: Any, p: Floats, table: Floats, given: int, found: int, rows: int, initial: Floats, times: Floats, h: float,
     substeps: int, compensated: bool, out: Floats, stop: NDArray[np.int64],
 ) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps taken.
@@ -103,8 +83,8 @@ def advance(
     """
     dimension = initial.shape[1]
     y, compensation, increment = np.empty(dimension), np.empty(dimension), np.empty(dimension)
-    x, slope, store = np.empty(widths[0]), np.empty(widths[1]), np.empty((rows, dimension))
-    x_aside, slope_aside, store_aside = np.empty(widths[0]), np.empty(widths[1]), np.empty((rows, dimension))
+    x, slope, store = np.empty(given), np.empty(found), np.empty((rows, dimension))
+    x_aside, slope_aside, store_aside = np.empty(given), np.empty(found), np.empty((rows, dimension))
     taken = 0
     for n in range(initial.shape[0]):
         for i in range(dimension):  # for `y[:] = initial[n]` numba compiles an error message, which takes seconds
@@ -167,23 +147,13 @@ def aside(*_: Any) -> bool:
     raise NotImplementedError
 
 
-ADVANCE_SIGNATURE = (
-    "int64(intp, float64[::1], float64[:, ::1], UniTuple(int64, 2), int64, float64[:, ::1], float64[::1], float64, "
-    "int64, boolean, float64[:, :, ::1], int64[::1])"
-)
+ADVANCE_SIGNATURE = "int float[1] float[2] int int int float[2] float[1] float int bool float[3] int[1]"
 
 
 @cache
 def compiled(method: Step) -> Callable[..., int]:
     """`advance` compiled around a method's step, kept on disk under a hash of all its sources."""
-    parts = sources(method)
-    plain, name = parts[-1], method.__name__
-    parts.append(f"aside = {name}")
-    parts.append(plain.replace("@njit(", "@njit(forceinline=True, ", 1).replace(f"def {name}(", "def step(", 1))
-    parts.append(f"NOT_FINITE, NOT_SOLVED = {NOT_FINITE}, {NOT_SOLVED}")
-    parts.append(f'@njit("{ADVANCE_SIGNATURE}", {OPTIONS})\n{source_of(advance)}')
-    run: Callable[..., int] = compiled_function("\n".join(parts), "advance")
-    return run
+    return machine.function(advance, ADVANCE_SIGNATURE, replaced={"step": method, "aside": method}, inlined=("step",))
 
 
 @cache
@@ -193,30 +163,10 @@ def compiled_whole(
     constants: tuple[tuple[str, int], ...] = (),
     pieces: tuple[Callable[..., Any], ...] = (),
 ) -> Callable[..., int]:
-    """Compile a function that has its own loop of steps, with CALL and PRODUCT for `call` and `product`.
+    """Compile a function that has its own loop of steps.
 
     By their names, `pieces` replace functions that it calls, and `constants` replace numbers that all these functions
     read.
     """
-    bound = FunctionType(method.__code__, {**method.__globals__, **{piece.__name__: piece for piece in pieces}})
-    values = dict(constants)
-    parts = [
-        f"{name} = {values[name]!r}" if (name := part.partition(" = ")[0]) in values else part
-        for part in sources(bound)
-    ]
-    inlined = tuple(f"def {piece.__name__}(" for piece in pieces)
-    parts = [
-        part.replace("@njit(", "@njit(forceinline=True, ", 1) if any(d in part for d in inlined) else part
-        for part in parts
-    ]
-    parts[-1] = parts[-1].replace(INNER, f'"{signature}", {OPTIONS}', 1)
-    run: Callable[..., int] = compiled_function("\n".join(parts), method.__name__)
-    return run
-
-
-def sources(method: Callable[..., Any]) -> list[str]:
-    """Source texts that define `call`, `product` and all functions that a method uses, the method itself last."""
-    parts = ["import numpy as np", "from llvmlite import ir", "from numba import njit, types"]
-    parts += ["from numba.extending import intrinsic", CALL, PRODUCT]
-    gather_into(method, {"call": call, "product": product, "np": np}, parts)
-    return parts
+    named = {piece.__name__: piece for piece in pieces}
+    return machine.function(method, signature, replaced=named | dict(constants), inlined=tuple(named))

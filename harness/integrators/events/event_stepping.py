@@ -220,11 +220,7 @@ def run(
             state = EVENT
 
 
-SIGNATURE = (
-    "int64(intp, float64[::1], float64[:, ::1], int64, float64, float64, int64, int64[::1], int64[::1], int64[::1], "
-    "float64, float64[::1], float64[::1], int64[::1], float64[::1], int64[::1], float64[::1], float64[::1], "
-    "float64[:, ::1], float64[::1], int64[::1])"
-)
+SIGNATURE = "int float[1] float[2] int float float int int[1] int[1] int[1] float float[1] float[1] int[1] float[1] int[1] float[1] float[1] float[2] float[1] int[1]"
 
 
 @cache

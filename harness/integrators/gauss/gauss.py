@@ -8,16 +8,12 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Steps
 from gnomon.harness.contract.sources import cached_by_content
-from gnomon.harness.integrators.base import fixed_step, linear, stepping, tableau
+from gnomon.harness.integrators.base import tableau
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Loop, Table, kept, rounded
 from gnomon.harness.integrators.base.tableau import ButcherTableau
-from gnomon.harness.integrators.gauss import gauss_steps
 from gnomon.harness.integrators.gauss.gauss_steps import gauss_step, newton_numbers, newton_step
-from gnomon.harness.kernels.generated_modules import cache_folder, module_name
 from gnomon.harness.kernels.straight_line import compiled, counting_text
 from gnomon.reference.numerics.precision import nearest_double, working
-from gnomon.reference.storage import cachefolder
-from gnomon.reference.storage.import_closure import closure
 from numpy.typing import NDArray
 
 STEPS_BACK = {1: 4, 2: 2, 3: 2}
@@ -84,7 +80,6 @@ class Gauss(FixedStep):
 
     def loop(self, problem: Problem, h: float, substeps: int) -> Loop:
         fixed_point = super().loop(problem, h, substeps)
-        compiled_once(self.name + self.kernel(problem).source, lambda: self.by_newton(problem, h, substeps))
 
         def run(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
             taken = fixed_point(initial, out, stop)
@@ -127,22 +122,6 @@ class Gauss(FixedStep):
     def tableau(cls, mp: Any) -> ButcherTableau:
         """Collocation at the zeros of the Legendre polynomial shifted to [0, 1]."""
         return collocation(mp, nodes(mp, cls.stages), 2 * cls.stages)
-
-
-def compiled_once(what: str, make: Callable[[], Any]) -> None:
-    """Call `make`, which compiles a method for equations, unless an earlier call with the same sources did so.
-
-    The compiled code is then on disk before anything is timed, and only processes that use it load it.
-    """
-    from gnomon.harness.kernels import numba_fallback  # loads numba
-
-    own = (__name__, *(module.__name__ for module in (fixed_step, gauss_steps, linear, stepping, tableau)))
-    kernels = (f"gnomon.harness.kernels.{name}" for name in ("derivatives", "straight_line", "traced"))
-    made_of = closure(*own, *kernels, within=())
-    name = f"{module_name(f'{what} {numba_fallback.machine()} {made_of}')}.newton"
-    if made_of is None or cachefolder.load(cache_folder(), name) is None:
-        make()
-        cachefolder.store_or_warn(cache_folder(), name, b"")
 
 
 @cached_by_content

@@ -30,10 +30,7 @@ PREDICTED_MOST = 10**0.5
 C, EIGENVALUES, FORWARD, BACK, ERROR, BASIS = 0, 1, 2, 5, 8, 9
 """First rows of the parts of the table."""
 
-SIGNATURE = (
-    "int64(intp, intp, float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64, int64[::1], "
-    "float64, float64[:, :, ::1], int64[::1])"
-)
+SIGNATURE = "int int float[1] float[2] float[2] float[1] float float int[1] float float[3] int[1]"
 
 
 def integrate(

@@ -72,9 +72,7 @@ def compiled_coefficients(form: FirstOrder, dimension: int, parameters: int) -> 
     return compiled(text), length
 
 
-SIGNATURE = (
-    "int64(intp, float64[::1], float64[:, ::1], float64[::1], int64, int64, float64, float64[:, :, ::1], int64[::1])"
-)
+SIGNATURE = "int float[1] float[2] float[1] int int float float[3] int[1]"
 
 
 def integrate(

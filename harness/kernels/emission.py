@@ -1,0 +1,268 @@
+"""Emit ordinary functions as LLVM IR: their names get meanings for symbolic values, and each function becomes one of the IR.
+
+A function may use numbers, plain functions of modules, `math`, a few names of numpy, and the operations of `PRIMITIVES`.
+Its source is rewritten once (`rewriting`); `Translation` binds its names.
+"""
+
+import builtins
+import dis
+import hashlib
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from types import BuiltinFunctionType, FunctionType, ModuleType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+from gnomon.harness.kernels import ir, rewriting
+from gnomon.harness.kernels.ir import Array, B, Complex, D, I, V, Value, convert, symbolic
+
+# What names mean -------------------------------------------------------------------------------------------------------
+
+INTRINSICS = ("sqrt", "sin", "cos", "exp", "log", "log10", "log2", "floor", "ceil", "fabs")
+"""Functions of a float that LLVM knows; it calls those of the C library for all but sqrt, floor, ceil and fabs."""
+LIBRARY = ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "atan2", "hypot", "cbrt",
+           "expm1", "log1p", "erf", "copysign", "fmod")  # fmt: skip
+"""Functions of floats of the C library."""
+
+
+def _function(name: str) -> Callable[..., Any]:
+    plain: Callable[..., Any] = getattr(math, name)
+
+    def function(*arguments: Any) -> Any:
+        if not symbolic(*arguments):
+            return plain(*arguments)
+        values = [convert(x, D) for x in arguments]
+        return ir.call(f"llvm.{name}.f64" if name in INTRINSICS else name, D, *values)
+
+    return function
+
+
+def size_of(x: Any) -> Any:
+    """abs"""
+    if isinstance(x, Complex):
+        return MATH["hypot"](x.real, x.imag)
+    if not symbolic(x):
+        return abs(x)
+    if x.kind == I:
+        return ir.select(x < 0, -x, x)
+    return ir.call(f"llvm.fabs.{'v8f64' if x.kind == V else 'f64'}", x.kind, x)
+
+
+def largest(*values: Any) -> Any:
+    """max: the later value only where it is greater, so that nan is kept as Python keeps it."""
+    found = values[0]
+    for x in values[1:]:
+        found = ir.select(ir.compared("gt", x, found), x, found) if symbolic(x, found) else max(found, x)
+    return found
+
+
+def least(*values: Any) -> Any:
+    """min"""
+    found = values[0]
+    for x in values[1:]:
+        found = ir.select(ir.compared("lt", x, found), x, found) if symbolic(x, found) else min(found, x)
+    return found
+
+
+def integer(x: Any) -> Any:
+    """int"""
+    if not symbolic(x):
+        return int(x)
+    return ir.here().emit(I, f"fptosi double {x} to i64") if x.kind == D else convert(x, I)
+
+
+def nearest(x: Any) -> Any:
+    """round"""
+    return integer(ir.call("llvm.roundeven.f64", D, x)) if symbolic(x) else round(x)
+
+
+def boolean(x: Any) -> Any:
+    """bool"""
+    return ir.truth(x) if symbolic(x) else bool(x)
+
+
+def number(x: Any) -> Any:
+    """float"""
+    return convert(x, D) if symbolic(x) else float(x)
+
+
+def power(x: Any, exponent: Any) -> Any:
+    return x**exponent
+
+
+def empty(shape: Any, dtype: Any = np.float64) -> Array:
+    kind, pairs = {np.float64: (D, False), np.int64: (I, False), np.complex128: (D, True)}[dtype]
+    return ir.new_array(shape, kind, pairs)
+
+
+def zeros(shape: Any, dtype: Any = np.float64) -> Array:
+    found = empty(shape, dtype)
+    flat = Array(found.pointer, (found.size,), found.kind, found.pairs)
+    flat[:] = 0 if found.kind == I else 0.0
+    return found
+
+
+MATH: dict[str, Any] = {name: _function(name) for name in (*INTRINSICS, *LIBRARY) if hasattr(math, name)}
+NAMES_OF_MATH = {getattr(math, name): function for name, function in MATH.items()} | {math.pow: power}
+NUMPY = {
+    "inf": math.inf, "nan": math.nan, "pi": math.pi, "empty": empty, "zeros": zeros, "abs": size_of,
+    "float64": np.float64, "int64": np.int64, "complex128": np.complex128, "isfinite": lambda x: size_of(x) < math.inf, "isnan": lambda x: x != x,
+    **{name: MATH[name] for name in ("sqrt", "sin", "cos", "tan", "exp", "log", "log10", "log2", "floor", "ceil", "hypot")},
+}  # fmt: skip
+BUILTINS = {
+    "abs": size_of, "max": largest, "min": least, "int": integer, "bool": boolean, "float": number, "complex": Complex, "round": nearest,
+    "range": ir.range_, "len": len, "tuple": tuple, "zip": zip, "enumerate": enumerate, "reversed": reversed, "sum": sum,
+}  # fmt: skip
+"""`len`, `zip` and the like run while the code is emitted."""
+
+PRIMITIVES: dict[Any, Callable[..., Any]] = {}
+"""The meaning of functions that have one of their own: `primitive` adds to it."""
+
+
+def primitive(plain: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """A decorator: the decorated function emits what `plain` computes."""
+
+    def register(function: Callable[..., Any]) -> Callable[..., Any]:
+        PRIMITIVES[plain] = function
+        return function
+
+    return register
+
+
+# Functions -------------------------------------------------------------------------------------------------------------
+
+
+class Translation:
+    """The functions of one module of machine code.
+
+    By their names, `replaced` replaces numbers and functions that all its functions use; functions called by a name in
+    `inlined` become part of those that call them.
+    """
+
+    def __init__(self, replaced: Mapping[str, Any] | None = None, inlined: Collection[str] = ()) -> None:
+        self.replaced, self.inlined = dict(replaced or {}), set(inlined)
+        self.known: dict[Any, Callable[..., Any]] = {}
+
+    def function(self, plain: FunctionType) -> Callable[..., Any]:
+        """The function on symbolic values; its source is read at the first call."""
+        if plain in PRIMITIVES:
+            return PRIMITIVES[plain]
+        if plain not in self.known:
+            self.known[plain] = ir.Outlined(self.inline(plain))
+        return self.known[plain]
+
+    def inline(self, plain: FunctionType) -> Callable[..., Any]:
+        """The function as a part of the functions that call it."""
+        bound: list[Callable[..., Any]] = []
+
+        def inline(*arguments: Any) -> Any:
+            if not bound:
+                bound.append(self._bound(plain))
+            return bound[0](*arguments)
+
+        inline.__name__ = plain.__name__
+        return inline
+
+    def _bound(self, plain: FunctionType) -> Callable[..., Any]:
+        space: dict[str, Any] = {rewriting.HELPERS: ir, "__builtins__": {}}
+        for name, value in uses(plain).items():
+            space[name] = self._meaning(name, self.replaced.get(name, value))
+        exec(rewriting.rewritten(plain), space)
+        function: Callable[..., Any] = space[plain.__name__]
+        function.__defaults__ = plain.__defaults__
+        return function
+
+    def _meaning(self, name: str, value: Any) -> Any:
+        if value is np:
+            return SimpleNamespace(**NUMPY)
+        if value is math:
+            return SimpleNamespace(**MATH, inf=math.inf, nan=math.nan, pi=math.pi, pow=power)
+        if isinstance(value, FunctionType):
+            inlined = name in self.inlined and value not in PRIMITIVES and not allocates(value)
+            return self.inline(value) if inlined else self.function(value)
+        if isinstance(value, BuiltinFunctionType | type) and name in BUILTINS and getattr(builtins, name) is value:
+            return BUILTINS[name]
+        return NAMES_OF_MATH.get(value, value) if isinstance(value, BuiltinFunctionType) else value
+
+
+def allocates(function: FunctionType) -> bool:
+    """Whether a function makes arrays. They live until it returns, so that in a loop it must be a function of its own."""
+    return not {"empty", "zeros"}.isdisjoint(function.__code__.co_names)
+
+
+def uses(function: FunctionType) -> dict[str, Any]:
+    """The globals and builtins that a function uses, by name. Raises ValueError for a closure or an unknown name."""
+    if function.__name__ == "<lambda>" or function.__closure__:
+        raise ValueError(f"{function.__qualname__} is a lambda or a closure; write it as a function of a module")
+    found = {}
+    for name in _global_names(function.__code__):
+        if name in function.__globals__:
+            found[name] = function.__globals__[name]
+        elif hasattr(builtins, name):
+            found[name] = getattr(builtins, name)
+    return found
+
+
+@cache
+def _global_names(code: Any) -> tuple[str, ...]:
+    names = {x.argval for x in dis.get_instructions(code) if x.opname == "LOAD_GLOBAL"}
+    inner = [x for x in code.co_consts if hasattr(x, "co_code")]
+    return tuple(sorted(names.union(*(_global_names(x) for x in inner))))
+
+
+def fingerprint(function: FunctionType, replaced: Mapping[str, Any] | None = None) -> str:
+    """A text that changes whenever the emitted code of a function may: its source and all that it uses."""
+    seen: dict[Any, str] = {}
+
+    def visit(value: Any) -> str:
+        if isinstance(value, FunctionType) and value not in PRIMITIVES:
+            if value not in seen:
+                seen[value] = ""
+                used = {name: (replaced or {}).get(name, x) for name, x in uses(value).items()}
+                parts = [rewriting.source_of(value), repr(value.__defaults__)]
+                parts += [f"{name} = {visit(x)}" for name, x in used.items()]
+                seen[value] = "\n".join(parts)
+            return f"{value.__module__}.{value.__qualname__}"
+        if isinstance(value, ModuleType | type | FunctionType | BuiltinFunctionType):
+            return value.__name__
+        return repr(value)
+
+    return visit(function) + "\n" + "\n".join(seen.values())
+
+
+@cache
+def emitter() -> str:
+    """A hash of the modules that emit code: code that others have emitted is not used."""
+    folder = Path(__file__).parent
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(folder.glob("*.py")))).hexdigest()
+
+
+# Entries ---------------------------------------------------------------------------------------------------------------
+
+WORDS = {"float": D, "int": I, "bool": B}
+
+
+def parameters(signature: str) -> Iterator[tuple[str, int]]:
+    """(kind, number of dimensions) of each word of a signature such as "int float[1] float[2]"."""
+    for word in signature.split():
+        name, _, rest = word.partition("[")
+        yield WORDS[name], int(rest[:-1]) if rest else 0
+
+
+def define(name: str, signature: str, body: Callable[..., Any], result: str = I) -> None:
+    """Emit the function @name, whose arrays are addresses followed by sizes, around a function on symbolic values."""
+    heads, arguments = [], []
+    for n, (kind, dimensions) in enumerate(parameters(signature)):
+        if not dimensions:
+            heads.append(f"{kind} %a{n}")
+            arguments.append(Value(kind, f"%a{n}"))
+            continue
+        sizes = [Value(I, f"%a{n}_{k}") for k in range(dimensions)]
+        heads += [f"ptr %a{n}", *(size.typed for size in sizes)]
+        arguments.append(Array(Value(ir.POINTER, f"%a{n}"), tuple(sizes), kind))
+    with ir.Function(f"{{result}} @{name}({', '.join(heads)})", "nounwind") as f:
+        found = body(*arguments)
+        f.result = result
+        f.do("ret void" if result == "void" else f"ret {convert(found, result).typed}")

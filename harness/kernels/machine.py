@@ -1,0 +1,280 @@
+"""Machine code of emitted functions: compiled by LLVM, kept on disk as object code, linked into the process, called.
+
+A piece of object code has functions that C and other machine code call by address, and perhaps one that Python calls. The
+latter takes its arguments from Python itself (METH_FASTCALL), which costs a tenth of a call through ctypes.
+"""
+
+import ctypes
+import hashlib
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any
+
+import llvmlite
+import numpy as np
+from gnomon.harness.kernels import emission, ir
+from gnomon.harness.kernels.generated_modules import announced, cache_folder
+from gnomon.harness.kernels.ir import POINTER, B, D, I, Value
+from gnomon.reference.storage import cachefolder
+from llvmlite import binding as llvm
+
+LEVEL = 1
+"""Optimisation. Level 2 takes 20 ms longer, for run times within 2 %."""
+WORDS = {D: "a float", I: "an integer", B: "a bool"}
+
+
+# Compilation -----------------------------------------------------------------------------------------------------------
+
+
+@cache
+def _target() -> Any:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.Target.from_default_triple()
+
+
+def _machine() -> Any:
+    return _target().create_target_machine(
+        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=2, codemodel="jitdefault", jit=True
+    )
+
+
+@cache
+def conditions() -> str:
+    """A text that changes with the conditions of machine code: the emitter, LLVM, the processor."""
+    target = f"{llvm.get_default_triple()} {llvm.get_host_cpu_name()} {llvm.get_host_cpu_features().flatten()}"
+    return f"{emission.emitter()} llvmlite {llvmlite.__version__} numpy {np.__version__.partition('.')[0]} {target}"
+
+
+def compiled(text: str) -> bytes:
+    """The object code of IR. Raises RuntimeError for wrong IR, which would end the process without this."""
+    unit, machine = llvm.parse_assembly(text), _machine()
+    unit.verify()
+    unit.triple, unit.data_layout = llvm.get_default_triple(), str(machine.target_data)
+    options = llvm.create_pipeline_tuning_options(speed_level=LEVEL)
+    options.loop_vectorization = options.slp_vectorization = options.loop_interleaving = options.loop_unrolling = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(unit, builder)
+    code: bytes = machine.emit_object(unit)
+    return code
+
+
+class Code:
+    """Object code in memory."""
+
+    def __init__(self, code: bytes, names: tuple[str, ...]) -> None:
+        library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
+        for name, address in _externals().items():
+            library.import_symbol(name, address)
+        for name in names:
+            library.export_symbol(name)
+        # Raises RuntimeError for a symbol that is not known.
+        self.library = library.link(_engine(), f"gnomon{next(_numbers)}")
+        self.addresses = {name: int(self.library[name]) for name in names}
+
+
+_numbers = iter(range(10**9))
+
+
+@cache
+def _engine() -> Any:
+    return llvm.create_lljit_compiler(_machine())
+
+
+def code(key: str, names: tuple[str, ...], emit: Callable[[], None]) -> Code:
+    """The code kept under a key, with functions of these names; where none is kept, `emit` emits it."""
+    file = hashlib.sha256(f"{conditions()}\n{key}".encode()).hexdigest()[:32] + ".o"
+    kept = cachefolder.load(cache_folder(), file)
+    if kept is None:
+        with announced():
+            with ir.Module() as module:
+                emit()
+            kept = compiled(module.text())
+        cachefolder.store_or_warn(cache_folder(), file, kept)
+    return Code(kept, names)
+
+
+# Calls from Python -----------------------------------------------------------------------------------------------------
+
+PYTHON = (
+    "PyFloat_AsDouble", "PyLong_AsLongLong", "PyErr_Occurred", "PyErr_SetString", "PyLong_FromLongLong", "PyFloat_FromDouble",
+    "Py_IncRef",
+)  # fmt: skip
+"""Functions of Python's C interface that emitted code calls."""
+NEW_ARRAY = 93
+"""The index of PyArray_New in the table of numpy's C interface."""
+FLAGS = 0x0001 | 0x0100 | 0x0400
+"""C-contiguous, aligned, writeable."""
+DATA, DIMENSIONS, SHAPE, TYPE, ARRAY_FLAGS = 16, 24, 32, 56, 64
+ORDER, NUMBER = 26, 28
+"""Offsets in bytes of the fields of numpy's arrays and of their types, which are part of its C interface."""
+NUMBERS = {D: np.dtype(np.float64).num, I: np.dtype(np.int64).num}
+FASTCALL = 0x0080
+
+
+@cache
+def _externals() -> dict[str, int]:
+    """Addresses that emitted code needs, by name."""
+    table = ctypes.pythonapi.PyCapsule_GetPointer
+    table.restype, table.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    entries = ctypes.cast(table(np._core.multiarray._ARRAY_API, None), ctypes.POINTER(ctypes.c_void_p))
+    found = {name: ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0 for name in PYTHON}
+    return found | {
+        "PyArray_New": entries[NEW_ARRAY] or 0, "gnomon_ndarray": id(np.ndarray), "gnomon_TypeError": id(TypeError),
+        "gnomon_None": id(None),
+    }  # fmt: skip
+
+
+class _Method(ctypes.Structure):
+    _fields_ = [("name", ctypes.c_char_p), ("function", ctypes.c_void_p), ("flags", ctypes.c_int), ("doc", ctypes.c_char_p)]
+
+
+def callable_at(address: int, name: str, keep: Any) -> Callable[..., Any]:
+    """The function of Python for code at an address that takes (self, arguments, their number)."""
+    method = _Method(name.encode(), address, FASTCALL, None)
+    _kept.append((method, keep))
+    new = ctypes.pythonapi.PyCFunction_NewEx
+    new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
+    found: Callable[..., Any] = new(ctypes.addressof(method), None, None)
+    return found
+
+
+_kept: list[Any] = []
+"""What functions of Python refer to without a reference that Python counts."""
+
+
+def define_entry(
+    name: str, signature: str, inner: str, result: str = I, returns: int = 0, least: Sequence[Sequence[int]] = ()
+) -> None:
+    """Emit the entry @name for Python of the emitted function @inner, which has this signature.
+
+    With `returns` the last argument is a new array of so many doubles, which is the result. `least`: the smallest sizes
+    of the arrays.
+    """
+    words = [*emission.parameters(signature)]
+    given, limits = words[:-1] if returns else words, iter(least)
+    with ir.Function(f"{{result}} @{name}(ptr %self, ptr %arguments, i64 %count)") as f:
+        f.result = POINTER
+        fail = f.name("fail")
+        _require(ir.compared("eq", Value(I, "%count"), len(given)), f"{len(given)} arguments are wanted")
+        passed: list[Value] = []
+        for n, (kind, dimensions) in enumerate(given):
+            item = _loaded(POINTER, Value(POINTER, "%arguments"), 8 * n)
+            if not dimensions:
+                passed.append(_number(item, kind, fail))
+                continue
+            pointer, *sizes = _array(item, n, kind, dimensions)
+            for size, smallest in zip(sizes, next(limits, ()), strict=False):
+                _require(ir.compared("ge", size, smallest), f"argument {n + 1} must have {smallest} elements")
+            passed += [pointer, *sizes]
+        new = None
+        if returns:
+            new = _new_array(returns, fail)
+            passed += [_loaded(POINTER, new, DATA), Value(I, str(returns))]
+        call = f"call {result} @{inner}({', '.join(x.typed for x in passed)})"
+        if result == "void":
+            f.do(call)
+            found = _none() if new is None else new
+        else:
+            found = ir.call("PyLong_FromLongLong" if result == I else "PyFloat_FromDouble", POINTER, f.emit(result, call))
+        f.do(f"ret ptr {found}")
+        f.at(fail)
+        f.do("ret ptr null")
+
+
+def _loaded(kind: str, base: Value, offset: int) -> Value:
+    place = ir.here().emit(POINTER, f"getelementptr i8, ptr {base}, i64 {offset}")
+    return ir.here().emit(kind, f"load {kind}, ptr {place}, align {1 if kind == 'i8' else 4 if kind == 'i32' else 8}")
+
+
+def _symbol(name: str) -> Value:
+    ir.module().declared[name] = f"@{name} = external global i8"
+    return Value(POINTER, f"@{name}")
+
+
+def _none() -> Value:
+    ir.module().declared["Py_IncRef"] = "declare void @Py_IncRef(ptr)"
+    ir.here().do("call void @Py_IncRef(ptr @gnomon_None)")
+    return _symbol("gnomon_None")
+
+
+def _require(condition: Value, message: str) -> None:
+    """Raise TypeError with a message unless the condition holds."""
+    f, m = ir.here(), ir.module()
+    good, bad = f.name("good"), f.name("bad")
+    text = message.encode() + b"\0"
+    name = f"message{len(m.declared)}"
+    escaped = "".join(chr(x) if 32 <= x < 127 and x not in (34, 92) else f"\\{x:02X}" for x in text)
+    m.declared[name] = f'@{name} = private constant [{len(text)} x i8] c"{escaped}"'
+    m.declared["PyErr_SetString"] = "declare void @PyErr_SetString(ptr, ptr)"
+    f.do(f"br i1 {condition}, label %{good}, label %{bad}")
+    f.at(bad)
+    f.do(f"call void @PyErr_SetString(ptr {_symbol('gnomon_TypeError')}, ptr @{name})")
+    f.do("ret ptr null")
+    f.at(good)
+
+
+def _number(item: Value, kind: str, fail: str) -> Value:
+    f = ir.here()
+    name, result, wrong = ("PyFloat_AsDouble", D, -1.0) if kind == D else ("PyLong_AsLongLong", I, -1)
+    found = ir.call(name, result, item)
+    for suspicious in ir.branch(ir.compared("eq", found, wrong)):
+        if suspicious:
+            good = f.name("good")
+            failed = ir.call("PyErr_Occurred", POINTER)
+            f.do(f"br i1 {f.emit(B, f'icmp eq ptr {failed}, null')}, label %{good}, label %{fail}")
+            f.at(good)
+    return ir.compared("ne", found, 0) if kind == B else found
+
+
+def _array(item: Value, n: int, kind: str, dimensions: int) -> list[Value]:
+    """Address and sizes of the numpy array that an argument is."""
+    f = ir.here()
+    what = f"argument {n + 1} must be a C-contiguous, writeable {'float64' if kind == D else 'int64'} array of {dimensions} dimension{'s' * (dimensions > 1)}"
+    same = f.emit(B, f"icmp eq ptr {_loaded(POINTER, item, 8)}, {_symbol('gnomon_ndarray')}")
+    _require(same, what)
+    flags = f.emit("i32", f"and i32 {_loaded('i32', item, ARRAY_FLAGS)}, {FLAGS}")
+    dtype = _loaded(POINTER, item, TYPE)
+    conditions = [
+        f.emit(B, f"icmp eq i32 {flags}, {FLAGS}"),
+        f.emit(B, f"icmp eq i32 {_loaded('i32', item, DIMENSIONS)}, {dimensions}"),
+        f.emit(B, f"icmp eq i32 {_loaded('i32', dtype, NUMBER)}, {NUMBERS[kind]}"),
+        f.emit(B, f"icmp eq i8 {_loaded('i8', dtype, ORDER)}, {ord('=')}"),
+    ]
+    all_of = conditions[0]
+    for condition in conditions[1:]:
+        all_of = all_of & condition
+    _require(all_of, what)
+    shape = _loaded(POINTER, item, SHAPE)
+    return [_loaded(POINTER, item, DATA), *(_loaded(I, shape, 8 * k) for k in range(dimensions))]
+
+
+def _new_array(size: int, fail: str) -> Value:
+    f = ir.here()
+    place = f.allocate(I)
+    f.do(f"store i64 {size}, ptr {place}")
+    ir.module().declared["PyArray_New"] = "declare ptr @PyArray_New(ptr, i32, ptr, i32, ptr, ptr, i32, i32, ptr)"
+    found = f.emit(
+        POINTER,
+        f"call ptr @PyArray_New(ptr {_symbol('gnomon_ndarray')}, i32 1, ptr {place}, i32 {NUMBERS[D]}, ptr null, ptr null, "
+        "i32 0, i32 0, ptr null)",
+    )
+    good = f.name("good")
+    f.do(f"br i1 {f.emit(B, f'icmp eq ptr {found}, null')}, label %{fail}, label %{good}")
+    f.at(good)
+    return found
+
+
+def function(
+    plain: Any, signature: str, result: str = I, replaced: dict[str, Any] | None = None, inlined: tuple[str, ...] = ()
+) -> Callable[..., Any]:
+    """Compile a plain function for calls from Python."""
+    key = f"{signature} -> {result} {sorted(inlined)}\n{emission.fingerprint(plain, replaced)}"
+
+    def emit() -> None:
+        translation = emission.Translation(replaced, inlined)
+        emission.define("compiled", signature, translation.inline(plain), result)
+        define_entry("entry", signature, "compiled", result)
+
+    found = code(key, ("entry",), emit)
+    return callable_at(found.addresses["entry"], plain.__name__, found)
