@@ -227,7 +227,7 @@ def fingerprint(function: FunctionType, replaced: Mapping[str, Any] | None = Non
             return f"{value.__module__}.{value.__qualname__}"
         if isinstance(value, ModuleType | type | FunctionType | BuiltinFunctionType):
             return value.__name__
-        return repr(value)
+        return value.typed if isinstance(value, ir.Value) else repr(value)
 
     return visit(function) + "\n" + "\n".join(seen.values())
 
@@ -262,7 +262,7 @@ def define(name: str, signature: str, body: Callable[..., Any], result: str = I)
         sizes = [Value(I, f"%a{n}_{k}") for k in range(dimensions)]
         heads += [f"ptr %a{n}", *(size.typed for size in sizes)]
         arguments.append(Array(Value(ir.POINTER, f"%a{n}"), tuple(sizes), kind))
-    with ir.Function(f"{{result}} @{name}({', '.join(heads)})", "nounwind") as f:
+    with ir.Function(f"{{result}} @{name}({', '.join(heads)})") as f:
         found = body(*arguments)
         f.result = result
         f.do("ret void" if result == "void" else f"ret {convert(found, result).typed}")

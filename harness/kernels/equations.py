@@ -198,7 +198,7 @@ def call_kernel(
     def emit() -> None:
         translation = emission.Translation()
         known = {name: translation.inline(function) for name, function in functions.items()}
-        with ir.Function("void @kernel(double %t, ptr %y, ptr %p, ptr %out)", "nounwind") as f:
+        with ir.Function("void @kernel(double %t, ptr %y, ptr %p, ptr %out)") as f:
             y, p, out = (ir.Array(ir.Value(ir.POINTER, f"%{name}"), (n,)) for name, n in zip(("y", "p", "out"), sizes, strict=True))
             given = {"t": ir.Value(ir.D, "%t"), "y": tuple(y[i] for i in range(states)), "p": tuple(p[i] for i in range(parameters))}
             found = (*given["y"][lead : 2 * lead], *eval(call, known, given))
