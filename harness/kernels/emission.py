@@ -8,6 +8,7 @@ import builtins
 import dis
 import hashlib
 import math
+import traceback
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.harness.kernels import ir, rewriting
-from gnomon.harness.kernels.ir import Array, B, Complex, D, I, V, Value, convert, symbolic
+from gnomon.harness.kernels.ir import Array, B, Complex, D, I, Subset, V, Value, convert, symbolic
 
 # What names mean -------------------------------------------------------------------------------------------------------
 
@@ -158,9 +159,12 @@ class Translation:
         bound: list[Callable[..., Any]] = []
 
         def inline(*arguments: Any) -> Any:
-            if not bound:
-                bound.append(self._bound(plain))
-            return bound[0](*arguments)
+            try:
+                if not bound:
+                    bound.append(self._bound(plain))
+                return bound[0](*arguments)
+            except Exception as error:
+                raise placed(error, plain) from error
 
         inline.__name__ = plain.__name__
         return inline
@@ -185,6 +189,18 @@ class Translation:
         if isinstance(value, BuiltinFunctionType | type) and name in BUILTINS and getattr(builtins, name) is value:
             return BUILTINS[name]
         return NAMES_OF_MATH.get(value, value) if isinstance(value, BuiltinFunctionType) else value
+
+
+def placed(error: Exception, plain: FunctionType) -> Exception:
+    """A refusal that names the file and the line of a function at which its emission failed."""
+    if isinstance(error, Subset) and error.placed:
+        return error
+    file = plain.__code__.co_filename
+    lines = [line for frame, line in traceback.walk_tb(error.__traceback__) if frame.f_code.co_filename == file]
+    why = error if isinstance(error, Subset) else f"{type(error).__name__}: {error}"
+    found = Subset(f"{file}, line {lines[-1]}: {why}" if lines else str(why))
+    found.placed = bool(lines)
+    return found
 
 
 def allocates(function: FunctionType) -> bool:

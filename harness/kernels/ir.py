@@ -23,8 +23,10 @@ CONTRACT = "contract "
 _current = threading.local()
 
 
-class Subset(ValueError):
-    """Raised for code outside the subset of Python that can be emitted: the traceback shows its file and line."""
+class Subset(ValueError):  # noqa: N818 - it names the rule, as a lookup of errors would not
+    """Raised for code outside the subset of Python that can be emitted. `placed`: whether the text has file and line."""
+
+    placed = False
 
 
 class Module:
@@ -257,8 +259,8 @@ def convert(x: Any, kind: str) -> Value:
         return x
     if kind == D and x.kind == I:
         return here().emit(D, f"sitofp i64 {x} to double")
-    if kind == I and x.kind == B:
-        return here().emit(I, f"zext i1 {x} to i64")
+    if x.kind == B and kind in (I, D):
+        return here().emit(kind, f"{'zext' if kind == I else 'uitofp'} i1 {x} to {kind}")
     if kind == V and x.kind in (D, I):
         first = here().emit(V, f"insertelement <8 x double> poison, {convert(x, D).typed}, i32 0")
         return here().emit(V, f"shufflevector <8 x double> {first}, <8 x double> poison, <8 x i32> zeroinitializer")

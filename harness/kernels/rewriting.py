@@ -46,11 +46,13 @@ def rewritten(function: Callable[..., Any]) -> CodeType:
     try:
         new = _rewritten(definition)
     except Refusal as refusal:
-        raise Subset(f"{file}, line {refusal.line}: {refusal}") from None
+        error = Subset(f"{file}, line {refusal.line}: {refusal}")
+        error.placed = True
+        raise error from None
     return compile(ast.fix_missing_locations(ast.Module([new], [])), file, "exec")
 
 
-class Refusal(Exception):
+class Refusal(Exception):  # noqa: N818 - `Subset` is the error
     """Code outside the subset, at a line."""
 
     def __init__(self, node: ast.AST, why: str) -> None:

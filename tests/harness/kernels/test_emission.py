@@ -1,0 +1,154 @@
+"""Compiled plain functions give the numbers of Python, refuse what they cannot, and never end the process."""
+
+import ctypes
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+import outside_subset
+import pytest
+import subset_functions
+from gnomon.harness.kernels import emission, ir, machine
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+SIGNATURE = "float[1] int float"
+REAL = st.floats(-3.0, 3.0)
+
+
+def compiled(plain: FunctionType) -> Callable[..., Any]:
+    return machine.function(plain, SIGNATURE, ir.D)
+
+
+@pytest.mark.parametrize("plain", subset_functions.FUNCTIONS, ids=lambda plain: plain.__name__)
+@settings(max_examples=60)
+@given(x=st.integers(3, 9).flatmap(lambda size: arrays(float, size, elements=REAL)), n=st.integers(1, 8), a=REAL)
+def test_the_numbers_are_those_of_python(plain: FunctionType, x: Any, n: int, a: float) -> None:
+    """Up to a few roundings: LLVM may fuse a product and a sum."""
+    before = x.copy()
+    assert compiled(plain)(x, n, a) == pytest.approx(plain(x.copy(), n, a), rel=1e-13, abs=1e-13)
+    assert np.array_equal(x, before)
+
+
+@pytest.mark.parametrize("plain", subset_functions.FUNCTIONS, ids=lambda plain: plain.__name__)
+def test_nan_takes_the_branches_that_it_takes_in_python(plain: FunctionType) -> None:
+    if plain is subset_functions.integers:
+        pytest.skip("int(nan) raises in Python and is undefined in compiled code")
+    for a, first in ((np.nan, 1.0), (1.0, np.nan)):
+        x = np.array([first, 2.0, -1.0, 0.5])
+        assert compiled(plain)(x, 3, a) == pytest.approx(plain(x.copy(), 3, a), rel=1e-13, nan_ok=True)
+
+
+@pytest.mark.parametrize("plain", outside_subset.FUNCTIONS, ids=lambda plain: plain.__name__)
+def test_a_refusal_names_the_line_and_the_reason(plain: FunctionType) -> None:
+    with pytest.raises(ir.Subset) as refusal:
+        compiled(plain)
+    first = plain.__code__.co_firstlineno
+    lines = Path(outside_subset.__file__).read_text().splitlines()
+    own = lines[first - 1 : first + 8]
+    line, reason = next((first + k, text.partition("# ")[2]) for k, text in enumerate(own) if "# " in text)
+    assert reason in str(refusal.value)
+    assert Path(outside_subset.__file__).name in str(refusal.value)
+    assert f"line {line}" in str(refusal.value)
+
+
+def test_arguments_of_other_types_raise_typeerror() -> None:
+    function, x = compiled(subset_functions.loops), np.array([1.0, 2.0, 3.0])
+    frozen = x.copy()
+    frozen.flags.writeable = False
+    other = [x.astype(np.float32), x.astype(">f8"), x.astype(np.int64), x[::2], x[None], frozen, [1.0], None, 1.0]
+    for wrong in other:
+        with pytest.raises(TypeError, match="argument 1 must be a C-contiguous, writeable float64 array of 1 dimension"):
+            function(wrong, 1, 1.0)
+    for wrong in ((x, 1.5, 1.0), (x, None, 1.0), (x, 1, "1"), (x, 1), (x, 1, 1.0, 1.0)):
+        with pytest.raises(TypeError):
+            function(*wrong)
+    assert function(x, np.int64(1), np.float64(1.0)) == function(x, 1, 1)
+    with pytest.raises(OverflowError):
+        function(x, 2**64, 1.0)
+
+
+def test_references_are_counted_right() -> None:
+    """An entry that lost or kept a reference would leak, or end the process."""
+    function, x, n, a = compiled(subset_functions.loops), np.ones(4), 12345, 0.1234
+    before = [sys.getrefcount(one) for one in (x, n, a, function)]
+    for _ in range(1000):
+        function(x, n, a)
+        with pytest.raises(TypeError):
+            function(x, n)
+    assert [sys.getrefcount(one) for one in (x, n, a, function)] == before
+
+
+def test_two_threads_at_once_give_what_one_gives() -> None:
+    """Scratch arrays are on the stack of each call."""
+    function, results = compiled(subset_functions.arrays), dict[int, set[float]]()
+
+    def work(k: int) -> None:
+        x = np.full(6, float(k))
+        results[k] = {function(x, 2, 0.5 * k) for _ in range(3000)}
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(len(found) == 1 for found in results.values())
+    assert results[3] == {subset_functions.arrays(np.full(6, 3.0), 2, 1.5)}
+
+
+def test_wrong_code_and_unknown_symbols_raise() -> None:
+    """LLVM ends the process at wrong code, and would call address 0 for an unknown symbol."""
+    with pytest.raises(RuntimeError):
+        machine.compiled("define i64 @f() {\nentry:\n  ret double 0.0\n}")
+    with pytest.raises(RuntimeError, match="materialize"):
+        machine.Code(machine.compiled("declare double @nowhere(double)\ndefine double @f() {\n  %x = call double @nowhere(double 1.0)\n  ret double %x\n}"), ("f",))  # fmt: skip
+
+
+def test_the_c_function_at_an_address() -> None:
+    def emit() -> None:
+        emission.define("double_it", "float", lambda x: 2.0 * x, ir.D)
+
+    found = machine.code("double it", ("double_it",), emit)
+    assert ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(found.addresses["double_it"])(21.0) == 42.0
+
+
+PROGRAM = """
+import sys
+sys.path[:] = {path}
+from gnomon.harness.kernels import ir, machine
+import subset_functions
+if {kept}:
+    def never(*_): raise AssertionError("compiled anew")
+    machine.compiled = never
+import numpy
+print(machine.function(subset_functions.loops, "float[1] int float", ir.D)(numpy.ones(4), 3, 2.0))
+"""
+
+
+def test_another_process_loads_kept_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    runs = [
+        subprocess.run([sys.executable, "-c", PROGRAM.format(path=sys.path, kept=kept)], capture_output=True, text=True, check=False)
+        for kept in (False, True)
+    ]  # fmt: skip
+    assert [run.stderr for run in runs] == ["", ""]
+    assert {float(run.stdout) for run in runs} == {subset_functions.loops(np.ones(4), 3, 2.0)}
+    (path,) = (tmp_path / "kernels").glob("*.o")
+    path.write_bytes(path.read_bytes()[:-1] + b"?")
+    damaged = subprocess.run([sys.executable, "-c", PROGRAM.format(path=sys.path, kept=True)], capture_output=True, text=True, check=False)  # fmt: skip
+    assert "compiled anew" in damaged.stderr
+
+
+def test_a_change_of_what_a_function_uses_changes_its_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = emission.fingerprint(subset_functions.chained)
+    monkeypatch.setattr(subset_functions, "LIMIT", 8)
+    assert emission.fingerprint(subset_functions.chained) != before
+    other = emission.fingerprint(subset_functions.loops)
+    monkeypatch.setattr(subset_functions, "helper", subset_functions.early)
+    assert emission.fingerprint(subset_functions.loops) != other

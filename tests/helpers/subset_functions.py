@@ -1,0 +1,112 @@
+"""Plain functions (x, n, a) -> float in the subset of Python that can be compiled, each with a part of it in its name."""
+
+from math import cos, exp, sin, sqrt
+from typing import Any
+
+import numpy as np
+
+LIMIT = 7
+
+
+def helper(x: Any, k: int) -> Any:
+    if k > 2 and x[k] > 0.0:
+        return sin(x[k])
+    return -1.0
+
+
+def early(x: Any, limit: float) -> int:
+    for i in range(x.size):
+        if abs(x[i]) > limit:
+            return i
+    return -1
+
+
+def pair(a: Any, b: Any) -> tuple[Any, Any]:
+    return a + b, a - b
+
+
+def branches(x: Any, n: int, a: float) -> float:
+    if a > 0.5:
+        value = a * x[0]
+    elif a < -0.5 or n % 2 == 0:
+        value = x[1] - a
+    else:
+        value = 1.0
+    return value if not (value > 0.0) else 2.0 * value
+
+
+def loops(x: Any, n: int, a: float) -> float:
+    total = 0.0
+    for i in range(x.size):
+        if i % n == 0:
+            continue
+        if x[i] > 1.5:
+            break
+        total += x[i] * a + helper(x, i)
+    while total > 3.0:
+        total /= 2.0
+    for k in range(x.size - 1, -1, -2):
+        total = total * 0.5 + x[k]
+    return total
+
+
+def returns(x: Any, n: int, a: float) -> float:
+    return early(x, a) + 10.0 * early(x, 100.0)
+
+
+def integers(x: Any, n: int, a: float) -> float:
+    k = n - 6
+    return float((k // 3) * 100 + (k % 3) * 10 + (-1) ** n + int(a * 10.0) + k * k + round(a * 3.0))
+
+
+def chained(x: Any, n: int, a: float) -> float:
+    return float(-1.0 < a <= 0.25 < x[0]) + 2.0 * float(not 0 < n < LIMIT)
+
+
+def guarded(x: Any, n: int, a: float) -> float:
+    k = n if n < x.size and x[n] > 0.0 else 0
+    return (x[k + 1] if k + 1 < x.size else a) + x[-1]
+
+
+def extremes(x: Any, n: int, a: float) -> float:
+    return max(a, x[0], x[1]) + 3.0 * min(a, x[0]) + abs(a) + float(abs(3 - n))
+
+
+def powers(x: Any, n: int, a: float) -> float:
+    return a**3 + (a * a + 1.0) ** -2 + (a * a + 1.0) ** 0.3 + 2.0**n + a**0
+
+
+def functions(x: Any, n: int, a: float) -> float:
+    return float(sin(a) + cos(a) + exp(a) + sqrt(a * a + 1.0) + np.log10(a * a + 1.0) + np.floor(a) + np.hypot(a, 1.0))
+
+
+def arrays(x: Any, n: int, a: float) -> float:
+    work, count = np.zeros((3, x.size)), np.zeros(2, dtype=np.int64)
+    for i in range(x.size):
+        work[1, i] = x[i]
+    row = work[1]
+    row[0] += a
+    for i in range(x.size):
+        count[i % 2] += 1
+    rest = work[1:]
+    return float(rest[0, 0] + work[2, x.size - 1] + count[0] - 2 * count[1] + row.size)
+
+
+def tuples(x: Any, n: int, a: float) -> float:
+    both = pair(a, x[0])
+    for _ in range(n):
+        both = pair(both[0] * 0.5, both[1])
+    first, second = both
+    return float(first * 2.0 + second)
+
+
+def complexes(x: Any, n: int, a: float) -> float:
+    z = np.empty(2, dtype=np.complex128)
+    z[0] = complex(a, x[0])
+    z[1] = z[0] * complex(0.5, -1.0) - z[0] / complex(2.0, a)
+    return float(z[1].real + 2.0 * z[1].imag + abs(z[0]))
+
+
+FUNCTIONS = (
+    branches, loops, returns, integers, chained, guarded, extremes, powers, functions, arrays, tuples, complexes,
+)  # fmt: skip
