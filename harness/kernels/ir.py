@@ -592,24 +592,28 @@ def loop() -> Iterator[Loop]:
     f.at(one.exit)
 
 
-class SymbolicRange(tuple[Any, ...]):
-    """Start, stop and step of a range, of which the emitted code alone knows one. A step that it alone knows is positive."""
+class SymbolicRange:
+    """A range of which only the emitted code knows the start, stop or step. A step that it alone knows is positive."""
+
+    def __init__(self, start: Any, stop: Any, step: Any) -> None:
+        self.start, self.stop, self.step = start, stop, step
+
+    def __iter__(self) -> Any:
+        raise Subset("a loop over a range of unknown length, where Python runs it")
 
 
 def range_(*bounds: Any) -> Any:
     if not symbolic(*bounds):
         return range(*bounds)
     start, stop, step = (0, bounds[0], 1) if len(bounds) == 1 else bounds if len(bounds) == 3 else (*bounds, 1)
-    return SymbolicRange((start, stop, step))
+    return SymbolicRange(start, stop, step)
 
 
 def counted(indices: Any) -> Iterator[tuple[Loop, Any]]:
     """The body of a `for` over a range, emitted once: yields the loop and the index."""
-    if isinstance(indices, range):
-        indices = SymbolicRange((indices.start, indices.stop, indices.step))
-    if not isinstance(indices, SymbolicRange):
+    if not isinstance(indices, range | SymbolicRange):
         raise Subset("break or continue in a loop that is not over a range")
-    start, stop, step = indices
+    start, stop, step = indices.start, indices.stop, indices.step
     place, one, f = Slot(I), Loop(), here()
     place.store(start)
     f.go(one.head)
