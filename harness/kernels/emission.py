@@ -146,7 +146,7 @@ class Translation:
         self.replaced, self.inlined = dict(replaced or {}), set(inlined)
         self.known: dict[Any, Callable[..., Any]] = {}
 
-    def function(self, plain: FunctionType) -> Callable[..., Any]:
+    def function(self, plain: Callable[..., Any]) -> Callable[..., Any]:
         """The function on symbolic values; its source is read at the first call."""
         if plain in PRIMITIVES:
             return PRIMITIVES[plain]
@@ -154,7 +154,7 @@ class Translation:
             self.known[plain] = ir.Outlined(self.inline(plain))
         return self.known[plain]
 
-    def inline(self, plain: FunctionType) -> Callable[..., Any]:
+    def inline(self, plain: Callable[..., Any]) -> Callable[..., Any]:
         """The function as a part of the functions that call it."""
         bound: list[Callable[..., Any]] = []
 
@@ -169,7 +169,7 @@ class Translation:
         inline.__name__ = plain.__name__
         return inline
 
-    def _bound(self, plain: FunctionType) -> Callable[..., Any]:
+    def _bound(self, plain: Callable[..., Any]) -> Callable[..., Any]:
         space: dict[str, Any] = {rewriting.HELPERS: ir, "__builtins__": {}}
         for name, value in uses(plain).items():
             space[name] = self._meaning(name, self.replaced.get(name, value))
@@ -191,7 +191,7 @@ class Translation:
         return NAMES_OF_MATH.get(value, value) if isinstance(value, BuiltinFunctionType) else value
 
 
-def placed(error: Exception, plain: FunctionType) -> Exception:
+def placed(error: Exception, plain: Callable[..., Any]) -> Exception:
     """A refusal that names the file and the line of a function at which its emission failed."""
     if isinstance(error, Subset) and error.placed:
         return error
@@ -203,12 +203,12 @@ def placed(error: Exception, plain: FunctionType) -> Exception:
     return found
 
 
-def allocates(function: FunctionType) -> bool:
+def allocates(function: Callable[..., Any]) -> bool:
     """Whether a function makes arrays. They live until it returns, so that in a loop it must be a function of its own."""
     return not {"empty", "zeros"}.isdisjoint(function.__code__.co_names)
 
 
-def uses(function: FunctionType) -> dict[str, Any]:
+def uses(function: Callable[..., Any]) -> dict[str, Any]:
     """The globals and builtins that a function uses, by name. Raises ValueError for a closure or an unknown name."""
     if function.__name__ == "<lambda>" or function.__closure__:
         raise ValueError(f"{function.__qualname__} is a lambda or a closure; write it as a function of a module")
@@ -228,7 +228,7 @@ def _global_names(code: Any) -> tuple[str, ...]:
     return tuple(sorted(names.union(*(_global_names(x) for x in inner))))
 
 
-def fingerprint(function: FunctionType, replaced: Mapping[str, Any] | None = None) -> str:
+def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None = None) -> str:
     """A text that changes whenever the emitted code of a function may: its source and all that it uses."""
     seen: dict[Any, str] = {}
 
@@ -269,7 +269,8 @@ def parameters(signature: str) -> Iterator[tuple[str, int]]:
 
 def define(name: str, signature: str, body: Callable[..., Any], result: str = I) -> None:
     """Emit the function @name, whose arrays are addresses followed by sizes, around a function on symbolic values."""
-    heads, arguments = [], []
+    heads: list[str] = []
+    arguments: list[Value | Array] = []
     for n, (kind, dimensions) in enumerate(parameters(signature)):
         if not dimensions:
             heads.append(f"{kind} %a{n}")

@@ -37,7 +37,9 @@ class Kernel:
     `plain`, which the timed calls need in any case.
     """
 
-    def __init__(self, key: str, emit: Callable[[], None], sizes: tuple[int, int, int], plain: "Kernel | None" = None) -> None:
+    def __init__(
+        self, key: str, emit: Callable[[], None], sizes: tuple[int, int, int], plain: "Kernel | None" = None
+    ) -> None:
         self.key, self.emit, self.sizes, self.plain = key, emit, sizes, plain
 
     @cached_property
@@ -199,14 +201,18 @@ def call_kernel(
         translation = emission.Translation()
         known = {name: translation.inline(function) for name, function in functions.items()}
         with ir.Function("void @kernel(double %t, ptr %y, ptr %p, ptr %out)") as f:
-            y, p, out = (ir.Array(ir.Value(ir.POINTER, f"%{name}"), (n,)) for name, n in zip(("y", "p", "out"), sizes, strict=True))
-            given = {"t": ir.Value(ir.D, "%t"), "y": tuple(y[i] for i in range(states)), "p": tuple(p[i] for i in range(parameters))}
-            found = (*given["y"][lead : 2 * lead], *eval(call, known, given))
-            for i, value in enumerate(found):
+            y, p, out = (_numbers(name, size) for name, size in zip(("y", "p", "out"), sizes, strict=True))
+            state = tuple(y[i] for i in range(states))
+            given = {"t": ir.Value(ir.D, "%t"), "y": state, "p": tuple(p[i] for i in range(parameters))}
+            for i, value in enumerate((*state[lead : 2 * lead], *eval(call, known, given))):
                 out[i] = value
             f.do("ret void")
 
     return Kernel(f"{call} {sizes} {lead}\n{prints}", emit, sizes, plain)
+
+
+def _numbers(name: str, size: int) -> ir.Array:
+    return ir.Array(ir.Value(ir.POINTER, f"%{name}"), (size,))
 
 
 def check_values(functions: dict[str, Any], call: str, states: int, parameters: int, wanted: int) -> None:

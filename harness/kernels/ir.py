@@ -170,14 +170,16 @@ class Value:
     def __rpow__(self, base: Any) -> Any:
         return power(base, self)
 
-    def __floordiv__(self, other: Any) -> "Value":
+    def __floordiv__(self, other: Any) -> Any:
         quotient, rest = self._divided(other)
-        return quotient - convert(compared("slt", rest ^ convert(other, I), 0) & compared("ne", rest, 0), I)
+        return arithmetic(
+            "sub", quotient, convert(compared("slt", rest ^ convert(other, I), 0) & compared("ne", rest, 0), I)
+        )
 
     def __mod__(self, other: Any) -> Any:
         _, rest = self._divided(other)
         wrong = compared("slt", rest ^ convert(other, I), 0) & compared("ne", rest, 0)
-        return rest + select(wrong, convert(other, I), 0)
+        return arithmetic("add", rest, select(wrong, convert(other, I), 0))
 
     def _divided(self, other: Any) -> tuple["Value", "Value"]:
         """Quotient and rest of integers, rounded towards zero."""
@@ -770,4 +772,3 @@ class Outlined:
                     whole = f.emit(f.result, f"insertvalue {whole.typed}, {x.typed}, {n}")
                 f.do(f"ret {whole.typed}")
         return name, f.result, returned, kinds
-

@@ -17,6 +17,7 @@ from gnomon.harness.kernels.generated_modules import announced, cache_folder
 from gnomon.harness.kernels.ir import POINTER, B, D, I, Value
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding as llvm
+from numpy._core import multiarray
 
 LEVEL = 2
 """Optimisation. Level 1 takes a fifth less to compile; DOP853 is then a quarter slower on three components."""
@@ -35,7 +36,11 @@ def _target() -> Any:
 
 def _machine() -> Any:
     return _target().create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=2, codemodel="jitdefault", jit=True
+        cpu=llvm.get_host_cpu_name(),
+        features=llvm.get_host_cpu_features().flatten(),
+        opt=2,
+        codemodel="jitdefault",
+        jit=True,
     )
 
 
@@ -117,7 +122,7 @@ def _externals() -> dict[str, int]:
     """Addresses that emitted code needs, by name."""
     table = ctypes.pythonapi.PyCapsule_GetPointer
     table.restype, table.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
-    entries = ctypes.cast(table(np._core.multiarray._ARRAY_API, None), ctypes.POINTER(ctypes.c_void_p))
+    entries = ctypes.cast(table(multiarray._ARRAY_API, None), ctypes.POINTER(ctypes.c_void_p))
     found = {name: ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value or 0 for name in PYTHON}
     return found | {
         "PyArray_New": entries[NEW_ARRAY] or 0, "gnomon_ndarray": id(np.ndarray), "gnomon_TypeError": id(TypeError),
@@ -126,7 +131,12 @@ def _externals() -> dict[str, int]:
 
 
 class _Method(ctypes.Structure):
-    _fields_ = [("name", ctypes.c_char_p), ("function", ctypes.c_void_p), ("flags", ctypes.c_int), ("doc", ctypes.c_char_p)]
+    _fields_ = [
+        ("name", ctypes.c_char_p),
+        ("function", ctypes.c_void_p),
+        ("flags", ctypes.c_int),
+        ("doc", ctypes.c_char_p),
+    ]
 
 
 def callable_at(address: int, name: str, keep: Any) -> Callable[..., Any]:
@@ -176,7 +186,9 @@ def define_entry(
             f.do(call)
             found = _none() if new is None else new
         else:
-            found = ir.call("PyLong_FromLongLong" if result == I else "PyFloat_FromDouble", POINTER, f.emit(result, call))
+            found = ir.call(
+                "PyLong_FromLongLong" if result == I else "PyFloat_FromDouble", POINTER, f.emit(result, call)
+            )
         f.do(f"ret ptr {found}")
         f.at(fail)
         f.do("ret ptr null")

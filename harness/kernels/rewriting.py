@@ -76,7 +76,12 @@ def _rewritten(definition: ast.FunctionDef) -> ast.FunctionDef:
     body = [x for x in definition.body if not (isinstance(x, ast.Expr) and isinstance(x.value, ast.Constant))]
     loops = [x for x in ast.walk(definition) if isinstance(x, ast.For | ast.While)]
     jumps = any(isinstance(y, ast.Return) for x in loops for y in ast.walk(x))
-    if (not jumps and any(isinstance(y, ast.Return) for x in body[:-1] for y in ast.walk(x))) or (not jumps and body and isinstance(body[-1], ast.If) and any(isinstance(y, ast.Return) for y in ast.walk(body[-1]))):
+    if (not jumps and any(isinstance(y, ast.Return) for x in body[:-1] for y in ast.walk(x))) or (
+        not jumps
+        and body
+        and isinstance(body[-1], ast.If)
+        and any(isinstance(y, ast.Return) for y in ast.walk(body[-1]))
+    ):
         body = [*_folded(body), ast.Return(ast.Name(RESULT, ast.Load()))]
     arguments = [argument.arg for argument in definition.args.args]
     slots = _in_slots(body, arguments)
@@ -90,11 +95,11 @@ def _rewritten(definition: ast.FunctionDef) -> ast.FunctionDef:
     if slots or jumps:
         start = ast.parse(f"{FRAME} = {HELPERS}.Frame()\n").body
         start += [
-            ast.Assign([_frame(name, ast.Store())], ast.Name(name, ast.Load()))
-            for name in arguments
-            if name in slots
+            ast.Assign([_frame(name, ast.Store())], ast.Name(name, ast.Load())) for name in arguments if name in slots
         ]
-    plain = ast.arguments([], [ast.arg(x.arg) for x in definition.args.args], None, [], [], None, definition.args.defaults)
+    plain = ast.arguments(
+        [], [ast.arg(x.arg) for x in definition.args.args], None, [], [], None, definition.args.defaults
+    )
     found = ast.FunctionDef(definition.name, plain, [*start, *new] or [ast.Pass()], [], None, None)
     return ast.copy_location(found, definition)
 
@@ -207,6 +212,7 @@ class Rewrite(ast.NodeTransformer):
         return ast.copy_location(_frame(node.id, node.ctx), node) if node.id in self.slots else node
 
     def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
+        found: ast.expr
         found, *rest = [self.visit(value) for value in node.values]
         for value, original in zip(rest, node.values[1:], strict=True):
             both = ast.Constant(isinstance(node.op, ast.And))

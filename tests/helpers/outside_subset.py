@@ -17,7 +17,7 @@ def trying(x: Any, n: int, a: float) -> float:
     try:  # compiled code cannot have try
         return a
     finally:
-        n = 0
+        pass
 
 
 def kinds(x: Any, n: int, a: float) -> float:
@@ -48,7 +48,7 @@ def slices(x: Any, n: int, a: float) -> float:
 
 
 def after(x: Any, n: int, a: float) -> float:
-    for i in range(n):  # i is the variable of a loop and is used outside it
+    for i in range(n):  # noqa: B007 # i is the variable of a loop and is used outside it
         a += x[0]
     return a + i
 

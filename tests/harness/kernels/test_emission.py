@@ -52,7 +52,7 @@ def test_a_refusal_names_the_line_and_the_reason(plain: FunctionType) -> None:
     first = plain.__code__.co_firstlineno
     lines = Path(outside_subset.__file__).read_text().splitlines()
     own = lines[first - 1 : first + 8]
-    line, reason = next((first + k, text.partition("# ")[2]) for k, text in enumerate(own) if "# " in text)
+    line, reason = next((first + k, text.rpartition("# ")[2]) for k, text in enumerate(own) if "# " in text)
     assert reason in str(refusal.value)
     assert Path(outside_subset.__file__).name in str(refusal.value)
     assert f"line {line}" in str(refusal.value)
@@ -64,7 +64,9 @@ def test_arguments_of_other_types_raise_typeerror() -> None:
     frozen.flags.writeable = False
     other = [x.astype(np.float32), x.astype(">f8"), x.astype(np.int64), x[::2], x[None], frozen, [1.0], None, 1.0]
     for wrong in other:
-        with pytest.raises(TypeError, match="argument 1 must be a C-contiguous, writeable float64 array of 1 dimension"):
+        with pytest.raises(
+            TypeError, match="argument 1 must be a C-contiguous, writeable float64 array of 1 dimension"
+        ):
             function(wrong, 1, 1.0)
     for wrong in ((x, 1.5, 1.0), (x, None, 1.0), (x, 1, "1"), (x, 1), (x, 1, 1.0, 1.0)):
         with pytest.raises(TypeError):
