@@ -21,12 +21,6 @@ from gnomon.harness.kernels.ir import Array, B, Complex, D, I, Subset, V, Value,
 
 # What names mean -------------------------------------------------------------------------------------------------------
 
-INTRINSICS = ("sqrt", "sin", "cos", "exp", "log", "log10", "log2", "floor", "ceil", "fabs")
-"""Functions of a float that LLVM knows; it calls those of the C library for all but sqrt, floor, ceil and fabs."""
-LIBRARY = ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "atan2", "hypot", "cbrt",
-           "expm1", "log1p", "erf", "copysign", "fmod")  # fmt: skip
-"""Functions of floats of the C library."""
-
 
 def _function(name: str) -> Callable[..., Any]:
     plain: Callable[..., Any] = getattr(math, name)
@@ -35,7 +29,7 @@ def _function(name: str) -> Callable[..., Any]:
         if not symbolic(*arguments):
             return plain(*arguments)
         values = [convert(x, D) for x in arguments]
-        return ir.call(f"llvm.{name}.f64" if name in INTRINSICS else name, D, *values)
+        return ir.call(name if name in ir.LIBRARY else f"llvm.{name}.f64", D, *values)
 
     return function
 
@@ -105,8 +99,10 @@ def zeros(shape: Any, dtype: Any = np.float64) -> Array:
     return found
 
 
-MATH: dict[str, Any] = {name: _function(name) for name in (*INTRINSICS, *LIBRARY) if hasattr(math, name)}
-NAMES_OF_MATH = {getattr(math, name): function for name, function in MATH.items()} | {math.pow: power}
+MATH: dict[str, Any] = {
+    name: _function(name) for name in sorted(ir.INTRINSICS | ir.LIBRARY) if hasattr(math, name)
+} | {"pow": power}
+NAMES_OF_MATH = {getattr(math, name): function for name, function in MATH.items()}
 NUMPY = {
     "inf": math.inf, "nan": math.nan, "pi": math.pi, "empty": empty, "zeros": zeros, "abs": size_of,
     "float64": np.float64, "int64": np.int64, "complex128": np.complex128, "isfinite": lambda x: size_of(x) < math.inf, "isnan": lambda x: x != x,
@@ -182,7 +178,7 @@ class Translation:
         if value is np:
             return SimpleNamespace(**NUMPY)
         if value is math:
-            return SimpleNamespace(**MATH, inf=math.inf, nan=math.nan, pi=math.pi, pow=power)
+            return SimpleNamespace(**MATH, inf=math.inf, nan=math.nan, pi=math.pi)
         if isinstance(value, FunctionType):
             inlined = name in self.inlined and value not in PRIMITIVES and not allocates(value)
             return self.inline(value) if inlined else self.function(value)
@@ -209,15 +205,15 @@ def allocates(function: Callable[..., Any]) -> bool:
 
 
 def uses(function: Callable[..., Any]) -> dict[str, Any]:
-    """The globals and builtins that a function uses, by name. Raises ValueError for a closure or an unknown name."""
-    if function.__name__ == "<lambda>" or function.__closure__:
-        raise ValueError(f"{function.__qualname__} is a lambda or a closure; write it as a function of a module")
+    """The globals, the builtins and the variables of outer functions that a function uses, by name."""
     found = {}
     for name in _global_names(function.__code__):
         if name in function.__globals__:
             found[name] = function.__globals__[name]
         elif hasattr(builtins, name):
             found[name] = getattr(builtins, name)
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        found[name] = cell.cell_contents
     return found
 
 
@@ -238,11 +234,15 @@ def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None
                 seen[value] = ""
                 used = {name: (replaced or {}).get(name, x) for name, x in uses(value).items()}
                 parts = [rewriting.source_of(value), repr(value.__defaults__)]
+                if value.__name__ == "<lambda>":  # the source may have several
+                    parts.append(repr([place[2:] for place in value.__code__.co_positions()]))
                 parts += [f"{name} = {visit(x)}" for name, x in used.items()]
                 seen[value] = "\n".join(parts)
             return f"{value.__module__}.{value.__qualname__}"
         if isinstance(value, ModuleType | type | FunctionType | BuiltinFunctionType):
             return value.__name__
+        if isinstance(value, np.ndarray):
+            value = value.dtype, value.tolist()
         return value.typed if isinstance(value, ir.Value) else repr(value)
 
     return visit(function) + "\n" + "\n".join(seen.values())

@@ -38,6 +38,8 @@ def source_of(function: Callable[..., Any]) -> str:
 @cache
 def rewritten(function: Callable[..., Any]) -> CodeType:
     """The code of a module that defines the function rewritten. Raises Subset for what cannot be emitted."""
+    if function.__name__ == "<lambda>":
+        raise Subset(f"{function.__qualname__} is a lambda; write it as a function")
     (definition,) = ast.parse(textwrap.dedent(source_of(function))).body
     if not isinstance(definition, ast.FunctionDef):
         raise Subset(f"{function.__qualname__} is no plain function")
