@@ -20,7 +20,6 @@ reached are infinite.
 """
 
 from collections.abc import Callable
-from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -28,8 +27,8 @@ from gnomon.cases.core.arithmetic import FUNCTIONS, rebind
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Tolerance, Unsupported
+from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.contract.validation import require_positive
-from gnomon.harness.kernels.equations import gather
 
 ABSOLUTE = 0.01
 """atol over rtol."""
@@ -59,14 +58,12 @@ class Tsit5(Installed):
         require_positive(setting, "tolerance")
         assert isinstance(problem.form, FirstOrder)
         sizes = problem.dimension, len(problem.times), len(problem.parameters)
-        source = vars(problem.form.source or problem.form)
-        equations = problem.form.equations, gather({name: each for name, each in source.items() if callable(each)})
         given = np.append(problem.t0, problem.times), problem.parameters, np.float64(setting)
-        one = compiled(self.name, *equations, sizes)
+        one = compiled(self.name, problem.form.equations, sizes)
 
         def solve(initial_states: Floats) -> Solution:
             many = len(initial_states) if len(initial_states) >= ENSEMBLE else 0
-            function = compiled(self.name, *equations, sizes, many) if many else one
+            function = compiled(self.name, problem.form.equations, sizes, many) if many else one
             states = np.empty((len(initial_states), len(problem.times), problem.dimension))
             steps, reasons = 0, []
             with jax.enable_x64(True):
@@ -94,15 +91,13 @@ class Kvaerno5(Tsit5):
     name = "Kvaerno5"
 
 
-@cache
-def compiled(
-    method: str, equations: Callable[..., Any], text: str, sizes: tuple[int, int, int], ensemble: int = 0
-) -> Any:
+@cached_by_content
+def compiled(method: str, equations: Callable[..., Any], sizes: tuple[int, int, int], ensemble: int = 0) -> Any:
     """A compiled function (start, times, parameters, tolerance) -> states, steps, success, result.
 
-    The times begin with the time of the start. `text`: the source of the equations with the numbers that it uses, as
-    part of the cache's key. `sizes`: the numbers of components, samples and parameters. `ensemble`: the number of
-    starts that are solved at once; 0: the start is one state. Raises Unsupported if JAX cannot evaluate the equations.
+    The times begin with the time of the start. `sizes`: the numbers of components, samples and parameters. `ensemble`:
+    the number of starts that are solved at once; 0: the start is one state. Raises Unsupported if JAX cannot evaluate
+    the equations.
     """
     import diffrax
     import jax

@@ -35,7 +35,7 @@ from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.equations import Kernel, right_hand_side
-from gnomon.harness.kernels.straight_line import jacobian_kernel
+from gnomon.harness.kernels.straight_line import derivatives_if_traced
 
 ABSOLUTE = 1e-3
 """atol over rtol."""
@@ -104,10 +104,7 @@ def right_hand_side_of(problem: Problem) -> Function:
 
 
 def called_from_python(kernel: Kernel, size: int, buffer: Floats) -> Function:
-    """A kernel as a function of (t, y), y contiguous, that returns a new array (size,).
-
-    The array is made in Python: numba takes 200 ns longer (of 700) to return one.
-    """
+    """A kernel as a function of (t, y), y contiguous, that returns a new array (size,)."""
     pointer, empty = kernel.pointer, np.empty
 
     def function(t: float, y: Floats) -> Floats:
@@ -123,7 +120,7 @@ def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Function | 
 
     None if the equations cannot be traced.
     """
-    kernel = jacobian_kernel(form, dimension, len(buffer) - 1)
+    kernel = derivatives_if_traced(form, dimension, len(buffer) - 1)
     if kernel is None:
         return None
     function = called_from_python(kernel, dimension**2, buffer)

@@ -6,7 +6,7 @@ latter takes its arguments from Python itself (METH_FASTCALL), which costs a ten
 
 import ctypes
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -139,13 +139,13 @@ class _Method(ctypes.Structure):
     ]
 
 
-def callable_at(address: int, name: str, keep: Any) -> Callable[..., Any]:
-    """The function of Python for code at an address that takes (self, arguments, their number)."""
+def callable_at(address: int, name: str, keep: Any, own: Any = None) -> Callable[..., Any]:
+    """The function of Python for code at an address that takes (self, arguments, their number); self is `own`."""
     method = _Method(name.encode(), address, FASTCALL, None)
     _kept.append((method, keep))
     new = ctypes.pythonapi.PyCFunction_NewEx
-    new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
-    found: Callable[..., Any] = new(ctypes.addressof(method), None, None)
+    new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p]
+    found: Callable[..., Any] = new(ctypes.addressof(method), own, None)
     return found
 
 
@@ -154,33 +154,37 @@ _kept: list[Any] = []
 
 
 def define_entry(
-    name: str, signature: str, inner: str, result: str = I, returns: int = 0, least: Sequence[Sequence[int]] = ()
+    name: str, signature: str, inner: str, result: str = I, own: int = 0, returns: bool = False
 ) -> None:
     """Emit the entry @name for Python of the emitted function @inner, which has this signature.
 
-    With `returns` the last argument is a new array of so many doubles, which is the result. `least`: the smallest sizes
-    of the arrays.
+    With `own` the function of Python holds an array of `own` integers, which @inner takes first: a number, and the least
+    size of each array. With `returns` the last array is a new one of its least size, and is the result.
     """
     words = [*emission.parameters(signature)]
-    given, limits = words[:-1] if returns else words, iter(least)
+    given = words[:-1] if returns else words
     with ir.Function(f"{{result}} @{name}(ptr %self, ptr %arguments, i64 %count)") as f:
         f.result = POINTER
         fail = f.name("fail")
         _require(ir.compared("eq", Value(I, "%count"), len(given)), f"{len(given)} arguments are wanted")
-        passed: list[Value] = []
+        held = _loaded(POINTER, Value(POINTER, "%self"), DATA) if own else None
+        passed = [_loaded(I, held, 8 * n) for n in range(own)] if held is not None else []
+        least = iter(passed[1:])
         for n, (kind, dimensions) in enumerate(given):
             item = _loaded(POINTER, Value(POINTER, "%arguments"), 8 * n)
             if not dimensions:
-                passed.append(_number(item, kind, fail))
+                passed = [*passed, _number(item, kind, fail)]
                 continue
             pointer, *sizes = _array(item, n, kind, dimensions)
-            for size, smallest in zip(sizes, next(limits, ()), strict=False):
-                _require(ir.compared("ge", size, smallest), f"argument {n + 1} must have {smallest} elements")
-            passed += [pointer, *sizes]
+            smallest = next(least, None)
+            if smallest is not None:
+                _require(ir.compared("ge", sizes[0], smallest), f"argument {n + 1} has too few elements")
+            passed = [*passed, pointer, *sizes]
         new = None
         if returns:
-            new = _new_array(returns, fail)
-            passed += [_loaded(POINTER, new, DATA), Value(I, str(returns))]
+            size = next(least)
+            new = _new_array(size, fail)
+            passed = [*passed, _loaded(POINTER, new, DATA), size]
         call = f"call {result} @{inner}({', '.join(x.typed for x in passed)})"
         if result == "void":
             f.do(call)
@@ -261,7 +265,7 @@ def _array(item: Value, n: int, kind: str, dimensions: int) -> list[Value]:
     return [_loaded(POINTER, item, DATA), *(_loaded(I, shape, 8 * k) for k in range(dimensions))]
 
 
-def _new_array(size: int, fail: str) -> Value:
+def _new_array(size: Value, fail: str) -> Value:
     f = ir.here()
     place = f.allocate(I)
     f.do(f"store i64 {size}, ptr {place}")

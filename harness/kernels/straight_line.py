@@ -1,58 +1,77 @@
-"""Write traced equations and their Jacobian as one plain function, and compile it."""
+"""Compute traced equations and their Jacobian node by node, in any arithmetic, and compile them."""
 
-from collections.abc import Iterable, Sequence
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from gnomon.cases.core.arithmetic import FUNCTIONS
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.contract.sources import cached_by_content
+from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.equations import OPTIONS, Kernel, address
-from gnomon.harness.kernels.traced import Node, ReducedTrace, Value, sequence, traced
+from gnomon.harness.kernels.equations import Kernel, content, write
+from gnomon.harness.kernels.traced import Node, ReducedTrace, Trace, Value, sequence, traced
+
+OPERATORS: dict[str, Callable[..., Any]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow,
+    "neg": operator.neg,
+}  # fmt: skip
 
 
-def jacobian_text(form: FirstOrder, dimension: int, parameters: int) -> str:
-    """Source text of `kernel(t, y, p, out)` for the exact Jacobian df/dy, row by row.
+def evaluated(
+    nodes: Iterable[Node], trace: Trace, t: Any, y: Sequence[Any], p: Sequence[Any], functions: Mapping[str, Any]
+) -> dict[Any, Any]:
+    """The values of nodes, each after its arguments, at a time, a state and parameters.
 
-    Raises ValueError for equations that branch.
+    The arithmetic is that of these numbers and of `functions`, by their names in `math`.
     """
-    trace = ReducedTrace(dimension, parameters)
-    return function_text(jacobian(traced(form, trace), trace.state))
+    found: dict[Any, Any] = {trace.t: t}
+    found |= zip(trace.parameters, p, strict=False)
+    found |= zip(trace.state, y, strict=False)
+    for node in nodes:
+        if node.arguments:
+            operation = OPERATORS.get(node.operation) or functions[node.operation]
+            found[node] = operation(*(found[x] if isinstance(x, Node) else x for x in node.arguments))
+    return found
 
 
-def jacobian_kernel(form: FirstOrder, dimension: int, parameters: int) -> Kernel | None:
-    """The compiled Jacobian df/dy; None for equations that cannot be traced (a branch, abs)."""
+def computed(
+    values: Sequence[Value], trace: Trace, t: Any, y: Sequence[Any], p: Sequence[Any], functions: Mapping[str, Any]
+) -> list[Any]:
+    """The numbers that traced `values` are (see `evaluated`); each node is computed only once."""
+    found = evaluated(sequence(values), trace, t, y, p, functions)
+    return [found[x] if isinstance(x, Node) else x for x in values]
+
+
+def derivatives(form: FirstOrder, trace: Trace, slopes: bool = False) -> tuple[Value, ...]:
+    """The exact Jacobian df/dy, row by row; with `slopes`, f before it. Raises ValueError for equations that branch."""
+    values = traced(form, trace)
+    return (*(values if slopes else ()), *jacobian(values, trace.state))
+
+
+@cached_by_content
+def derivatives_kernel(form: FirstOrder, dimension: int, parameters: int, slopes: bool = False) -> Kernel:
+    """The compiled `derivatives`. Raises ValueError for equations that cannot be traced (a branch, abs)."""
+
+    def body(t: ir.Value, y: ir.Array, p: ir.Array, out: ir.Array) -> None:
+        trace = ReducedTrace(dimension, parameters)
+        values = derivatives(form, trace, slopes)
+        write(out, computed(values, trace, t, content(y), content(p), emission.MATH))
+
+    key = f"derivatives {slopes}\n{emission.fingerprint(form.equations)}"
+    found = Kernel(key, body, (dimension, parameters, dimension * (dimension + slopes)))
+    _ = found.code  # the equations are traced only if no code is kept
+    return found
+
+
+def derivatives_if_traced(form: FirstOrder, dimension: int, parameters: int, slopes: bool = False) -> Kernel | None:
+    """The same, but None for equations that cannot be traced."""
     try:
-        return Kernel(module_text(jacobian_text(form, dimension, parameters)))
+        return derivatives_kernel(form, dimension, parameters, slopes)
+    except ir.Subset:
+        raise
     except ValueError:
         return None
-
-
-def counting_text(form: FirstOrder, dimension: int, parameters: int) -> str:
-    """Source text of `kernel(t, y, p, out)` for f followed by df/dy; each call adds 1 to p[parameters]."""
-    trace = ReducedTrace(dimension, parameters)
-    values = traced(form, trace)
-    return f"{function_text((*values, *jacobian(values, trace.state)))}    p[{parameters}] += 1.0\n"
-
-
-def function_text(values: Sequence[Value]) -> str:
-    """Source text of a function `kernel(t, y, p, out)` that computes `values` and each node only once."""
-    lines = [*definitions(sequence(values)), *(f"    out[{i}] = {name(x)}" for i, x in enumerate(values))]
-    return "\n".join(["def kernel(t, y, p, out):", *lines, ""])
-
-
-def definitions(nodes: Iterable[Node]) -> list[str]:
-    """A line for each node. The text runs in any arithmetic that its globals `math` and ONE give, such as mpmath's."""
-    return [f"    {name(x)} = {_definition(x)}" for x in nodes]
-
-
-def _definition(node: Node) -> str:
-    names = [name(x) for x in node.arguments]
-    if node.operation == "/" and not isinstance(node.arguments[0], Node):
-        names[0] = f"ONE * {names[0]}"  # so that 1 / 3 is computed in the arithmetic of ONE
-    return expression(node.operation, names)
-
-
-def name(value: Value) -> str:
-    return f"n{value.index}" if isinstance(value, Node) else f"({value!r})"
 
 
 def expression(operation: str, arguments: Sequence[str]) -> str:
@@ -62,13 +81,3 @@ def expression(operation: str, arguments: Sequence[str]) -> str:
     if operation == "neg":
         return f"-{arguments[0]}"
     return f" {operation} ".join(arguments) or operation
-
-
-def compiled(text: str) -> int:
-    """Compile the text of a `kernel` to a C function (double t, double *y, double *p, double *out): its address."""
-    return address(module_text(text), "kernel")
-
-
-def module_text(text: str) -> str:
-    """The source of a module in which numba compiles the text of a `kernel`."""
-    return "\n".join(["import math", "from numba import njit", "ONE = 1.0", f"@njit({OPTIONS})", text])

@@ -1,10 +1,10 @@
 """Trace the equations of a case: call its functions on symbols, and store each value once as an expression.
 
-Other modules turn the expressions into exact derivatives (`derivatives.py`) and into text: a plain function and the
-Jacobian (`straight_line.py`), code in three stages for vectors (`staged_code.py`), the recurrences of Taylor's method,
-and equations for readers (`equation_text.py`).
+Other modules turn the expressions into exact derivatives (`derivatives.py`), compiled functions (`straight_line.py`), code
+in three stages for vectors (`staged_code.py`), the recurrences of Taylor's method, and equations for readers
+(`equation_text.py`).
 
-A `Trace` keeps each arithmetic operation, so that its text gives the same numbers as the case's own function; it only
+A `Trace` keeps each arithmetic operation, so that its nodes give the same numbers as the case's own function; it only
 removes + 0, * 1, * 0, / 1 and x - x. A `ReducedTrace` has fewer operations.
 """
 
@@ -14,8 +14,8 @@ from functools import partial
 from typing import Any
 
 from gnomon.cases.core.arithmetic import FUNCTIONS, Unbranching, rebind
-from gnomon.cases.core.forms import FirstOrder, Form, RigidBody, SecondOrder, Values, euler_equations
-from gnomon.harness.kernels.equations import check_values
+from gnomon.cases.core.forms import Form, SecondOrder, Values, first_order
+from gnomon.harness.kernels.equations import check_form, check_values
 
 RUN, STEP, ROUND = 0, 1, 2
 """Levels of a value. RUN: it depends on parameters only; STEP: also on t; ROUND: also on the state."""
@@ -73,7 +73,7 @@ class Trace:
         )
         self.parameters = tuple(self._variable(f"p[{i}]", RUN) for i in range(parameters))
         self.functions: dict[str, Callable[..., Node]] = {name: partial(self.node, name) for name in FUNCTIONS}
-        """The functions of `math`. Even for a number they give a node, so that the text works in other arithmetics."""
+        """The functions of `math`. Even for a number they give a node, so that the nodes work in other arithmetics."""
 
     def _variable(self, name: str, level: int) -> Node:
         return self.nodes.setdefault((name,), Node(self, name, (), level))
@@ -175,16 +175,12 @@ def traced(form: Form, trace: Trace) -> tuple[Value, ...]:
 def _right_hand_side(form: Form, t: Node, y: Values, p: Values, functions: dict[str, Any]) -> Values:
     if isinstance(form, SecondOrder):
         half = len(y) // 2
-        check_values({"acceleration": form.acceleration}, "acceleration(t, y, p)", half, len(p), half)
+        check_values(form.acceleration, (half, len(p)), half)
         return tuple(rebind(form.acceleration, functions)(t, y[:half], p))
-    if isinstance(form, RigidBody):
-        check_values({"inertia": form.inertia}, "inertia(p)", 0, len(p), 3)
-        check_values({"torque": form.torque}, "torque(t, y, p)", len(y), len(p), 3)
-        inertia, torque = rebind(form.inertia, functions), rebind(form.torque, functions)
-        return euler_equations(y, inertia(p), torque(t, y, p))
-    assert isinstance(form, FirstOrder)
-    check_values({"equations": form.equations}, "equations(t, y, p)", len(y), len(p), len(y))
-    return tuple(rebind(form.equations, functions)(t, y, p))
+    first = first_order(form)
+    assert first is not None
+    check_form(first, len(y), len(p))
+    return tuple(rebind(first.equations, functions)(t, y, p))
 
 
 def reached(values: Iterable[Value]) -> list[Node]:

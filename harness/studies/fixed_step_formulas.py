@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import singledispatch
 from typing import Any
 
+from gnomon.cases.core.arithmetic import mpmath_arithmetic
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Solver
@@ -25,7 +26,7 @@ from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded
 from gnomon.harness.integrators.runge_kutta.explicit import RungeKutta
 from gnomon.harness.integrators.runge_kutta.nystrom import Nystrom, nystrom_increment
-from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
+from gnomon.harness.integrators.taylor.recurrences import STRIDE, Recurrences, coefficients
 
 
 @singledispatch
@@ -140,14 +141,12 @@ def taylor_steps(mp: Any, case: Case, order: int, count: int) -> list[Any]:
     """
     form = accepted_form(case, (FirstOrder,))
     assert isinstance(form, FirstOrder)
-    text, length = coefficients_text(form, len(case.state), len(case.parameter_list))
-    space: dict[str, Any] = {"math": mp, "ONE": mp.mpf(1)}
-    exec(text, space)
+    recurrences = Recurrences(form, len(case.state), len(case.parameter_list))
     parameters = [mp.mpf(x.numerator) / x.denominator for x in case.parameter_values()]
     state = [mp.mpf(x.numerator) / x.denominator for x in case.initial_state]
     h = mp.mpf(case.span.numerator) / case.span.denominator / count
     for k in range(count):
-        w = [mp.mpf(0)] * length
-        space["kernel"](k * h, [*state, order], parameters, w)
+        w = [mp.mpf(0)] * recurrences.length
+        coefficients(recurrences, mpmath_arithmetic(mp), mp.mpf(1), k * h, [*state, order], parameters, w)
         state = [mp.fsum(w[STRIDE * i + j] * h**j for j in range(order + 1)) for i in range(len(state))]
     return state

@@ -157,7 +157,7 @@ def substeps_of(problem: Problem, h: float) -> int:
 
 def given(mp: Any, function: Callable[[Any], Any], parameters: Sequence[Any], count: int) -> list[Any]:
     """The `count` numbers that a form's function of the parameters returns. Raises ValueError for another count."""
-    check_values({"function": function}, "function(p)", 0, len(parameters), count)
+    check_values(function, (len(parameters),), count)
     return [mp.mpf(x) for x in function(tuple(parameters))]
 
 

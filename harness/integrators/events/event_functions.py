@@ -1,13 +1,11 @@
 """Compile the functions of a hybrid form as one function, which the loop of steps calls by address."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
-import numpy as np
 from gnomon.cases.core.forms import Equations, Hybrid, Mode, Transition
 from gnomon.harness.contract.sources import cached_by_content
-from gnomon.harness.kernels.equations import IMPORTS, OPTIONS, address, check_values, gather_into, unpack_arguments
+from gnomon.harness.kernels import emission, ir
+from gnomon.harness.kernels.equations import Kernel, check_source, check_values, content, write
 
 
 def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
@@ -18,7 +16,7 @@ def compiled_parts(form: Hybrid, dimension: int, parameters: int) -> int:
     reset if it has no limit mode.
     """
     plain = tuple(replace(transition, target="") for transition in form.transitions)  # a target is not compiled
-    return _parts(form.modes, plain, form.limits, dimension, parameters)
+    return _parts(form.modes, plain, form.limits, dimension, parameters).address
 
 
 @cached_by_content
@@ -28,24 +26,31 @@ def _parts(
     limits: tuple[tuple[str, str, Equations], ...],
     dimension: int,
     parameters: int,
-) -> int:
+) -> Kernel:
     maps = {name: to_limit for name, _, to_limit in limits}
-    write = tuple(f"out[{i}] = r[{i}]" for i in range(dimension))
-    functions: list[tuple[Callable[..., Any], str, int, tuple[str, ...]]] = [
-        *((m.equations, f"p + {m.constants!r}" if m.constants else "p", dimension, (*write, f"p_[{parameters}] += 1.0"))
-          for m in modes),
-        *((g.guard, "p", 1, (f"out[0] = {-g.direction} * r[0]",)) for g in transitions),
-        *((g.reset, "p", dimension, write) for g in transitions),
-        *((maps.get(g.name, g.reset), "p", dimension, write) for g in transitions),
-    ]  # fmt: skip
-    sources = list(IMPORTS)
-    seen: dict[str, Any] = {"np": np}
-    lines = [f"@njit({OPTIONS})", "def parts(t, y_, p_, out):"]
-    lines += [*(f"    {line}" for line in unpack_arguments(dimension, parameters)), "    k = int(out[0])"]
-    for k, (function, arguments, count, ends) in enumerate(functions):
-        call = f"{function.__name__}(t, y, {arguments})"
-        check_values({function.__name__: function}, call, dimension, parameters, count)
-        gather_into(function, seen, sources)
-        lines += [f"    if k == {k}:", f"        r = {call}"]
-        lines += [f"        {end}" for end in ends] + ["        return"]
-    return address("\n".join([*sources, *lines]), "parts")
+    resets = [g.reset for g in transitions]
+    to_limits = [maps.get(g.name, g.reset) for g in transitions]
+    functions = [*(m.equations for m in modes), *(g.guard for g in transitions), *resets, *to_limits]
+    first_guard, first_reset = len(modes), len(modes) + len(transitions)
+    for k, function in enumerate(functions):
+        given = parameters + (len(modes[k].constants) if k < first_guard else 0)
+        check_values(function, (dimension, given), 1 if first_guard <= k < first_reset else dimension)
+        check_source(function, set())
+
+    def body(t: ir.Value, y: ir.Array, p: ir.Array, out: ir.Array) -> None:
+        translation, which = emission.Translation(), emission.integer(out[0])
+        for k, function in enumerate(functions):
+            for chosen in ir.branch(which == k):
+                if chosen:
+                    constants = modes[k].constants if k < first_guard else ()
+                    values = translation.inline(function)(t, content(y), (*content(p), *constants))
+                    if first_guard <= k < first_reset:
+                        values = (-transitions[k - first_guard].direction * values[0],)
+                    write(out, values)
+                    if k < first_guard:
+                        count = ir.Array(p.pointer, (parameters + 1,))
+                        count[parameters] += 1.0
+
+    prints = [emission.fingerprint(function) for function in functions]
+    key = f"{[m.constants for m in modes]} {[g.direction for g in transitions]}"
+    return Kernel("\n".join([key, *prints]), body, (dimension, parameters, dimension))

@@ -7,7 +7,7 @@ from gnomon.cases.core.forms import Form, Friction, Impact, Values
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.base.stepping import Step, call
-from gnomon.harness.kernels.equations import Kernel, call_kernel, check_values
+from gnomon.harness.kernels.equations import Kernel, check_values
 
 
 def impact_step(
@@ -85,14 +85,15 @@ class Moreau(FixedStep):
             free, gap, normal, restitution = form.free, form.gap, form.normal, form.restitution
 
             def contact(t: Any, y: Values, p: Values) -> Values:
-                return *free(t, y, p), *gap(t, y, p), *normal(t, y, p), *restitution(p)
+                q = y[: len(y) // 2]
+                return *free(t, y, p), *gap(t, q, p), *normal(t, q, p), *restitution(p)
 
             return contact
         assert isinstance(form, Friction)
         sliding, bounds = form.sliding, form.bounds
 
         def friction(t: Any, y: Values, p: Values) -> Values:
-            return *sliding(t, y, (*p, 0)), *bounds(t, y, p)
+            return *sliding(t, y, (*p, 0.0)), *bounds(t, y, p)
 
         return friction
 
@@ -100,21 +101,17 @@ class Moreau(FixedStep):
         return dimension, dimension + (dimension // 2 + 2 if isinstance(form, Impact) else 2)
 
     def kernel(self, problem: Problem) -> Kernel:
-        form, n = problem.form, problem.dimension
-        functions: dict[str, Callable[..., Any]]
-        known = len(problem.parameters)
+        form, n, known = problem.form, problem.dimension, len(problem.parameters)
         if isinstance(form, Impact):
-            functions = {"free": form.free, "gap": form.gap, "normal": form.normal, "restitution": form.restitution}
-            half = "".join(f"y[{i}], " for i in range(n // 2))
-            calls = ["free(t, y, p)", f"gap(t, ({half}), p)", f"normal(t, ({half}), p)", "restitution(p)"]
-            counts = [n, 1, n // 2, 1]
+            check_values(form.free, (n, known), n)
+            check_values(form.gap, (n // 2, known), 1)
+            check_values(form.normal, (n // 2, known), n // 2)
+            check_values(form.restitution, (known,), 1)
         else:
             assert isinstance(form, Friction)
-            functions = {"sliding": form.sliding, "bounds": form.bounds}
-            calls, counts = ["sliding(t, y, p + (0.0,))", "bounds(t, y, p)"], [n, 2]
-        for (name, function), text, count in zip(functions.items(), calls, counts, strict=True):
-            check_values({name: function}, text, n, known, count)
-        return call_kernel(functions, " + ".join(calls), n, known, self.widths(form, n)[1], problem.counted)
+            check_values(form.sliding, (n, known + 1), n)
+            check_values(form.bounds, (n, known), 2)
+        return super().kernel(problem)
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Moreau,)

@@ -7,12 +7,11 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Steps
-from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.base import tableau
 from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Loop, Table, kept, rounded
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss.gauss_steps import gauss_step, newton_numbers, newton_step
-from gnomon.harness.kernels.straight_line import compiled, counting_text
+from gnomon.harness.kernels.straight_line import derivatives_if_traced
 from gnomon.reference.numerics.precision import nearest_double, working
 from numpy.typing import NDArray
 
@@ -102,13 +101,13 @@ class Gauss(FixedStep):
         form, dimension = problem.form, problem.dimension
         assert isinstance(form, FirstOrder | SecondOrder)
         width, _ = self.widths(form, dimension)
-        address = derivatives(self.equations(form), width, len(problem.parameters))
-        if address is None:
+        kernel = derivatives_if_traced(FirstOrder(self.equations(form)), width, len(problem.parameters), True)
+        if kernel is None:
             return None
         rows = -(-newton_numbers(self.stages, width) // dimension)
         table = newton_table(self.stages, isinstance(form, SecondOrder))
         shape = (width, width * (1 + width)), rows
-        return self.advancing(problem, h, substeps, newton_step, address, table, shape)
+        return self.advancing(problem, h, substeps, newton_step, kernel.counted().address, table, shape)
 
     def binary64(self, form: Form, parameters: Sequence[float], h: float) -> Floats:
         name = f"Gauss {self.stages} {isinstance(form, SecondOrder)}"
@@ -122,15 +121,6 @@ class Gauss(FixedStep):
     def tableau(cls, mp: Any) -> ButcherTableau:
         """Collocation at the zeros of the Legendre polynomial shifted to [0, 1]."""
         return collocation(mp, nodes(mp, cls.stages), 2 * cls.stages)
-
-
-@cached_by_content
-def derivatives(equations: Callable[..., Any], width: int, parameters: int) -> int | None:
-    """The address of a C function that computes the equations and their Jacobian; None if they cannot be traced."""
-    try:
-        return compiled(counting_text(FirstOrder(equations), width, parameters))
-    except ValueError:
-        return None
 
 
 @cache

@@ -15,7 +15,7 @@ from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import gauss
 from gnomon.harness.integrators.gauss.radau_steps import INLINED, SIGNATURE, integrate
 from gnomon.harness.kernels.equations import right_hand_side
-from gnomon.harness.kernels.straight_line import compiled, jacobian_text
+from gnomon.harness.kernels.straight_line import derivatives_kernel
 from gnomon.reference.numerics.precision import working
 from numpy.typing import NDArray
 
@@ -60,10 +60,10 @@ def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = 
     problem = problem.since_start()
     assert isinstance(problem.form, FirstOrder)
     try:
-        text = jacobian_text(problem.form, problem.dimension, len(problem.parameters))
+        derivative = derivatives_kernel(problem.form, problem.dimension, len(problem.parameters)).address
     except ValueError as error:
         raise Refused(str(error)) from None
-    derivative, kernel = compiled(text), right_hand_side(problem)
+    kernel = right_hand_side(problem)
     constants = ("DIMENSION", problem.dimension), ("ABSOLUTE", int(absolute)), ("MOST_STEPS", MOST_STEPS)
     run = compiled_whole(integrate, SIGNATURE, constants, INLINED)
     address, buffer, times, scale = kernel.address, problem.buffer, problem.times, problem.time_scale

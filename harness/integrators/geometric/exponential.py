@@ -96,7 +96,7 @@ class ExponentialRungeKutta(FixedStep):
     def kernel(self, problem: Problem) -> Kernel:
         assert isinstance(problem.form, SemiLinear)
         n, known = problem.dimension, len(problem.parameters)
-        check_values({"linear": problem.form.linear}, "linear(p)", 0, known, n * n)
+        check_values(problem.form.linear, (known,), n * n)
         return super().kernel(problem)
 
     def rows(self, form: Form) -> int:

@@ -9,7 +9,7 @@ from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.stepping import call, sum_of
 from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, settled
 from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6, Suzuki4
-from gnomon.harness.kernels.equations import Kernel, call_kernel, check_values
+from gnomon.harness.kernels.equations import Kernel, check_values
 
 
 def rattle_step(
@@ -128,11 +128,9 @@ class ConstrainedMethod(Composed):
     def kernel(self, problem: Problem) -> Kernel:
         form, n = problem.form, problem.dimension // 2
         assert isinstance(form, Constrained)
-        functions = {"force": form.force, "constraint": form.constraint, "gradient": form.gradient}
-        for name, count in (("force", n), ("constraint", 1), ("gradient", n)):
-            check_values({name: functions[name]}, f"{name}(t, y, p)", n, len(problem.parameters), count)
-        call = "force(t, y, p) + constraint(t, y, p) + gradient(t, y, p)"
-        return call_kernel(functions, call, n, len(problem.parameters), 2 * n + 1, problem.counted)
+        for function, count in ((form.force, n), (form.constraint, 1), (form.gradient, n)):
+            check_values(function, (n, len(problem.parameters)), count)
+        return super().kernel(problem)
 
     def rows(self, form: Form) -> int:
         return 4

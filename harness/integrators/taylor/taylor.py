@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance
-from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.base.step_control import (
     MOST_STEPS,
     NOT_FINITE,
@@ -17,8 +16,7 @@ from gnomon.harness.integrators.base.step_control import (
     solving,
 )
 from gnomon.harness.integrators.base.stepping import call, compiled_whole
-from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
-from gnomon.harness.kernels.straight_line import compiled
+from gnomon.harness.integrators.taylor.recurrences import STRIDE, recurrences_kernel
 from numpy.typing import NDArray
 
 LEAST_TOLERANCE = 1e-16
@@ -29,7 +27,7 @@ class Taylor(Integrator):
     """Taylor's method, order and step from the tolerance (Jorba and Zou, Experimental Mathematics 14, 2005). Order 20.
 
     The order is 1 + ln(1/tolerance)/2, rounded up; the declared order is the order at 1e-16. Coefficients come from
-    recurrences (automatic differentiation) generated from the equations. The remainder is relative to the largest size
+    recurrences (automatic differentiation) made from the equations. The remainder is relative to the largest size
     that each component has had. Sums are compensated. Right-hand sides are not called one by one, so they are not
     counted.
     """
@@ -44,7 +42,11 @@ class Taylor(Integrator):
         check_tolerance(setting, LEAST_TOLERANCE)
         problem = problem.since_start()
         assert isinstance(problem.form, FirstOrder)
-        address, length = compiled_coefficients(problem.form, problem.dimension, len(problem.parameters))
+        try:
+            kernel = recurrences_kernel(problem.form, problem.dimension, len(problem.parameters))
+        except ValueError as error:
+            raise Refused(str(error)) from None
+        address, length = kernel.address, kernel.sizes[2]
         run = compiled_whole(integrate, SIGNATURE)
         order, parameters, times, scale = order_for(setting), problem.parameters, problem.times, problem.time_scale
 
@@ -57,19 +59,6 @@ class Taylor(Integrator):
 def order_for(tolerance: float) -> int:
     """The order p of least work for a tolerance (Jorba and Zou, equation 10): the remainder is then e^-2p."""
     return max(3, math.ceil(1 - math.log(tolerance) / 2))
-
-
-@cached_by_content
-def compiled_coefficients(form: FirstOrder, dimension: int, parameters: int) -> tuple[int, int]:
-    """The address of the compiled recurrences, void(t, y, p, w), and the length of w.
-
-    Raises Refused for equations without recurrences.
-    """
-    try:
-        text, length = coefficients_text(form, dimension, parameters)
-    except ValueError as error:
-        raise Refused(str(error)) from None
-    return compiled(text), length
 
 
 SIGNATURE = "int float[1] float[2] float[1] int int float float[3] int[1]"

@@ -14,8 +14,9 @@ from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.harness.contract.integrator import Problem, Refused
 from gnomon.harness.contract.problem import accepted_form
+from gnomon.harness.integrators.taylor import recurrences
+from gnomon.harness.integrators.taylor.recurrences import STRIDE
 from gnomon.harness.integrators.taylor.taylor import Taylor, order_for, start_sizes
-from gnomon.harness.integrators.taylor.taylor_text import STRIDE, coefficients_text
 from gnomon.harness.studies.fixed_step_formulas import taylor_steps
 from gnomon.harness.studies.orders import fit_order_exactly
 from gnomon.reference.numerics.precision import working
@@ -32,11 +33,9 @@ def constants(t: Any, state: Values, parameters: Values) -> Values:
 
 def coefficients(mp: Any, form: FirstOrder, t: Any, state: Any, parameters: Any, order: int) -> list[list[Any]]:
     """The recurrences run in mpmath: rows of coefficients of orders 0 to `order`."""
-    text, length = coefficients_text(form, len(state), len(parameters))
-    space: dict[str, Any] = {"math": mp, "ONE": mp.mpf(1)}
-    exec(text, space)
-    w = [mp.mpf(0)] * length
-    space["kernel"](t, [*state, order], parameters, w)
+    found = recurrences.Recurrences(form, len(state), len(parameters))
+    w = [mp.mpf(0)] * found.length
+    recurrences.coefficients(found, mpmath_arithmetic(mp), mp.mpf(1), t, [*state, order], parameters, w)
     return [w[STRIDE * i : STRIDE * i + order + 1] for i in range(len(state))]
 
 
