@@ -5,7 +5,8 @@ How it is driven, and why:
 - The right-hand side is a compiled C function. Set through the property (`ode.derivatives = f`) it would be called
   through Python, 35 times slower and slower than plain Python; so the C pointer itself is written into the structure,
   and a reference to it is kept.
-- That function gets the ODE structure, and reads the address of the parameters in its field `ref`, made for this.
+- That function gets the ODE structure, and reads the addresses of the equations and of the parameters at its field
+  `ref`, made for this. It is compiled once for all problems.
 - No particles are needed (`needs_nbody=False`), with BS as the simulation's integrator.
 - One simulation and one ODE serve all trajectories: REBOUND does not free an ODE with its simulation. The state of BS
   (order, rejection) is reset before each trajectory.
@@ -25,20 +26,18 @@ from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
-from gnomon.harness.kernels.c_structures import ARRAYS_BEHIND_POINTERS
-from gnomon.harness.kernels.equations import OPTIONS, address, right_hand_side
+from gnomon.harness.kernels.c_structures import c_functions, run_at, word_at
+from gnomon.harness.kernels.equations import right_hand_side
 
-SOURCE = """\
-{source}
-{arrays}
-@njit({options})
-def derivatives(ode, out, y, t):
-    parameters = floats_at(carray(ode, {word} + 1)[{word}], {parameters})
-    kernel(t, carray(y, {dimension}), parameters, carray(out, {dimension}))
-"""
-"""The right-hand side as REBOUND calls it: (ode, derivatives, state, time)."""
+REF = 0
+"""The word of the structure of an ODE that is its field `ref`, once the library is loaded."""
 
-SIGNATURE = "void(CPointer(uintp), CPointer(float64), CPointer(float64), float64)"
+
+def derivatives(ode: Any, out: Any, y: Any, t: Any) -> int:
+    """The right-hand side as REBOUND calls it. `ref` has the addresses of the equations and of their parameters."""
+    user = word_at(ode, REF)
+    run_at(word_at(user, 0), t, y, word_at(user, 1), out)
+    return 0
 
 
 class OdeMode(Installed):
@@ -60,15 +59,16 @@ class OdeMode(Installed):
         for name, value in options.items():
             setattr(simulation.integrator, name, value)
         ode = simulation.create_ode(length=dimension, needs_nbody=False)
-        function = c_pointer(problem)
+        function = c_pointer()
+        user = np.array([right_hand_side(problem).address, buffer.ctypes.data])
         ode._derivatives = function
-        ode.ref = buffer.ctypes.data
+        ode.ref = user.ctypes.data
         first_step = FIRST_STEP * problem.time_scale
 
         def solve_one(
             start: Floats,
             samples: Floats,
-            alive: object = (function, buffer),  # C holds their addresses
+            alive: object = (function, user, buffer),  # C holds their addresses
         ) -> tuple[int, str | None]:
             method, before = simulation.integrator, simulation.steps_done
             method.first_or_last_step, method.previous_rejected, method.target_iter = 1, 0, 0
@@ -86,19 +86,12 @@ class OdeMode(Installed):
         return Solver(each_start(problem, solve_one), {"dt": first_step, **options})
 
 
-def c_pointer(problem: Problem) -> Any:
-    """The problem's right-hand side as a C function pointer of the type of `ode._derivatives`."""
+def c_pointer() -> Any:
+    """`derivatives` as a C function pointer of the type of `ode._derivatives`."""
     from rebound.ode import ODE, ODEDER
 
-    source = SOURCE.format(
-        source=right_hand_side(problem).source,
-        arrays=ARRAYS_BEHIND_POINTERS,
-        options=OPTIONS,
-        word=ODE.ref.offset // ctypes.sizeof(ctypes.c_void_p),
-        parameters=len(problem.buffer),
-        dimension=problem.dimension,
-    )
-    return ODEDER(address(source, "derivatives", SIGNATURE))
+    numbers = (("REF", ODE.ref.offset // ctypes.sizeof(ctypes.c_void_p)),)
+    return ODEDER(c_functions(((derivatives, "int int int float"),), numbers).addresses["derivatives"])
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (OdeMode,)

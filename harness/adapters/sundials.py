@@ -4,8 +4,8 @@ The libraries come from the wheel of scikit-sundae. `sksundae` drives them throu
 
 How it is driven, and why:
 
-- Right-hand side and Jacobian are compiled, with the signatures of C, and so is the loop over samples: Python is
-  entered once a solve.
+- Right-hand side and Jacobian are compiled. The functions with the signatures of C that call them, and the loop over
+  samples, are compiled once for all problems: Python is entered once a solve.
 - Adams iterates by the fixed point, BDF and IDA by Newton's method with a dense matrix, as the manual of SUNDIALS
   recommends for problems that are not stiff and for stiff ones. If equations cannot be traced, SUNDIALS computes the
   Jacobian by differences.
@@ -40,9 +40,10 @@ from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.adapters.scipy_ode import STEPS
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
-from gnomon.harness.kernels.c_structures import ARRAYS_BEHIND_POINTERS
-from gnomon.harness.kernels.equations import INNER, OPTIONS, Kernel, address, compiled, right_hand_side
-from gnomon.harness.kernels.straight_line import jacobian_kernel
+from gnomon.harness.kernels import machine
+from gnomon.harness.kernels.c_structures import c_functions, floats_at, result_at, run_at, word_at
+from gnomon.harness.kernels.equations import right_hand_side
+from gnomon.harness.kernels.straight_line import derivatives_if_traced
 
 ABSOLUTE = 0.1
 """atol over rtol."""
@@ -69,67 +70,98 @@ NORMAL = 1
 """The mode of calls: steps up to a time or past it, and the state at this time."""
 TYPES = {"i": ctypes.c_int, "l": ctypes.c_long, "d": ctypes.c_double, "p": ctypes.c_void_p, "v": None}
 
-FUNCTION = """\
-{source}
-from math import isfinite
-{arrays}
-@njit({inner})
-def numbers(structure, count):
-    return floats_at(words_at(carray(structure, 1)[0], {data} + 1)[{data}], count)
+EQUATIONS, JACOBIAN, PARAMETERS, DIMENSION = range(4)
+"""The words of the user data of C functions: the addresses of the compiled equations, of their Jacobian and of the
+parameters, and the number of components."""
+ARGUMENTS = 3
+"""The number of arguments, after the time, of the function that takes steps."""
 
-@njit({options})
-def function({arguments}):
-    out = numbers({out}, {count})
-    kernel(t, numbers(y, {dimension}), carray(user, {parameters}), out)
-{then}
-    for x in out:
-        if not isfinite(x):
+
+def slope(t: Any, y: Any, out: Any, user: Any) -> int:
+    """The right-hand side of CVODE. Like all these functions it returns 1 if a number is not finite."""
+    evaluate(EQUATIONS, t, y, out, user)
+    return bad(numbers(out, word_at(user, DIMENSION)))
+
+
+def residual(t: Any, y: Any, slope: Any, out: Any, user: Any) -> int:
+    """The equations of IDA, y' - f."""
+    evaluate(EQUATIONS, t, y, out, user)
+    left, given = numbers(out, word_at(user, DIMENSION)), numbers(slope, word_at(user, DIMENSION))
+    for i in range(left.size):
+        left[i] = given[i] - left[i]
+    return bad(left)
+
+
+def partial(t: Any, y: Any, slope: Any, matrix: Any, user: Any, free1: Any, free2: Any, free3: Any) -> int:
+    """The Jacobian of CVODE, df/dy."""
+    return bad(by_columns(t, y, matrix, user))
+
+
+def implicit_partial(
+    t: Any, c: Any, y: Any, slope: Any, left: Any, matrix: Any, user: Any, free1: Any, free2: Any, free3: Any
+) -> int:
+    """The Jacobian of IDA, c - df/dy."""
+    out, n = by_columns(t, y, matrix, user), word_at(user, DIMENSION)
+    for i in range(n * n):
+        out[i] = -out[i]
+    for i in range(n):
+        out[n * i + i] += c
+    return bad(out)
+
+
+def by_columns(t: Any, y: Any, matrix: Any, user: Any) -> Any:
+    """The Jacobian df/dy, transposed, as SUNDIALS stores a matrix by columns."""
+    evaluate(JACOBIAN, t, y, matrix, user)
+    n = word_at(user, DIMENSION)
+    out = numbers(matrix, n * n)
+    for i in range(n):
+        for j in range(i):
+            above, below = out[n * i + j], out[n * j + i]
+            out[n * i + j] = below
+            out[n * j + i] = above
+    return out
+
+
+def evaluate(which: int, t: Any, y: Any, out: Any, user: Any) -> None:
+    """Call the compiled equations or their Jacobian at the numbers of y, and write the numbers of `out`."""
+    run_at(word_at(user, which), t, data_of(y), word_at(user, PARAMETERS), data_of(out))
+
+
+def data_of(structure: Any) -> Any:
+    """The address of the numbers of a vector or of a matrix."""
+    return word_at(word_at(structure, 0), DATA)
+
+
+def numbers(structure: Any, count: Any) -> Any:
+    return floats_at(data_of(structure), count)
+
+
+def bad(out: Any) -> int:
+    for i in range(out.size):
+        if not np.isfinite(out[i]):
             return 1
     return 0
-"""
-"""A function that SUNDIALS calls: a compiled kernel, then statements about the numbers that it wrote."""
 
-TRANSPOSED = """\
-    for i in range({dimension}):
-        for j in range(i):
-            out[{dimension} * i + j], out[{dimension} * j + i] = out[{dimension} * j + i], out[{dimension} * i + j]
-"""
-"""Transposes a matrix, as SUNDIALS stores it by columns."""
-MINUS_SLOPE = """\
-    slopes = numbers(slope, {dimension})
-    for i in range({dimension}):
-        out[i] = slopes[i] - out[i]
-"""
-C_MINUS = """\
-    for i in range({dimension} * {dimension}):
-        out[i] = -out[i]
-    for i in range({dimension}):
-        out[{dimension} * i + i] += c
-"""
 
-FOLLOW = """\
-from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic
-
-@intrinsic
-def called(typing_context, function, memory, time, {rest}):
-    def code(context, builder, signature, arguments):
-        kinds = [context.get_value_type(kind) for kind in signature.args[1:]]
-        pointer = ir.FunctionType(ir.IntType(32), kinds).as_pointer()
-        return builder.call(builder.inttoptr(arguments[0], pointer), arguments[1:])
-    return types.int32(function, memory, time, {rest}), code
-
-@njit({options})
-def follow(function, memory, {rest}, times, state, samples):
-    for k in range(len(times)):
-        code = called(function, memory, times[k], {rest})
+def follow(function: int, memory: int, rest: Any, times: Floats, state: Floats, samples: Floats) -> int:
+    """The loop over samples: the C function at an address is called for each time, and the state copied."""
+    for k in range(times.size):
+        code = result_at(function, memory, times[k], *tuple(rest[i] for i in range(ARGUMENTS)))
         if code < 0:
-            return code
-        samples[k] = state
+            return int(code)
+        for i in range(state.size):
+            samples[k, i] = state[i]
     return 0
-"""
-"""The loop over samples: the C function at an address is called for each time, and the state copied."""
+
+
+def compiled() -> dict[str, int]:
+    """The addresses of the functions that SUNDIALS calls, compiled once for all problems."""
+    functions = (
+        (slope, "float int int int"), (residual, "float int int int int"), (partial, "float int int int int int int int"),
+        (implicit_partial, "float float int int int int int int int int"),
+    )  # fmt: skip
+    return c_functions(functions, (("DATA", DATA),)).addresses
+
 
 Motion = tuple[Callable[[], None], tuple[int, ...]]
 """A function that begins again from `state`, and the arguments, after the time, of the function that takes steps."""
@@ -169,16 +201,12 @@ class Native(Sundials):
         options, (restart, rest) = self.connect(session, problem)
         options |= {"rtol": setting, "atol": ABSOLUTE * setting, "max_num_steps": STEPS}
         session.set("SStolerances", setting, ABSOLUTE * setting)
-        session.set("SetUserData", problem.buffer.ctypes.data)
+        session.user[PARAMETERS] = problem.buffer.ctypes.data
+        session.set("SetUserData", session.user.ctypes.data)
         session.set("SetMaxNumSteps", STEPS)
-        advance = ctypes.cast(session.c[self.advance], ctypes.c_void_p).value, session.memory.value, *rest
-        names = ", ".join(f"a{k}" for k in range(len(rest)))
-        words = ", ".join(["uint64"] * len(advance))
-        follow = compiled(
-            FOLLOW.format(rest=names, options=OPTIONS),
-            "follow",
-            f"int64({words}, float64[::1], float64[::1], float64[:, ::1])",
-        )
+        advance = ctypes.cast(session.c[self.advance], ctypes.c_void_p).value, session.memory.value, np.array(rest)
+        signature = "int int int[1] float[1] float[1] float[2]"
+        run = machine.function(follow, signature, replaced={"ARGUMENTS": len(rest)})
         state, reached, times = session.state, session.reached, np.ascontiguousarray(problem.times)
 
         def solve_one(
@@ -190,7 +218,7 @@ class Native(Sundials):
                 raise RuntimeError("called after close; prepare again")
             state[:], reached.value = start, problem.t0
             restart()
-            code = follow(*advance, times, state, samples)
+            code = run(*advance, times, state, samples)
             return session.steps(), f"{session.named(code)} at t = {reached.value:g}" if code < 0 else None
 
         return Solver(each_start(problem, solve_one), options, close=session.close)
@@ -211,8 +239,8 @@ class Adams(Native):
 
     def begun(self, session: "Session", problem: Problem) -> Motion:
         session.begin(self.method)
-        slope = c_function(right_hand_side(problem), problem, "t, y, slope, user", "slope")
-        session.set("Init", slope, problem.t0, session.y)
+        session.user[EQUATIONS] = right_hand_side(problem).address
+        session.set("Init", compiled()["slope"], problem.t0, session.y)
         arguments = session.y, ctypes.addressof(session.reached), NORMAL
         return lambda: session.set("ReInit", problem.t0, session.y), arguments
 
@@ -225,8 +253,7 @@ class Bdf(Adams):
     def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
         dense = session.dense()
         motion = self.begun(session, problem)
-        arguments = "t, y, slope, matrix, user, free1, free2, free3"
-        return {"jac": session.newton(dense, problem, arguments, TRANSPOSED)}, motion
+        return {"jac": session.newton(dense, problem, "partial")}, motion
 
 
 class Ida(Native):
@@ -239,10 +266,9 @@ class Ida(Native):
         slopes = session.vector(slope)
         session.begin()
         kernel, buffer, t0, y = right_hand_side(problem), problem.buffer, problem.t0, session.y
-        residual = c_function(kernel, problem, "t, y, slope, left, user", "left", MINUS_SLOPE)
-        session.set("Init", residual, t0, y, slopes)
-        arguments = "t, c, y, slope, left, matrix, user, free1, free2, free3"
-        options = {"jac": session.newton(dense, problem, arguments, TRANSPOSED + C_MINUS)}
+        session.user[EQUATIONS] = kernel.address
+        session.set("Init", compiled()["residual"], t0, y, slopes)
+        options = {"jac": session.newton(dense, problem, "implicit_partial")}
 
         def restart() -> None:
             kernel.pointer(t0, session.state, buffer, slope)
@@ -254,7 +280,8 @@ class Ida(Native):
 class Session:
     """The objects of SUNDIALS for one problem, which `close` frees, or the end of the last reference to the session.
 
-    `state` (dimension,) is the memory of the vector `y`. `reached`: the time at which the last call ended.
+    `state` (dimension,) is the memory of the vector `y`. `user`: the user data. `reached`: the time at which the last call
+    ended.
     """
 
     def __init__(self, solver: str, dimension: int) -> None:
@@ -266,7 +293,7 @@ class Session:
         verify("SUNContext_Create", self.c["SUNContext_Create"](0, ctypes.byref(self.context)))
         held.callback(self.c["SUNContext_Free"], ctypes.byref(self.context))
         verify("SUNContext_ClearErrHandlers", self.c["SUNContext_ClearErrHandlers"](self.context))
-        self.state = np.zeros(dimension)
+        self.state, self.user = np.zeros(dimension), np.array([0, 0, 0, dimension])
         self.y = self.vector(self.state)
 
     def created(self, name: str, *arguments: Any, free: str) -> int:
@@ -297,14 +324,15 @@ class Session:
             raise MemoryError(f"SUNDIALS: {self.solver}Create returned no object")
         self._held.callback(self.c[f"{self.solver}Free"], ctypes.byref(self.memory))
 
-    def newton(self, dense: tuple[int, int], problem: Problem, arguments: str, then: str) -> str | None:
+    def newton(self, dense: tuple[int, int], problem: Problem, function: str) -> str | None:
         """Iterate by Newton's method; returns "compiled" for a compiled Jacobian, None if it cannot be compiled."""
         self.set("SetLinearSolver", *dense)
         assert isinstance(problem.form, FirstOrder)
-        kernel = jacobian_kernel(problem.form, problem.dimension, len(problem.parameters))
+        kernel = derivatives_if_traced(problem.form, problem.dimension, len(problem.parameters))
         if kernel is None:
             return None
-        self.set("SetJacFn", c_function(kernel, problem, arguments, "matrix", then))
+        self.user[JACOBIAN] = kernel.address
+        self.set("SetJacFn", compiled()[function])
         return "compiled"
 
     def set(self, name: str, *arguments: Any) -> None:
@@ -333,29 +361,6 @@ def verify_place(structure: int, data: int) -> None:
     content = ctypes.cast(structure, words)[0]
     if ctypes.cast(content, words)[DATA] != data:
         raise RuntimeError("this build of SUNDIALS has another layout of vectors and matrices; use its binding")
-
-
-def c_function(kernel: Kernel, problem: Problem, arguments: str, out: str, then: str = "") -> int:
-    """The address of a C function that computes the kernel at (t, y) into `out`, and then runs the statements `then`.
-
-    `out` is the name of a vector or of the matrix among the `arguments`.
-    """
-    types = {"t": "float64", "c": "float64", "user": "CPointer(float64)"}
-    source = FUNCTION.format(
-        source=kernel.source,
-        arrays=ARRAYS_BEHIND_POINTERS,
-        options=OPTIONS,
-        inner=INNER,
-        arguments=arguments,
-        out=out,
-        data=DATA,
-        dimension=problem.dimension,
-        count=problem.dimension ** (2 if out == "matrix" else 1),
-        parameters=len(problem.buffer),
-        then=then.format(dimension=problem.dimension),
-    )
-    given = ", ".join(types.get(name, "CPointer(uintp)") for name in arguments.split(", "))
-    return address(source, "function", f"int32({given})")
 
 
 def silence() -> None:

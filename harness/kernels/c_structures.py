@@ -1,24 +1,83 @@
-"""Source text for compiled functions that a C library calls: it reads arrays behind pointers in a C structure."""
+"""Compile plain functions that a C library calls: they read memory at addresses, and call C functions at addresses.
 
-from gnomon.harness.kernels.equations import INNER
-
-ARRAYS_BEHIND_POINTERS = f"""\
-from numba import carray, njit, types
-from numba.core import cgutils
-from numba.extending import intrinsic
-
-@intrinsic
-def pointer_at(typing_context, address):
-    def code(context, builder, signature, arguments):
-        return builder.inttoptr(arguments[0], cgutils.voidptr_t)
-    return types.voidptr(address), code
-
-@njit({INNER})
-def words_at(address, count):
-    return carray(pointer_at(address), count, types.uintp)
-
-@njit({INNER})
-def floats_at(address, count):
-    return carray(pointer_at(address), count, types.float64)
+Uncompiled they do the same by ctypes.
 """
-"""`words_at(address, count)` gives `count` addresses as an array, `floats_at(address, count)` gives float64 numbers."""
+
+import ctypes
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+from gnomon.harness.kernels import emission, ir, machine
+
+
+def word_at(address: Any, place: Any) -> Any:
+    """The integer or address in a word of memory, counted from an address."""
+    return ctypes.c_int64.from_address(address + 8 * place).value
+
+
+def floats_at(address: Any, count: Any) -> Any:
+    """The array of float64 numbers at an address."""
+    return np.ctypeslib.as_array((ctypes.c_double * count).from_address(address))
+
+
+def run_at(address: Any, *arguments: Any) -> None:
+    """Call a C function that returns nothing with these floats and integers or addresses."""
+    _prototype(None, arguments)(address)(*arguments)
+
+
+def result_at(address: Any, *arguments: Any) -> Any:
+    """The `int` that a C function returns, called with these floats and integers or addresses."""
+    return _prototype(ctypes.c_int, arguments)(address)(*arguments)
+
+
+def _prototype(result: Any, arguments: Any) -> Any:
+    return ctypes.CFUNCTYPE(result, *(ctypes.c_double if isinstance(x, float) else ctypes.c_int64 for x in arguments))
+
+
+def _pointer(address: Any) -> ir.Value:
+    return ir.here().emit(ir.POINTER, f"inttoptr {ir.convert(address, ir.I).typed} to ptr")
+
+
+@emission.primitive(word_at)
+def _(address: Any, place: Any) -> Any:
+    return ir.Array(_pointer(address), (place + 1,), ir.I)[place]
+
+
+@emission.primitive(floats_at)
+def _(address: Any, count: Any) -> Any:
+    return ir.Array(_pointer(address), (count,))
+
+
+def _called(address: Any, result: str, arguments: Any) -> str:
+    given = ", ".join(ir.convert(x, ir.kind_of(x)).typed for x in arguments)
+    return f"call {result} {_pointer(address)}({given})"
+
+
+@emission.primitive(run_at)
+def _(address: Any, *arguments: Any) -> None:
+    ir.here().do(_called(address, "void", arguments))
+
+
+@emission.primitive(result_at)
+def _(address: Any, *arguments: Any) -> Any:
+    found = ir.here().emit("i32", _called(address, "i32", arguments))
+    return ir.here().emit(ir.I, f"sext i32 {found} to i64")
+
+
+@cache
+def c_functions(functions: tuple[tuple[Callable[..., int], str], ...], numbers: tuple[tuple[str, int], ...]) -> machine.Code:
+    """Plain functions, each with its signature, compiled as C functions; their addresses stay valid.
+
+    Addresses are integers in a signature. The `numbers` replace those that the functions read by these names.
+    """
+    replaced = dict(numbers)
+    key = "\n".join(f"C {signature} {emission.fingerprint(plain, replaced)}" for plain, signature in functions)
+
+    def emit() -> None:
+        translation = emission.Translation(replaced)
+        for plain, signature in functions:
+            emission.define(plain.__name__, signature, translation.inline(plain))
+
+    return machine.code(key, tuple(plain.__name__ for plain, _ in functions), emit)

@@ -13,7 +13,9 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.adapters import sksundae, sundials
 from gnomon.harness.contract.integrator import Problem, Solution, solver_of
 from gnomon.harness.contract.problem import counting
-from gnomon.harness.kernels import straight_line
+from gnomon.harness.kernels import emission, equations, straight_line
+from gnomon.harness.kernels.equations import Kernel
+from gnomon.harness.kernels.traced import ReducedTrace
 from gnomon.harness.registry import lookup
 from on_cases import solved
 
@@ -152,6 +154,21 @@ def test_stiff_equations_take_few_right_hand_sides(kind: Any) -> None:
     assert calls < 1000
 
 
+def changed(change: Any) -> Any:
+    """A function that compiles the Jacobian with its elements changed."""
+
+    def compiled(form: FirstOrder, dimension: int, parameters: int) -> Kernel:
+        trace = ReducedTrace(dimension, parameters)
+        values = change(straight_line.derivatives(form, trace))
+
+        def body(t: Any, y: Any, p: Any, out: Any) -> None:
+            equations.write(out, straight_line.computed(values, trace, t, [y[0], y[1]], [p[0]], emission.MATH))
+
+        return Kernel(change.__name__, body, (dimension, parameters, len(values)))
+
+    return compiled
+
+
 @newton
 def test_the_jacobian_is_used_with_its_sign_and_its_place(kind: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """It saves the right-hand sides of differences; with the other sign, or by rows, Newton's method needs many more."""
@@ -159,16 +176,15 @@ def test_the_jacobian_is_used_with_its_sign_and_its_place(kind: Any, monkeypatch
     _, differences = run_stiff(kind, opaque)
     assert right < differences
     limit_steps(monkeypatch)
-    original = straight_line.jacobian_text
 
-    def negative(text: str) -> str:
-        return text.replace("] = ", "] = -1.0 * ")
+    def negative(values: Any) -> Any:
+        return tuple(-value for value in values)
 
-    def transposed(text: str) -> str:
-        return text.replace("out[1]", "out[place]").replace("out[2]", "out[1]").replace("out[place]", "out[2]")
+    def transposed(values: Any) -> Any:
+        return values[0], values[2], values[1], values[3]
 
     for wrong in (negative, transposed):
-        monkeypatch.setattr(straight_line, "jacobian_text", lambda *given, _wrong=wrong: _wrong(original(*given)))
+        monkeypatch.setattr(sundials, "derivatives_if_traced", changed(wrong))
         found, calls = run_stiff(kind)
         assert found.stopped is not None or calls > 1.5 * right, wrong.__name__
 

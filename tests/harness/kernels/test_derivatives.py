@@ -3,26 +3,18 @@
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
 from case_equations import EVERY, every_function
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.straight_line import counting_text, function_text, jacobian_text
+from gnomon.harness.kernels.straight_line import computed, derivatives_kernel
 from gnomon.harness.kernels.traced import ReducedTrace, Trace, number, traced
 from gnomon.reference.numerics.precision import working
 
 DIGITS, STEP = 120, 40
 """A step of 1e-40: it errs by 1e-80 times third derivatives, and rounding in 120 digits by 1e-80 too."""
-
-
-def run(text: str, mp: Any, t: Any, state: Any, parameters: Any, outputs: int) -> list[Any]:
-    """The numbers that a generated `kernel` writes, in the context mp."""
-    space: dict[str, Any] = {"math": mp, "ONE": mp.mpf(1)}
-    exec(text, space)
-    found = [mp.mpf(0)] * outputs
-    space["kernel"](t, state, parameters, found)
-    return found
 
 
 def by_complex_step(mp: Any, form: FirstOrder, t: Any, state: list[Any], parameters: list[Any]) -> list[Any]:
@@ -38,7 +30,7 @@ def by_complex_step(mp: Any, form: FirstOrder, t: Any, state: list[Any], paramet
 def assert_derivatives(mp: Any, kind: type[Trace], form: FirstOrder, t: Any, state: Any, parameters: Any) -> None:
     trace = kind(len(state), len(parameters))
     found = jacobian(traced(form, trace), trace.state)
-    numbers = run(function_text(found), mp, t, state, parameters, len(found))
+    numbers = computed(found, trace, t, state, parameters, mpmath_arithmetic(mp))
     for a, b in zip(numbers, by_complex_step(mp, form, t, state, parameters), strict=True):
         # Stiff cases have third derivatives of 1e20, and terms may cancel. A `Trace` has the inverse of 3 as a float.
         assert abs(a - b) <= (mp.mpf(10) ** -50 if kind is ReducedTrace else 1e-15) * (1 + abs(b))
@@ -71,7 +63,7 @@ def test_derivatives_of_functions_and_powers_of_two_arguments() -> None:
         plain = [mpmath.atan2, mpmath.hypot, lambda a, b: a**b, lambda a, b: a**3 / b**2, lambda a, b: 2**a - b]
         with working(30) as mp:
             at = [mp.mpf("1.25"), mp.mpf("0.75")]
-            found = run(function_text(jacobian(values, (x, y))), mp, mp.mpf(0), at, [], 10)
+            found = computed(jacobian(values, (x, y)), trace, mp.mpf(0), at, [], mpmath_arithmetic(mp))
         with mpmath.workdps(40):
             exact = [mpmath.diff(function, (1.25, 0.75), n) for function in plain for n in ((1, 0), (0, 1))]
         assert [float(a) for a in found] == pytest.approx([float(b) for b in exact], rel=1e-15)
@@ -89,15 +81,16 @@ def test_zero_derivatives_are_numbers() -> None:
 
 
 @pytest.mark.parametrize("name", ["kepler_orbit", "pendulum_on_cart", "lagrange_top"])
-def test_the_text_with_both_has_the_equations_and_the_jacobian(name: str) -> None:
+def test_the_kernel_with_both_has_the_equations_and_the_jacobian(name: str) -> None:
     """The compiled function of Newton's iteration: f, then df/dy, and a count in the place after the parameters."""
     equations = EVERY[name]
     n, sizes = equations.dimension, (equations.dimension, equations.parameters)
     t, state, parameters = equations.at_random(2)
+    both, p, y = np.empty(n + n * n), np.array([*parameters, 4.0]), np.array(state)
+    derivatives_kernel(equations.form, *sizes, True).counted().pointer(t, y, p, both)
+    assert p[-1] == 5
+    assert both[:n] == pytest.approx(equations.form.equations(t, tuple(state), tuple(parameters)), rel=1e-12, abs=1e-12)
+    assert both[n:].tolist() == derivatives_kernel(equations.form, *sizes).array(t, y, p).tolist()
     with working(50) as mp:
-        at = mp.mpf(t), [mp.mpf(x) for x in state], [*map(mp.mpf, parameters), mp.mpf(4)]
-        both = run(counting_text(equations.form, *sizes), mp, *at, n + n * n)
-        rates = rebind(equations.form.equations, mpmath_arithmetic(mp))(at[0], tuple(at[1]), tuple(at[2][:-1]))
-        assert at[2][-1] == 5
-        assert both[n:] == run(jacobian_text(equations.form, *sizes), mp, *at, n * n)
-        assert all(abs(a - b) <= mp.mpf(10) ** -45 * (1 + abs(b)) for a, b in zip(both, rates, strict=False))
+        exact = by_complex_step(mp, equations.form, mp.mpf(t), [*map(mp.mpf, state)], [*map(mp.mpf, parameters)])
+    assert both[n:] == pytest.approx([float(x) for x in exact], rel=1e-11, abs=1e-11)

@@ -1,12 +1,13 @@
-"""Functions gathered into one module: names with two meanings are refused."""
+"""Compiled equations: each function keeps the meaning of its own names."""
 
 import linecache
 import types
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
-from gnomon.harness.kernels.equations import gather
+from gnomon.harness.kernels.equations import function_kernel
 
 
 def written(name: str, source: str) -> Callable[..., Any]:
@@ -19,17 +20,42 @@ def written(name: str, source: str) -> Callable[..., Any]:
     return found
 
 
-def test_a_number_of_two_values_is_refused() -> None:
-    one = written("one", "RATE = 2.0\ndef one(x):\n    return RATE * x\n")
-    two = written("two", "RATE = 3.0\ndef two(x):\n    return RATE + x\n")
-    same = written("same", "RATE = 2.0\ndef same(x):\n    return RATE - x\n")
-    assert "RATE = 2.0" in gather({"one": one, "same": same})
-    with pytest.raises(ValueError, match=r"two uses RATE = 3\.0, another function uses RATE = 2\.0; rename one"):
-        gather({"one": one, "two": two})
+def value(function: Callable[..., Any]) -> float:
+    """The number that the compiled function gives for the state 3."""
+    return float(function_kernel(function, 1, 0, 1).array(0.0, np.array([3.0]), np.zeros(0))[0])
 
 
-def test_a_name_of_two_functions_is_refused() -> None:
-    one = written("rate", "def rate(x):\n    return x\n")
-    two = written("rate", "def rate(x):\n    return -x\n")
-    with pytest.raises(ValueError, match="two different functions are called rate"):
-        gather({"one": one, "two": two})
+def test_equal_names_of_two_modules_keep_their_meanings() -> None:
+    one = written("rate", "RATE = 2.0\ndef rate(x):\n    return RATE * x\n")
+    two = written("rate", "RATE = 3.0\ndef rate(x):\n    return RATE + x\n")
+    both = written("both", "def both(t, y, p):\n    return (10.0 * one(y[0]) + two(y[0]),)\n")
+    both.__globals__.update(one=one, two=two)
+    assert value(both) == 66.0
+
+
+def test_variables_of_an_outer_function_are_those_of_each_closure() -> None:
+    def scaled(factor: float, inner: Callable[[float], float]) -> Callable[..., Any]:
+        def equations(t: Any, y: Any, p: Any) -> Any:
+            return (factor * inner(y[0]),)
+
+        return equations
+
+    square = written("square", "def square(x):\n    return x * x\n")
+    negative = written("negative", "def negative(x):\n    return -x\n")
+    pairs = [(2.0, square), (3.0, square), (2.0, negative)]
+    assert [value(scaled(*pair)) for pair in pairs] == [18.0, 27.0, -6.0]
+
+
+@pytest.mark.parametrize(
+    ("source", "why"),
+    [
+        ("f = lambda t, y, p: (y[0],)", "is a lambda; write it as a function"),
+        ("def f(t, y, p):\n    return (y[0] * table[0],)", r"f uses table = \[1\.0\]"),
+        ("def f(t, y, p):\n    def g(x):\n        return x\n    return (g(y[0]),)", "line 2: .* a function inside a function"),
+    ],
+)
+def test_equations_that_cannot_be_compiled_are_refused(source: str, why: str) -> None:
+    function = written("f", source + "\n")
+    function.__globals__["table"] = [1.0]
+    with pytest.raises(ValueError, match=why):
+        value(function)
