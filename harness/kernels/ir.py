@@ -644,9 +644,13 @@ def counted(indices: Any) -> Iterator[tuple[Loop, Any]]:
     f.at(one.exit)
 
 
+MOST_TURNS = 32
+"""A longer range stays a loop: a hundred copies of an iteration took LLVM fifteen seconds."""
+
+
 def iterate(values: Any) -> Iterator[Any]:
     """The body of a `for` without break: emitted for each of the values, and once for a range of unknown length."""
-    if isinstance(values, SymbolicRange):
+    if isinstance(values, SymbolicRange) or (isinstance(values, range) and len(values) > MOST_TURNS):
         for _, index in counted(values):
             yield index
     elif isinstance(values, Array):
