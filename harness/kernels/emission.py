@@ -99,9 +99,9 @@ def zeros(shape: Any, dtype: Any = np.float64) -> Array:
     return found
 
 
-MATH: dict[str, Any] = {
-    name: _function(name) for name in sorted(ir.INTRINSICS | ir.LIBRARY) if hasattr(math, name)
-} | {"pow": power}
+MATH: dict[str, Any] = {name: _function(name) for name in sorted(ir.INTRINSICS | ir.LIBRARY) if hasattr(math, name)} | {
+    "pow": power
+}
 NAMES_OF_MATH = {getattr(math, name): function for name, function in MATH.items()}
 NUMPY = {
     "inf": math.inf, "nan": math.nan, "pi": math.pi, "empty": empty, "zeros": zeros, "abs": size_of,

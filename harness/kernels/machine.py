@@ -87,8 +87,13 @@ def _engine() -> Any:
 
 
 def code(key: str, names: tuple[str, ...], emit: Callable[[], None]) -> Code:
-    """The code kept under a key, with functions of these names; where none is kept, `emit` emits it."""
+    """The code kept under a key, with functions of these names; where none is kept, `emit` emits it.
+
+    It stays in memory, as others hold addresses in it.
+    """
     file = hashlib.sha256(f"{conditions()}\n{key}".encode()).hexdigest()[:32] + ".o"
+    if file in _linked:
+        return _linked[file]
     kept = cachefolder.load(cache_folder(), file)
     if kept is None:
         with announced():
@@ -96,7 +101,10 @@ def code(key: str, names: tuple[str, ...], emit: Callable[[], None]) -> Code:
                 emit()
             kept = compiled(module.text())
         cachefolder.store_or_warn(cache_folder(), file, kept)
-    return Code(kept, names)
+    return _linked.setdefault(file, Code(kept, names))
+
+
+_linked: dict[str, Code] = {}
 
 
 # Calls from Python -----------------------------------------------------------------------------------------------------
@@ -139,10 +147,10 @@ class _Method(ctypes.Structure):
     ]
 
 
-def callable_at(address: int, name: str, keep: Any, own: Any = None) -> Callable[..., Any]:
+def callable_at(address: int, name: str, own: Any = None) -> Callable[..., Any]:
     """The function of Python for code at an address that takes (self, arguments, their number); self is `own`."""
     method = _Method(name.encode(), address, FASTCALL, None)
-    _kept.append((method, keep))
+    _kept.append(method)
     new = ctypes.pythonapi.PyCFunction_NewEx
     new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p]
     found: Callable[..., Any] = new(ctypes.addressof(method), own, None)
@@ -153,9 +161,7 @@ _kept: list[Any] = []
 """What functions of Python refer to without a reference that Python counts."""
 
 
-def define_entry(
-    name: str, signature: str, inner: str, result: str = I, own: int = 0, returns: bool = False
-) -> None:
+def define_entry(name: str, signature: str, inner: str, result: str = I, own: int = 0, returns: bool = False) -> None:
     """Emit the entry @name for Python of the emitted function @inner, which has this signature.
 
     With `own` the function of Python holds an array of `own` integers, which @inner takes first: a number, and the least
@@ -293,4 +299,4 @@ def function(
         define_entry("entry", signature, "compiled", result)
 
     found = code(key, ("entry",), emit)
-    return callable_at(found.addresses["entry"], plain.__name__, found)
+    return callable_at(found.addresses["entry"], plain.__name__)

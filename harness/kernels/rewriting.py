@@ -100,7 +100,13 @@ def _rewritten(definition: ast.FunctionDef) -> ast.FunctionDef:
             ast.Assign([_frame(name, ast.Store())], ast.Name(name, ast.Load())) for name in arguments if name in slots
         ]
     plain = ast.arguments(
-        [], [ast.arg(x.arg) for x in definition.args.args], None, [], [], None, definition.args.defaults
+        [],
+        [ast.arg(x.arg) for x in definition.args.args],
+        None,
+        [],
+        [],
+        None,
+        [ast.Constant(None) for _ in definition.args.defaults],
     )
     found = ast.FunctionDef(definition.name, plain, [*start, *new] or [ast.Pass()], [], None, None)
     return ast.copy_location(found, definition)
