@@ -58,12 +58,13 @@ class Tsit5(Installed):
         require_positive(setting, "tolerance")
         assert isinstance(problem.form, FirstOrder)
         sizes = problem.dimension, len(problem.times), len(problem.parameters)
+        equations = problem.form.equations
         given = np.append(problem.t0, problem.times), problem.parameters, np.float64(setting)
-        one = compiled(self.name, problem.form.equations, sizes)
+        one = compiled(self.name, equations, sizes)
 
         def solve(initial_states: Floats) -> Solution:
             many = len(initial_states) if len(initial_states) >= ENSEMBLE else 0
-            function = compiled(self.name, problem.form.equations, sizes, many) if many else one
+            function = compiled(self.name, equations, sizes, many) if many else one
             states = np.empty((len(initial_states), len(problem.times), problem.dimension))
             steps, reasons = 0, []
             with jax.enable_x64(True):

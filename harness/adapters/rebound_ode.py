@@ -91,7 +91,7 @@ def c_pointer() -> Any:
     from rebound.ode import ODE, ODEDER
 
     numbers = (("REF", ODE.ref.offset // ctypes.sizeof(ctypes.c_void_p)),)
-    return ODEDER(c_functions(((derivatives, "int int int float"),), numbers).addresses["derivatives"])
+    return ODEDER(c_functions(((derivatives, "int int int float"),), numbers)["derivatives"])
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (OdeMode,)

@@ -160,7 +160,7 @@ def compiled() -> dict[str, int]:
         (slope, "float int int int"), (residual, "float int int int int"), (partial, "float int int int int int int int"),
         (implicit_partial, "float float int int int int int int int int"),
     )  # fmt: skip
-    return c_functions(functions, (("DATA", DATA),)).addresses
+    return c_functions(functions, (("DATA", DATA),))
 
 
 Motion = tuple[Callable[[], None], tuple[int, ...]]

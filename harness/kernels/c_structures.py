@@ -67,8 +67,10 @@ def _(address: Any, *arguments: Any) -> Any:
 
 
 @cache
-def c_functions(functions: tuple[tuple[Callable[..., int], str], ...], numbers: tuple[tuple[str, int], ...]) -> machine.Code:
-    """Plain functions, each with its signature, compiled as C functions; their addresses stay valid.
+def c_functions(
+    functions: tuple[tuple[Callable[..., int], str], ...], numbers: tuple[tuple[str, int], ...]
+) -> dict[str, int]:
+    """The addresses of plain functions, each with its signature, compiled as C functions, by name.
 
     Addresses are integers in a signature. The `numbers` replace those that the functions read by these names.
     """
@@ -80,4 +82,4 @@ def c_functions(functions: tuple[tuple[Callable[..., int], str], ...], numbers: 
         for plain, signature in functions:
             emission.define(plain.__name__, signature, translation.inline(plain))
 
-    return machine.code(key, tuple(plain.__name__ for plain, _ in functions), emit)
+    return machine.code(key, tuple(plain.__name__ for plain, _ in functions), emit).addresses

@@ -75,12 +75,10 @@ class Kernel:
         return self._called("array")
 
     def _called(self, name: str) -> Any:
-        found = entries()
         facts = np.array([self.address, *self.sizes], dtype=np.int64)
-        return machine.callable_at(found.addresses[name], name, (found, self), facts)
+        return machine.callable_at(entries().addresses[name], name, facts)
 
 
-@cache
 def entries() -> machine.Code:
     """The entries from Python of all kernels. They read address and sizes from an array that each function holds."""
     signature = "float float[1] float[1] float[1]"
@@ -164,6 +162,7 @@ def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) ->
     first = forms.first_order(getattr(form, "source", None) or form)
     if first is None:
         raise ValueError(f"{type(form).__name__} has no right-hand side to compile")
+    check_source(first.equations, set())
     check_form(first, dimension, parameters)
     return function_kernel(first.equations, dimension, parameters, dimension, counted)
 
@@ -188,8 +187,8 @@ def function_kernel(
     sizes = states, parameters, outputs
     if counted:
         return function_kernel(function, states, parameters, outputs).counted()
-    check_values(function, (states, parameters), outputs)
     check_source(function, set())
+    check_values(function, (states, parameters), outputs)
 
     def body(t: ir.Value, y: ir.Array, p: ir.Array, out: ir.Array) -> None:
         write(out, emission.Translation().inline(function)(t, content(y), content(p)))
@@ -216,7 +215,9 @@ def check_values(function: Callable[..., Any], sizes: Sequence[int], wanted: int
     try:
         found = function(*given)
     except Exception as error:
-        raise ValueError(f"{name}({'t, y, p' if len(sizes) > 1 else 'p'}) raises {type(error).__name__}: {error}") from error
+        raise ValueError(
+            f"{name}({'t, y, p' if len(sizes) > 1 else 'p'}) raises {type(error).__name__}: {error}"
+        ) from error
     if not isinstance(found, tuple):
         raise ValueError(f"{name} gives a {type(found).__name__}; let it give a tuple of {wanted}")
     if len(found) != wanted:

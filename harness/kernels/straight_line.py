@@ -25,13 +25,16 @@ def evaluated(
 
     The arithmetic is that of these numbers and of `functions`, by their names in `math`.
     """
-    found: dict[Any, Any] = {trace.t: t}
+    found, one = dict[Any, Any]({trace.t: t}), functions["sqrt"](1)
     found |= zip(trace.parameters, p, strict=False)
     found |= zip(trace.state, y, strict=False)
     for node in nodes:
         if node.arguments:
             operation = OPERATORS.get(node.operation) or functions[node.operation]
-            found[node] = operation(*(found[x] if isinstance(x, Node) else x for x in node.arguments))
+            given = [found[x] if isinstance(x, Node) else x for x in node.arguments]
+            if node.operation == "/" and not isinstance(node.arguments[0], Node):
+                given[0] *= one  # so that 1 / 3 is computed in the arithmetic
+            found[node] = operation(*given)
     return found
 
 

@@ -147,6 +147,6 @@ def taylor_steps(mp: Any, case: Case, order: int, count: int) -> list[Any]:
     h = mp.mpf(case.span.numerator) / case.span.denominator / count
     for k in range(count):
         w = [mp.mpf(0)] * recurrences.length
-        coefficients(recurrences, mpmath_arithmetic(mp), mp.mpf(1), k * h, [*state, order], parameters, w)
+        coefficients(recurrences, mpmath_arithmetic(mp), k * h, [*state, order], parameters, w)
         state = [mp.fsum(w[STRIDE * i + j] * h**j for j in range(order + 1)) for i in range(len(state))]
     return state

@@ -1,6 +1,6 @@
 """Gauss-Legendre methods: implicit Runge-Kutta of order 2s with s stages, solved by fixed-point or Newton iteration."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any, ClassVar
 

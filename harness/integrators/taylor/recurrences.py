@@ -69,7 +69,7 @@ class Recurrences:
 
     def slopes(self, u: Node) -> int:
         """The index of the first of the numbers (j + 1) u_(j+1) in w: of the derivative, if u is a variable of y."""
-        output = self.outputs[self.places[u]] if u in self.places else None
+        output: Value = self.outputs[self.places[u]] if u in self.places else None
         return self.row(output) if varying(output) else self.rows_of_slopes.setdefault(u, self.length)
 
     def inside(self, node: Node) -> Term | None:
@@ -106,7 +106,7 @@ class Recurrences:
         if not node.arguments:
             return w[self.rows[node] + k] if node in self.places else now[node]
         n, inner = [self.value(x, start) for x in node.arguments], sums.get(node)
-        a = [now[x] if varying(x) else None for x in node.arguments]
+        a: list[Any] = [now[x] if varying(x) else None for x in node.arguments]
         first, last = a[0], a[-1]
         match node.operation:
             case "neg":
@@ -142,13 +142,13 @@ def convolution(a: int, b: int) -> Term:
     return lambda w, k, j: w[a + j] * w[b + k - j]
 
 
-def coefficients(r: Recurrences, functions: Mapping[str, Any], one: Any, t: Any, y: Any, p: Any, w: Any) -> None:
+def coefficients(r: Recurrences, functions: Mapping[str, Any], t: Any, y: Any, p: Any, w: Any) -> None:
     """Write the Taylor coefficients at t into w.
 
-    y: the state, then the highest order. `functions`, by their names in `math`, and the number `one` belong to the
-    arithmetic of the numbers.
+    y: the state, then the highest order. `functions`, by their names in `math`, are those of the arithmetic of the
+    numbers.
     """
-    start = r.start(functions, t, y, p)
+    start, one = r.start(functions, t, y, p), functions["sqrt"](1)
     for node in r.rows:
         w[r.rows[node]] = start[node]
     for i, output in enumerate(r.outputs):
@@ -195,6 +195,6 @@ def recurrences_kernel(form: FirstOrder, dimension: int, parameters: int) -> Ker
 
     def body(t: ir.Value, y: ir.Array, p: ir.Array, w: ir.Array) -> None:
         run = emission.Translation(inlined={"inner_sums"}).inline(coefficients)
-        run(r, emission.MATH, 1.0, t, y, content(p), w)
+        run(r, emission.MATH, t, y, content(p), w)
 
     return Kernel(f"Taylor\n{emission.fingerprint(form.equations)}", body, (dimension + 1, parameters, r.length))

@@ -239,9 +239,7 @@ def test_right_hand_side_stays_a_c_function() -> None:
     """The structure holds the address of the compiled function itself, not of a callback into Python."""
     import ctypes
 
-    problem = problem_for(OdeMode)
-    function = rebound_ode.c_pointer(problem)
-    again = rebound_ode.c_pointer(problem)
+    function, again = rebound_ode.c_pointer(), rebound_ode.c_pointer()
     addresses = {ctypes.cast(pointer, ctypes.c_void_p).value for pointer in (function, again)}
     assert len(addresses) == 1
     import rebound

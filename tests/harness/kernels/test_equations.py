@@ -1,18 +1,22 @@
 """Compiled equations: each function keeps the meaning of its own names."""
 
+import importlib
 import linecache
+import sys
 import types
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.harness.kernels.equations import function_kernel
+from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.kernels.equations import function_kernel, kernel
 
 
 def written(name: str, source: str) -> Callable[..., Any]:
     """A function of a separate module, whose source can be read."""
-    path = f"<{name}>"
+    path = f"<{name} {len(linecache.cache)}>"
     linecache.cache[path] = (len(source), None, source.splitlines(keepends=True), path)
     module = types.ModuleType(name)
     exec(compile(source, path, "exec"), module.__dict__)
@@ -51,7 +55,10 @@ def test_variables_of_an_outer_function_are_those_of_each_closure() -> None:
     [
         ("f = lambda t, y, p: (y[0],)", "is a lambda; write it as a function"),
         ("def f(t, y, p):\n    return (y[0] * table[0],)", r"f uses table = \[1\.0\]"),
-        ("def f(t, y, p):\n    def g(x):\n        return x\n    return (g(y[0]),)", "line 2: .* a function inside a function"),
+        (
+            "def f(t, y, p):\n    def g(x):\n        return x\n    return (g(y[0]),)",
+            "line 2: .* a function inside a function",
+        ),
     ],
 )
 def test_equations_that_cannot_be_compiled_are_refused(source: str, why: str) -> None:
@@ -59,3 +66,29 @@ def test_equations_that_cannot_be_compiled_are_refused(source: str, why: str) ->
     function.__globals__["table"] = [1.0]
     with pytest.raises(ValueError, match=why):
         value(function)
+
+
+def test_equations_are_compiled_again_where_a_number_two_folders_down_was_edited(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file of kept code serves the equations that it was made of, and no others."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    deep = tmp_path / "compiled_package" / "inner" / "deeper"
+    deep.mkdir(parents=True)
+    (tmp_path / "compiled_package" / "decay.py").write_text(
+        "from .inner.deeper.rates import RATE\n\ndef decay(t, state, parameters):\n    return (-RATE * state[0],)\n"
+    )
+    files, slopes = [], []
+    for rate, other in (("2.0", "1"), ("2.0", "2"), ("3.0", "2")):
+        (deep / "rates.py").write_text(f"RATE = {rate}\n")
+        (deep / "other.py").write_text(f"OTHER = {other}\n")
+        for name in [name for name in sys.modules if name.startswith("compiled_package")]:
+            del sys.modules[name]
+        importlib.invalidate_caches()
+        form = FirstOrder(importlib.import_module("compiled_package.decay").decay)
+        slopes.append(kernel(form, 0, 1).array(0.0, np.ones(1), np.zeros(1))[0])
+        files.append(len(list((tmp_path / "cache" / "kernels").glob("*.o"))))
+    assert slopes == [-2.0, -2.0, -3.0]
+    assert [n - files[0] for n in files] == [0, 0, 1]

@@ -3,7 +3,6 @@
 import ctypes
 import hashlib
 import hmac
-import importlib
 import pickle
 import subprocess
 import sys
@@ -13,9 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.kernels import machine_code, numba_fallback
-from gnomon.harness.kernels.equations import C_SIGNATURE, IMPORTS, OPTIONS, SIGNATURE, kernel
+from gnomon.harness.kernels.equations import C_SIGNATURE, IMPORTS, OPTIONS, SIGNATURE
 from gnomon.reference.storage import cachefolder
 
 SOURCE = "\n".join(
@@ -250,31 +248,3 @@ def test_arrays_are_returned_by_a_process_that_has_compiled_nothing(kept: Path) 
     machine_code.function(SOURCE, "reversed_array", "float64[::1](float64[::1])")
     run = subprocess.run([sys.executable, "-c", program, SOURCE], check=True, capture_output=True, text=True)
     assert run.stdout == "[2.0, 1.0, 0.0]\n"
-
-
-def test_equations_are_compiled_again_where_a_number_two_folders_down_was_edited(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A file of machine code serves the equations that it was made of, and no others."""
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)
-    deep = tmp_path / "compiled_package" / "inner" / "deeper"
-    deep.mkdir(parents=True)
-    (tmp_path / "compiled_package" / "decay.py").write_text(
-        "from .inner.deeper.rates import RATE\n\ndef decay(t, state, parameters):\n    return (-RATE * state[0],)\n"
-    )
-    files, slopes = [], []
-    for rate, other in (("2.0", "1"), ("2.0", "2"), ("3.0", "2")):
-        (deep / "rates.py").write_text(f"RATE = {rate}\n")
-        (deep / "other.py").write_text(f"OTHER = {other}\n")
-        for name in [name for name in sys.modules if name.startswith("compiled_package")]:
-            del sys.modules[name]
-        importlib.invalidate_caches()
-        forget()
-        form = FirstOrder(importlib.import_module("compiled_package.decay").decay)
-        slopes.append(kernel(form, 0, 1).array(0.0, np.ones(1), np.zeros(1))[0])
-        files.append(len(list((tmp_path / "cache" / "kernels").glob("*.array.*"))))
-    forget()
-    assert slopes == [-2.0, -2.0, -3.0]
-    assert files == [1, 1, 2]

@@ -24,7 +24,9 @@ def test_the_nodes_and_the_function_give_the_same_bits(name: str) -> None:
     values = traced(equations.form, trace)
     for seed in range(3):
         t, state, parameters = equations.at_random(seed)
-        assert tuple(computed(values, trace, t, state, parameters, vars(math))) == equations.form.equations(t, tuple(state), tuple(parameters))
+        assert tuple(computed(values, trace, t, state, parameters, vars(math))) == equations.form.equations(
+            t, tuple(state), tuple(parameters)
+        )
 
 
 def test_zeros_are_removed_and_equal_values_computed_once() -> None:

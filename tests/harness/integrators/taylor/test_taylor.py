@@ -35,7 +35,7 @@ def coefficients(mp: Any, form: FirstOrder, t: Any, state: Any, parameters: Any,
     """The recurrences run in mpmath: rows of coefficients of orders 0 to `order`."""
     found = recurrences.Recurrences(form, len(state), len(parameters))
     w = [mp.mpf(0)] * found.length
-    recurrences.coefficients(found, mpmath_arithmetic(mp), mp.mpf(1), t, [*state, order], parameters, w)
+    recurrences.coefficients(found, mpmath_arithmetic(mp), t, [*state, order], parameters, w)
     return [w[STRIDE * i : STRIDE * i + order + 1] for i in range(len(state))]
 
 
