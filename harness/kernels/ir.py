@@ -396,7 +396,7 @@ class Array:
     """A C-contiguous array of doubles, integers or pairs of doubles (complex), by its address and sizes.
 
     An index that only the emitted code knows must not be negative: it is not checked. A part with fewer indices is an
-    array, and so is [start:].
+    array, and so is [start:stop].
     """
 
     def __init__(self, pointer: Value, shape: tuple[Any, ...], kind: str = D, pairs: bool = False) -> None:
@@ -405,6 +405,10 @@ class Array:
     @property
     def size(self) -> Any:
         return math.prod(self.shape[1:], start=self.shape[0]) if len(self.shape) > 1 else self.shape[0]
+
+    def reshape(self, shape: Any) -> "Array":
+        """The same numbers as an array of other sizes."""
+        return Array(self.pointer, shape if isinstance(shape, tuple) else (shape,), self.kind, self.pairs)
 
     def __len__(self) -> int:
         if symbolic(self.shape[0]):
@@ -427,10 +431,14 @@ class Array:
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
-            if index.stop is not None or index.step is not None:
-                raise Subset("a slice with an end or a step")
-            shape = (self.shape[0] - index.start, *self.shape[1:])
-            return Array(self.place((index.start,)), shape, self.kind, self.pairs)
+            if index.step is not None:
+                raise Subset("a slice with a step")
+            start = 0 if index.start is None else index.start
+            stop = self.shape[0] if index.stop is None else index.stop
+            ends = [x for x in (0, start, stop, self.shape[0]) if not symbolic(x)]
+            if ends != sorted(ends):
+                raise Subset(f"the slice [{start}:{stop}] of an array of {self.shape[0]}")
+            return Array(self.place((start,)), (stop - start, *self.shape[1:]), self.kind, self.pairs)
         index = index if isinstance(index, tuple) else (index,)
         place = self.place(index)
         if len(index) < len(self.shape):

@@ -44,7 +44,7 @@ def generators(x: Any, n: int, a: float) -> float:
 
 
 def slices(x: Any, n: int, a: float) -> float:
-    return float(x[1:3][0])  # a slice with an end or a step
+    return float(x[1:5:2][0])  # a slice with a step
 
 
 def after(x: Any, n: int, a: float) -> float:
@@ -53,4 +53,8 @@ def after(x: Any, n: int, a: float) -> float:
     return a + i
 
 
-FUNCTIONS = (raising, trying, kinds, growing, objects, generators, slices, after)
+def negative_slices(x: Any, n: int, a: float) -> float:
+    return float(x[-2:][0])  # the slice [-2:
+
+
+FUNCTIONS = (negative_slices, raising, trying, kinds, growing, objects, generators, slices, after)

@@ -107,6 +107,17 @@ def complexes(x: Any, n: int, a: float) -> float:
     return float(z[1].real + 2.0 * z[1].imag + abs(z[0]))
 
 
+def slices(x: Any, n: int, a: float) -> float:
+    work, total = np.zeros(12), 0.0
+    table = work[2:8].reshape((2, 3))
+    for i in range(2):
+        for j in range(3):
+            table[i, j] = a * (3 * i + j + 1)
+    for k in range(40):
+        total = 0.5 * total + work[k % 12]
+    return float(total + table.reshape(6)[5] + work[: n + 1].size)
+
+
 FUNCTIONS = (
-    branches, loops, returns, integers, chained, guarded, extremes, powers, functions, arrays, tuples, complexes,
+    branches, loops, returns, integers, chained, guarded, extremes, powers, functions, arrays, tuples, complexes, slices,
 )  # fmt: skip
