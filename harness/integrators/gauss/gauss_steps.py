@@ -178,13 +178,13 @@ def newton_step(
         change = 0.0
         for j in range(stages):
             for i in range(width):
-                k = j * width + i
-                difference = abs(right[k])
+                n = j * width + i
+                difference = abs(right[n])
                 if not difference <= LARGEST:
                     return False
-                z[k] += right[k]
+                z[n] += right[n]
                 if difference > SMALLEST:
-                    change = max(change, difference / (abs(y[i]) + abs(z[k])))
+                    change = max(change, difference / (abs(y[i]) + abs(z[n])))
         stuck = iteration > 0 and renewed and before <= change < NOISE * table[stages, 0]
         stalled = stalled + 1 if change >= least else 0
         if settled(iteration, change, least, stalled, table[stages, 0]) or stuck:
