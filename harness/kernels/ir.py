@@ -455,11 +455,12 @@ class Array:
             if index != slice(None) or len(self.shape) != 1:
                 raise Subset("a slice other than [:] of one dimension")
             for i in iterate(range_(self.shape[0])):
-                self[i] = x
+                self[i] = x[i] if isinstance(x, Array) else x
             return
         index = index if isinstance(index, tuple) else (index,)
         if len(index) < len(self.shape):
-            raise Subset("a number stored in a part of an array")
+            self[index][:] = x
+            return
         place = self.place(index)
         if self.pairs:
             x = Complex.of(x)

@@ -115,7 +115,10 @@ def slices(x: Any, n: int, a: float) -> float:
             table[i, j] = a * (3 * i + j + 1)
     for k in range(40):
         total = 0.5 * total + work[k % 12]
-    return float(total + table.reshape(6)[5] + work[: n + 1].size)
+    table[0] = table[1]
+    table[1] = a
+    work[9:][:] = x[:3]
+    return float(total + table[0, 2] + table[1, 2] + work[11] + table.reshape(6)[5] + work[: n + 1].size)
 
 
 FUNCTIONS = (
