@@ -19,12 +19,15 @@ PREPARE_ALL = """
 import json, sys
 from contextlib import suppress
 from functools import cache
+from textwrap import dedent
+from types import FunctionType, SimpleNamespace
 
 from gnomon import cases
+from gnomon.harness.adapters import sundials
 from gnomon.harness.measuring.settings import sweep_settings
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.contract.problem import accepted_form, problem_of
-from gnomon.harness.kernels import machine_code
+from gnomon.harness.kernels import emission, machine, machine_code, rewriting
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
 from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps
@@ -32,6 +35,26 @@ from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps
 texts = set()
 machine_code.function = lambda source, name, signature="": texts.add(source)
 machine_code.address = lambda source, name, signature: texts.add(source) or 0
+seen = set()
+
+
+def visit(value):
+    if isinstance(value, FunctionType) and value not in seen:
+        seen.add(value)
+        texts.add(dedent(rewriting.source_of(value)))
+        for used in emission.uses(value).values():
+            visit(used)
+
+
+def fingerprint(plain, replaced=None):
+    for value in (plain, *(replaced or {}).values()):
+        visit(value)
+    return ""
+
+
+emission.fingerprint = fingerprint
+machine.callable_at = lambda address, name, own=None: None
+machine.code = lambda key, names, emit: SimpleNamespace(addresses=dict.fromkeys(names, 0))
 
 
 @cache
@@ -47,10 +70,15 @@ for method in lookup.own().values():
             if case is not None:
                 problem = problem_of(case, (kind,))
                 with suppress(Refused):
-                    one.prepare(problem, sweep_settings(one, case, problem)[0])
+                    setting = sweep_settings(one, case, problem)[0]
+                    one.prepare(problem, setting)
+                    if hasattr(one, "by_newton"):
+                        one.by_newton(problem, setting, 1)
+sundials.compiled()
 json.dump(sorted(texts), sys.stdout)
 """
-"""Prints the texts that the methods of gnomon and their fixed-step formulas pass to the compiler, which does not run."""
+"""Prints the texts of functions that the methods of gnomon and their fixed-step formulas pass to the compilers, which do
+not run."""
 
 Key = tuple[tuple[str, ...], str]
 
@@ -86,7 +114,7 @@ def stands_for_another(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool
 
 
 def test_functions_are_short_and_take_few_parameters_unless_they_are_compiled(tmp_path: Path) -> None:
-    """A compiled function has the decorator of numba, here or in a text that is passed to the compiler."""
+    """A compiled function is passed to a compiler, or has the decorator of numba."""
     cold = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}  # functions compiled before are not passed again
     command = [sys.executable, "-c", PREPARE_ALL]
     listed = subprocess.run(command, env=cold, stdout=subprocess.PIPE, text=True, check=True).stdout
