@@ -135,11 +135,17 @@ class Translation:
     """The functions of one module of machine code.
 
     By their names, `replaced` replaces numbers and functions that all its functions use; functions called by a name in
-    `inlined` become part of those that call them.
+    `inlined` become part of those that call them. With `cold` all do but the functions of these names, which are rarely
+    called.
     """
 
-    def __init__(self, replaced: Mapping[str, Any] | None = None, inlined: Collection[str] = ()) -> None:
-        self.replaced, self.inlined = dict(replaced or {}), set(inlined)
+    def __init__(
+        self,
+        replaced: Mapping[str, Any] | None = None,
+        inlined: Collection[str] = (),
+        cold: Collection[str] | None = None,
+    ) -> None:
+        self.replaced, self.inlined, self.cold = dict(replaced or {}), set(inlined), cold
         self.known: dict[Any, Callable[..., Any]] = {}
 
     def function(self, plain: Callable[..., Any]) -> Callable[..., Any]:
@@ -147,7 +153,12 @@ class Translation:
         if plain in PRIMITIVES:
             return PRIMITIVES[plain]
         if plain not in self.known:
-            self.known[plain] = ir.Outlined(self.inline(plain))
+            function = self.inline(plain)
+            if self.cold is None:
+                function = ir.Outlined(function)
+            elif plain.__name__ in self.cold:
+                function = ir.Outlined(function, f"{ir.ATTRIBUTES} noinline cold")
+            self.known[plain] = function
         return self.known[plain]
 
     def inline(self, plain: Callable[..., Any]) -> Callable[..., Any]:

@@ -333,7 +333,8 @@ INTRINSICS = {"sqrt", "sin", "cos", "exp", "log", "log10", "log2", "pow", "floor
 LIBRARY = {"tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "atan2", "hypot", "cbrt",
            "expm1", "log1p", "erf", "copysign", "fmod"}  # fmt: skip
 """Functions of floats of the C library."""
-PYTHON = {"PyFloat_AsDouble", "PyLong_AsLongLong", "PyErr_Occurred", "PyLong_FromLongLong", "PyFloat_FromDouble"}
+PYTHON = {"PyFloat_AsDouble", "PyLong_AsLongLong", "PyErr_Occurred", "PyLong_FromLongLong", "PyFloat_FromDouble",
+          "PyEval_SaveThread"}  # fmt: skip
 """Functions of Python's C interface."""
 
 

@@ -111,7 +111,7 @@ _linked: dict[str, Code] = {}
 
 PYTHON = (
     "PyFloat_AsDouble", "PyLong_AsLongLong", "PyErr_Occurred", "PyErr_SetString", "PyLong_FromLongLong", "PyFloat_FromDouble",
-    "Py_IncRef",
+    "Py_IncRef", "PyEval_SaveThread", "PyEval_RestoreThread",
 )  # fmt: skip
 """Functions of Python's C interface that emitted code calls."""
 NEW_ARRAY = 93
@@ -161,11 +161,20 @@ _kept: list[Any] = []
 """What functions of Python refer to without a reference that Python counts."""
 
 
-def define_entry(name: str, signature: str, inner: str, result: str = I, own: int = 0, returns: bool = False) -> None:
+def define_entry(
+    name: str,
+    signature: str,
+    inner: str,
+    result: str = I,
+    own: int = 0,
+    returns: bool = False,
+    unlocked: bool = False,
+) -> None:
     """Emit the entry @name for Python of the emitted function @inner, which has this signature.
 
     With `own` the function of Python holds an array of `own` integers, which @inner takes first: a number, and the least
-    size of each array. With `returns` the last array is a new one of its least size, and is the result.
+    size of each array. With `returns` the last array is a new one of its least size, and is the result. `unlocked`: other
+    threads of Python run during the call.
     """
     words = [*emission.parameters(signature)]
     given = words[:-1] if returns else words
@@ -192,13 +201,15 @@ def define_entry(name: str, signature: str, inner: str, result: str = I, own: in
             new = _new_array(size, fail)
             passed = [*passed, _loaded(POINTER, new, DATA), size]
         call = f"call {result} @{inner}({', '.join(x.typed for x in passed)})"
-        if result == "void":
-            f.do(call)
+        thread = ir.call("PyEval_SaveThread", POINTER) if unlocked else None
+        value = f.do(call) if result == "void" else f.emit(result, call)
+        if thread is not None:
+            ir.module().declared["PyEval_RestoreThread"] = "declare void @PyEval_RestoreThread(ptr)"
+            f.do(f"call void @PyEval_RestoreThread({thread.typed})")
+        if value is None:
             found = _none() if new is None else new
         else:
-            found = ir.call(
-                "PyLong_FromLongLong" if result == I else "PyFloat_FromDouble", POINTER, f.emit(result, call)
-            )
+            found = ir.call("PyLong_FromLongLong" if result == I else "PyFloat_FromDouble", POINTER, value)
         f.do(f"ret ptr {found}")
         f.at(fail)
         f.do("ret ptr null")

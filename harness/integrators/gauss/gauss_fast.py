@@ -85,7 +85,7 @@ class GaussFast(Integrator):
             return Solution(out, taken, reason(stop))
 
         def alone(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
-            taken = run(buffer, coefficients, initial, times, setting, out, stop)
+            taken = run(buffer, coefficients, initial[0], times, setting, out[0], stop)
             buffer[-1] += problem.counted * stop[3]
             if stop[0] == gauss_fast_constants.STIFF:
                 instead = stiffly(problem, setting, initial)

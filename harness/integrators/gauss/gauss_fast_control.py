@@ -1,4 +1,4 @@
-"""The step sizes of the fast Gauss method for single trajectories, as text: equal steps, or steps from the frequency.
+"""The step sizes of the fast Gauss method: equal steps, or steps from the frequency.
 
 Steps stay equal as long as possible: guesses are then better, and the energy does not drift. For motions with quick and
 slow parts (a pericentre) equal steps would be too short for most of the orbit, and with steps that follow only the
@@ -7,133 +7,180 @@ size: the mean of 1/h before and after a point is the frequency at the point ove
 symmetric in time, so that the motion away from a pericentre loses the energy that it gained on the way in (Huang,
 Leimkuhler, SIAM Journal on Scientific Computing 18, 1997).
 
-The rule is tried if the wanted step varies by more than a factor HOLD within WINDOW steps. It is kept while the wanted
-stride varies by less than HOLD and by less than STEADIER times the variation that the wanted step had. See `lane_text`
-for the notation.
+The rule is tried if the wanted step varies by more than a factor `hold` within a window of steps. It is kept while the
+wanted stride varies by less than `hold` and by less than `steadier` times the variation that the wanted step had.
 """
 
 from __future__ import annotations
 
-from gnomon.harness.integrators.gauss.gauss_fast_stages import CommonText
+import math
+
+from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
+from gnomon.harness.integrators.gauss.lanes import bits, double
+
+ONE = 0x3FF0000000000000
+"""The bits of 1.0."""
+
+Equal = tuple[int, float, int]
+"""The number of equal steps, the least factor that each of them allowed, and the number after which they grow."""
+
+Frequency = tuple[bool, float, float, float, float, int, int, int, float, float, float, float]
+"""Whether steps follow the frequency; stride, frequency that gave the step, fourth power of the frequency at the start,
+variation of the wanted steps, windows to wait; of the window its length and steps seen, least and largest wanted step,
+eighth powers of the least and largest wanted stride."""
 
 
-class ControlText(CommonText):
-    """The text that chooses the next step after an accepted step."""
+def few_bits(h: float) -> float:
+    """The step rounded to so few bits that its square and its products with the high parts of the nodes are exact."""
+    return double(bits(h) & -(1 << 27))
 
-    def next_step(self) -> str:
-        """Choose the next step: steps stay equal as long as the error and the rate of convergence allow it.
 
-        After EQUAL_STEPS_NEEDED equal steps the step grows by `common_growth`, the factor that each of these allowed.
-        If the error allows a factor `grow` of HOLD or more, the step grows at once, by grow / LEAP.
-        """
-        return """
-            if rate > FAST and rounds > SETTLING:
-                grow = min(grow, max(SHRINK_BY_RATE, FAST / rate))
-            equal_steps, common_growth = (
-                (equal_steps + 1, min(common_growth, grow)) if grow >= HOLD_FROM and not rejected else (0, GROW_MOST)
-            )
-            more = 1.0
-            if equal_steps == equal_steps_needed:
-                more, equal_steps, common_growth, equal_steps_needed = (
-                    common_growth if common_growth >= LEAST_GROWTH else 1.0, 0, GROW_MOST, EQUAL_STEPS_NEEDED
-                )
-            {equal_steps}  #? not by_position
-            {wanted_strides}  #? by_position
-            {choice_of_frequency}  #? by_position
-            if by_frequency:  #? by_position
-                {step_by_frequency}
-            else:  #? by_position
-                {equal_steps}
-            unmonitored = max(rounds - UNMONITORED, 0)
-        """
+def root_15(x: float) -> float:
+    """x^(1/15) within 1 %: the bits of a double, read as an integer, are nearly its logarithm."""
+    return double(ONE + (bits(x) - ONE) // 15)
 
-    def equal_steps(self) -> str:
-        """The next step h. The usual case has its own branch, so that the step can start before `grow` is known."""
-        return """
-            if HOLD_FROM <= grow < HOLD:
-                h = step * more
-            elif grow >= HOLD and rejected:
-                h = step
-            elif grow >= HOLD:
-                h = step * min(grow / LEAP, GROW_MOST)
-                equal_steps, common_growth = 0, GROW_MOST
-            else:
-                h = step * grow
-        """
 
-    def no_frequency_yet(self) -> str:
-        return """
-            by_frequency, stride, step_frequency, norm, step_variation, windows_to_wait = False, 0.0, 0.0, 0.0, 1.0, 0
-            window, steps_seen, shortest, longest, least_stride_8, largest_stride_8 = FIRST_WINDOW, 0, np.inf, 0.0, np.inf, 0.0
-        """
+def first_length(second_order: bool, end: float, furthest: float, largest: float, fastest: float) -> float:
+    """The first step: a share of the time |y| / |y'|, or |v| / |a| + |q / a|^(1/2).
 
-    def wanted_strides(self) -> str:
-        """The ranges of the step that the error allows and of the stride, its product with the frequency.
+    `furthest`, `largest`, `fastest`: sizes of positions, of the quantity whose derivatives the slopes are, of slopes.
+    """
+    found = TUNING.first_at_rest * end
+    if second_order:
+        if fastest > 0.0 and furthest + largest > 0.0:
+            found = TUNING.first_share * (largest / fastest + math.sqrt(furthest / fastest))
+    elif fastest > 0.0 and largest > 0.0:
+        found = TUNING.first_share * largest / fastest
+    return min(found, end)
 
-        Eighth powers of strides need no root. A step that is far too short gives no good estimate of the fitting step.
-        """
-        return """
-            before, norm = norm, square
-            if 0.0 < before and grow < GROW_MOST:
-                fitting_step = step * grow
-                fourth = (fitting_step * fitting_step) * (fitting_step * fitting_step)
-                stride_8 = (fourth * before) * (fourth * norm)
-                shortest, longest, least_stride_8, largest_stride_8 = (
-                    min(shortest, fitting_step), max(longest, fitting_step),
-                    min(least_stride_8, stride_8), max(largest_stride_8, stride_8),
-                )
-                steps_seen += 1
-        """
 
-    def choice_of_frequency(self) -> str:
-        """Begin or end steps by frequency; after each failure the next trial waits for more windows.
+def limited(grow: float, rate: float, rounds: int) -> float:
+    """The factor that the error allows, limited by the rate of convergence."""
+    if rate > TUNING.fast and rounds > TUNING.settling:
+        grow = min(grow, max(TUNING.shrink_by_rate, TUNING.fast / rate))
+    return grow
 
-        It fails if the frequency does not predict which steps must be short.
-        """
-        return """
-            if by_frequency and (
-                grow >= GROW_MOST
-                or steps_seen == window and largest_stride_8 > min(STEADIER * step_variation, HOLD) ** 8 * least_stride_8
-            ):
-                by_frequency, windows_to_wait, steps_seen = False, 2 * windows_to_wait + WINDOWS_TO_WAIT, window
-            elif steps_seen == window and not by_frequency and windows_to_wait > 0:
-                windows_to_wait -= 1
-            elif (
-                steps_seen == window and not by_frequency and longest > HOLD * shortest
-                and largest_stride_8 < (2 * longest / shortest) ** 8 * least_stride_8
-            ):
-                by_frequency, step_variation, stride, step_frequency = (
-                    True, longest / shortest, STRIDE_SHARE * least_stride_8**0.125, math.sqrt(math.sqrt(norm))
-                )
-                equal_steps, common_growth, more = 0, GROW_MOST, 1.0
-            if steps_seen == window:
-                window, steps_seen, shortest, longest, least_stride_8, largest_stride_8 = WINDOW, 0, np.inf, 0.0, np.inf, 0.0
-        """
 
-    def step_by_frequency(self) -> str:
-        """The next step by frequency: the mean of 1/h before and after this point is its frequency over the stride."""
-        return """
-            frequency = math.sqrt(math.sqrt(norm))
-            if grow < HOLD_FROM:
-                stride, step_frequency = stride * grow, frequency
-            elif more > 1.0:
-                stride, step_frequency = stride * more, frequency
-            else:
-                step_frequency = min(
-                    max(2 * frequency - step_frequency, frequency / MOST_FREQUENCY_CHANGE), MOST_FREQUENCY_CHANGE * frequency
-                )
-            h = min(stride / step_frequency, GROW_MOST * step)
-        """
+def growth(grow: float, rejected: bool, equal: Equal) -> tuple[float, Equal]:
+    """The factor by which equal steps grow, 1 for most.
 
-    def stiffness(self) -> str:
-        """Count the steps of a slow motion that convergence limits.
+    After the wanted number of equal steps they grow by the least factor that each of these allowed.
+    """
+    equal_steps, common_growth, needed = equal
+    equal_steps, common_growth = (
+        (equal_steps + 1, min(common_growth, grow))
+        if grow >= TUNING.hold_from and not rejected
+        else (0, TUNING.grow_most)
+    )
+    more = 1.0
+    if equal_steps == needed:
+        more, equal_steps, common_growth, needed = (
+            common_growth if common_growth >= TUNING.least_growth else 1.0,
+            0,
+            TUNING.grow_most,
+            TUNING.equal_steps_needed,
+        )
+    return more, (equal_steps, common_growth, needed)
 
-        LEAST_MOVING excludes decayed components, whose relative rate of change stays large.
-        """
-        return """
-            if rate > STIFF_RATE:
-                most, moves = 0.0, 0.0
-                most = max(most, abs({rate}))
-                moves = max(moves, step * size@ / max(abs({rate}) + LEAST_MOVING * most, TINY))
-                stiff = stiff + 1 if moves < SLOW_MOTION else max(stiff - 1, 0)
-        """
+
+def equal_length(
+    step: float, grow: float, more: float, rejected: bool, hold: float, equal: Equal
+) -> tuple[float, Equal]:
+    """The next step: equal to this one as long as the error allows it and no step `hold` times as long.
+
+    Then the step grows at once, by grow / `leap`. The usual case has its own branch, so that the step can start before
+    `grow` is known.
+    """
+    equal_steps, common_growth, needed = equal
+    if TUNING.hold_from <= grow < hold:
+        h = step * more
+    elif grow >= hold and rejected:
+        h = step
+    elif grow >= hold:
+        h = step * min(grow / TUNING.leap, TUNING.grow_most)
+        equal_steps, common_growth = 0, TUNING.grow_most
+    else:
+        h = step * grow
+    return h, (equal_steps, common_growth, needed)
+
+
+def no_frequency() -> Frequency:
+    return (
+        False, 0.0, 0.0, 0.0, 1.0, 0, TUNING.first_window, 0, math.inf, 0.0, math.inf, 0.0
+    )  # fmt: skip
+
+
+def choose_frequency(
+    step: float, grow: float, more: float, square: float, equal: Equal, seen: Frequency
+) -> tuple[float, Equal, Frequency]:
+    """Note the steps and strides that the error wants, and begin or end steps by frequency.
+
+    After each failure the next trial waits for more windows. It fails if the frequency does not predict which steps
+    must be short. Eighth powers of strides need no root. A step that is far too short gives no good estimate of the
+    fitting step. `square`: the fourth power of the frequency at the end of the step.
+    """
+    by_frequency, stride, step_frequency, norm, step_variation, windows_to_wait, window, steps, *ranges = seen
+    shortest, longest, least_stride_8, largest_stride_8 = ranges
+    equal_steps, common_growth, needed = equal
+    before, norm = norm, square
+    if 0.0 < before and grow < TUNING.grow_most:
+        fitting_step = step * grow
+        fourth = (fitting_step * fitting_step) * (fitting_step * fitting_step)
+        stride_8 = (fourth * before) * (fourth * norm)
+        shortest, longest = min(shortest, fitting_step), max(longest, fitting_step)
+        least_stride_8, largest_stride_8 = min(least_stride_8, stride_8), max(largest_stride_8, stride_8)
+        steps += 1
+    if by_frequency and (
+        grow >= TUNING.grow_most
+        or (
+            steps == window
+            and largest_stride_8 > min(TUNING.steadier * step_variation, TUNING.hold) ** 8 * least_stride_8
+        )
+    ):
+        by_frequency, windows_to_wait, steps = False, 2 * windows_to_wait + TUNING.windows_to_wait, window
+    elif steps == window and not by_frequency and windows_to_wait > 0:
+        windows_to_wait -= 1
+    elif (
+        steps == window
+        and not by_frequency
+        and longest > TUNING.hold * shortest
+        and largest_stride_8 < (2 * longest / shortest) ** 8 * least_stride_8
+    ):
+        by_frequency, step_variation, stride, step_frequency = (
+            True,
+            longest / shortest,
+            TUNING.stride_share * least_stride_8**0.125,
+            math.sqrt(math.sqrt(norm)),
+        )
+        equal_steps, common_growth, more = 0, TUNING.grow_most, 1.0
+    if steps == window:
+        window, steps = TUNING.window, 0
+        shortest, longest, least_stride_8, largest_stride_8 = math.inf, 0.0, math.inf, 0.0
+    found = by_frequency, stride, step_frequency, norm, step_variation, windows_to_wait, window, steps
+    return (
+        more,
+        (equal_steps, common_growth, needed),
+        (*found, shortest, longest, least_stride_8, largest_stride_8),
+    )
+
+
+def length_by_frequency(step: float, grow: float, more: float, seen: Frequency) -> tuple[float, Frequency]:
+    """The next step by frequency: the mean of 1/h before and after this point is its frequency over the stride."""
+    by_frequency, stride, step_frequency, norm, *rest = seen
+    frequency = math.sqrt(math.sqrt(norm))
+    if grow < TUNING.hold_from:
+        stride, step_frequency = stride * grow, frequency
+    elif more > 1.0:
+        stride, step_frequency = stride * more, frequency
+    else:
+        step_frequency = min(
+            max(2 * frequency - step_frequency, frequency / TUNING.most_frequency_change),
+            TUNING.most_frequency_change * frequency,
+        )
+    return min(stride / step_frequency, TUNING.grow_most * step), (by_frequency, stride, step_frequency, norm, *rest)
+
+
+def restarted(h: float, seen: Frequency) -> Frequency:
+    """The strides after a step is repeated with the size h."""
+    by_frequency, _, step_frequency, *rest = seen
+    return (by_frequency, h * step_frequency, step_frequency, *rest)  # type: ignore[return-value]

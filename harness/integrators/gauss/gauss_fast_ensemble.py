@@ -1,6 +1,6 @@
-"""The fast Gauss method for ensembles, as text: the lanes of a vector are eight trajectories.
+"""The fast Gauss method for ensembles: the lanes of a vector are eight trajectories.
 
-Guesses, rounds, error and compensated sums are as in `gauss_fast_stepping`. The differences:
+Guesses, rounds, error, compensated sums and step control are as in `gauss_fast_steps`. The differences:
 
 - The eight trajectories of a vector share t and the step, and a whole number of steps fills the interval between two
   samples, so that samples are ends of steps.
@@ -12,426 +12,460 @@ Here too, no operation rounds in the same way in every step: at the finest toler
 walk.
 
 `left_over` records a vector that cannot go on or that passes a pole. The method for single trajectories integrates
-these trajectories again, and gives the reason if it stops too. See `lane_text` for the notation.
+these trajectories again, and gives the reason if it stops too.
 """
 
 from __future__ import annotations
 
-import itertools
+import math
+from dataclasses import dataclass
+from typing import Any
 
-from gnomon.harness.integrators.gauss.gauss_fast_stages import CommonText
+from gnomon.harness.integrators.gauss.gauss_fast_constants import (
+    HIGHEST,
+    LARGEST,
+    LOW,
+    MONOMIALS,
+    MOST_ATTEMPTS,
+    NODES,
+    NODES_HIGH,
+    NODES_LOW,
+    ONCE,
+    POSITIONS,
+    POWERS,
+    ROUNDOFF,
+    SMALLEST,
+    STAGES,
+    TUNING,
+    WEIGHTS,
+)
+from gnomon.harness.integrators.gauss.gauss_fast_control import (
+    equal_length,
+    few_bits,
+    first_length,
+    growth,
+    limited,
+    root_15,
+)
+from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations
+from gnomon.harness.integrators.gauss.gauss_fast_stages import Numbers, Vectors, convergence, replaced, summed
+from gnomon.harness.integrators.gauss.gauss_fast_steps import rates
+from gnomon.harness.integrators.gauss.lanes import (
+    Lanes,
+    Table,
+    fma,
+    highest,
+    lane,
+    lanes,
+    larger,
+    put,
+    row,
+    turns,
+    with_lane,
+)
 
 
-class EnsembleText(CommonText):
-    """The text of the function `advance_eight` and of the functions that it calls."""
+@dataclass(frozen=True)
+class Work:
+    """First rows of the parts of `work`, and the number of its rows.
 
-    def ensemble(self) -> str:
-        """The functions of the module."""
-        return """
-            {constants}
-            {rows_of_work}
-            {eight_stages}
-            {carry_on}
-            {advance_eight}
-        """
+    after: the matrix that gives the guesses; onward: both stage matrices times it; fresh: both stage matrices; slopes
+    and slopes_too: the slopes of the last step and of this one; guess: the last guess; points: places and velocities of
+    the stages; apart: their rounding residuals; found: slopes before correction; derivative: derivatives.
+    """
 
-    def places_of_work(self) -> dict[str, int]:
-        """First rows of the parts of `work`, and the number of rows as ROWS.
+    after: int
+    onward: int
+    fresh: int
+    slopes: int
+    slopes_too: int
+    guess: int
+    points: int
+    apart: int
+    found: int
+    derivative: int
+    rows: int
 
-        AFTER: the matrix that gives the guesses; ONWARD: both stage matrices times AFTER; FRESH: both stage matrices;
-        SLOPES and SLOPES_TOO: the slopes of the last step and of this one; GUESS: the last guess; POINTS: places and
-        velocities of the stages; APART: their rounding residuals; FOUND: slopes before correction; FIRST_DERIVATIVE:
-        derivatives.
-        """
-        count, derivatives = self.layout.count, len(self.layout.derivatives)
-        names = "AFTER ONWARD FRESH SLOPES SLOPES_TOO GUESS POINTS APART FOUND FIRST_DERIVATIVE ROWS"
-        sizes = 8, 16, 16, 8 * count, 8 * count, count, 16 * count, 16 * count, 8 * count, 8 * derivatives
-        return dict(zip(names.split(), itertools.accumulate(sizes, initial=0), strict=True))
 
-    def rows_of_work(self) -> str:
-        places = self.places_of_work() | {"DERIVATIVES": len(self.layout.derivatives)}
-        return "\n".join(f"{name} = {row}" for name, row in places.items())
+def work_of(count: int, derivatives: int) -> Work:
+    """The places for `count` slopes and this number of derivatives."""
+    found, first = [], 0
+    for size in (8, 16, 16, 8 * count, 8 * count, count, 16 * count, 16 * count, 8 * count, 8 * derivatives):
+        found.append(first)
+        first += size
+    return Work(*found, first)
 
-    def advance_eight(self) -> str:
-        """Integrate all trajectories, eight at a time.
 
-        `left_over`: for each eight whether they failed, then the number of right-hand sides.
-        """
-        return """
-            @njit("int64({signature}, float64[:, ::1])", {options}, nogil=True)
-            def advance_eight(p_, table, initial, times, tolerance, out, left_over, work):
-                {limits}
-                taken, evaluations, many = 0, 0, initial.shape[0]
-                for first in range(0, many, 8):
-                    some = min(8, many - first)
-                    {start}
-                    while sample < times.size and not failed:
-                        {length}
-                        {guess}
-                        {scales}
-                        {solve}
-                        {sums}
-                        {error}
-                        {end_of_step}
-                        {sample}
-                        {stiffness}
-                        {next_step}
-                    left_over[first // 8] = failed
-                left_over[-1] += 64 * evaluations
-                return taken
-        """
+def advance_eight(
+    equations: Equations, places: Work, p_: Any, table: Table, initial: Any, times: Any, tolerance: float, out: Any,
+    left_over: Any, work: Table,
+) -> int:  # fmt: skip
+    """Integrate trajectories, eight at a time; gives the number of accepted steps.
 
-    def limits(self) -> str:
-        """Numbers that depend on the tolerance, and the stage matrices at their places in `work`."""
-        return """
-            p = ({parameters})
-            k = constants(p)
-            end = times[-1]
-            fine_ratio = min(tolerance / FINE, 1.0)
-            allowed_change, noise = (
-                8 * ITERATION_SHARE_OF_ENSEMBLE * max(tolerance, ROUNDOFF / 4) * fine_ratio**10, 8 * NOISE * ROUNDOFF
-            )
-            for j in range(8):
-                put(work, FRESH + j, row(table, STAGES + j))
-                put(work, FRESH + 8 + j, row(table, ONCE + j))
-        """
-
-    def start(self) -> str:
-        """Start eight trajectories; if there are fewer, the last one fills the other lanes."""
-        return """
-            y% = lanes(0.0)
-            compensation% = lanes(0.0)
-            for i in range(8):
-                y% = with_lane(y%, i, initial[first + min(i, some - 1), %])
-            y, compensation = (<|y%, |>), (<|compensation%, |>)
-            g = slopes((<|y[@], |>), forcing(lanes(0.0), k), k)  #? not with_velocity
-            g = slopes((<|y[%], |>), forcing(lanes(0.0), k), k)  #? with_velocity
-            furthest, largest, fastest = 0.0, 0.0, 0.0
-            size@ = size(lanes(g[@]))
-            furthest = max(furthest, highest(size(y[@])))
-            largest = max(largest, highest(size({rate})))
-            fastest = max(fastest, highest(size@))
-            slope_at_start@ = lanes(g[@])
-            sides = poles((<|y[%], |>), forcing(lanes(0.0), k), k)  #? poles
-            {first_step}
-            old, new, wanted_step = SLOPES, SLOPES_TOO, first_step
-            t, sample, attempts, stiff, steps_left, last, ratio = 0.0, 0, 0, 0, 0.0, 0.0, 0.0
-            failed, rejected, equal_steps, common_growth = False, False, 0, GROW_MOST
-            reach, extent = lanes(0.0), lanes(0.0)
-            reach = larger(reach, size(y[@]))
-            extent = larger(extent, size(y[%]))
-            for i in range(some):
-                failed = failed or lane(extent, i) > LARGEST or 0.0 < lane(extent, i) < SMALLEST
-        """
-
-    def length(self) -> str:
-        """The number of equal steps to the next sample, and their length; the last one ends there."""
-        return """
+    The arrays are as in `gauss_fast_steps.advance`, but `initial` is (trajectories, dimension) and `out` (trajectories,
+    samples, dimension). `left_over`: for each eight whether they failed, then the number of right-hand sides. `work`:
+    (places.rows, 8).
+    """
+    n, dimension = equations.count, initial.shape[1]
+    k = equations.constants(tuple(p_[i] for i in range(equations.parameters)))
+    end = times[-1]
+    fine_ratio = min(tolerance / TUNING.fine, 1.0)
+    share = 8 * TUNING.iteration_share_of_ensemble * fine_ratio**10
+    allowed_change, noise = share * max(tolerance, ROUNDOFF / 4), 8 * TUNING.noise * ROUNDOFF
+    for j in turns(8):
+        put(work, places.fresh + j, row(table, STAGES + j))
+        put(work, places.fresh + 8 + j, row(table, ONCE + j))
+    taken, evaluations, many = 0, 0, initial.shape[0]
+    for first in range(0, many, 8):
+        some = min(8, many - first)
+        y = tuple(lanes(0.0) for _ in equations.moving)
+        for i in turns(8):  # if there are fewer, the last one fills the other lanes
+            y = tuple(with_lane(y[m], i, initial[first + min(i, some - 1), m]) for m in equations.moving)
+        compensation = tuple(lanes(0.0) for _ in y)
+        at_start = equations.slopes(y, equations.forcing(lanes(0.0), k), k)[:n]
+        sizes = tuple(abs(x) for x in at_start)
+        sides = signs(equations, y, 0.0, k)
+        reach, extent = highest_of(y[:n]), highest_of(y)
+        wanted_step = first_length(
+            equations.second_order, end, highest(reach), highest(highest_of(rates(equations, y))), highest(highest_of(sizes))  # type: ignore[arg-type]
+        )
+        old, new, steps_left, last, ratio = places.slopes, places.slopes_too, 0.0, 0.0, 0.0
+        t, sample, attempts, stiff, rejected, failed = 0.0, 0, 0, 0, False, False
+        equal = 0, TUNING.grow_most, TUNING.equal_steps_needed
+        for i in range(some):
+            failed = failed or lane(extent, i) > LARGEST or 0.0 < lane(extent, i) < SMALLEST
+        while sample < times.size and not failed:
             if steps_left < 1.0:
-                steps_left = np.ceil((times[sample] - t) / (wanted_step * ROUNDING_OF_STEPS))
+                steps_left = math.ceil((times[sample] - t) / (wanted_step * TUNING.rounding_of_steps))
             h = (times[sample] - t) / steps_left if steps_left < 1e15 else 0.0
             h = few_bits(h) if steps_left > 1.0 else h
             attempts += 1
-            if not (t + h / 4 > t and h < np.inf) or attempts > MOST_ATTEMPTS:
+            if not (t + h / 4 > t and h < math.inf) or attempts > MOST_ATTEMPTS:
                 failed = True
                 break
-        """
 
-    def guess(self) -> str:
-        """Prepare the guesses: one matrix gives the states of the stages directly from the slopes of the last step.
-
-        Only the guess for the last stage is computed, to measure the error of the guesses.
-        """
-        return """
             if last > 0.0:
-                if not abs(h / last - ratio) < EQUAL_WITHIN:
+                if not abs(h / last - ratio) < TUNING.equal_within:
                     ratio = h / last
-                    carry_on(table, work, ratio)
-                x@ = lanes(work[AFTER, 7]) * row(work, old + @)
-                x@ = fma(lanes(work[AFTER + $, 7]), row(work, old + N * $ + @), x@)
-                put(work, GUESS + @, x@)
-            else:
-                put(work, GUESS + @, slope_at_start@)
-                for j in range(8):
-                    put(work, old + N * j + @, slope_at_start@)
-        """
-
-    def carry_on(self) -> str:
-        """The matrix that extrapolates the stage polynomial into a step `ratio` times as long, and its integrals."""
-        return """
-            @njit({inner})
-            def carry_on(table, work, ratio):
-                for k in range(8):
-                    for j in range(8):
-                        value, power = 0.0, 1.0
-                        for m in range(8):
-                            value += table[POWERS + m, j] * power * table[MONOMIALS + k, m]
-                            power *= ratio
-                        work[AFTER + k, j] = value
-                for k in range(8):
-                    for j in range(8):
-                        once, value = 0.0, 0.0
-                        for m in range(8):
-                            value += table[STAGES + m, j] * work[AFTER + k, m]
-                            once += table[ONCE + m, j] * work[AFTER + k, m]
-                        work[ONWARD + k, j] = value
-                        work[ONWARD + 8 + k, j] = once
-        """
-
-    def scales(self) -> str:
-        return """
-            scale_floor = lanes(0.0)
-            scale_floor = larger(scale_floor, size@)
-            slope_roundoff = lanes(0.0)  #? first_order
-            slope_roundoff = lanes(SLOPE_ROUNDINGS * ROUNDOFF / (h * h)) * reach  #? second_order
-            least_share = h * max(LEAST_SHARE, SCALE_ROUNDINGS * ROUNDOFF / tolerance)
-            scale_floor = larger(lanes(least_share) * scale_floor, lanes(h) * slope_roundoff)
-            scale@ = larger(larger(larger(size({rate}), lanes(h) * size@), scale_floor), lanes(TINY))
-            change_weight@ = lanes(h) / scale@
-            largest_inverse_scale = lanes(0.0)
-            largest_inverse_scale = larger(largest_inverse_scale, lanes(1.0) / scale@)
-            step_noise = noise * max(1.0, h * highest(slope_roundoff * largest_inverse_scale) / (SLOPE_ROUNDINGS * ROUNDOFF))
-        """
-
-    def solve(self) -> str:
-        return """
-            assumed_rate, matrix = (BEST_RATE_FINEST, ONWARD) if last > 0.0 else (1.0, FRESH)
+                    carry_on(places, table, work, ratio)
+            guess(equations, places, work, old, last > 0.0, at_start)
+            scale, slope_roundoff = scales(equations, h, y, sizes, reach, tolerance)
+            change_weight = tuple(lanes(h) / x for x in scale)
+            most = lanes(0.0)
+            for x in scale:
+                most = larger(most, slope_roundoff / x)
+            step_noise = noise * max(1.0, h * highest(most) / (TUNING.slope_roundings * ROUNDOFF))
             rounds, rate = eight_stages(
-                t, h, y, compensation, k, table, work, (<|change_weight@, |>), allowed_change, step_noise, assumed_rate, old,
-                matrix, new
-            )
+                equations, places, t, h, y, compensation, k, table, work, change_weight, allowed_change, step_noise,
+                TUNING.best_rate_finest if last > 0.0 else 1.0, old, places.onward if last > 0.0 else places.fresh, new,
+            )  # fmt: skip
             evaluations += abs(rounds)
             if rounds < 0:
-                wanted_step, steps_left, rejected = SHRINK * h, 0.0, True
+                wanted_step, steps_left, rejected = TUNING.shrink * h, 0.0, True
                 continue
-        """
 
-    def eight_stages(self) -> str:
-        """The iteration for eight trajectories (see `gauss_fast_stages`).
-
-        First rows in `work`: `source`, the slopes of the round before, or of the last step in the first round;
-        `matrix`, the matrix that gives places from these slopes; `new`, the result.
-        """
-        return """
-            @njit(forceinline=True, {inner})
-            def eight_stages(
-                t, h, y, compensation, k, table, work, change_weight, allowed_change, noise, assumed_rate, source, matrix, new
-            ):
-                hh = lanes(h)
-                before, rate, rounds = 0.0, 0.0, 0
-                while True:
-                    r@_0 = row(work, source + @)
-                    r@_$ = row(work, source + N * $ + @)
-                    for j in range(8):
-                        {places}
-                    {plain_round}  #? not derivatives
-                    {corrected_round}  #? derivatives
-                    if rounds == 0:
-                        off = lanes(0.0)
-                        off = fma(size(row(work, new + 7 * N + @) - row(work, GUESS + @)), change_weight[@], off)
-                    change = highest(off)
-                    rounds += 1
-                    if rounds > 1:
-                        rate = change / before if before > 0.0 else 0.0
-                        expected = change * max(rate * rate, assumed_rate)  #? derivatives
-                        if expected <= allowed_change and rate < SLOW and highest(rest) <= allowed_change:  #? derivatives
-                            break
-                        {convergence}
-                    before, source, matrix = change, new, FRESH
-                return rounds, rate
-        """
-
-    def places(self) -> str:
-        """The places and velocities of a stage and, for corrections, their rounding residuals."""
-        return """
-            b@ = y[@]  #? first_order
-            m, n = lanes(h * table[NODES_HIGH, j]), lanes(h * table[NODES_LOW, j])  #? second_order
-            b@ = fma(m, y[&], fma(n, y[&], y[@]))  #? second_order
-            x@ = lanes(work[matrix, j]) * r@_0
-            x@ = fma(lanes(work[matrix + $, j]), r@_$, x@)
-            x@ = fma(hh, x@, b@)  #? first_order
-            x@ = fma(hh * hh, x@, b@)  #? second_order
-            u@ = lanes(work[matrix + 8, j]) * r@_0  #? with_velocity
-            u@ = fma(lanes(work[matrix + 8 + $, j]), r@_$, u@)  #? with_velocity
-            u@ = fma(hh, u@, y[&])  #? with_velocity
-            put(work, POINTS + N * j + @, x@)
-            put(work, POINTS + N * (8 + j) + @, u@)  #? with_velocity
-            l@ = compensation[@]  #? derivatives and first_order
-            l@ = fma(n, y[&], fma(m, y[&], y[@] - b@)) + compensation[@]  #? derivatives and second_order
-            put(work, APART + N * j + @, (b@ - x@) + l@)  #? derivatives
-            put(work, APART + N * (8 + j) + @, (y[&] - u@) + compensation[&])  #? derivatives and with_velocity
-        """
-
-    def slopes_of_stage(self) -> str:
-        return """
-            x@ = row(work, POINTS + N * j + @)
-            u@ = row(work, POINTS + N * (8 + j) + @)  #? with_velocity
-            w = forcing(lanes(t + h * table[NODES, j]), k)
-            g = slopes(({placed}), w, k)
-        """
-
-    def plain_round(self) -> str:
-        """A round without derivatives: the new slopes g."""
-        return """
-            off = lanes(0.0)
-            for j in range(8):
-                {slopes_of_stage}
-                off = fma(size(lanes(g[@]) - row(work, new + N * j + @)), change_weight[@], off)
-                put(work, new + N * j + @, lanes(g[@]))
-        """
-
-    def corrected_round(self) -> str:
-        """A round with derivatives J, which correct the new slopes twice.
-
-        The first correction is J times the change of the places that the new slopes cause, the second one J times the
-        change that the corrected slopes cause.
-
-        If the corrections have converged (`rest`), the error after the round is proportional to the square of the error
-        before it. So the next change is expected with the square of the rate: two rounds are usual at fine tolerances.
-        """
-        return """
-            for j in range(8):
-                {slopes_of_stage}
-                put(work, FOUND + N * j + @, lanes(g[@]))
-                for e in range(DERIVATIVES):
-                    put(work, FIRST_DERIVATIVE + DERIVATIVES * j + e, lanes(g[N + e]))
-            r@_0 = row(work, FOUND + @)
-            r@_$ = row(work, FOUND + N * $ + @)
-            for j in range(8):
-                {corrections}
-                put(work, POINTS + N * j + @, row(work, FOUND + N * j + @) + c@)
-            r@_0 = row(work, POINTS + @)
-            r@_$ = row(work, POINTS + N * $ + @)
-            off, rest = lanes(0.0), lanes(0.0)
-            for j in range(8):
-                {corrections}
-                f@ = row(work, FOUND + N * j + @) + c@
-                off = fma(size(f@ - row(work, new + N * j + @)), change_weight[@], off)
-                rest = fma(size(f@ - row(work, POINTS + N * j + @)), change_weight[@], rest)
-                put(work, new + N * j + @, f@)
-        """
-
-    def corrections(self) -> str:
-        """The changes s of the places and w of the velocities of a stage, and the change c of its slopes."""
-        return """
-            s@ = lanes(table[STAGES, j]) * r@_0
-            s@ = fma(lanes(table[STAGES + $, j]), r@_$, s@)
-            s@ = fma(hh, s@, row(work, APART + N * j + @))  #? first_order
-            s@ = fma(hh * hh, s@, row(work, APART + N * j + @))  #? second_order
-            w@ = lanes(table[ONCE, j]) * r@_0  #? with_velocity
-            w@ = fma(lanes(table[ONCE + $, j]), r@_$, w@)  #? with_velocity
-            w@ = fma(hh, w@, row(work, APART + N * (8 + j) + @))  #? with_velocity
-            c@ = lanes(0.0)
-            {corrections_by_derivatives}
-        """
-
-    def corrections_by_derivatives(self) -> str:
-        count, found = self.layout.count, []
-        for n, (i, j, _) in enumerate(self.layout.derivatives):
-            shift = f"{'s' if j < count else 'w'}{j % count}"
-            found.append(f"c{i} = fma(row(work, FIRST_DERIVATIVE + DERIVATIVES * j + {n}), {shift}, c{i})")
-        return "\n".join(found)
-
-    def sums(self) -> str:
-        """Sums over the stages.
-
-        They give the changes of velocities and positions, with the residuals of their weights, the Legendre
-        coefficients c and d of degree 6 and 7, and the mean size of the slopes.
-        """
-        return """
-            a@ = lanes(0.0)
-            b@ = lanes(0.0)
-            c@ = lanes(0.0)
-            d@ = lanes(0.0)
-            e@ = lanes(0.0)
-            i@ = lanes(0.0)
-            s@ = lanes(0.0)
-            for j in range(8):
-                f@ = row(work, new + N * j + @)
-                a@ = fma(lanes(table[WEIGHTS, j]), f@, a@)
-                b@ = fma(lanes(table[POSITIONS, j]), f@, b@)
-                e@ = fma(lanes(table[WEIGHTS + LOW, j]), f@, e@)
-                i@ = fma(lanes(table[POSITIONS + LOW, j]), f@, i@)
-                c@ = fma(lanes(table[HIGHEST + 2, j]), f@, c@)
-                d@ = fma(lanes(table[HIGHEST + 3, j]), f@, d@)
-                s@ = s@ + size(f@)
-            size@ = s@ * lanes(0.125)
-        """
-
-    def error(self) -> str:
-        """The error of the worst trajectory, estimated as in `gauss_fast_stepping` but without sharp turns."""
-        return """
-            c@ = larger(size(c@) - slope_roundoff, lanes(0.0))
-            d@ = larger(size(d@) - slope_roundoff, lanes(0.0))
-            error = lanes(0.0)
-            m@, n@ = lanes(1.0) / larger(size@, lanes(TINY)), lanes(1.0) / scale@
-            error = error + ((d@ * m@) * (d@ * n@) + lanes(LOWER_WEIGHT) * (c@ * m@) * (c@ * n@))
-            worst = highest(error) * ERROR_FACTOR * h / (tolerance * fine_ratio**4)
-            shrink_factor = root_15(max(worst, TINY)) / SAFETY
-            if not worst <= MOST_ERROR:
-                wanted_step, steps_left, rejected = h * max(SHRINK_MOST, 1 / shrink_factor), 0.0, True
+            change, sizes, worst = end_of_step(
+                equations, h, y, compensation, table, work, new, scale, slope_roundoff
+            )
+            worst *= TUNING.error_factor * h / (tolerance * fine_ratio**4)
+            grow = TUNING.safety / root_15(max(worst, TUNING.tiny))
+            if not worst <= TUNING.most_error:
+                wanted_step, steps_left, rejected = h * max(TUNING.shrink_most, grow), 0.0, True
                 continue
-        """
-
-    def end_of_step(self) -> str:
-        """The compensated update of the state."""
-        return """
-            change = (<|fma(lanes(h), a@, fma(lanes(h), e@, compensation[@])), |>)  #? first_order
-            speed@ = fma(lanes(h), a@, fma(lanes(h), e@, compensation[&]))  #? second_order
-            place@ = fma(lanes(h * h), i@, fma(lanes(h), compensation[&], compensation[@]))  #? second_order
-            place@ = fma(lanes(h), y[&], fma(lanes(h * h), b@, place@))  #? second_order
-            change = (<|place@, |><|speed@, |>)  #? second_order
-            end%, compensation% = summed(y[%], change[%])
-            beyond = poles((<|end%, |>), forcing(lanes(t + h), k), k)  #? poles
-            failed = failed or {sign_changed}  #? poles
-            y, compensation = (<|end%, |>), (<|compensation%, |>)
+            both = tuple(summed(y[i], change[i]) for i in range(len(y)))
+            y, compensation = tuple(x for x, _ in both), tuple(x for _, x in both)
+            if equations.divisors:
+                beyond = signs(equations, y, t + h, k)
+                for i in range(len(sides)):
+                    failed = failed or highest(-(beyond[i] * sides[i])) > 0.0
             old, new = new, old
             last, taken, steps_left = h, taken + some, steps_left - 1.0
             t = times[sample] if steps_left < 1.0 else t + h
-        """
-
-    def sign_changed(self) -> str:
-        return " or ".join(f"highest(-(beyond[{i}] * sides[{i}])) > 0.0" for i in range(len(self.layout.poles)))
-
-    def sample(self) -> str:
-        return """
             if steps_left < 1.0:
                 finite = lanes(0.0)
-                finite = finite + size(y[%] - y[%])
+                for x in y:
+                    finite = finite + abs(x - x)
                 failed = failed or not highest(finite) == 0.0
                 for i in range(some):
-                    out[first + i, sample, %] = lane(y[%], i)
+                    for m in equations.moving:
+                        out[first + i, sample, m] = lane(y[m], i)
                 sample += 1
-        """
+            if rate > TUNING.stiff_rate_of_ensemble:
+                slow = highest(motion(equations, h, y, sizes)) < TUNING.slow_motion
+                stiff = stiff + 1 if slow else max(stiff - 1, 0)
+                failed = failed or stiff > TUNING.most_stiff
 
-    def stiffness(self) -> str:
-        return """
-            if rate > STIFF_RATE_OF_ENSEMBLE:
-                most, moves = lanes(TINY), lanes(0.0)
-                most = larger(most, size({rate}))
-                moves = larger(moves, lanes(h) * size@ / larger(size({rate}) + lanes(LEAST_MOVING) * most, lanes(TINY)))
-                stiff = stiff + 1 if highest(moves) < SLOW_MOTION else max(stiff - 1, 0)
-                failed = failed or stiff > MOST_STIFF
-        """
-
-    def next_step(self) -> str:
-        """Choose the next step: steps stay equal as long as possible.
-
-        They change if their error is too large, if one could grow HOLD_OF_ENSEMBLE times, or if each of
-        EQUAL_STEPS_NEEDED steps could have grown by LEAST_GROWTH.
-        """
-        return """
-            grow = min(1 / shrink_factor, 1.0 if rejected else GROW_MOST)
-            if rate > FAST and rounds > SETTLING:
-                grow = min(grow, max(SHRINK_BY_RATE, FAST / rate))
-            equal_steps, common_growth = equal_steps + 1, min(common_growth, grow)
-            if HOLD_FROM <= grow <= HOLD_OF_ENSEMBLE:
-                grow = common_growth if equal_steps == EQUAL_STEPS_NEEDED and common_growth > LEAST_GROWTH else 1.0
-            elif grow > HOLD_OF_ENSEMBLE:
-                grow /= LEAP
-            if grow != 1.0:
-                wanted_step, steps_left = h * grow, 0.0
-            if grow != 1.0 or equal_steps == EQUAL_STEPS_NEEDED or rejected:
-                equal_steps, common_growth = 0, GROW_MOST
+            grow = limited(grow, rate, rounds)
+            more, equal = growth(grow, rejected, equal)
+            wanted_step, equal = equal_length(h, grow, more, rejected, TUNING.hold_of_ensemble, equal)
+            if wanted_step != h:
+                steps_left = 0.0
             rejected = False
-        """
+        left_over[first // 8] = 1 if failed else 0
+    left_over[-1] += 64 * evaluations
+    return taken
+
+
+def signs(equations: Equations, y: Vectors, t: float, k: Numbers) -> Vectors:
+    """The divisors that may change their sign."""
+    return equations.poles(y, equations.forcing(lanes(t), k), k) if equations.divisors else ()  # type: ignore[no-any-return]
+
+
+def highest_of(values: Vectors) -> Lanes:
+    """The largest size in each lane."""
+    found = lanes(0.0)
+    for x in values:
+        found = larger(found, abs(x))
+    return found  # type: ignore[no-any-return]
+
+
+def carry_on(places: Work, table: Table, work: Table, ratio: float) -> None:
+    """The matrix that extrapolates the stage polynomial into a step `ratio` times as long, and its integrals."""
+    for k in turns(8):
+        after = lanes(0.0)
+        power = 1.0
+        for m in turns(8):
+            after = fma(row(table, POWERS + m), lanes(power * table[MONOMIALS + k, m]), after)
+            power *= ratio
+        put(work, places.after + k, after)
+    for k in turns(8):
+        twice, once = lanes(0.0), lanes(0.0)
+        for m in turns(8):
+            twice = fma(row(table, STAGES + m), lanes(work[places.after + k, m]), twice)
+            once = fma(row(table, ONCE + m), lanes(work[places.after + k, m]), once)
+        put(work, places.onward + k, twice)
+        put(work, places.onward + 8 + k, once)
+
+
+def guess(equations: Equations, places: Work, work: Table, old: int, extrapolated: bool, at_start: Vectors) -> None:
+    """The guess for the last stage, which measures the error of the guesses.
+
+    One matrix gives the states of the stages directly from the slopes of the last step, so that no other guess is
+    computed.
+    """
+    n = equations.count
+    for i in range(n):
+        if extrapolated:
+            x = lanes(work[places.after, 7]) * row(work, old + i)
+            for j in range(1, 8):
+                x = fma(lanes(work[places.after + j, 7]), row(work, old + n * j + i), x)
+            put(work, places.guess + i, x)
+        else:
+            put(work, places.guess + i, at_start[i])
+            for j in turns(8):
+                put(work, old + n * j + i, at_start[i])
+
+
+def scales(
+    equations: Equations, h: float, y: Vectors, sizes: Vectors, reach: Lanes, tolerance: float
+) -> tuple[Vectors, Lanes]:
+    """The scale of each component, and the round-off of slopes whose terms cancel, as for single trajectories."""
+    roundoff = lanes(TUNING.slope_roundings * ROUNDOFF / (h * h)) * reach if equations.second_order else lanes(0.0)
+    share = max(TUNING.least_share, TUNING.scale_roundings * ROUNDOFF / tolerance)
+    least = larger(lanes(h * share) * highest_of(sizes), lanes(h) * roundoff)
+    v = rates(equations, y)  # type: ignore[arg-type]
+    found = tuple(
+        larger(larger(larger(abs(v[i]), lanes(h) * sizes[i]), least), lanes(TUNING.tiny)) for i in range(equations.count)
+    )
+    return found, roundoff
+
+
+def eight_stages(
+    equations: Equations, places: Work, t: float, h: float, y: Vectors, compensation: Vectors, k: Numbers, table: Table,
+    work: Table, change_weight: Vectors, allowed_change: float, noise: float, assumed_rate: float, source: int,
+    matrix: int, new: int,
+) -> tuple[int, float]:  # fmt: skip
+    """The iteration for eight trajectories (see `gauss_fast_stages`): rounds, and rate of convergence.
+
+    First rows in `work`: `source`, the slopes of the round before, or of the last step in the first round; `matrix`, the
+    matrix that gives places from these slopes; `new`, the result.
+    """
+    n = equations.count
+    before, rate, rounds = 0.0, 0.0, 0
+    while True:
+        locate(equations, places, h, y, compensation, table, work, source, matrix)
+        if equations.derivatives:
+            off, rest = corrected_round(equations, places, t, h, k, table, work, change_weight, new)
+        else:
+            off, rest = plain_round(equations, places, t, h, k, table, work, change_weight, new), lanes(0.0)
+        if rounds == 0:
+            off = lanes(0.0)
+            for i in range(n):
+                off = fma(abs(row(work, new + 7 * n + i) - row(work, places.guess + i)), change_weight[i], off)
+        change = highest(off)
+        rounds += 1
+        done = False
+        if rounds > 1:
+            rate = change / before if before > 0.0 else 0.0
+            if equations.derivatives:
+                # If the corrections have converged, the error after the round is proportional to the square of the error
+                # before it, and so is the next change: two rounds are usual at fine tolerances.
+                expected = change * max(rate * rate, assumed_rate)
+                done = expected <= allowed_change and rate < TUNING.slow and highest(rest) <= allowed_change
+            if not done:
+                done, rounds = convergence(change, rate, rounds, assumed_rate, allowed_change, noise)
+        if done:
+            break
+        before, source, matrix = change, new, places.fresh
+    return rounds, rate
+
+
+def applied(table: Table, matrix: int, j: int, r: Vectors) -> Lanes:
+    """Column j of the matrix with the rows from `matrix` on, times eight vectors."""
+    found = lanes(table[matrix, j]) * r[0]
+    for m in range(1, 8):
+        found = fma(lanes(table[matrix + m, j]), r[m], found)
+    return found  # type: ignore[no-any-return]
+
+
+def stage_vectors(equations: Equations, work: Table, first: int) -> tuple[Vectors, ...]:
+    """The vectors of the eight stages of each slope, from row `first` on."""
+    n = equations.count
+    return tuple(tuple(row(work, first + n * j + i) for j in range(8)) for i in range(n))
+
+
+def locate(
+    equations: Equations, places: Work, h: float, y: Vectors, compensation: Vectors, table: Table, work: Table,
+    source: int, matrix: int,
+) -> None:  # fmt: skip
+    """The places and velocities of the stages and, for corrections, their rounding residuals."""
+    n, hh = equations.count, lanes(h)
+    step = hh * hh if equations.second_order else hh
+    r = stage_vectors(equations, work, source)
+    for j in turns(8):
+        high, low = lanes(h * table[NODES_HIGH, j]), lanes(h * table[NODES_LOW, j])
+        for i in range(n):
+            b, rest = y[i], lanes(0.0)
+            if equations.second_order:
+                b = fma(high, y[n + i], fma(low, y[n + i], y[i]))
+                rest = fma(low, y[n + i], fma(high, y[n + i], y[i] - b))
+            x = fma(step, applied(work, matrix, j, r[i]), b)
+            put(work, places.points + n * j + i, x)
+            if equations.derivatives:
+                put(work, places.apart + n * j + i, (b - x) + (rest + compensation[i]))
+            if equations.with_velocity:
+                u = fma(hh, applied(work, matrix + 8, j, r[i]), y[n + i])
+                put(work, places.points + n * (8 + j) + i, u)
+                if equations.derivatives:
+                    put(work, places.apart + n * (8 + j) + i, (y[n + i] - u) + compensation[n + i])
+
+
+def slopes_of_stage(
+    equations: Equations, places: Work, t: float, h: float, k: Numbers, table: Table, work: Table, j: int
+) -> Vectors:
+    """The slopes of a stage, and the derivatives."""
+    n = equations.count
+    x = tuple(row(work, places.points + n * j + i) for i in range(n))
+    if equations.with_velocity:
+        x = (*x, *(row(work, places.points + n * (8 + j) + i) for i in range(n)))
+    found: Vectors = equations.slopes(x, equations.forcing(lanes(t + h * table[NODES, j]), k), k)
+    return found
+
+
+def plain_round(
+    equations: Equations, places: Work, t: float, h: float, k: Numbers, table: Table, work: Table,
+    change_weight: Vectors, new: int,
+) -> Lanes:  # fmt: skip
+    """A round without derivatives writes the new slopes and gives their change."""
+    n, off = equations.count, lanes(0.0)
+    for j in turns(8):
+        g = slopes_of_stage(equations, places, t, h, k, table, work, j)
+        for i in range(n):
+            off = fma(abs(g[i] - row(work, new + n * j + i)), change_weight[i], off)
+            put(work, new + n * j + i, g[i])
+    return off  # type: ignore[no-any-return]
+
+
+def corrected_round(
+    equations: Equations, places: Work, t: float, h: float, k: Numbers, table: Table, work: Table,
+    change_weight: Vectors, new: int,
+) -> tuple[Lanes, Lanes]:  # fmt: skip
+    """A round with derivatives J, which correct the new slopes twice: gives the change and that by the second one.
+
+    The first correction is J times the change of the places that the new slopes cause, the second one J times the
+    change that the corrected slopes cause.
+    """
+    n, count = equations.count, len(equations.derivatives)
+    for j in turns(8):
+        g = slopes_of_stage(equations, places, t, h, k, table, work, j)
+        for i in range(n):
+            put(work, places.found + n * j + i, g[i])
+        for m in range(count):
+            put(work, places.derivative + count * j + m, g[n + m])
+    r = stage_vectors(equations, work, places.found)
+    for j in turns(8):
+        c = corrections(equations, places, h, table, work, r, j)
+        for i in range(n):
+            put(work, places.points + n * j + i, row(work, places.found + n * j + i) + c[i])
+    r = stage_vectors(equations, work, places.points)
+    off, rest = lanes(0.0), lanes(0.0)
+    for j in turns(8):
+        c = corrections(equations, places, h, table, work, r, j)
+        for i in range(n):
+            f = row(work, places.found + n * j + i) + c[i]
+            off = fma(abs(f - row(work, new + n * j + i)), change_weight[i], off)
+            rest = fma(abs(f - row(work, places.points + n * j + i)), change_weight[i], rest)
+            put(work, new + n * j + i, f)
+    return off, rest
+
+
+def corrections(
+    equations: Equations, places: Work, h: float, table: Table, work: Table, r: tuple[Vectors, ...], j: int
+) -> Vectors:
+    """The changes of the slopes of a stage by the changes s of the places and w of the velocities."""
+    n, hh, count = equations.count, lanes(h), len(equations.derivatives)
+    step = hh * hh if equations.second_order else hh
+    moves = tuple(fma(step, applied(table, STAGES, j, r[i]), row(work, places.apart + n * j + i)) for i in range(n))
+    if equations.with_velocity:
+        turned = (fma(hh, applied(table, ONCE, j, r[i]), row(work, places.apart + n * (8 + j) + i)) for i in range(n))
+        moves = (*moves, *turned)
+    c = tuple(lanes(0.0) for _ in range(n))
+    for m, i, by in equations.derivatives:
+        c = replaced(c, i, fma(row(work, places.derivative + count * j + m - n), moves[by], c[i]))
+    return c
+
+
+def end_of_step(
+    equations: Equations, h: float, y: Vectors, compensation: Vectors, table: Table, work: Table, new: int,
+    scale: Vectors, slope_roundoff: Lanes,
+) -> tuple[Vectors, Vectors, float]:  # fmt: skip
+    """The changes of the state, mean sizes of the slopes, and the error of the worst trajectory, up to a factor.
+
+    The error is estimated as for single trajectories, from the Legendre coefficients of degree 6 and 7, but without
+    sharp turns.
+    """
+    n, zero = equations.count, lanes(0.0)
+    speeds, positions, sizes = (), (), ()
+    error = zero
+    for i in range(n):
+        a, b, e, p, c, d, s = zero, zero, zero, zero, zero, zero, zero
+        for j in range(8):
+            f = row(work, new + n * j + i)
+            a = fma(lanes(table[WEIGHTS, j]), f, a)
+            e = fma(lanes(table[WEIGHTS + LOW, j]), f, e)
+            c = fma(lanes(table[HIGHEST + 2, j]), f, c)
+            d = fma(lanes(table[HIGHEST + 3, j]), f, d)
+            s = s + abs(f)
+            if equations.second_order:
+                b = fma(lanes(table[POSITIONS, j]), f, b)
+                p = fma(lanes(table[POSITIONS + LOW, j]), f, p)
+        at = n + i if equations.second_order else i
+        speeds = (*speeds, fma(lanes(h), a, fma(lanes(h), e, compensation[at])))
+        if equations.second_order:
+            place = fma(lanes(h * h), p, fma(lanes(h), compensation[at], compensation[i]))
+            positions = (*positions, fma(lanes(h), y[at], fma(lanes(h * h), b, place)))
+        sizes = (*sizes, s * lanes(0.125))
+        c, d = larger(abs(c) - slope_roundoff, zero), larger(abs(d) - slope_roundoff, zero)
+        m, w = lanes(1.0) / larger(sizes[i], lanes(TUNING.tiny)), lanes(1.0) / scale[i]
+        error = error + ((d * m) * (d * w) + lanes(TUNING.lower_weight) * (c * m) * (c * w))
+    return (*positions, *speeds), sizes, highest(error)
+
+
+def motion(equations: Equations, h: float, y: Vectors, sizes: Vectors) -> Lanes:
+    """The largest relative change of a component in a step (see `gauss_fast_steps.motion`)."""
+    v = rates(equations, y)  # type: ignore[arg-type]
+    most, found = larger(highest_of(v), lanes(TUNING.tiny)), lanes(0.0)  # type: ignore[arg-type]
+    for i in range(equations.count):
+        below = larger(abs(v[i]) + lanes(TUNING.least_moving) * most, lanes(TUNING.tiny))
+        found = larger(found, lanes(h) * sizes[i] / below)
+    return found  # type: ignore[no-any-return]

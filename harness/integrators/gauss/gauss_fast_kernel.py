@@ -2,35 +2,30 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Callable
-from functools import cache
+from functools import partial
+from typing import Any
 
 from gnomon.cases.core.forms import Form
 from gnomon.harness.contract.sources import cached_by_content
-from gnomon.harness.integrators.gauss.gauss_fast_ensemble import EnsembleText
-from gnomon.harness.integrators.gauss.gauss_fast_layout import layout
-from gnomon.harness.integrators.gauss.gauss_fast_stepping import SingleText
-from gnomon.harness.integrators.gauss.lane_text import LaneText
-from gnomon.harness.kernels.equations import INNER
-from gnomon.harness.kernels.equations import compiled as compiled_function
-from gnomon.harness.kernels.staged_code import code
-from gnomon.reference.storage.import_closure import closure
+from gnomon.harness.integrators.gauss.gauss_fast_ensemble import advance_eight, work_of
+from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations, Layout, layout
+from gnomon.harness.integrators.gauss.gauss_fast_steps import advance
+from gnomon.harness.integrators.gauss.lanes_math import turned, turned_first
+from gnomon.harness.integrators.gauss.staged_equations import ON_LANES
+from gnomon.harness.kernels import emission, machine
 
-IMPORTS = """import math
-import numpy as np
-from gnomon.harness.integrators.gauss.lanes import fma, highest, lane, lanes, larger, over, products, put, row, size, total, with_lane
-from gnomon.harness.integrators.gauss.lanes_math import sin_and_cos, turned, turned_first
-from gnomon.harness.integrators.gauss.lanes_step import added, at, few_bits, fused, legendre_of_one, powers, root_15, summed, weighted, weighted_exactly
-from numba import njit"""
+SIGNATURE = "float[1] float[2] float[1] float[1] float float[2] int[1]"
+SIGNATURE_OF_EIGHT = "float[1] float[2] float[2] float[1] float float[3] int[1] float[2]"
+
+COLD = ("sample_at", "carry_on")
+"""Functions that are called in few steps. In line they would slow all steps, Kepler's by up to 15 %."""
 
 
 @cached_by_content
 def compiled(form: Form, parameters: int, dimension: int) -> Callable[..., int]:
     """Compile `advance(parameters, table, initial, times, tolerance, out, stop)` for the equations of a form."""
-    source = module(SingleText(layout(form, parameters, dimension)), "single")
-    run: Callable[..., int] = compiled_function(source, "advance")
-    return run
+    return _compiled(layout(form, parameters, dimension), advance, SIGNATURE)
 
 
 @cached_by_content
@@ -39,23 +34,20 @@ def compiled_ensemble(form: Form, parameters: int, dimension: int) -> tuple[Call
 
     Also gives the number of rows of `work`.
     """
-    text = EnsembleText(layout(form, parameters, dimension, False))
-    return compiled_function(module(text, "ensemble"), "advance_eight"), text.places_of_work()["ROWS"]
+    found = layout(form, parameters, dimension, False)
+    work = work_of(found.count, len(found.derivatives))
+    return _compiled(found, advance_eight, SIGNATURE_OF_EIGHT, work), work.rows
 
 
-def module(text: LaneText, part: str) -> str:
-    """The source of a module that holds the equations and the part of the method named `part`."""
-    found = text.layout
-    equations = [source.replace("INNER", INNER) for source in code(found.all_values, found.groups, found.poles)]
-    kind = ("y' = f(t, y)", "q'' = a(t, q)", "q'' = a(t, q, q')")[found.kind]
-    title = f"# The fast Gauss method for {found.count} slopes of {kind}; its lanes are {lanes_digest()}."
-    return "\n".join([title, IMPORTS, *equations, text.written(part)])
+def _compiled(found: Layout, method: Callable[..., int], signature: str, *known: Any) -> Callable[..., int]:
+    """A method compiled for equations. It runs without Python's lock if it is the one for ensembles."""
+    functions = [emission.fingerprint(function) for function in (method, turned, turned_first, *ON_LANES.values())]
 
+    def emit() -> None:
+        translation = emission.Translation(cold=COLD)
+        equations = Equations(found, translation.function, emission.MATH)
+        emission.define("compiled", signature, partial(translation.inline(method), equations, *known))
+        machine.define_entry("entry", signature, "compiled", unlocked=method is advance_eight)
 
-@cache
-def lanes_digest() -> str:
-    """A hash of the modules that generated modules import: an edit there compiles the generated modules again."""
-    modules = (f"gnomon.harness.integrators.gauss.{name}" for name in ("lanes", "lanes_math", "lanes_step"))
-    return closure(*modules, "gnomon.harness.integrators.gauss.gauss_fast_constants", within=()) or secrets.token_hex(
-        16
-    )
+    code = machine.code("\n".join([signature, found.text(), *functions]), ("entry",), emit)
+    return machine.callable_at(code.addresses["entry"], method.__name__)

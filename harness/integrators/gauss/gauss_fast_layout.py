@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from gnomon.cases.core.forms import Form, SecondOrder
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
+from gnomon.harness.integrators.gauss.staged_equations import PLAIN, Staged, expensive, poles
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.staged_code import expensive, pairs, poles
 from gnomon.harness.kernels.traced import ROUND, Node, Trace, Value, number, reached, traced
 
 FIRST_ORDER, SECOND_ORDER, WITH_VELOCITY = range(3)
@@ -19,7 +20,7 @@ FIRST_ORDER, SECOND_ORDER, WITH_VELOCITY = range(3)
 
 @dataclass(frozen=True)
 class Layout:
-    """The equations for which the text of the method is written.
+    """The equations for which the method is compiled.
 
     `kind`: FIRST_ORDER, SECOND_ORDER or WITH_VELOCITY. `values`: the unknown slopes. `derivatives`: (slope, component
     of the state, value) of each derivative that is not 0; empty if derivatives save no time. `parameters`: the number
@@ -42,11 +43,6 @@ class Layout:
         return len(self.values)
 
     @property
-    def many(self) -> bool:
-        """Whether there is more than one unknown slope."""
-        return self.count > 1
-
-    @property
     def all_values(self) -> tuple[Value, ...]:
         return (*self.values, *(value for _, _, value in self.derivatives))
 
@@ -56,37 +52,49 @@ class Layout:
         return poles(self.values)
 
     @property
-    def first_order(self) -> bool:
-        return self.kind == FIRST_ORDER
-
-    @property
     def second_order(self) -> bool:
         return self.kind != FIRST_ORDER
 
-    @property
-    def with_velocity(self) -> bool:
-        return self.kind == WITH_VELOCITY
+    def text(self) -> str:
+        """A text that changes whenever the equations do."""
+        values = reached(self.all_values)
+        lines = [f"{x.index} {x.operation} {[describe(a) for a in x.arguments]}" for x in values]
+        places = [(i, j, describe(x)) for i, j, x in self.derivatives]
+        facts = self.kind, [describe(x) for x in self.values], places, self.parameters, self.dimension, self.frozen, self.groups
+        return "\n".join([*lines, repr(facts)])
 
-    @property
-    def by_position(self) -> list[int]:
-        """The indices in `all_values` of the derivatives of accelerations by positions."""
-        derivatives = enumerate(self.derivatives, self.count)
-        return [n for n, (_, j, _) in derivatives if self.second_order and j < self.count]
 
-    @property
-    def turns(self) -> bool:
+def describe(value: Value) -> Any:
+    return f"node {value.index}" if isinstance(value, Node) else value
+
+
+class Equations(Staged):
+    """The equations of a layout, as the method uses them."""
+
+    def __init__(
+        self,
+        layout: Layout,
+        bind: Callable[[Any], Any] = lambda function: function,
+        functions: Mapping[str, Callable[..., Any]] = PLAIN,
+    ) -> None:
+        super().__init__(layout.all_values, layout.poles, bind, functions)
+        self.count, self.groups, self.frozen, self.parameters = layout.count, layout.groups, layout.frozen, layout.parameters
+        self.second_order, self.with_velocity = layout.second_order, layout.kind == WITH_VELOCITY
+        self.moving = tuple(i for i in range(layout.dimension) if i not in layout.frozen)
+        self.derivatives = tuple((n, i, j) for n, (i, j, _) in enumerate(layout.derivatives, layout.count))
+        """(index of the value, slope, component of the state) of each derivative."""
+        self.by_position = tuple(n for n, _, j in self.derivatives if self.second_order and j < self.count)
+        """The indices of the derivatives of accelerations by positions."""
+        self.turns = any(x.level == ROUND for pair in self.pairs.values() for x in pair)
         """Whether a round computes the sine and cosine of an angle."""
-        return any(x.level == ROUND for pair in pairs(reached(self.all_values)).values() for x in pair)
+        read = {x.operation for x in reached(layout.values)}
+        self.read = frozenset(i for i in range(self.count) if f"y[{i}]" in read)
+        """The components of the state that the slopes read."""
 
-    @property
-    def indices(self) -> Sequence[Sequence[Mapping[str, str]]]:
-        """The values that replace the marks of the text, in sequence (see `lane_text`)."""
-        moving = [i for i in range(self.dimension) if i not in self.frozen]
-        return (
-            [{"@": str(i), "&": str(self.count + i)} for i in range(self.count)],
-            [{"%": str(n), "~": str(i)} for n, i in enumerate(moving)],
-            [{"$": str(stage)} for stage in range(1, 8)],
-        )
+    def at_start(self, p_: Any, initial: Any) -> tuple[Any, Any]:
+        """The moving components of an initial state, and `constants`."""
+        known = (*(p_[i] for i in range(self.parameters)), *(initial[i] for i in self.frozen))
+        return tuple(initial[i] for i in self.moving), self.constants(known)
 
 
 @cached_by_content

@@ -1,210 +1,318 @@
-"""The stages of one step of the fast Gauss method, as text: fixed-point iteration, accelerated by derivatives.
+"""The stages of one step of the fast Gauss method: fixed-point iteration, accelerated by derivatives.
 
 The iteration solves f = f(t + c h, y + h A f), or a = a(t + c h, q + h c v + h^2 A^2 a). Each component has one vector,
-with the eight stages in its eight lanes. See `lane_text` for the notation.
+with the eight stages in its eight lanes. The functions run on arrays of NumPy; `gauss_fast_kernel` compiles them.
 """
 
 from __future__ import annotations
 
-from gnomon.harness.integrators.gauss.lane_text import LaneText
-from gnomon.harness.kernels.traced import reached
+from gnomon.harness.integrators.gauss.gauss_fast_constants import (
+    ENDS,
+    HIGHEST,
+    LOW,
+    MOST_CHANGE,
+    MOST_ROUNDS,
+    NODES,
+    NODES_HIGH,
+    NODES_LOW,
+    ONCE,
+    POSITIONS,
+    STAGES,
+    TUNING,
+    WEIGHTS,
+)
+from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations
+from gnomon.harness.integrators.gauss.lanes import (
+    Lanes,
+    Table,
+    fma,
+    fused,
+    lane,
+    lanes,
+    minus,
+    products,
+    row,
+    total,
+    totals,
+    with_lane,
+)
+
+Vectors = tuple[Lanes, ...]
+Numbers = tuple[float, ...]
 
 
-class CommonText(LaneText):
-    """The parts of the text that single trajectories and ensembles share."""
-
-    def signature(self) -> str:
-        """The types of `p_, table, initial, times, tolerance, out` and of the integers that the function writes."""
-        return "float64[::1], float64[:, ::1], float64[:, ::1], float64[::1], float64, float64[:, :, ::1], int64[::1]"
-
-    def placed(self) -> str:
-        """The arguments of the equations at the stages: places x, velocities u."""
-        return "<|x@, |><|u@, |>" if self.layout.with_velocity else "<|x@, |>"
-
-    def rate(self) -> str:
-        """The quantity whose time derivatives the slopes are: the velocity, or the state of first-order equations."""
-        return "y[&]" if self.layout.second_order else "y[@]"
-
-    def first_step(self) -> str:
-        """The first step: a share of the time |y| / |y'|, or |v| / |a| + |q / a|^(1/2)."""
-        return """
-            first_step = FIRST_AT_REST * end
-            if fastest > 0.0 and largest > 0.0:  #? first_order
-                first_step = FIRST_SHARE * largest / fastest
-            if fastest > 0.0 and furthest + largest > 0.0:  #? second_order
-                first_step = FIRST_SHARE * (largest / fastest + np.sqrt(furthest / fastest))
-            first_step = min(first_step, end)
-        """
-
-    def convergence(self) -> str:
-        """Decide whether the rounds end. A change d at the rate r leaves an error of d r / (1 - r), here taken as d r.
-
-        The next round may converge far more slowly than this one, so r is at least `assumed_rate`. Changes at the level
-        of round-off do not shrink. `rounds` becomes negative if the iteration does not converge.
-        """
-        return """
-            if change * max(rate, assumed_rate) <= allowed_change and rate < SLOW:
-                break
-            if change < noise and (rate > SLOW or rounds > MANY):
-                break
-            if not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > SETTLING and rate > SLOW):
-                rounds = -rounds
-                break
-        """
+# Sums over the stages --------------------------------------------------------------------------------------------------
 
 
-class StagesText(CommonText):
-    """The text of the iteration for single trajectories: `stages` for steps, `aside` for samples."""
+def sums(equations: Equations, f: Vectors, table: Table, first: int, once: int) -> tuple[Vectors, Vectors]:
+    """A f, or A^2 a, and A a if the equations need velocities. `first` and `once`: first rows of the matrices."""
+    p = products(table, first, f)
+    return p, products(table, once, f) if equations.with_velocity else p
 
-    def stages(self) -> str:
-        """The iteration of a step, which also gives the fourth power of the frequency at the end of the step.
 
-        This is the square of the Frobenius norm of J, the derivatives of accelerations by positions; 0 if J is not
-        known. The stage polynomial extrapolates it to the end of the step. As that may be inaccurate, the value at the
-        last stage limits it.
-        """
-        return """
-            @njit(forceinline=True, {inner})
-            def stages({given}):
-                {iteration}
-                squares = lanes({sum_of_squares})  #? by_position
-                at_end = max(total(row(table, ENDS) * squares), lane(squares, 7) / MOST_SQUARE_CHANGE)  #? by_position
-                square = min(at_end, MOST_SQUARE_CHANGE * lane(squares, 7))  #? by_position
-                square = 0.0  #? not by_position
-                return {found}, square
-        """
+def weighted(f: Lanes, table: Table, weights: int) -> Lanes:
+    """Slopes times weights, with the rounding residuals of the weights."""
+    return fma(f, row(table, weights), f * row(table, weights + LOW))
 
-    def aside(self) -> str:
-        """The iteration of a sample, in a function that is not inlined: that would double the time of compilation."""
-        return """
-            @njit({inner})
-            def aside({given}):
-                {iteration}
-                return {found}, 0.0
-        """
 
-    def sum_of_squares(self) -> str:
-        return " + ".join(f"g[{n}] * g[{n}]" for n in self.layout.by_position)
+def weighted_exactly(f: Lanes, splitter: float, table: Table, weights: int) -> tuple[float, float]:
+    """The sum of slopes times weights in two parts.
 
-    def given(self) -> str:
-        """The arguments of the iteration.
+    Adding and subtracting the much larger splitter leaves so few bits of each lane that the sum of the lanes is exact.
+    """
+    w = row(table, weights)
+    parts = f * w
+    high = minus(parts + lanes(splitter), lanes(splitter))
+    return total(high), total(minus(parts, high) + fma(f, row(table, weights + LOW), fma(f, w, -parts)))
 
-        f: guesses of the slopes; p and v: their sums. `unmonitored`: number of the first rounds, whose changes are not
-        computed; `expected`: the rate of the round after them, 0 if unknown.
-        """
-        return (
-            "t, h, y, compensation, f, p, v, k, table, change_weight, allowed_change, noise, assumed_rate, expected, "
-            "unmonitored, exactly"
+
+def summed(y: float, change: float) -> tuple[float, float]:
+    """The sum of two numbers or lanes, and its rounding residual."""
+    end = y + change
+    back = end - y
+    return end, (y - (end - back)) + (change - back)
+
+
+def added(y: float, compensation: float, h: float, rate: float) -> tuple[float, float]:
+    """y + compensation + h * rate, and its rounding residual."""
+    change = fused(h, rate, compensation)
+    end, residual = summed(y, change)
+    return end, residual + (fused(h, rate, -change) + compensation)
+
+
+def powers(r: float) -> Lanes:
+    """1, r, ..., r^7."""
+    r2, v = r * r, lanes(1.0)
+    r4 = r2 * r2
+    v = with_lane(with_lane(with_lane(v, 1, r), 2, r2), 3, r2 * r)
+    return with_lane(with_lane(with_lane(with_lane(v, 4, r4), 5, r4 * r), 6, r4 * r2), 7, r4 * r2 * r)
+
+
+def at(m: Lanes, x: Lanes) -> Lanes:
+    """The value at x of the polynomial with the coefficients m."""
+    v = lanes(lane(m, 7))
+    for k in range(6, -1, -1):
+        v = fma(v, x, lanes(lane(m, k)))
+    return v
+
+
+def legendre_of_one(f: Lanes, table: Table) -> Lanes:
+    """The Legendre coefficients 4 to 7 of one slope in their lanes."""
+    return totals(
+        f * row(table, HIGHEST), f * row(table, HIGHEST + 1), f * row(table, HIGHEST + 2), f * row(table, HIGHEST + 3)
+    )
+
+
+# Iteration -------------------------------------------------------------------------------------------------------------
+
+
+def stages(
+    equations: Equations, t: float, h: float, y: Numbers, compensation: Numbers, f: Vectors, p: Vectors, v: Vectors,
+    k: Numbers, table: Table, change_weight: Numbers, allowed_change: float, noise: float, assumed_rate: float,
+    expected: float, unmonitored: int, exactly: bool,
+) -> tuple[int, float, Vectors, float]:  # fmt: skip
+    """Repeat rounds until the expected change of the next round is allowed.
+
+    f: guesses of the slopes; p and v: their sums; k: the numbers of a run. `unmonitored`: number of the first rounds,
+    whose changes are not computed; `expected`: the rate of the round after them, 0 if unknown. `exactly`: whether
+    residuals of all sums are carried.
+
+    Gives rounds (negative if the iteration does not converge), rate of convergence, slopes, and `frequency`. The rate is
+    0 if the changes are round-off. Changes are sums over all stages and components. All rounds use b = q + h c v, with
+    c in two parts, and its rounding residual e.
+    """
+    n = equations.count
+    hh = lanes(h)
+    w = equations.forcing(fma(hh, row(table, NODES), lanes(t)), k)
+    b, e = tuple(lanes(y[i]) for i in range(n)), tuple(lanes(0.0) for i in range(n))
+    if equations.second_order:
+        high, low = hh * row(table, NODES_HIGH), hh * row(table, NODES_LOW)
+        speeds = tuple(lanes(y[n + i]) for i in range(n))
+        b = tuple(fma(high, speeds[i], fma(low, speeds[i], lanes(y[i]))) for i in range(n))
+        if exactly:
+            e = tuple(
+                fma(low, speeds[i], fma(high, speeds[i], lanes(y[i]) - b[i])) + lanes(compensation[i]) for i in range(n)
+            )
+    before, rate, rounds = 0.0, expected, 0
+    if equations.groups:
+        x = places(equations, hh, b, p)
+    while True:
+        if equations.groups:
+            g, x = round_by_groups(equations, hh, b, x, w, k, table)
+        else:
+            x = places(equations, hh, b, p)
+            u = velocities(equations, hh, y, v)
+            if not equations.turns:
+                g = equations.slopes((*x, *u), w, k)
+            elif rounds == 0:
+                g, near = equations.slopes_first((*x, *u), w, k)
+            else:
+                g, near = equations.slopes_again((*x, *u), w, k, near)
+        new = corrected(equations, hh, g, f, p, b, x, e, table, exactly)
+        rounds += 1
+        done = False
+        if rounds > unmonitored:
+            off = lanes(0.0)
+            for i in range(n):
+                off = fma(abs(new[i] - f[i]), lanes(change_weight[i]), off)
+            change = total(off)
+            if rounds > unmonitored + 1:
+                rate = change / before if before > 0.0 else 0.0
+            if rounds > unmonitored + 1 or expected > 0.0 or (unmonitored > 0 and change <= allowed_change):
+                done, rounds = convergence(change, rate, rounds, assumed_rate, allowed_change, noise)
+            if not done:
+                before = change
+        f = new
+        if done:
+            break
+        if equations.groups:
+            x = moved(equations, equations.groups[-1], hh, b, x, new, table)
+        else:
+            p, v = sums(equations, f, table, STAGES, ONCE)
+    return rounds, rate if before > noise else 0.0, f, frequency(equations, g, table)
+
+
+def places(equations: Equations, hh: Lanes, b: Vectors, p: Vectors) -> Vectors:
+    """The states of the stages, or their positions."""
+    step = hh * hh if equations.second_order else hh
+    return tuple(fma(step, p[i], b[i]) for i in range(equations.count))
+
+
+def velocities(equations: Equations, hh: Lanes, y: Numbers, v: Vectors) -> Vectors:
+    """The velocities of the stages, where the equations read them."""
+    n = equations.count
+    return tuple(fma(hh, v[i], lanes(y[n + i])) for i in range(n)) if equations.with_velocity else ()
+
+
+def convergence(
+    change: float, rate: float, rounds: int, assumed_rate: float, allowed_change: float, noise: float
+) -> tuple[bool, int]:
+    """Decide whether the rounds end. A change d at the rate r leaves an error of d r / (1 - r), here taken as d r.
+
+    The next round may converge far more slowly than this one, so r is at least `assumed_rate`. Changes at the level of
+    round-off do not shrink. `rounds` becomes negative if the iteration does not converge.
+    """
+    done = False
+    if change * max(rate, assumed_rate) <= allowed_change and rate < TUNING.slow:
+        done = True
+    elif change < noise and (rate > TUNING.slow or rounds > TUNING.many):
+        done = True
+    elif not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > TUNING.settling and rate > TUNING.slow):
+        done, rounds = True, -rounds
+    return done, rounds
+
+
+def corrected(
+    equations: Equations, hh: Lanes, g: Vectors, f: Vectors, p: Vectors, b: Vectors, x: Vectors, e: Vectors,
+    table: Table, exactly: bool,
+) -> Vectors:  # fmt: skip
+    """The new slopes, with the change that the derivatives J predict: g + J h A (g - f), as the changes of the round do.
+
+    With `exactly`, J s is added for the rounding residuals s of the places. Terms without products come first, so that
+    little waits for the products.
+    """
+    n = equations.count
+    new = g[:n]
+    if not equations.derivatives:
+        return new
+    changes = tuple(g[i] - f[i] for i in range(n))
+    moves = products(table, STAGES, changes)
+    turns = products(table, ONCE, changes) if equations.with_velocity else moves
+    if equations.second_order and exactly:
+        s = tuple(fma(hh * hh, p[i], b[i] - x[i]) + e[i] for i in range(n))
+        for m, i, j in equations.derivatives:
+            if m in equations.by_position:
+                new = replaced(new, i, fma(g[m], s[j], new[i]))
+    for m, i, j in equations.derivatives:
+        if m in equations.by_position:
+            new = replaced(new, i, fma(g[m] * (hh * hh), moves[j], new[i]))
+        else:
+            new = replaced(new, i, fma(g[m] * hh, turns[j % n], new[i]))
+    return new
+
+
+def replaced(vectors: Vectors, i: int, new: Lanes) -> Vectors:
+    """The vectors with number i replaced."""
+    return (*vectors[:i], new, *vectors[i + 1 :])
+
+
+def round_by_groups(
+    equations: Equations, hh: Lanes, b: Vectors, x: Vectors, w: Numbers, k: Numbers, table: Table
+) -> tuple[Vectors, Vectors]:
+    """A round by groups, for many first-order equations: each group uses the new slopes of the groups before it.
+
+    This is Gauss-Seidel iteration: a pair x' = v, v' = -x converges with the square of the rate. Gives the new slopes,
+    and the places with the moves of all groups but the last.
+    """
+    new = x
+    for group in equations.groups:
+        g = equations.slopes(x, w, k, group)
+        for m in range(len(group)):
+            new = replaced(new, group[m], g[m])
+        if group is not equations.groups[-1]:
+            x = moved(equations, group, hh, b, x, new, table)
+    return new, x
+
+
+def moved(
+    equations: Equations, group: tuple[int, ...], hh: Lanes, b: Vectors, x: Vectors, new: Vectors, table: Table
+) -> Vectors:
+    """The places with those that new slopes of a group move, if a slope reads them."""
+    read = tuple(i for i in group if i in equations.read)
+    p = products(table, STAGES, tuple(new[i] for i in read)) if read else ()
+    for m in range(len(read)):
+        x = replaced(x, read[m], fma(hh, p[m], b[read[m]]))
+    return x
+
+
+def frequency(equations: Equations, g: Vectors, table: Table) -> float:
+    """The fourth power of the frequency at the end of the step; 0 if no derivatives by positions are known.
+
+    This is the square of the Frobenius norm of J, the derivatives of accelerations by positions. The stage polynomial
+    extrapolates it to the end of the step. As that may be inaccurate, the value at the last stage limits it.
+    """
+    if not equations.by_position:
+        return 0.0
+    squares = lanes(0.0)
+    for m in equations.by_position:
+        squares = squares + g[m] * g[m]
+    at_end = max(total(row(table, ENDS) * squares), lane(squares, 7) / TUNING.most_square_change)
+    return min(at_end, TUNING.most_square_change * lane(squares, 7))
+
+
+# The end of a step -----------------------------------------------------------------------------------------------------
+
+
+def next_state(
+    equations: Equations, h: float, y: Numbers, compensation: Numbers, f: Vectors, table: Table
+) -> tuple[Numbers, Numbers]:
+    """The state after a step, y + h b f, or q + h v + h^2 b (1 - c) a and v + h b a; the residual of the last sum."""
+    n = equations.count
+    s = tuple(h * total(weighted(f[i], table, WEIGHTS)) for i in range(n))
+    if equations.second_order:
+        p = tuple(h * (h * total(weighted(f[i], table, POSITIONS)) + compensation[n + i]) for i in range(n))
+        change = (
+            *(h * y[n + i] + (p[i] + compensation[i]) for i in range(n)),
+            *(s[i] + compensation[n + i] for i in range(n)),
         )
+    else:
+        change = tuple(s[i] + compensation[i] for i in range(n))
+    both = tuple(summed(y[i], change[i]) for i in range(len(y)))
+    return tuple(end for end, _ in both), tuple(residual for _, residual in both)
 
-    def found(self) -> str:
-        """The results: rounds, rate of convergence, slopes. The rate is 0 if the changes are round-off."""
-        return "rounds, rate if before > noise else 0.0, (<|f@, |>)"
 
-    def iteration(self) -> str:
-        """Repeat rounds until the expected change of the next round is allowed.
-
-        Changes are sums over all stages and components. All rounds use b = q + h c v, with c in two parts, and its
-        rounding residual e.
-        """
-        return """
-            <|f@, |> = f
-            hh = lanes(h)
-            w = forcing(fma(hh, row(table, NODES), lanes(t)), k)
-            m, n = hh * row(table, NODES_HIGH), hh * row(table, NODES_LOW)  #? second_order
-            b@ = fma(m, lanes(y[&]), fma(n, lanes(y[&]), lanes(y[@])))  #? second_order
-            e@ = lanes(0.0)  #? second_order
-            if exactly:  #? second_order
-                e@ = fma(n, lanes(y[&]), fma(m, lanes(y[&]), lanes(y[@]) - b@)) + lanes(compensation[@])
-            {places}  #? groups
-            before, rate, rounds = 0.0, expected, 0
-            while True:
-                {round_by_groups}  #? groups
-                {round_of_all}  #? not groups
-                rounds += 1
-                if rounds > unmonitored:
-                    off = lanes(0.0)
-                    off = fma(size(g@ - f@), lanes(change_weight[@]), off)
-                    change = total(off)
-                    if rounds > unmonitored + 1:
-                        rate = change / before if before > 0.0 else 0.0
-                    if rounds > unmonitored + 1 or expected > 0.0 or (unmonitored > 0 and change <= allowed_change):
-                        f@ = g@
-                        {convergence}
-                    before = change
-                f@ = g@
-                {places_of_last_group}  #? groups
-                p, v = sums((<|f@, |>), table, STAGES, ONCE)  #? not groups
-        """
-
-    def sums(self) -> str:
-        """A f, or A^2 a, and A a if the equations need velocities. `first` and `once`: first rows of the matrices."""
-        return """
-            @njit(forceinline=True, {inner})
-            def sums(f, table, first, once):
-                <|f@, |> = f
-                p = products(table, first, (<|f@, |>))
-                return p, p  #? not with_velocity
-                return p, products(table, once, (<|f@, |>))  #? with_velocity
-        """
-
-    def places(self) -> str:
-        return """
-            x@ = fma(hh, p[@], lanes(y[@]))  #? first_order
-            x@ = fma(hh * hh, p[@], b@)  #? second_order
-            u@ = fma(hh, v[@], lanes(y[&]))  #? with_velocity
-        """
-
-    def round_of_all(self) -> str:
-        """A round of all slopes: the new slopes g.
-
-        Sine and cosine come from their values at the nearby angle of the round before. With derivatives J the new
-        slopes are g + J h A (g - f), as the changes of the round predict, plus J s with the rounding residuals s of the
-        places.
-        """
-        return """
-            {places}
-            g = slopes(({placed}), w, k)  #? not turns
-            if rounds == 0:  #? turns
-                g, near = slopes_first(({placed}), w, k)
-            else:  #? turns
-                g, near = slopes_again(({placed}), w, k, near)
-            {corrections}
-        """
-
-    def corrections(self) -> str:
-        """The corrections by derivatives. Terms without products come first, so that little waits for the products."""
-        if not self.layout.derivatives:
-            return "g@ = lanes(g[@])"
-        lines = ["d@ = lanes(g[@]) - f@", "q = products(table, STAGES, (<|d@, |>))"]
-        lines += ["r = products(table, ONCE, (<|d@, |>))  #? with_velocity", "g@ = lanes(g[@])"]
-        lines += ["if exactly:  #? second_order", "    s@ = fma(hh * hh, p[@], b@ - x@) + e@"]
-        late = []
-        for n, (i, j, _value) in enumerate(self.layout.derivatives, self.layout.count):
-            step, moves = ("hh", "r") if self.layout.second_order else ("hh", "q")
-            if n in self.layout.by_position:
-                step, moves = "hh * hh", "q"
-                lines.append(f"    g{i} = fma(lanes(g[{n}]), s{j}, g{i})")
-            late.append(f"g{i} = fma(lanes(g[{n}]) * ({step}), {moves}[{j % self.layout.count}], g{i})")
-        return "\n".join(lines + late)
-
-    def round_by_groups(self) -> str:
-        """A round by groups, for many first-order equations: each group uses the new slopes of the groups before it.
-
-        This is Gauss-Seidel iteration: a pair x' = v, v' = -x converges with the square of the rate.
-        """
-        lines = []
-        for n, group in enumerate(self.layout.groups):
-            lines += [f"g = slopes_{n}((<|x@, |>), w, k)", *(f"g{i} = g[{k}]" for k, i in enumerate(group))]
-            lines += self.places_of(group) if n < len(self.layout.groups) - 1 else []
-        return "\n".join(lines)
-
-    def places_of_last_group(self) -> str:
-        return "\n".join(self.places_of(self.layout.groups[-1]))
-
-    def places_of(self, group: tuple[int, ...]) -> list[str]:
-        """Lines that compute places from the new slopes of a group; places on which no slope depends are left out."""
-        read = {x.operation for x in reached(self.layout.values)}
-        places = [i for i in group if f"y[{i}]" in read]
-        lines = [f"p = products(table, STAGES, ({', '.join(f'g{i}' for i in places)}, ))"] if places else []
-        return lines + [f"x{i} = fma(hh, p[{k}], lanes(y[{i}]))" for k, i in enumerate(places)]
+def next_state_exactly(
+    equations: Equations, h: float, y: Numbers, compensation: Numbers, f: Vectors, splitter: Numbers, table: Table
+) -> tuple[Numbers, Numbers]:
+    """The same, with the rounding residuals of all sums and products."""
+    n = equations.count
+    rates = tuple(weighted_exactly(f[i], splitter[i], table, WEIGHTS) for i in range(n))
+    if equations.second_order:
+        starts = tuple(added(y[i], fused(h, compensation[n + i], compensation[i]), h, y[n + i]) for i in range(n))
+        means = tuple(weighted_exactly(f[i], splitter[i], table, POSITIONS) for i in range(n))
+        both = tuple(
+            added(starts[i][0], fused(h * h, means[i][1], starts[i][1]), h * h, means[i][0]) for i in range(n)
+        ) + tuple(added(y[n + i], fused(h, rates[i][1], compensation[n + i]), h, rates[i][0]) for i in range(n))
+    else:
+        both = tuple(added(y[i], fused(h, rates[i][1], compensation[i]), h, rates[i][0]) for i in range(n))
+    return tuple(end for end, _ in both), tuple(residual for _, residual in both)

@@ -1,287 +1,429 @@
-"""Eight doubles in one vector, as a type that numba compiles: `<8 x double>`, with operators.
+"""Eight doubles in one vector, the lanes: arrays of NumPy, or `<8 x double>` in emitted code.
 
-LLVM splits the vector into the registers of the processor (one with AVX-512, two with AVX2). Numbers convert to a
-vector of equal lanes. LLVM may contract a product and a sum into one rounding, but rearranges nothing else; the code
-uses `fma` if the rounding matters. Processors can differ in the sums that are contracted, and so in the last bits. Only
-generated modules import this module, as it loads numba.
+Each operation has two forms: the function that is written first computes with arrays (8,) of NumPy, and the function
+below it emits what LLVM splits into the registers of the processor (one with AVX-512, two with AVX2). In emitted code
+LLVM may contract a product and a sum into one rounding, but rearranges nothing else; methods use `fma` and `minus` where
+the rounding matters. Processors can differ in the sums that are contracted, and so in the last bits.
 """
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
+import numpy as np
+from gnomon.harness.kernels import emission, ir
+from gnomon.harness.kernels.emission import primitive
+from gnomon.harness.kernels.ir import POINTER, B, D, I, V, convert, exact, here
 from gnomon.harness.integrators.gauss.gauss_fast_constants import SCRATCH, SCRATCH_ROWS
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils, typing
-from numba.core.errors import TypingError
-from numba.core.typeconv import Conversion
-from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
+from numpy.typing import NDArray
 
-WIDTH = 8
-DOUBLES = ir.VectorType(ir.DoubleType(), WIDTH)
-INTEGERS = ir.VectorType(ir.IntType(64), WIDTH)
-TABLE = types.float64[:, ::1]
+Lanes = NDArray[np.float64]
+"""Eight numbers, (8,)."""
+Table = NDArray[np.float64]
+"""Rows of eight numbers, (rows, 8)."""
 
+WIDTH = ir.LANES
+INTEGERS, TRUTHS = "<8 x i64>", "<8 x i1>"
 SHUFFLED = 2
 """The number of a vector's elements that `products` shuffles instead of reading them from memory: found by timing."""
+SPLITTER = 134217729.0
+"""2^27 + 1: a product with it splits a double into two halves whose products are exact (Dekker, 1971)."""
 
 
-class LanesType(types.Type):  # type: ignore[misc]  # numba has no static types
-    """The type of eight doubles."""
-
-    def __init__(self) -> None:
-        super().__init__(name="Lanes8")
-
-    def can_convert_from(self, context: Any, other: Any) -> Any:
-        return Conversion.safe if isinstance(other, types.Number) else None
+def _emit(kind: str, operation: str, *given: Any) -> Any:
+    return here().emit(kind, operation.format(*given))
 
 
-LANES = LanesType()
+def _vectors(*given: Any) -> list[Any]:
+    return [convert(x, V) for x in given]
 
 
-@register_model(LanesType)
-class LanesModel(models.PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, kind: LanesType) -> None:
-        super().__init__(manager, kind, DOUBLES)
+# Numbers and lanes -----------------------------------------------------------------------------------------------------
 
 
-def vector(values: list[float]) -> Any:
-    return ir.Constant(DOUBLES, [ir.Constant(ir.DoubleType(), value) for value in values])
+def lanes(x: Any) -> Any:
+    """A number in every lane; lanes stay as they are."""
+    return np.full(WIDTH, x) if np.ndim(x) == 0 else x
 
 
-def spread(builder: Any, value: Any) -> Any:
-    """A double in every lane."""
-    first = builder.insert_element(ir.Constant(DOUBLES, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
-    return shuffled(builder, first, [0] * WIDTH)
+@primitive(lanes)
+def _(x: Any) -> Any:
+    return convert(x, V)
 
 
-def shuffled(builder: Any, value: Any, order: list[int]) -> Any:
-    mask = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), order)
-    return builder.shuffle_vector(value, ir.Constant(DOUBLES, ir.Undefined), mask)
+def lane(a: Lanes, index: int) -> float:
+    """The number in one lane."""
+    return float(a[index])
 
 
-def llvm(builder: Any, name: str, *values: Any) -> Any:
-    """An LLVM intrinsic on whole vectors."""
-    kind = ir.FunctionType(DOUBLES, [DOUBLES] * len(values))
-    function = builder.module.globals.get(f"llvm.{name}.v8f64")
-    function = function or ir.Function(builder.module, kind, f"llvm.{name}.v8f64")
-    return builder.call(function, values)
+@primitive(lane)
+def _(a: Any, index: Any) -> Any:
+    return _emit(D, "extractelement {}, i64 {}", a.typed, convert(index, I))
 
 
-@lower_cast(types.Number, LanesType)
-def number_to_lanes(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
-    return spread(builder, context.cast(builder, value, source, types.float64))
+def with_lane(a: Lanes, index: int, x: float) -> Lanes:
+    """The lanes with one of them replaced."""
+    found = a.copy()
+    found[index] = x
+    return found
 
 
-def _operator(function: Callable[..., Any], arguments: int, emit: Callable[..., Any]) -> None:
-    class Template(typing.templates.ConcreteTemplate):  # type: ignore[misc]
-        cases = [typing.signature(LANES, *[LANES] * arguments)]  # noqa: RUF012
-
-    typing.templates.infer_global(function)(Template)
-
-    @lower_builtin(function, *[LANES] * arguments)
-    def lower(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return emit(builder, *values)
+@primitive(with_lane)
+def _(a: Any, index: Any, x: Any) -> Any:
+    return _emit(V, "insertelement {}, {}, i64 {}", convert(a, V).typed, convert(x, D).typed, convert(index, I))
 
 
-for _function in (operator.add, operator.iadd):
-    _operator(_function, 2, lambda builder, a, b: builder.fadd(a, b, flags=("contract",)))
-for _function in (operator.sub, operator.isub):
-    _operator(_function, 2, lambda builder, a, b: builder.fsub(a, b, flags=("contract",)))
-for _function in (operator.mul, operator.imul):
-    _operator(_function, 2, lambda builder, a, b: builder.fmul(a, b, flags=("contract",)))
-for _function in (operator.truediv, operator.itruediv):
-    _operator(_function, 2, lambda builder, a, b: builder.fdiv(a, b))
-_operator(operator.neg, 1, lambda builder, a: builder.fneg(a))
-_operator(operator.pos, 1, lambda builder, a: a)
+def turns(count: int) -> range:
+    """A range whose loop stays a loop in emitted code."""
+    return range(count)
 
 
-def emitting(arguments: int, emit: Callable[..., Any], kind: Any = LANES) -> Any:
-    """An intrinsic of `arguments` vectors, emitted by `emit(builder, *vectors)`."""
-
-    def typed(*given: Any) -> Any:
-        return kind(*[LANES] * arguments), lambda context, builder, signature, values: emit(builder, *values)
-
-    # The number of arguments is part of an intrinsic's own signature.
-    if arguments == 1:
-        return intrinsic(lambda typingctx, a: typed(a))
-    if arguments == 2:
-        return intrinsic(lambda typingctx, a, b: typed(a, b))
-    if arguments == 3:
-        return intrinsic(lambda typingctx, a, b, c: typed(a, b, c))
-    return intrinsic(lambda typingctx, a, b, c, d: typed(a, b, c, d))
+@primitive(turns)
+def _(count: int) -> Any:
+    return ir.range_(ir.Value(I, str(count)))
 
 
-fma = emitting(3, lambda builder, a, b, c: llvm(builder, "fma", a, b, c))
-"""a * b + c, rounded once."""
-
-minus = emitting(2, lambda builder, a, b: builder.fsub(a, b))
-"""a - b, never contracted: for differences that are exact or recover a rounding."""
+# Arithmetic ------------------------------------------------------------------------------------------------------------
 
 
-def _over(builder: Any, a: Any, b: Any, c: Any) -> Any:
-    found = builder.fmul(a, c)
-    left = llvm(builder, "fma", builder.fneg(found), b, a)
-    return llvm(builder, "fma", left, c, found)
+def fma(a: Lanes, b: Lanes, c: Lanes) -> Lanes:
+    """a * b + c, rounded once (here twice in rare cases)."""
+    product = a * b
+    (a_high, a_low), (b_high, b_low) = _halves(a), _halves(b)
+    rest = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    found = product + c
+    part = found - product
+    return found + (((product - (found - part)) + (c - part)) + rest)
 
 
-over = emitting(3, _over)
-"""a / b, given c = 1 / b: rounded once, like the division (Markstein, IBM Journal 34, 1990), in a third of its time."""
-
-root = emitting(1, lambda builder, a: llvm(builder, "sqrt", a))
-size = emitting(1, lambda builder, a: llvm(builder, "fabs", a))
+def _halves(x: Any) -> tuple[Any, Any]:
+    high = SPLITTER * x - (SPLITTER * x - x)
+    return high, x - high
 
 
-def _total(builder: Any, a: Any) -> Any:
+@primitive(fma)
+def _(a: Any, b: Any, c: Any) -> Any:
+    return ir.call("llvm.fma.v8f64", V, *_vectors(a, b, c))
+
+
+def fused(a: float, b: float, c: float) -> float:
+    """a * b + c of numbers, rounded once."""
+    return float(fma(np.float64(a), np.float64(b), np.float64(c)))  # type: ignore[arg-type]
+
+
+@primitive(fused)
+def _(a: Any, b: Any, c: Any) -> Any:
+    return ir.call("llvm.fma.f64", D, *(convert(x, D) for x in (a, b, c)))
+
+
+def minus(a: Any, b: Any) -> Any:
+    """a - b, never contracted: for differences that are exact or recover a rounding."""
+    return a - b
+
+
+@primitive(minus)
+def _(a: Any, b: Any) -> Any:
+    return exact("sub", a, b)
+
+
+def over(a: Lanes, b: Lanes, c: Lanes) -> Lanes:
+    """a / b, given c = 1 / b: rounded once, like the division (Markstein, IBM Journal 34, 1990), in a third of its time."""
+    return a / b
+
+
+@primitive(over)
+def _(a: Any, b: Any, c: Any) -> Any:
+    a, b, c = _vectors(a, b, c)
+    found = exact("mul", a, c)
+    negative = _emit(V, "fneg {}", found.typed)
+    left = ir.call("llvm.fma.v8f64", V, negative, b, a)
+    return ir.call("llvm.fma.v8f64", V, left, c, found)
+
+
+def root(a: Lanes) -> Lanes:
+    """Square roots."""
+    found: Lanes = np.sqrt(a)
+    return found
+
+
+@primitive(root)
+def _(a: Any) -> Any:
+    return ir.call("llvm.sqrt.v8f64", V, convert(a, V))
+
+
+def larger(a: Lanes, b: Lanes) -> Lanes:
+    """The larger of two values in each lane; a nan in `a` stays."""
+    return np.where(~(a <= b), a, b)
+
+
+@primitive(larger)
+def _(a: Any, b: Any) -> Any:
+    a, b = _vectors(a, b)
+    above = _emit(TRUTHS, "fcmp ugt {}, {}", a.typed, b)
+    return _select(above, a, b)
+
+
+def _select(condition: Any, a: Any, b: Any) -> Any:
+    return _emit(V, "select {}, {}, {}", condition.typed, a.typed, b.typed)
+
+
+def all_within(a: Lanes, limit: float) -> bool:
+    """Whether every lane is at most the limit; nan is not."""
+    return bool(np.all(a <= limit))
+
+
+@primitive(all_within)
+def _(a: Any, limit: Any) -> Any:
+    each = _emit(TRUTHS, "fcmp ole {}, {}", a.typed, convert(limit, V))
+    return _emit(B, "icmp eq i8 {}, -1", _emit("i8", "bitcast {} to i8", each.typed))
+
+
+# Sums over lanes -------------------------------------------------------------------------------------------------------
+
+
+def _turned(a: Any, half: int) -> Any:
+    return _shuffled(a, a, [(i + half) % WIDTH for i in range(WIDTH)])
+
+
+def _shuffled(a: Any, b: Any, order: Sequence[int]) -> Any:
+    mask = ", ".join(f"i32 {i}" for i in order)
+    return _emit(V, "shufflevector {}, {}, <8 x i32> <{}>", a.typed, b.typed, mask)
+
+
+def total(a: Lanes) -> float:
     """The sum of the lanes, in pairs, always in the same sequence."""
     for half in (4, 2, 1):
-        a = builder.fadd(a, shuffled(builder, a, [(i + half) % WIDTH for i in range(WIDTH)]))
-    return builder.extract_element(a, ir.Constant(ir.IntType(32), 0))
+        a = a + np.roll(a, -half)
+    return float(a[0])
 
 
-total = emitting(1, _total, types.float64)
+@primitive(total)
+def _(a: Any) -> Any:
+    for half in (4, 2, 1):
+        a = exact("add", a, _turned(a, half))
+    return _emit(D, "extractelement {}, i64 0", a.typed)
 
 
-def _totals(builder: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+def totals(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Lanes:
     """The sums of the lanes of four vectors, in lanes 0 to 3 and again in 4 to 7: half the operations of 4 totals."""
+    found = [((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7])) for x in (a, b, c, d)]
+    return np.array([*found, *found])
 
+
+@primitive(totals)
+def _(a: Any, b: Any, c: Any, d: Any) -> Any:
     def folded(a: Any, b: Any, first: list[int], second: list[int]) -> Any:
-        masks = [ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), order) for order in (first, second)]
-        return builder.fadd(*[builder.shuffle_vector(a, b, mask) for mask in masks])
+        return exact("add", _shuffled(a, b, first), _shuffled(a, b, second))
 
     evens, odds = [0, 8, 2, 10, 4, 12, 6, 14], [1, 9, 3, 11, 5, 13, 7, 15]
-    ab, cd = folded(a, b, evens, odds), folded(c, d, evens, odds)
-    halves = folded(ab, cd, [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15])
-    return builder.fadd(halves, shuffled(builder, halves, [4, 5, 6, 7, 0, 1, 2, 3]))
+    halves = folded(
+        folded(a, b, evens, odds), folded(c, d, evens, odds), [0, 1, 8, 9, 4, 5, 12, 13], [2, 3, 10, 11, 6, 7, 14, 15]
+    )
+    return exact("add", halves, _turned(halves, 4))
 
 
-totals = emitting(4, _totals)
-
-larger = emitting(2, lambda builder, a, b: builder.select(builder.fcmp_unordered(">", a, b), a, b))
-"""The larger of two values in each lane; a nan in `a` stays."""
-
-
-def _highest(builder: Any, a: Any) -> Any:
+def highest(a: Lanes) -> float:
     """The largest lane; nan if any lane is nan."""
+    return float(np.max(a))
+
+
+@primitive(highest)
+def _(a: Any) -> Any:
     for half in (4, 2, 1):
-        b = shuffled(builder, a, [(i + half) % WIDTH for i in range(WIDTH)])
-        unordered = builder.fcmp_unordered("uno", b, b)
-        a = builder.select(builder.or_(unordered, builder.fcmp_ordered(">", b, a)), b, a)
-    return builder.extract_element(a, ir.Constant(ir.IntType(32), 0))
+        b = _turned(a, half)
+        unordered = _emit(TRUTHS, "fcmp uno {}, {}", b.typed, b)
+        above = _emit(TRUTHS, "fcmp ogt {}, {}", b.typed, a)
+        a = _select(_emit(TRUTHS, "or {}, {}", unordered.typed, above), b, a)
+    return _emit(D, "extractelement {}, i64 0", a.typed)
 
 
-highest = emitting(1, _highest, types.float64)
+# Rows of a table -------------------------------------------------------------------------------------------------------
 
 
-@intrinsic
-def lanes(typingctx: Any, value: Any) -> Any:
-    """A vector with a number in every lane; a vector is returned as it is."""
-    source = value if isinstance(value, LanesType) else types.float64
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return values[0] if source is LANES else spread(builder, values[0])
-
-    return LANES(LANES if isinstance(value, LanesType) else types.float64), generate
+def row(table: Table, index: int) -> Lanes:
+    """A row of a table."""
+    found: Lanes = table[index].copy()
+    return found
 
 
-@intrinsic
-def lane(typingctx: Any, a: Any, index: Any) -> Any:
-    """The number in one lane."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return builder.extract_element(values[0], builder.trunc(values[1], ir.IntType(32)))
-
-    return types.float64(LANES, types.int64), generate
+@primitive(row)
+def _(table: Any, index: Any) -> Any:
+    return _emit(V, "load <8 x double>, ptr {}, align 8", _place(table, index))
 
 
-@intrinsic
-def with_lane(typingctx: Any, a: Any, index: Any, value: Any) -> Any:
-    """The vector with one lane replaced."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return builder.insert_element(values[0], values[2], builder.trunc(values[1], ir.IntType(32)))
-
-    return LANES(LANES, types.int64, types.float64), generate
+def _place(table: Any, index: Any) -> Any:
+    return _emit(POINTER, "getelementptr <8 x double>, ptr {}, i64 {}", table.pointer, convert(index, I))
 
 
-def _row_pointer(context: Any, builder: Any, table: Any, index: Any) -> Any:
-    data = context.make_array(TABLE)(context, builder, table).data
-    pointer = builder.gep(data, [builder.mul(index, ir.Constant(ir.IntType(64), WIDTH))])
-    return builder.bitcast(pointer, ir.PointerType(DOUBLES))
+def put(table: Table, index: int, a: Lanes) -> None:
+    """Write a row of a table."""
+    table[index] = a
 
 
-def _row(context: Any, builder: Any, table: Any, index: Any) -> Any:
-    """Eight doubles of a table (rows, 8)."""
-    return builder.load(_row_pointer(context, builder, table, index), align=8)
+@primitive(put)
+def _(table: Any, index: Any, a: Any) -> None:
+    here().do(f"store {convert(a, V).typed}, ptr {_place(table, index)}, align 8")
 
 
-@intrinsic
-def row(typingctx: Any, table: Any, index: Any) -> Any:
-    """Row `index` of a table (rows, 8)."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return _row(context, builder, *values)
-
-    return LANES(TABLE, types.int64), generate
+def products(table: Table, first: int, vectors: tuple[Lanes, ...]) -> tuple[Lanes, ...]:
+    """The matrix whose columns are the eight rows of a table from `first` on, times each of the vectors."""
+    return tuple(_product(table[first : first + WIDTH], vector, _chains(len(vectors))) for vector in vectors)
 
 
-@intrinsic
-def put(typingctx: Any, table: Any, index: Any, value: Any) -> Any:
-    """Write a row of a table (rows, 8)."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        table, index, value = values
-        builder.store(value, _row_pointer(context, builder, table, index), align=8)
-        return context.get_dummy_value()
-
-    return types.none(TABLE, types.int64, LANES), generate
+def _chains(count: int) -> int:
+    """The number of independent sums of each of `count` vectors: with few vectors several, which reduces the latency."""
+    return 4 if count == 1 else 2 if count < 6 else 1
 
 
-@intrinsic
-def products(typingctx: Any, table: Any, first: Any, vectors: Any) -> Any:
-    """The matrix whose columns are the eight rows of the table from `first` on, times each vector of a tuple.
+def _product(columns: Table, vector: Lanes, chains: int) -> Lanes:
+    sums = [columns[k] * vector[k] for k in range(chains)]
+    for k in range(chains, WIDTH):
+        sums[k % chains] = fma(columns[k], np.full(WIDTH, vector[k]), sums[k % chains])
+    while len(sums) > 1:
+        sums = [a + b for a, b in zip(sums[::2], sums[1::2], strict=True)]
+    return sums[0]
 
-    Elements are broadcast from memory: this takes no shuffles, and each column is loaded once for all vectors. With one
-    or two vectors the first elements are shuffled while the stores complete. The vectors are stored in the table, in
-    `SCRATCH_ROWS` rows from `SCRATCH` on.
+
+@primitive(products)
+def _(table: Any, first: Any, vectors: Any) -> Any:
+    """Elements are broadcast from memory: this takes no shuffles, and each column is loaded once for all vectors.
+
+    With one or two vectors the first elements are shuffled while the stores complete. The vectors are stored in the
+    table, in `SCRATCH_ROWS` rows from `SCRATCH` on.
     """
     if len(vectors) > SCRATCH_ROWS:
-        raise TypingError(f"products of {len(vectors)} vectors, of which the table has room for {SCRATCH_ROWS}")
-    # With few vectors each has several independent sums, which reduces the latency.
-    chains = 4 if len(vectors) == 1 else 2 if len(vectors) < 6 else 1
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        table, first, vectors = values
-        whole = cgutils.unpack_tuple(builder, vectors)
-        rows = [ir.Constant(ir.IntType(64), SCRATCH + i) for i in range(len(whole))]
-        places = [_row_pointer(context, builder, table, index) for index in rows]
-        starts = [_elements(builder, place, vector) for place, vector in zip(places, whole, strict=True)]
-        sums: list[list[Any]] = [[] for _ in starts]
-        for k in range(WIDTH):
-            column = _row(context, builder, table, builder.add(first, ir.Constant(ir.IntType(64), k)))
-            for vector, start, found in zip(whole, starts, sums, strict=True):
-                if k < SHUFFLED and len(whole) < 3:
-                    element = shuffled(builder, vector, [k] * WIDTH)
-                else:
-                    element = spread(builder, builder.load(builder.gep(start, [ir.Constant(ir.IntType(64), k)])))
-                if k < chains:
-                    found.append(builder.fmul(column, element))
-                else:
-                    found[k % chains] = llvm(builder, "fma", column, element, found[k % chains])
-        while len(sums[0]) > 1:
-            sums = [[builder.fadd(a, b) for a, b in zip(found[::2], found[1::2], strict=True)] for found in sums]
-        results = [found[0] for found in sums]
-        return context.make_tuple(builder, signature.return_type, results)
-
-    return types.UniTuple(LANES, len(vectors))(TABLE, types.int64, vectors), generate
+        raise ir.Subset(f"products of {len(vectors)} vectors, of which the table has room for {SCRATCH_ROWS}")
+    chains = _chains(len(vectors))
+    starts = [_hidden(_place(table, SCRATCH + i), vector) for i, vector in enumerate(vectors)]
+    sums: list[list[Any]] = [[] for _ in vectors]
+    for k in range(WIDTH):
+        column = _emit(V, "load <8 x double>, ptr {}, align 8", _place(table, first + k))
+        for vector, start, found in zip(vectors, starts, sums, strict=True):
+            if k < SHUFFLED and len(vectors) < 3:
+                element = _shuffled(vector, vector, [k] * WIDTH)
+            else:
+                place = _emit(POINTER, "getelementptr double, ptr {}, i64 {}", start, k)
+                element = convert(_emit(D, "load double, ptr {}, align 8", place), V)
+            if k < chains:
+                found.append(exact("mul", column, element))
+            else:
+                found[k % chains] = ir.call("llvm.fma.v8f64", V, column, element, found[k % chains])
+    while len(sums[0]) > 1:
+        sums = [[exact("add", a, b) for a, b in zip(x[::2], x[1::2], strict=True)] for x in sums]
+    return tuple(x[0] for x in sums)
 
 
-def _elements(builder: Any, place: Any, vector: Any) -> Any:
-    """The address of a vector's elements in memory, hidden from the compiler, which would use shuffles instead."""
-    builder.store(vector, place, align=8)
-    kind = ir.FunctionType(place.type, [place.type])
-    hidden = builder.asm(kind, "", "=r,0", [place], False)
-    return builder.bitcast(hidden, ir.PointerType(ir.DoubleType()))
+def _hidden(place: Any, vector: Any) -> Any:
+    """The address of a vector in memory, hidden from LLVM, which would use shuffles instead."""
+    here().do(f"store {vector.typed}, ptr {place}, align 8")
+    return _emit(POINTER, 'call ptr asm "", "=r,0"(ptr {})', place)
+
+
+# Bits ------------------------------------------------------------------------------------------------------------------
+
+
+def bits(x: float) -> int:
+    """The bits of a number, read as an integer."""
+    return int(np.float64(x).view(np.int64))
+
+
+@primitive(bits)
+def _(x: Any) -> Any:
+    return _emit(I, "bitcast {} to i64", convert(x, D).typed)
+
+
+def double(n: int) -> float:
+    """The number with these bits."""
+    return float(np.int64(n).view(np.float64))
+
+
+@primitive(double)
+def _(n: Any) -> Any:
+    return _emit(D, "bitcast {} to double", convert(n, I).typed)
+
+
+def choose(counter: Lanes, even: Lanes, odd: Lanes) -> Lanes:
+    """`even` or `odd` according to the lowest bit of the counter, with the sign reversed if the next bit is set."""
+    which = counter.view(np.int64)
+    found = np.where(which & 1, odd, even).view(np.int64) ^ ((which & 2) << 62)
+    return found.view(np.float64)
+
+
+@primitive(choose)
+def _(counter: Any, even: Any, odd: Any) -> Any:
+    which = _as_integers(counter)
+    lowest = _emit(INTEGERS, "and {}, splat (i64 1)", which.typed)
+    found = _select(_emit(TRUTHS, "icmp ne {}, zeroinitializer", lowest.typed), odd, even)
+    next_bit = _emit(INTEGERS, "and {}, splat (i64 2)", which.typed)
+    sign = _emit(INTEGERS, "shl {}, splat (i64 62)", next_bit.typed)
+    return _as_doubles(_emit(INTEGERS, "xor {}, {}", _as_integers(found).typed, sign))
+
+
+def _as_integers(a: Any) -> Any:
+    return _emit(INTEGERS, "bitcast {} to <8 x i64>", a.typed)
+
+
+def _as_doubles(a: Any) -> Any:
+    return _emit(V, "bitcast {} to <8 x double>", a.typed)
+
+
+def scale(counter: Lanes, a: Lanes) -> Lanes:
+    """a * 2^n for results that are normal numbers; n stands in the lowest bits of the counter."""
+    return (a.view(np.int64) + (counter.view(np.int64) << 52)).view(np.float64)
+
+
+@primitive(scale)
+def _(counter: Any, a: Any) -> Any:
+    exponent = _emit(INTEGERS, "shl {}, splat (i64 52)", _as_integers(counter).typed)
+    return _as_doubles(_emit(INTEGERS, "add {}, {}", _as_integers(a).typed, exponent))
+
+
+# Functions of numbers --------------------------------------------------------------------------------------------------
+
+
+def each(name: str, *given: Any) -> Any:
+    """A function of `math` on every lane of its arguments, which may be numbers; nan outside its domain."""
+
+    def one(*numbers: float) -> float:
+        try:
+            return float(getattr(math, name)(*numbers))
+        except (ValueError, OverflowError):
+            return math.nan
+
+    return np.array([one(*numbers) for numbers in zip(*map(lanes, given), strict=True)])
+
+
+@primitive(each)
+def _(name: str, *given: Any) -> Any:
+    return _each(name)(*_vectors(*given))
+
+
+@cache
+def _each(name: str) -> Callable[..., Any]:
+    def lane_by_lane(*given: Any) -> Any:
+        found = given[0]
+        for i in range(WIDTH):
+            numbers = [_emit(D, "extractelement {}, i64 {}", x.typed, i) for x in given]
+            found = _emit(V, "insertelement {}, {}, i64 {}", found.typed, emission.MATH[name](*numbers).typed, i)
+        return found
+
+    lane_by_lane.__name__ = f"{name}_of_each_lane"
+    return ir.Outlined(lane_by_lane, f"{ir.ATTRIBUTES} noinline cold")
+
+
+def power(a: Any, exponent: Any) -> Any:
+    """a^exponent of lanes or numbers: by repeated squaring for an integer."""
+    if not isinstance(exponent, int):
+        return each("pow", a, exponent)
+    found, square, left = lanes(1.0), a, abs(exponent)
+    while left > 0:
+        found, square, left = found * square if left & 1 else found, square * square, left >> 1
+    return 1.0 / found if exponent < 0 else found
+
+
+@primitive(power)
+def _(a: Any, exponent: Any) -> Any:
+    return a**exponent if isinstance(exponent, int) else _each("pow")(*_vectors(a, exponent))
