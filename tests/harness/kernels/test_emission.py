@@ -23,7 +23,7 @@ REAL = st.floats(-3.0, 3.0)
 
 
 def compiled(plain: FunctionType) -> Callable[..., Any]:
-    return machine.function(plain, SIGNATURE, ir.D)
+    return machine.function(plain, SIGNATURE, ir.REAL)
 
 
 @pytest.mark.parametrize("plain", subset_functions.FUNCTIONS, ids=lambda plain: plain.__name__)
@@ -117,7 +117,7 @@ def test_functions_that_are_not_listed_are_refused_while_emitting(name: str) -> 
     """An intrinsic such as powi becomes a call of a compiler's library, which may be missing."""
 
     def emit() -> None:
-        emission.define("f", "float", lambda x: ir.call(name, ir.D, x), ir.D)
+        emission.define("f", "float", lambda x: ir.call(name, ir.REAL, x), ir.REAL)
 
     with pytest.raises(ir.Subset, match=f"{name} is not a function that compiled code may call"):
         machine.code(f"a call of {name}", ("f",), emit)
@@ -125,7 +125,7 @@ def test_functions_that_are_not_listed_are_refused_while_emitting(name: str) -> 
 
 def test_the_c_function_at_an_address() -> None:
     def emit() -> None:
-        emission.define("double_it", "float", lambda x: 2.0 * x, ir.D)
+        emission.define("double_it", "float", lambda x: 2.0 * x, ir.REAL)
 
     found = machine.code("double it", ("double_it",), emit)
     assert ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(found.addresses["double_it"])(21.0) == 42.0
@@ -140,7 +140,7 @@ if {kept}:
     def never(*_): raise AssertionError("compiled anew")
     machine.compiled = never
 import numpy
-print(machine.function(subset_functions.loops, "float[1] int float", ir.D)(numpy.ones(4), 3, 2.0))
+print(machine.function(subset_functions.loops, "float[1] int float", ir.REAL)(numpy.ones(4), 3, 2.0))
 """
 
 
