@@ -10,7 +10,6 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-import outside_subset
 import pytest
 import subset_functions
 from gnomon.harness.kernels import emission, ir, machine
@@ -26,7 +25,7 @@ def compiled(plain: FunctionType) -> Callable[..., Any]:
     return machine.function(plain, SIGNATURE, ir.REAL)
 
 
-@pytest.mark.parametrize("plain", subset_functions.FUNCTIONS, ids=lambda plain: plain.__name__)
+@pytest.mark.parametrize("plain", subset_functions.INSIDE, ids=lambda plain: plain.__name__)
 @settings(max_examples=60)
 @given(x=st.integers(3, 9).flatmap(lambda size: arrays(float, size, elements=REAL)), n=st.integers(1, 8), a=REAL)
 def test_the_numbers_are_those_of_python(plain: FunctionType, x: Any, n: int, a: float) -> None:
@@ -36,7 +35,7 @@ def test_the_numbers_are_those_of_python(plain: FunctionType, x: Any, n: int, a:
     assert np.array_equal(x, before)
 
 
-@pytest.mark.parametrize("plain", subset_functions.FUNCTIONS, ids=lambda plain: plain.__name__)
+@pytest.mark.parametrize("plain", subset_functions.INSIDE, ids=lambda plain: plain.__name__)
 def test_nan_takes_the_branches_that_it_takes_in_python(plain: FunctionType) -> None:
     if plain is subset_functions.integers:
         pytest.skip("int(nan) raises in Python and is undefined in compiled code")
@@ -45,16 +44,16 @@ def test_nan_takes_the_branches_that_it_takes_in_python(plain: FunctionType) -> 
         assert compiled(plain)(x, 3, a) == pytest.approx(plain(x.copy(), 3, a), rel=1e-13, nan_ok=True)
 
 
-@pytest.mark.parametrize("plain", outside_subset.FUNCTIONS, ids=lambda plain: plain.__name__)
+@pytest.mark.parametrize("plain", subset_functions.OUTSIDE, ids=lambda plain: plain.__name__)
 def test_a_refusal_names_the_line_and_the_reason(plain: FunctionType) -> None:
     with pytest.raises(ir.Subset) as refusal:
         compiled(plain)
     first = plain.__code__.co_firstlineno
-    lines = Path(outside_subset.__file__).read_text().splitlines()
+    lines = Path(subset_functions.__file__).read_text().splitlines()
     own = lines[first - 1 : first + 8]
     line, reason = next((first + k, text.rpartition("# ")[2]) for k, text in enumerate(own) if "# " in text)
     assert reason in str(refusal.value)
-    assert Path(outside_subset.__file__).name in str(refusal.value)
+    assert Path(subset_functions.__file__).name in str(refusal.value)
     assert f"line {line}" in str(refusal.value)
 
 
