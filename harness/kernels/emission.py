@@ -16,6 +16,7 @@ from types import BuiltinFunctionType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
+from gnomon.cases.core import arithmetic
 from gnomon.harness.kernels import ir, rewriting
 from gnomon.harness.kernels.ir import INTEGER, REAL, TRUTH, VECTOR, Array, Complex, Subset, Value, convert, symbolic
 
@@ -229,7 +230,8 @@ def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None
     seen: dict[Any, str] = {}
 
     def visit(value: Any) -> str:
-        if isinstance(value, FunctionType) and value not in PRIMITIVES:
+        if isinstance(value, FunctionType):
+            value = PRIMITIVES.get(value, value)
             if value not in seen:
                 seen[value] = ""
                 used = {name: (replaced or {}).get(name, x) for name, x in uses(value).items()}
@@ -250,9 +252,12 @@ def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None
 
 @cache
 def emitter() -> str:
-    """A hash of the modules that emit code: code that others have emitted is not used."""
-    folder = Path(__file__).parent
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(folder.glob("*.py")))).hexdigest()
+    """A hash of the modules that emit code: code that others have emitted is not used.
+
+    `arithmetic` traces the equations. Primitives of other modules are in `fingerprint`.
+    """
+    files = [*sorted(Path(__file__).parent.glob("*.py")), Path(arithmetic.__file__)]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
 
 
 # Entries ---------------------------------------------------------------------------------------------------------------

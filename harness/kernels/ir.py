@@ -335,18 +335,18 @@ def select(condition: Any, a: Any, b: Any) -> Any:
 
 
 INTRINSICS = {"sqrt", "sin", "cos", "exp", "log", "log10", "log2", "pow", "floor", "ceil", "fabs", "fma", "roundeven"}
-"""Intrinsics of LLVM, without the kinds of their arguments. Others may become calls of functions that do not exist."""
+"""Intrinsics of LLVM, of floats and of lanes. Others may become calls of functions that do not exist."""
 LIBRARY = {"tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "atan2", "hypot", "cbrt",
            "expm1", "log1p", "erf", "copysign", "fmod"}  # fmt: skip
 """Functions of floats of the C library."""
 PYTHON = {"PyFloat_AsDouble", "PyLong_AsLongLong", "PyErr_Occurred", "PyLong_FromLongLong", "PyFloat_FromDouble"}
 """Functions of Python's C interface."""
+ALLOWED = {*LIBRARY, *PYTHON, *(f"llvm.{name}.{kind}" for name in INTRINSICS for kind in ("f64", f"v{LANES}f64"))}
 
 
 def call(name: str, result: str, *arguments: Value) -> Value:
-    """Call an intrinsic of LLVM or an external function. Raises Subset for one that is not in the lists above."""
-    kind, _, rest = name.partition(".")
-    if not (rest.partition(".")[0] in INTRINSICS if kind == "llvm" else name in LIBRARY | PYTHON):
+    """Call an intrinsic of LLVM or an external function. Raises Subset for one that is not in ALLOWED."""
+    if name not in ALLOWED:
         raise Subset(f"{name} is not a function that compiled code may call")
     module().declared[name] = f"declare {result} @{name}({', '.join(x.kind for x in arguments)})"
     return here().emit(result, f"call {result} @{name}({', '.join(x.typed for x in arguments)})")

@@ -111,7 +111,10 @@ def test_wrong_code_and_unknown_symbols_raise() -> None:
         machine.Code(machine.compiled("declare double @nowhere(double)\ndefine double @f() {\n  %x = call double @nowhere(double 1.0)\n  ret double %x\n}"), ("f",))  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["nowhere", "llvm.powi.f64.i32", "llvm.nothing.f64", "system"])
+@pytest.mark.parametrize(
+    "name",
+    ["nowhere", "system", "sin.f64", "llvm.powi.f64.i32", "llvm.nothing.f64", "llvm.sqrt.f32", "llvm.sqrt.f64.i32"],
+)
 def test_functions_that_are_not_listed_are_refused_while_emitting(name: str) -> None:
     """An intrinsic such as powi becomes a call of a compiler's library, which may be missing."""
 
@@ -164,3 +167,15 @@ def test_a_change_of_what_a_function_uses_changes_its_key(monkeypatch: pytest.Mo
     other = emission.fingerprint(subset_functions.loops)
     monkeypatch.setattr(subset_functions, "helper", subset_functions.early)
     assert emission.fingerprint(subset_functions.loops) != other
+
+
+def test_a_change_of_what_emits_a_function_changes_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A primitive has source of its own, in any module; tracing replaces functions in `cases`."""
+    before, emitter = emission.fingerprint(subset_functions.loops), emission.emitter()
+    monkeypatch.setitem(emission.PRIMITIVES, subset_functions.helper, emission.power)
+    changed = emission.fingerprint(subset_functions.loops)
+    monkeypatch.setitem(emission.PRIMITIVES, subset_functions.helper, emission.nearest)
+    assert len({before, changed, emission.fingerprint(subset_functions.loops)}) == 3
+    read = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path.name == "arithmetic.py"))
+    assert emission.emitter.__wrapped__() != emitter
