@@ -37,12 +37,12 @@ def _prototype(result: Any, arguments: Any) -> Any:
 
 
 def _pointer(address: Any) -> ir.Value:
-    return ir.here().emit(ir.POINTER, f"inttoptr {ir.convert(address, ir.I).typed} to ptr")
+    return ir.here().emit(ir.POINTER, f"inttoptr {ir.convert(address, ir.INTEGER).typed} to ptr")
 
 
 @emission.primitive(word_at)
 def _(address: Any, place: Any) -> Any:
-    return ir.Array(_pointer(address), (place + 1,), ir.I)[place]
+    return ir.Array(_pointer(address), (place + 1,), ir.INTEGER)[place]
 
 
 @emission.primitive(floats_at)
@@ -63,7 +63,7 @@ def _(address: Any, *arguments: Any) -> None:
 @emission.primitive(result_at)
 def _(address: Any, *arguments: Any) -> Any:
     found = ir.here().emit("i32", _called(address, "i32", arguments))
-    return ir.here().emit(ir.I, f"sext i32 {found} to i64")
+    return ir.here().emit(ir.INTEGER, f"sext i32 {found} to i64")
 
 
 @cache

@@ -16,8 +16,9 @@ from types import BuiltinFunctionType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
+from gnomon.cases.core import arithmetic
 from gnomon.harness.kernels import ir, rewriting
-from gnomon.harness.kernels.ir import Array, B, Complex, D, I, Subset, V, Value, convert, symbolic
+from gnomon.harness.kernels.ir import INTEGER, REAL, TRUTH, VECTOR, Array, Complex, Subset, Value, convert, symbolic
 
 # What names mean -------------------------------------------------------------------------------------------------------
 
@@ -28,8 +29,8 @@ def _function(name: str) -> Callable[..., Any]:
     def function(*arguments: Any) -> Any:
         if not symbolic(*arguments):
             return plain(*arguments)
-        values = [convert(x, D) for x in arguments]
-        return ir.call(name if name in ir.LIBRARY else f"llvm.{name}.f64", D, *values)
+        values = [convert(x, REAL) for x in arguments]
+        return ir.call(name if name in ir.LIBRARY else f"llvm.{name}.f64", REAL, *values)
 
     return function
 
@@ -40,9 +41,9 @@ def size_of(x: Any) -> Any:
         return MATH["hypot"](x.real, x.imag)
     if not symbolic(x):
         return abs(x)
-    if x.kind == I:
+    if x.kind == INTEGER:
         return ir.select(x < 0, -x, x)
-    return ir.call(f"llvm.fabs.{'v8f64' if x.kind == V else 'f64'}", x.kind, x)
+    return ir.call(f"llvm.fabs.{'v8f64' if x.kind == VECTOR else 'f64'}", x.kind, x)
 
 
 def largest(*values: Any) -> Any:
@@ -65,12 +66,12 @@ def integer(x: Any) -> Any:
     """int"""
     if not symbolic(x):
         return int(x)
-    return ir.here().emit(I, f"fptosi double {x} to i64") if x.kind == D else convert(x, I)
+    return ir.here().emit(INTEGER, f"fptosi double {x} to i64") if x.kind == REAL else convert(x, INTEGER)
 
 
 def nearest(x: Any) -> Any:
     """round"""
-    return integer(ir.call("llvm.roundeven.f64", D, x)) if symbolic(x) else round(x)
+    return integer(ir.call("llvm.roundeven.f64", REAL, x)) if symbolic(x) else round(x)
 
 
 def boolean(x: Any) -> Any:
@@ -80,7 +81,7 @@ def boolean(x: Any) -> Any:
 
 def number(x: Any) -> Any:
     """float"""
-    return convert(x, D) if symbolic(x) else float(x)
+    return convert(x, REAL) if symbolic(x) else float(x)
 
 
 def power(x: Any, exponent: Any) -> Any:
@@ -88,14 +89,14 @@ def power(x: Any, exponent: Any) -> Any:
 
 
 def empty(shape: Any, dtype: Any = np.float64) -> Array:
-    kind, pairs = {np.float64: (D, False), np.int64: (I, False), np.complex128: (D, True)}[dtype]
+    kind, pairs = {np.float64: (REAL, False), np.int64: (INTEGER, False), np.complex128: (REAL, True)}[dtype]
     return ir.new_array(shape, kind, pairs)
 
 
 def zeros(shape: Any, dtype: Any = np.float64) -> Array:
     found = empty(shape, dtype)
     flat = Array(found.pointer, (found.size,), found.kind, found.pairs)
-    flat[:] = 0 if found.kind == I else 0.0
+    flat[:] = 0 if found.kind == INTEGER else 0.0
     return found
 
 
@@ -240,7 +241,8 @@ def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None
     seen: dict[Any, str] = {}
 
     def visit(value: Any) -> str:
-        if isinstance(value, FunctionType) and value not in PRIMITIVES:
+        if isinstance(value, FunctionType):
+            value = PRIMITIVES.get(value, value)
             if value not in seen:
                 seen[value] = ""
                 used = {name: (replaced or {}).get(name, x) for name, x in uses(value).items()}
@@ -261,14 +263,17 @@ def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None
 
 @cache
 def emitter() -> str:
-    """A hash of the modules that emit code: code that others have emitted is not used."""
-    folder = Path(__file__).parent
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(folder.glob("*.py")))).hexdigest()
+    """A hash of the modules that emit code: code that others have emitted is not used.
+
+    `arithmetic` traces the equations. Primitives of other modules are in `fingerprint`.
+    """
+    files = [*sorted(Path(__file__).parent.glob("*.py")), Path(arithmetic.__file__)]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
 
 
 # Entries ---------------------------------------------------------------------------------------------------------------
 
-WORDS = {"float": D, "int": I, "bool": B}
+WORDS = {"float": REAL, "int": INTEGER, "bool": TRUTH}
 
 
 def parameters(signature: str) -> Iterator[tuple[str, int]]:
@@ -278,7 +283,7 @@ def parameters(signature: str) -> Iterator[tuple[str, int]]:
         yield WORDS[name], int(rest[:-1]) if rest else 0
 
 
-def define(name: str, signature: str, body: Callable[..., Any], result: str = I) -> None:
+def define(name: str, signature: str, body: Callable[..., Any], result: str = INTEGER) -> None:
     """Emit the function @name, whose arrays are addresses followed by sizes, around a function on symbolic values."""
     heads: list[str] = []
     arguments: list[Value | Array] = []
@@ -287,7 +292,7 @@ def define(name: str, signature: str, body: Callable[..., Any], result: str = I)
             heads.append(f"{kind} %a{n}")
             arguments.append(Value(kind, f"%a{n}"))
             continue
-        sizes = [Value(I, f"%a{n}_{k}") for k in range(dimensions)]
+        sizes = [Value(INTEGER, f"%a{n}_{k}") for k in range(dimensions)]
         heads += [f"ptr %a{n}", *(size.typed for size in sizes)]
         arguments.append(Array(Value(ir.POINTER, f"%a{n}"), tuple(sizes), kind))
     with ir.Function(f"{{result}} @{name}({', '.join(heads)})") as f:

@@ -56,7 +56,7 @@ class Kernel:
     def _emit(self) -> None:
         arrays = [ir.Array(ir.Value(ir.POINTER, f"%{name}"), (n,)) for name, n in zip("ypo", self.sizes, strict=True)]
         with ir.Function("void @kernel(double %t, ptr %y, ptr %p, ptr %o)") as f:
-            self.body(ir.Value(ir.D, "%t"), *arrays)
+            self.body(ir.Value(ir.REAL, "%t"), *arrays)
             f.do("ret void")
         with ir.Function("void @counting(double %t, ptr %y, ptr %p, ptr %o)") as f:
             count = ir.Array(arrays[1].pointer, (self.sizes[1] + 1,))

@@ -1,9 +1,9 @@
 """Symbolic values that write the intermediate representation of LLVM (IR): numbers, lanes, arrays, branches and loops.
 
-Code that runs on these values emits one instruction for each operation. A value has a kind: V (<8 x double>, the lanes),
-D (double), I (i64) or B (i1). Numbers of Python stay numbers until they meet a symbolic value, so that what depends on
-them alone is decided while the code is emitted. `rewriting` turns the branches and loops of ordinary functions into calls
-of this module. One `Module` is current in a thread.
+Code that runs on these values emits one instruction for each operation. A value has a kind: VECTOR (the lanes), REAL,
+INTEGER or TRUTH. Numbers of Python stay numbers until they meet a symbolic value, so that what depends on them alone is
+decided while the code is emitted. `rewriting` turns the branches and loops of ordinary functions into calls of this
+module. One `Module` is current in a thread.
 """
 
 import math
@@ -12,9 +12,9 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-V, D, I, B, POINTER = "<8 x double>", "double", "i64", "i1", "ptr"
+VECTOR, REAL, INTEGER, TRUTH, POINTER = "<8 x double>", "double", "i64", "i1", "ptr"
 LANES = 8
-RANK = {B: 0, I: 1, D: 2, V: 3}
+RANK = {TRUTH: 0, INTEGER: 1, REAL: 2, VECTOR: 3}
 """An operation converts its operands to the highest of their kinds."""
 
 CONTRACT = "contract "
@@ -158,7 +158,7 @@ class Value:
         return divided(other, self)
 
     def __neg__(self) -> "Value":
-        operation = f"sub i64 0, {self}" if self.kind == I else f"fneg {CONTRACT}{self.typed}"
+        operation = f"sub i64 0, {self}" if self.kind == INTEGER else f"fneg {CONTRACT}{self.typed}"
         return here().emit(self.kind, operation)
 
     def __pos__(self) -> "Value":
@@ -173,20 +173,22 @@ class Value:
     def __floordiv__(self, other: Any) -> Any:
         quotient, rest = self._divided(other)
         return arithmetic(
-            "sub", quotient, convert(compared("slt", rest ^ convert(other, I), 0) & compared("ne", rest, 0), I)
+            "sub",
+            quotient,
+            convert(compared("slt", rest ^ convert(other, INTEGER), 0) & compared("ne", rest, 0), INTEGER),
         )
 
     def __mod__(self, other: Any) -> Any:
         _, rest = self._divided(other)
-        wrong = compared("slt", rest ^ convert(other, I), 0) & compared("ne", rest, 0)
-        return arithmetic("add", rest, select(wrong, convert(other, I), 0))
+        wrong = compared("slt", rest ^ convert(other, INTEGER), 0) & compared("ne", rest, 0)
+        return arithmetic("add", rest, select(wrong, convert(other, INTEGER), 0))
 
     def _divided(self, other: Any) -> tuple["Value", "Value"]:
         """Quotient and rest of integers, rounded towards zero."""
-        divisor = convert(other, I)
-        if self.kind != I:
+        divisor = convert(other, INTEGER)
+        if self.kind != INTEGER:
             raise Subset("// and % take integers")
-        return here().emit(I, f"sdiv i64 {self}, {divisor}"), here().emit(I, f"srem i64 {self}, {divisor}")
+        return here().emit(INTEGER, f"sdiv i64 {self}, {divisor}"), here().emit(INTEGER, f"srem i64 {self}, {divisor}")
 
     def __and__(self, other: Any) -> "Value":
         return here().emit(self.kind, f"and {self.typed}, {convert(other, self.kind)}")
@@ -240,11 +242,11 @@ def kind_of(x: Any) -> str:
     if isinstance(x, Value):
         return x.kind
     if isinstance(x, bool):
-        return B
+        return TRUTH
     if isinstance(x, int):
-        return I
+        return INTEGER
     if isinstance(x, float):
-        return D
+        return REAL
     raise Subset(f"{type(x).__name__} {x!r} where a number is wanted")
 
 
@@ -254,25 +256,29 @@ def convert(x: Any, kind: str) -> Value:
         own = kind_of(x)
         if RANK[own] > RANK[kind]:
             raise Subset(f"the number {x!r} where {WORDS[kind]} is wanted")
-        if kind == V:
-            return Value(V, f"splat (double {double_text(float(x))})")
-        return Value(kind, double_text(float(x)) if kind == D else str(int(x)) if kind == I else str(x).lower())
+        if kind == VECTOR:
+            return Value(VECTOR, f"splat (double {double_text(float(x))})")
+        return Value(
+            kind, double_text(float(x)) if kind == REAL else str(int(x)) if kind == INTEGER else str(x).lower()
+        )
     if x.kind == kind:
         return x
-    if kind == D and x.kind == I:
-        return here().emit(D, f"sitofp i64 {x} to double")
-    if x.kind == B and kind in (I, D):
-        return here().emit(kind, f"{'zext' if kind == I else 'uitofp'} i1 {x} to {kind}")
-    if kind == V and x.kind in (D, I):
-        first = here().emit(V, f"insertelement <8 x double> poison, {convert(x, D).typed}, i32 0")
-        return here().emit(V, f"shufflevector <8 x double> {first}, <8 x double> poison, <8 x i32> zeroinitializer")
+    if kind == REAL and x.kind == INTEGER:
+        return here().emit(REAL, f"sitofp i64 {x} to double")
+    if x.kind == TRUTH and kind in (INTEGER, REAL):
+        return here().emit(kind, f"{'zext' if kind == INTEGER else 'uitofp'} i1 {x} to {kind}")
+    if kind == VECTOR and x.kind in (REAL, INTEGER):
+        first = here().emit(VECTOR, f"insertelement <8 x double> poison, {convert(x, REAL).typed}, i32 0")
+        return here().emit(
+            VECTOR, f"shufflevector <8 x double> {first}, <8 x double> poison, <8 x i32> zeroinitializer"
+        )
     raise Subset(f"{WORDS[x.kind]} where {WORDS[kind]} is wanted; a variable keeps the kind that it gets first")
 
 
-WORDS = {V: "eight lanes", D: "a float", I: "an integer", B: "a bool", POINTER: "an array"}
+WORDS = {VECTOR: "eight lanes", REAL: "a float", INTEGER: "an integer", TRUTH: "a bool", POINTER: "an array"}
 
 
-def common(a: Any, b: Any, least: str = B) -> tuple[Value, Value, str]:
+def common(a: Any, b: Any, least: str = TRUTH) -> tuple[Value, Value, str]:
     kind = max(kind_of(a), kind_of(b), least, key=RANK.__getitem__)
     return convert(a, kind), convert(b, kind), kind
 
@@ -281,8 +287,8 @@ def arithmetic(name: str, a: Any, b: Any, flags: str = CONTRACT) -> Any:
     """add, sub or mul, on integers or on floats."""
     if isinstance(b, Complex):
         return NotImplemented
-    a, b, kind = common(a, b, I)
-    return here().emit(kind, f"{name} nsw i64 {a}, {b}" if kind == I else f"f{name} {flags}{kind} {a}, {b}")
+    a, b, kind = common(a, b, INTEGER)
+    return here().emit(kind, f"{name} nsw i64 {a}, {b}" if kind == INTEGER else f"f{name} {flags}{kind} {a}, {b}")
 
 
 def exact(name: str, a: Any, b: Any) -> Any:
@@ -291,16 +297,16 @@ def exact(name: str, a: Any, b: Any) -> Any:
 
 
 def divided(a: Any, b: Any) -> Value:
-    a, b, kind = common(a, b, D)
+    a, b, kind = common(a, b, REAL)
     return here().emit(kind, f"fdiv {CONTRACT}{kind} {a}, {b}")
 
 
 def compared(how: str, a: Any, b: Any) -> Value:
     a, b, kind = common(a, b)
-    if kind in (I, B):
+    if kind in (INTEGER, TRUTH):
         signed = "" if how in ("eq", "ne") or how.startswith("s") else "s"
-        return here().emit(B, f"icmp {signed}{how} {kind} {a}, {b}")
-    return here().emit(B, f"fcmp {'une' if how == 'ne' else f'o{how}'} {kind} {a}, {b}")
+        return here().emit(TRUTH, f"icmp {signed}{how} {kind} {a}, {b}")
+    return here().emit(TRUTH, f"fcmp {'une' if how == 'ne' else f'o{how}'} {kind} {a}, {b}")
 
 
 def power(base: Any, exponent: Any) -> Any:
@@ -313,12 +319,12 @@ def power(base: Any, exponent: Any) -> Any:
             if left:
                 square = square * square
         return 1.0 if found is None else 1.0 / found if exponent < 0 else found
-    if kind_of(exponent) == I and kind_of(base) == I:
+    if kind_of(exponent) == INTEGER and kind_of(base) == INTEGER:
         if base == -1:
             return 1 - 2 * (exponent & 1)
         raise Subset("an integer to the power of an integer that only the emitted code knows")
     # An integer exponent as a float: llvm.powi would call a function of a compiler's library that may be missing.
-    return call("llvm.pow.f64", D, convert(base, D), convert(exponent, D))
+    return call("llvm.pow.f64", REAL, convert(base, REAL), convert(exponent, REAL))
 
 
 def select(condition: Any, a: Any, b: Any) -> Any:
@@ -329,19 +335,19 @@ def select(condition: Any, a: Any, b: Any) -> Any:
 
 
 INTRINSICS = {"sqrt", "sin", "cos", "exp", "log", "log10", "log2", "pow", "floor", "ceil", "fabs", "fma", "roundeven"}
-"""Intrinsics of LLVM, without the kinds of their arguments. Others may become calls of functions that do not exist."""
+"""Intrinsics of LLVM, of floats and of lanes. Others may become calls of functions that do not exist."""
 LIBRARY = {"tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "atan2", "hypot", "cbrt",
            "expm1", "log1p", "erf", "copysign", "fmod"}  # fmt: skip
 """Functions of floats of the C library."""
 PYTHON = {"PyFloat_AsDouble", "PyLong_AsLongLong", "PyErr_Occurred", "PyLong_FromLongLong", "PyFloat_FromDouble",
           "PyEval_SaveThread"}  # fmt: skip
 """Functions of Python's C interface."""
+ALLOWED = {*LIBRARY, *PYTHON, *(f"llvm.{name}.{kind}" for name in INTRINSICS for kind in ("f64", f"v{LANES}f64"))}
 
 
 def call(name: str, result: str, *arguments: Value) -> Value:
-    """Call an intrinsic of LLVM or an external function. Raises Subset for one that is not in the lists above."""
-    kind, _, rest = name.partition(".")
-    if not (rest.partition(".")[0] in INTRINSICS if kind == "llvm" else name in LIBRARY | PYTHON):
+    """Call an intrinsic of LLVM or an external function. Raises Subset for one that is not in ALLOWED."""
+    if name not in ALLOWED:
         raise Subset(f"{name} is not a function that compiled code may call")
     module().declared[name] = f"declare {result} @{name}({', '.join(x.kind for x in arguments)})"
     return here().emit(result, f"call {result} @{name}({', '.join(x.typed for x in arguments)})")
@@ -400,7 +406,7 @@ class Array:
     array, and so is [start:stop].
     """
 
-    def __init__(self, pointer: Value, shape: tuple[Any, ...], kind: str = D, pairs: bool = False) -> None:
+    def __init__(self, pointer: Value, shape: tuple[Any, ...], kind: str = REAL, pairs: bool = False) -> None:
         self.pointer, self.shape, self.kind, self.pairs = pointer, shape, kind, pairs
 
     @property
@@ -428,7 +434,7 @@ class Array:
         return self._element(self.pointer, at * 2 if self.pairs else at)
 
     def _element(self, pointer: Value, at: Any) -> Value:
-        return here().emit(POINTER, f"getelementptr inbounds {self.kind}, ptr {pointer}, i64 {convert(at, I)}")
+        return here().emit(POINTER, f"getelementptr inbounds {self.kind}, ptr {pointer}, i64 {convert(at, INTEGER)}")
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
@@ -474,7 +480,7 @@ class Array:
         here().do(f"store {convert(x, self.kind).typed}, ptr {place}, align 8")
 
 
-def new_array(shape: Any, kind: str = D, pairs: bool = False) -> Array:
+def new_array(shape: Any, kind: str = REAL, pairs: bool = False) -> Array:
     """An array on the stack, whose content is not set. It lives as long as the call of the emitted function."""
     shape = shape if isinstance(shape, tuple) else (shape,)
     f, parts = here(), 2 if pairs else 1
@@ -483,7 +489,7 @@ def new_array(shape: Any, kind: str = D, pairs: bool = False) -> Array:
         return Array(pointer, shape, kind, pairs)
     if f.depth:
         raise Subset("an array of a size that only the emitted code knows, in a branch or a loop")
-    count = convert(math.prod(shape[1:], start=shape[0]) * parts, I)
+    count = convert(math.prod(shape[1:], start=shape[0]) * parts, INTEGER)
     return Array(f.emit(POINTER, f"alloca {kind}, {count.typed}, align 64"), shape, kind, pairs)
 
 
@@ -496,7 +502,7 @@ class Slot:
     __slots__ = ("kind", "place")
 
     def __init__(self, kind: str) -> None:
-        self.kind, self.place = kind, here().allocate(kind, 64 if kind == V else 8)
+        self.kind, self.place = kind, here().allocate(kind, 64 if kind == VECTOR else 8)
 
     def store(self, x: Any) -> None:
         here().do(f"store {convert(x, self.kind).typed}, ptr {self.place}")
@@ -572,7 +578,7 @@ def branch(condition: Any) -> Iterator[bool]:
 
 
 def truth(x: Value) -> Value:
-    return x if x.kind == B else compared("ne", x, 0)
+    return x if x.kind == TRUTH else compared("ne", x, 0)
 
 
 class Loop:
@@ -638,7 +644,7 @@ def counted(indices: Any) -> Iterator[tuple[Loop, Any]]:
     if not isinstance(indices, range | SymbolicRange):
         raise Subset("break or continue in a loop that is not over a range")
     start, stop, step = indices.start, indices.stop, indices.step
-    place, one, f = Slot(I), Loop(), here()
+    place, one, f = Slot(INTEGER), Loop(), here()
     place.store(start)
     f.go(one.head)
     f.at(one.head)
@@ -692,9 +698,9 @@ def either(a: Any, b: Callable[[], Any], conjunction: bool, guarded: bool) -> An
         return (b() if a else a) if conjunction else (a if a else b())
     a = truth(a)
     if not guarded:
-        second = convert(b(), B)
+        second = convert(b(), TRUTH)
         return a & second if conjunction else a | second
-    place = Slot(B)
+    place = Slot(TRUTH)
     place.store(a)
     for taken in branch(a):
         if taken == conjunction:

@@ -14,14 +14,13 @@ import llvmlite
 import numpy as np
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.generated_modules import announced, cache_folder
-from gnomon.harness.kernels.ir import POINTER, B, D, I, Value
+from gnomon.harness.kernels.ir import INTEGER, POINTER, REAL, TRUTH, Value
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding as llvm
 from numpy._core import multiarray
 
 LEVEL = 2
 """Optimisation. Level 1 takes a fifth less to compile; DOP853 is then a quarter slower on three components."""
-WORDS = {D: "a float", I: "an integer", B: "a bool"}
 
 
 # Compilation -----------------------------------------------------------------------------------------------------------
@@ -121,7 +120,7 @@ FLAGS = 0x0001 | 0x0100 | 0x0400
 DATA, DIMENSIONS, SHAPE, TYPE, ARRAY_FLAGS = 16, 24, 32, 56, 64
 ORDER, NUMBER = 26, 28
 """Offsets in bytes of the fields of numpy's arrays and of their types, which are part of its C interface."""
-NUMBERS = {D: np.dtype(np.float64).num, I: np.dtype(np.int64).num}
+NUMBERS = {REAL: np.dtype(np.float64).num, INTEGER: np.dtype(np.int64).num}
 FASTCALL = 0x0080
 
 
@@ -165,7 +164,7 @@ def define_entry(
     name: str,
     signature: str,
     inner: str,
-    result: str = I,
+    result: str = INTEGER,
     own: int = 0,
     returns: bool = False,
     unlocked: bool = False,
@@ -181,9 +180,9 @@ def define_entry(
     with ir.Function(f"{{result}} @{name}(ptr %self, ptr %arguments, i64 %count)") as f:
         f.result = POINTER
         fail = f.name("fail")
-        _require(ir.compared("eq", Value(I, "%count"), len(given)), f"{len(given)} arguments are wanted")
+        _require(ir.compared("eq", Value(INTEGER, "%count"), len(given)), f"{len(given)} arguments are wanted")
         held = _loaded(POINTER, Value(POINTER, "%self"), DATA) if own else None
-        passed = [_loaded(I, held, 8 * n) for n in range(own)] if held is not None else []
+        passed = [_loaded(INTEGER, held, 8 * n) for n in range(own)] if held is not None else []
         least = iter(passed[1:])
         for n, (kind, dimensions) in enumerate(given):
             item = _loaded(POINTER, Value(POINTER, "%arguments"), 8 * n)
@@ -202,14 +201,18 @@ def define_entry(
             passed = [*passed, _loaded(POINTER, new, DATA), size]
         call = f"call {result} @{inner}({', '.join(x.typed for x in passed)})"
         thread = ir.call("PyEval_SaveThread", POINTER) if unlocked else None
-        value = f.do(call) if result == "void" else f.emit(result, call)
+        value = None
+        if result == "void":
+            f.do(call)
+        else:
+            value = f.emit(result, call)
         if thread is not None:
             ir.module().declared["PyEval_RestoreThread"] = "declare void @PyEval_RestoreThread(ptr)"
             f.do(f"call void @PyEval_RestoreThread({thread.typed})")
         if value is None:
             found = _none() if new is None else new
         else:
-            found = ir.call("PyLong_FromLongLong" if result == I else "PyFloat_FromDouble", POINTER, value)
+            found = ir.call("PyLong_FromLongLong" if result == INTEGER else "PyFloat_FromDouble", POINTER, value)
         f.do(f"ret ptr {found}")
         f.at(fail)
         f.do("ret ptr null")
@@ -249,57 +252,61 @@ def _require(condition: Value, message: str) -> None:
 
 def _number(item: Value, kind: str, fail: str) -> Value:
     f = ir.here()
-    name, result, wrong = ("PyFloat_AsDouble", D, -1.0) if kind == D else ("PyLong_AsLongLong", I, -1)
+    name, result, wrong = ("PyFloat_AsDouble", REAL, -1.0) if kind == REAL else ("PyLong_AsLongLong", INTEGER, -1)
     found = ir.call(name, result, item)
     for suspicious in ir.branch(ir.compared("eq", found, wrong)):
         if suspicious:
             good = f.name("good")
             failed = ir.call("PyErr_Occurred", POINTER)
-            f.do(f"br i1 {f.emit(B, f'icmp eq ptr {failed}, null')}, label %{good}, label %{fail}")
+            f.do(f"br i1 {f.emit(TRUTH, f'icmp eq ptr {failed}, null')}, label %{good}, label %{fail}")
             f.at(good)
-    return ir.compared("ne", found, 0) if kind == B else found
+    return ir.compared("ne", found, 0) if kind == TRUTH else found
 
 
 def _array(item: Value, n: int, kind: str, dimensions: int) -> list[Value]:
     """Address and sizes of the numpy array that an argument is."""
     f = ir.here()
-    what = f"argument {n + 1} must be a C-contiguous, writeable {'float64' if kind == D else 'int64'} array of {dimensions} dimension{'s' * (dimensions > 1)}"
-    same = f.emit(B, f"icmp eq ptr {_loaded(POINTER, item, 8)}, {_symbol('gnomon_ndarray')}")
+    what = f"argument {n + 1} must be a C-contiguous, writeable {'float64' if kind == REAL else 'int64'} array of {dimensions} dimension{'s' * (dimensions > 1)}"
+    same = f.emit(TRUTH, f"icmp eq ptr {_loaded(POINTER, item, 8)}, {_symbol('gnomon_ndarray')}")
     _require(same, what)
     flags = f.emit("i32", f"and i32 {_loaded('i32', item, ARRAY_FLAGS)}, {FLAGS}")
     dtype = _loaded(POINTER, item, TYPE)
     conditions = [
-        f.emit(B, f"icmp eq i32 {flags}, {FLAGS}"),
-        f.emit(B, f"icmp eq i32 {_loaded('i32', item, DIMENSIONS)}, {dimensions}"),
-        f.emit(B, f"icmp eq i32 {_loaded('i32', dtype, NUMBER)}, {NUMBERS[kind]}"),
-        f.emit(B, f"icmp eq i8 {_loaded('i8', dtype, ORDER)}, {ord('=')}"),
+        f.emit(TRUTH, f"icmp eq i32 {flags}, {FLAGS}"),
+        f.emit(TRUTH, f"icmp eq i32 {_loaded('i32', item, DIMENSIONS)}, {dimensions}"),
+        f.emit(TRUTH, f"icmp eq i32 {_loaded('i32', dtype, NUMBER)}, {NUMBERS[kind]}"),
+        f.emit(TRUTH, f"icmp eq i8 {_loaded('i8', dtype, ORDER)}, {ord('=')}"),
     ]
     all_of = conditions[0]
     for condition in conditions[1:]:
         all_of = all_of & condition
     _require(all_of, what)
     shape = _loaded(POINTER, item, SHAPE)
-    return [_loaded(POINTER, item, DATA), *(_loaded(I, shape, 8 * k) for k in range(dimensions))]
+    return [_loaded(POINTER, item, DATA), *(_loaded(INTEGER, shape, 8 * k) for k in range(dimensions))]
 
 
 def _new_array(size: Value, fail: str) -> Value:
     f = ir.here()
-    place = f.allocate(I)
+    place = f.allocate(INTEGER)
     f.do(f"store i64 {size}, ptr {place}")
     ir.module().declared["PyArray_New"] = "declare ptr @PyArray_New(ptr, i32, ptr, i32, ptr, ptr, i32, i32, ptr)"
     found = f.emit(
         POINTER,
-        f"call ptr @PyArray_New(ptr {_symbol('gnomon_ndarray')}, i32 1, ptr {place}, i32 {NUMBERS[D]}, ptr null, ptr null, "
+        f"call ptr @PyArray_New(ptr {_symbol('gnomon_ndarray')}, i32 1, ptr {place}, i32 {NUMBERS[REAL]}, ptr null, ptr null, "
         "i32 0, i32 0, ptr null)",
     )
     good = f.name("good")
-    f.do(f"br i1 {f.emit(B, f'icmp eq ptr {found}, null')}, label %{fail}, label %{good}")
+    f.do(f"br i1 {f.emit(TRUTH, f'icmp eq ptr {found}, null')}, label %{fail}, label %{good}")
     f.at(good)
     return found
 
 
 def function(
-    plain: Any, signature: str, result: str = I, replaced: dict[str, Any] | None = None, inlined: tuple[str, ...] = ()
+    plain: Any,
+    signature: str,
+    result: str = INTEGER,
+    replaced: dict[str, Any] | None = None,
+    inlined: tuple[str, ...] = (),
 ) -> Callable[..., Any]:
     """Compile a plain function for calls from Python."""
     key = f"{signature} -> {result} {sorted(inlined)}\n{emission.fingerprint(plain, replaced)}"

@@ -178,8 +178,10 @@ def test_a_repetition_is_no_interruption(tmp_path: Path, monkeypatch: pytest.Mon
         ("scipy:RK45", True),
     ],
 )
-def test_another_python_or_numba_is_another_trial(name: str, compiles: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Python calls every integrator. numba takes part where the equations or the method are compiled by it."""
+def test_another_python_or_compiler_is_another_trial(
+    name: str, compiles: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python calls every integrator. numba and llvmlite take part where the equations or the method are compiled."""
     one = lookup.find(name)[0]
 
     def versions() -> dict[str, str]:
@@ -189,10 +191,13 @@ def test_another_python_or_numba_is_another_trial(name: str, compiles: bool, mon
     with monkeypatch.context() as patched:
         patched.setattr(platform, "python_version", lambda: "4.0")
         assert versions() != before
-    with monkeypatch.context() as patched:
-        known = environment.library_version
-        patched.setattr(environment, "library_version", lambda lib: "9.9" if lib == "numba" else known(lib))
-        assert (versions() != before) == compiles
+    known = environment.library_version
+    for compiler in ("numba", "llvmlite"):
+        with monkeypatch.context() as patched:
+            patched.setattr(
+                environment, "library_version", lambda lib, one=compiler: "9.9" if lib == one else known(lib)
+            )
+            assert (versions() != before) == compiles
 
 
 COMPILED = """
@@ -210,17 +215,22 @@ class Mine(Integrator):
 
 @pytest.mark.parametrize(
     "imports",
-    ["from numba import njit", "import numba.core", "from gnomon.harness.kernels.equations import right_hand_side"],
+    [
+        "from numba import njit",
+        "import numba.core",
+        "from llvmlite import ir",
+        "from gnomon.harness.kernels.equations import right_hand_side",
+    ],
 )
-def test_numba_takes_part_in_a_users_own_integrator_that_imports_it(
+def test_compilers_take_part_in_a_users_own_integrator_that_imports_them(
     imports: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Itself, in a module beside it, or through gnomon's compiled equations."""
+    """Themselves, in a module beside it, or through gnomon's compiled equations."""
     monkeypatch.syspath_prepend(tmp_path)
     for name, text in (("plain", ""), ("direct", imports), ("beside", "import direct_alone")):
         (tmp_path / f"{name}_alone.py").write_text(COMPILED.format(imports=text))
     found = {name: lookup.find(f"{name}_alone:Mine")[0] for name in ("plain", "direct", "beside")}
-    assert {name: "numba" in plan.library_versions(one) for name, one in found.items()} == {
+    assert {name: {"numba", "llvmlite"} <= plan.library_versions(one).keys() for name, one in found.items()} == {
         "plain": False,
         "direct": True,
         "beside": True,

@@ -2,21 +2,26 @@
 
 import cProfile
 import pstats
+import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import many_measurements
 import pytest
+import synthetic
 from gnomon.harness.reporting import report_pack
 from gnomon.harness.reporting.report import write_report
-from gnomon.harness.results import store
+from gnomon.harness.results import schema, store
 from gnomon.harness.results.regression import compare
 
 MEASUREMENTS = 20_000
 MOST_MEGABYTES = 300
+COPIED = ("trials", "planned", "measurements", "settings_changed", "sampled_states")
+METHODS = 4
+"""Copies of an integrator: a run of all suites has some dozens of them."""
 CALLS = 100
 """Python's calls for a measurement, at most: pandas would make hundreds of calls for a table of each series."""
 PROGRAM = """
@@ -29,9 +34,37 @@ finally:
 """Runs a command, and prints the most memory that its process had, in units of 1024 bytes."""
 
 
+def write_many(path: Path, least: int) -> Path:
+    """Write at least this number of invented measurements of one launch, copied under further names, and return the path."""
+    synthetic.write(path)
+    with closing(schema.with_checksums(sqlite3.connect(path))) as db, db:
+        for table in ("settings_changed", "sampled_states", "measurements"):
+            db.execute(
+                f"DELETE FROM {table} WHERE measurement IN (SELECT measurement FROM measurements WHERE launch > 1)"
+            )
+        ((count, last),) = db.execute("SELECT count(*), max(measurement) FROM measurements").fetchall()
+        rows = {table: db.execute(f"SELECT max(rowid) FROM {table}").fetchone()[0] for table in COPIED}
+        for copy in range(1, -(-least // count)):
+            other = {"measurement": f"measurement + {copy * last}"}
+            other |= {name: f"{name} || ' #{copy}'" for name in ("trial_key", "series")}
+            other |= {'"case"': f"\"case\" || ' {copy // METHODS}'"} if copy >= METHODS else {}
+            other |= {
+                name: f"{name} || ' {copy % METHODS}'" for name in ("integrator", "integrator_id") if copy % METHODS
+            }
+            for table in COPIED:
+                names = [f'"{name}"' if name == "case" else name for name in schema.TABLES[table]]
+                values = ", ".join(other.get(name, name) for name in names)
+                db.execute(
+                    f"INSERT INTO {table} ({', '.join(names)}) SELECT {values} FROM {table} WHERE rowid <= {rows[table]}"
+                )
+        for table in COPIED:
+            schema.seal_all(db, table)
+    return path
+
+
 @pytest.fixture(scope="module")
 def large(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return many_measurements.write(tmp_path_factory.mktemp("large") / "results.sqlite", MEASUREMENTS)
+    return write_many(tmp_path_factory.mktemp("large") / "results.sqlite", MEASUREMENTS)
 
 
 @pytest.mark.slow
@@ -67,7 +100,7 @@ def test_the_work_for_a_measurement_is_small(tmp_path: Path) -> None:
     """Calls are counted: every machine makes equally many. Work that is done once, as opening a file, is left out."""
     counts, rows = [], []
     for least in (1000, 3000):
-        frame = store.load(many_measurements.write(tmp_path / f"{least}.sqlite", least))
+        frame = store.load(write_many(tmp_path / f"{least}.sqlite", least))
         rows.append(len(frame))
         counts.append(calls(lambda: compare(frame, frame)))  # noqa: B023 (called at once)
     assert (counts[1] - counts[0]) / (rows[1] - rows[0]) <= CALLS

@@ -60,14 +60,14 @@ def _(f: Any, t: Any, x: Any, p: Any, slope: Any) -> None:
     """Call the C function void(double t, double *x, double *p, double *slope) at an address."""
     place = ir.here().emit(ir.POINTER, f"inttoptr i64 {f} to ptr")
     arrays = ", ".join(array.pointer.typed for array in (x, p, slope))
-    ir.here().do(f"call void {place}({ir.convert(t, ir.D).typed}, {arrays})")
+    ir.here().do(f"call void {place}({ir.convert(t, ir.REAL).typed}, {arrays})")
 
 
 @emission.primitive(product)
 def _(a: Any, b: Any) -> Any:
     """a * b, rounded and never contracted with a sum, and its rounding residual by a fused operation."""
     found = ir.exact("mul", a, b)
-    return found, ir.call("llvm.fma.f64", ir.D, *(ir.convert(x, ir.D) for x in (a, b, -found)))
+    return found, ir.call("llvm.fma.f64", ir.REAL, *(ir.convert(x, ir.REAL) for x in (a, b, -found)))
 
 
 def advance(
@@ -171,5 +171,5 @@ def compiled_whole(
     this is a few per cent faster, and compiles in half the time.
     """
     named = {piece.__name__: piece for piece in pieces}
-    numbers = {name: number if unrolled else ir.Value(ir.I, str(number)) for name, number in constants}
+    numbers = {name: number if unrolled else ir.Value(ir.INTEGER, str(number)) for name, number in constants}
     return machine.function(method, signature, replaced=named | numbers, inlined=tuple(named))

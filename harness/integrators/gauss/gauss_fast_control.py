@@ -123,7 +123,7 @@ def choose_frequency(
     shortest, longest, least_stride_8, largest_stride_8 = ranges
     equal_steps, common_growth, needed = equal
     before, norm = norm, square
-    if 0.0 < before and grow < TUNING.grow_most:
+    if before > 0.0 and grow < TUNING.grow_most:
         fitting_step = step * grow
         fourth = (fitting_step * fitting_step) * (fitting_step * fitting_step)
         stride_8 = (fourth * before) * (fourth * norm)
@@ -173,11 +173,10 @@ def length_by_frequency(step: float, grow: float, more: float, seen: Frequency) 
     elif more > 1.0:
         stride, step_frequency = stride * more, frequency
     else:
-        step_frequency = min(
-            max(2 * frequency - step_frequency, frequency / TUNING.most_frequency_change),
-            TUNING.most_frequency_change * frequency,
-        )
-    return min(stride / step_frequency, TUNING.grow_most * step), (by_frequency, stride, step_frequency, norm, *rest)
+        most = TUNING.most_frequency_change
+        step_frequency = min(max(2 * frequency - step_frequency, frequency / most), most * frequency)
+    found = by_frequency, stride, step_frequency, norm, *rest
+    return min(stride / step_frequency, TUNING.grow_most * step), found  # type: ignore[return-value]
 
 
 def restarted(h: float, seen: Frequency) -> Frequency:

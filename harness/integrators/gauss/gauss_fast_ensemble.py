@@ -17,6 +17,7 @@ these trajectories again, and gives the reason if it stops too.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -48,8 +49,7 @@ from gnomon.harness.integrators.gauss.gauss_fast_control import (
     root_15,
 )
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations
-from gnomon.harness.integrators.gauss.gauss_fast_stages import Numbers, Vectors, convergence, replaced, summed
-from gnomon.harness.integrators.gauss.gauss_fast_steps import rates
+from gnomon.harness.integrators.gauss.gauss_fast_stages import Numbers, Vectors, convergence, rates, replaced, summed
 from gnomon.harness.integrators.gauss.lanes import (
     Lanes,
     Table,
@@ -89,11 +89,8 @@ class Work:
 
 def work_of(count: int, derivatives: int) -> Work:
     """The places for `count` slopes and this number of derivatives."""
-    found, first = [], 0
-    for size in (8, 16, 16, 8 * count, 8 * count, count, 16 * count, 16 * count, 8 * count, 8 * derivatives):
-        found.append(first)
-        first += size
-    return Work(*found, first)
+    sizes = 8, 16, 16, 8 * count, 8 * count, count, 16 * count, 16 * count, 8 * count, 8 * derivatives
+    return Work(*itertools.accumulate(sizes, initial=0))
 
 
 def advance_eight(
@@ -106,7 +103,7 @@ def advance_eight(
     samples, dimension). `left_over`: for each eight whether they failed, then the number of right-hand sides. `work`:
     (places.rows, 8).
     """
-    n, dimension = equations.count, initial.shape[1]
+    n = equations.count
     k = equations.constants(tuple(p_[i] for i in range(equations.parameters)))
     end = times[-1]
     fine_ratio = min(tolerance / TUNING.fine, 1.0)
@@ -127,7 +124,11 @@ def advance_eight(
         sides = signs(equations, y, 0.0, k)
         reach, extent = highest_of(y[:n]), highest_of(y)
         wanted_step = first_length(
-            equations.second_order, end, highest(reach), highest(highest_of(rates(equations, y))), highest(highest_of(sizes))  # type: ignore[arg-type]
+            equations.second_order,
+            end,
+            highest(reach),
+            highest(highest_of(rates(equations, y))),
+            highest(highest_of(sizes)),
         )
         old, new, steps_left, last, ratio = places.slopes, places.slopes_too, 0.0, 0.0, 0.0
         t, sample, attempts, stiff, rejected, failed = 0.0, 0, 0, 0, False, False
@@ -144,10 +145,9 @@ def advance_eight(
                 failed = True
                 break
 
-            if last > 0.0:
-                if not abs(h / last - ratio) < TUNING.equal_within:
-                    ratio = h / last
-                    carry_on(places, table, work, ratio)
+            if last > 0.0 and not abs(h / last - ratio) < TUNING.equal_within:
+                ratio = h / last
+                carry_on(places, table, work, ratio)
             guess(equations, places, work, old, last > 0.0, at_start)
             scale, slope_roundoff = scales(equations, h, y, sizes, reach, tolerance)
             change_weight = tuple(lanes(h) / x for x in scale)
@@ -164,9 +164,7 @@ def advance_eight(
                 wanted_step, steps_left, rejected = TUNING.shrink * h, 0.0, True
                 continue
 
-            change, sizes, worst = end_of_step(
-                equations, h, y, compensation, table, work, new, scale, slope_roundoff
-            )
+            change, sizes, worst = end_of_step(equations, h, y, compensation, table, work, new, scale, slope_roundoff)
             worst *= TUNING.error_factor * h / (tolerance * fine_ratio**4)
             grow = TUNING.safety / root_15(max(worst, TUNING.tiny))
             if not worst <= TUNING.most_error:
@@ -185,7 +183,7 @@ def advance_eight(
                 finite = lanes(0.0)
                 for x in y:
                     finite = finite + abs(x - x)
-                failed = failed or not highest(finite) == 0.0
+                failed = failed or highest(finite) != 0.0
                 for i in range(some):
                     for m in equations.moving:
                         out[first + i, sample, m] = lane(y[m], i)
@@ -208,7 +206,7 @@ def advance_eight(
 
 def signs(equations: Equations, y: Vectors, t: float, k: Numbers) -> Vectors:
     """The divisors that may change their sign."""
-    return equations.poles(y, equations.forcing(lanes(t), k), k) if equations.divisors else ()  # type: ignore[no-any-return]
+    return equations.poles(y, equations.forcing(lanes(t), k), k) if equations.divisors else ()
 
 
 def highest_of(values: Vectors) -> Lanes:
@@ -216,7 +214,7 @@ def highest_of(values: Vectors) -> Lanes:
     found = lanes(0.0)
     for x in values:
         found = larger(found, abs(x))
-    return found  # type: ignore[no-any-return]
+    return found
 
 
 def carry_on(places: Work, table: Table, work: Table, ratio: float) -> None:
@@ -263,9 +261,10 @@ def scales(
     roundoff = lanes(TUNING.slope_roundings * ROUNDOFF / (h * h)) * reach if equations.second_order else lanes(0.0)
     share = max(TUNING.least_share, TUNING.scale_roundings * ROUNDOFF / tolerance)
     least = larger(lanes(h * share) * highest_of(sizes), lanes(h) * roundoff)
-    v = rates(equations, y)  # type: ignore[arg-type]
+    v = rates(equations, y)
     found = tuple(
-        larger(larger(larger(abs(v[i]), lanes(h) * sizes[i]), least), lanes(TUNING.tiny)) for i in range(equations.count)
+        larger(larger(larger(abs(v[i]), lanes(h) * sizes[i]), least), lanes(TUNING.tiny))
+        for i in range(equations.count)
     )
     return found, roundoff
 
@@ -315,7 +314,7 @@ def applied(table: Table, matrix: int, j: int, r: Vectors) -> Lanes:
     found = lanes(table[matrix, j]) * r[0]
     for m in range(1, 8):
         found = fma(lanes(table[matrix + m, j]), r[m], found)
-    return found  # type: ignore[no-any-return]
+    return found
 
 
 def stage_vectors(equations: Equations, work: Table, first: int) -> tuple[Vectors, ...]:
@@ -373,7 +372,7 @@ def plain_round(
         for i in range(n):
             off = fma(abs(g[i] - row(work, new + n * j + i)), change_weight[i], off)
             put(work, new + n * j + i, g[i])
-    return off  # type: ignore[no-any-return]
+    return off
 
 
 def corrected_round(
@@ -435,7 +434,9 @@ def end_of_step(
     sharp turns.
     """
     n, zero = equations.count, lanes(0.0)
-    speeds, positions, sizes = (), (), ()
+    speeds: Vectors = ()
+    positions: Vectors = ()
+    sizes: Vectors = ()
     error = zero
     for i in range(n):
         a, b, e, p, c, d, s = zero, zero, zero, zero, zero, zero, zero
@@ -463,9 +464,9 @@ def end_of_step(
 
 def motion(equations: Equations, h: float, y: Vectors, sizes: Vectors) -> Lanes:
     """The largest relative change of a component in a step (see `gauss_fast_steps.motion`)."""
-    v = rates(equations, y)  # type: ignore[arg-type]
-    most, found = larger(highest_of(v), lanes(TUNING.tiny)), lanes(0.0)  # type: ignore[arg-type]
+    v = rates(equations, y)
+    most, found = larger(highest_of(v), lanes(TUNING.tiny)), lanes(0.0)
     for i in range(equations.count):
         below = larger(abs(v[i]) + lanes(TUNING.least_moving) * most, lanes(TUNING.tiny))
         found = larger(found, lanes(h) * sizes[i] / below)
-    return found  # type: ignore[no-any-return]
+    return found

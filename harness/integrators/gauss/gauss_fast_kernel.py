@@ -41,7 +41,7 @@ def compiled_ensemble(form: Form, parameters: int, dimension: int) -> tuple[Call
 
 def _compiled(found: Layout, method: Callable[..., int], signature: str, *known: Any) -> Callable[..., int]:
     """A method compiled for equations. It runs without Python's lock if it is the one for ensembles."""
-    functions = [emission.fingerprint(function) for function in (method, turned, turned_first, *ON_LANES.values())]
+    functions: list[Callable[..., Any]] = [method, turned, turned_first, *ON_LANES.values()]
 
     def emit() -> None:
         translation = emission.Translation(cold=COLD)
@@ -49,5 +49,5 @@ def _compiled(found: Layout, method: Callable[..., int], signature: str, *known:
         emission.define("compiled", signature, partial(translation.inline(method), equations, *known))
         machine.define_entry("entry", signature, "compiled", unlocked=method is advance_eight)
 
-    code = machine.code("\n".join([signature, found.text(), *functions]), ("entry",), emit)
+    code = machine.code("\n".join([signature, found.text(), *map(emission.fingerprint, functions)]), ("entry",), emit)
     return machine.callable_at(code.addresses["entry"], method.__name__)

@@ -60,7 +60,15 @@ class Layout:
         values = reached(self.all_values)
         lines = [f"{x.index} {x.operation} {[describe(a) for a in x.arguments]}" for x in values]
         places = [(i, j, describe(x)) for i, j, x in self.derivatives]
-        facts = self.kind, [describe(x) for x in self.values], places, self.parameters, self.dimension, self.frozen, self.groups
+        facts = (
+            self.kind,
+            [describe(x) for x in self.values],
+            places,
+            self.parameters,
+            self.dimension,
+            self.frozen,
+            self.groups,
+        )
         return "\n".join([*lines, repr(facts)])
 
 
@@ -78,7 +86,12 @@ class Equations(Staged):
         functions: Mapping[str, Callable[..., Any]] = PLAIN,
     ) -> None:
         super().__init__(layout.all_values, layout.poles, bind, functions)
-        self.count, self.groups, self.frozen, self.parameters = layout.count, layout.groups, layout.frozen, layout.parameters
+        self.count, self.groups, self.frozen, self.parameters = (
+            layout.count,
+            layout.groups,
+            layout.frozen,
+            layout.parameters,
+        )
         self.second_order, self.with_velocity = layout.second_order, layout.kind == WITH_VELOCITY
         self.moving = tuple(i for i in range(layout.dimension) if i not in layout.frozen)
         self.derivatives = tuple((n, i, j) for n, (i, j, _) in enumerate(layout.derivatives, layout.count))

@@ -6,6 +6,8 @@ with the eight stages in its eight lanes. The functions run on arrays of NumPy; 
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 from gnomon.harness.integrators.gauss.gauss_fast_constants import (
     ENDS,
     HIGHEST,
@@ -39,6 +41,12 @@ from gnomon.harness.integrators.gauss.lanes import (
 
 Vectors = tuple[Lanes, ...]
 Numbers = tuple[float, ...]
+T = TypeVar("T", float, Lanes)
+
+
+def rates(equations: Equations, y: tuple[T, ...]) -> tuple[T, ...]:
+    """The quantity whose time derivatives the slopes are: the velocity, or the state of first-order equations."""
+    return y[equations.count :] if equations.second_order else y
 
 
 # Sums over the stages --------------------------------------------------------------------------------------------------
@@ -66,7 +74,7 @@ def weighted_exactly(f: Lanes, splitter: float, table: Table, weights: int) -> t
     return total(high), total(minus(parts, high) + fma(f, row(table, weights + LOW), fma(f, w, -parts)))
 
 
-def summed(y: float, change: float) -> tuple[float, float]:
+def summed(y: T, change: T) -> tuple[T, T]:
     """The sum of two numbers or lanes, and its rounding residual."""
     end = y + change
     back = end - y
@@ -193,9 +201,9 @@ def convergence(
     round-off do not shrink. `rounds` becomes negative if the iteration does not converge.
     """
     done = False
-    if change * max(rate, assumed_rate) <= allowed_change and rate < TUNING.slow:
-        done = True
-    elif change < noise and (rate > TUNING.slow or rounds > TUNING.many):
+    if (change * max(rate, assumed_rate) <= allowed_change and rate < TUNING.slow) or (
+        change < noise and (rate > TUNING.slow or rounds > TUNING.many)
+    ):
         done = True
     elif not change < MOST_CHANGE or rounds == MOST_ROUNDS or (rounds > TUNING.settling and rate > TUNING.slow):
         done, rounds = True, -rounds

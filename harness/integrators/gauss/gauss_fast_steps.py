@@ -60,10 +60,11 @@ from gnomon.harness.integrators.gauss.gauss_fast_stages import (
     next_state,
     next_state_exactly,
     powers,
+    rates,
     stages,
     sums,
 )
-from gnomon.harness.integrators.gauss.lanes import Table, fma, lane, lanes, lanes, larger, products, row, total, turns
+from gnomon.harness.integrators.gauss.lanes import Table, fma, lane, lanes, larger, products, row, total, turns
 
 
 def advance(
@@ -200,11 +201,6 @@ def at_rest(equations: Equations, y: Numbers, t: float, k: Numbers) -> Vectors:
     return tuple(lanes(lane(g[i], 0)) for i in range(equations.count))
 
 
-def rates(equations: Equations, y: Numbers) -> Numbers:
-    """The quantity whose time derivatives the slopes are: the velocity, or the state of first-order equations."""
-    return y[equations.count :] if equations.second_order else y
-
-
 def largest_of(values: Numbers) -> float:
     found = 0.0
     for x in values:
@@ -318,11 +314,11 @@ def sample_at(
 ) -> tuple[bool, int, Numbers]:  # fmt: skip
     """A sample by a separate step of length `part` from the start of the step in which it lies.
 
-    The stage polynomial of the whole step gives the first guess. A sample has the order of the end of a step, and the
-    steps do not depend on the samples. It is compiled as a function of its own: in line it slows the steps.
+        The stage polynomial of the whole step gives the first guess. A sample has the order of the end of a step, and the
+        steps do not depend on the samples. It is compiled as a function of its own: in line it slows the steps.
 
-    As the step has converged, its samples usually converge too, though a change may
-XX the sample does not converge, the rounds, and the state.
+        As the step has converged, its samples usually converge too, though a change may
+    XX the sample does not converge, the rounds, and the state.
     """
     x = fma(lanes(part / step), row(table, NODES), lanes(-1.0))
     near = tuple(at(m, x) for m in monomials)

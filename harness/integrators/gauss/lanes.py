@@ -14,10 +14,10 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from gnomon.harness.integrators.gauss.gauss_fast_constants import SCRATCH, SCRATCH_ROWS
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.emission import primitive
-from gnomon.harness.kernels.ir import POINTER, B, D, I, V, convert, exact, here
-from gnomon.harness.integrators.gauss.gauss_fast_constants import SCRATCH, SCRATCH_ROWS
+from gnomon.harness.kernels.ir import INTEGER, POINTER, REAL, TRUTH, VECTOR, convert, exact, here
 from numpy.typing import NDArray
 
 Lanes = NDArray[np.float64]
@@ -38,20 +38,20 @@ def _emit(kind: str, operation: str, *given: Any) -> Any:
 
 
 def _vectors(*given: Any) -> list[Any]:
-    return [convert(x, V) for x in given]
+    return [convert(x, VECTOR) for x in given]
 
 
 # Numbers and lanes -----------------------------------------------------------------------------------------------------
 
 
-def lanes(x: Any) -> Any:
+def lanes(x: float | Lanes) -> Lanes:
     """A number in every lane; lanes stay as they are."""
-    return np.full(WIDTH, x) if np.ndim(x) == 0 else x
+    return x if isinstance(x, np.ndarray) else np.full(WIDTH, x)
 
 
 @primitive(lanes)
 def _(x: Any) -> Any:
-    return convert(x, V)
+    return convert(x, VECTOR)
 
 
 def lane(a: Lanes, index: int) -> float:
@@ -61,7 +61,7 @@ def lane(a: Lanes, index: int) -> float:
 
 @primitive(lane)
 def _(a: Any, index: Any) -> Any:
-    return _emit(D, "extractelement {}, i64 {}", a.typed, convert(index, I))
+    return _emit(REAL, "extractelement {}, i64 {}", a.typed, convert(index, INTEGER))
 
 
 def with_lane(a: Lanes, index: int, x: float) -> Lanes:
@@ -73,7 +73,13 @@ def with_lane(a: Lanes, index: int, x: float) -> Lanes:
 
 @primitive(with_lane)
 def _(a: Any, index: Any, x: Any) -> Any:
-    return _emit(V, "insertelement {}, {}, i64 {}", convert(a, V).typed, convert(x, D).typed, convert(index, I))
+    return _emit(
+        VECTOR,
+        "insertelement {}, {}, i64 {}",
+        convert(a, VECTOR).typed,
+        convert(x, REAL).typed,
+        convert(index, INTEGER),
+    )
 
 
 def turns(count: int) -> range:
@@ -83,7 +89,7 @@ def turns(count: int) -> range:
 
 @primitive(turns)
 def _(count: int) -> Any:
-    return ir.range_(ir.Value(I, str(count)))
+    return ir.range_(ir.Value(INTEGER, str(count)))
 
 
 # Arithmetic ------------------------------------------------------------------------------------------------------------
@@ -96,7 +102,8 @@ def fma(a: Lanes, b: Lanes, c: Lanes) -> Lanes:
     rest = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
     found = product + c
     part = found - product
-    return found + (((product - (found - part)) + (c - part)) + rest)
+    whole: Lanes = found + (((product - (found - part)) + (c - part)) + rest)
+    return whole
 
 
 def _halves(x: Any) -> tuple[Any, Any]:
@@ -106,7 +113,7 @@ def _halves(x: Any) -> tuple[Any, Any]:
 
 @primitive(fma)
 def _(a: Any, b: Any, c: Any) -> Any:
-    return ir.call("llvm.fma.v8f64", V, *_vectors(a, b, c))
+    return ir.call("llvm.fma.v8f64", VECTOR, *_vectors(a, b, c))
 
 
 def fused(a: float, b: float, c: float) -> float:
@@ -116,7 +123,7 @@ def fused(a: float, b: float, c: float) -> float:
 
 @primitive(fused)
 def _(a: Any, b: Any, c: Any) -> Any:
-    return ir.call("llvm.fma.f64", D, *(convert(x, D) for x in (a, b, c)))
+    return ir.call("llvm.fma.f64", REAL, *(convert(x, REAL) for x in (a, b, c)))
 
 
 def minus(a: Any, b: Any) -> Any:
@@ -138,9 +145,9 @@ def over(a: Lanes, b: Lanes, c: Lanes) -> Lanes:
 def _(a: Any, b: Any, c: Any) -> Any:
     a, b, c = _vectors(a, b, c)
     found = exact("mul", a, c)
-    negative = _emit(V, "fneg {}", found.typed)
-    left = ir.call("llvm.fma.v8f64", V, negative, b, a)
-    return ir.call("llvm.fma.v8f64", V, left, c, found)
+    negative = _emit(VECTOR, "fneg {}", found.typed)
+    left = ir.call("llvm.fma.v8f64", VECTOR, negative, b, a)
+    return ir.call("llvm.fma.v8f64", VECTOR, left, c, found)
 
 
 def root(a: Lanes) -> Lanes:
@@ -151,7 +158,7 @@ def root(a: Lanes) -> Lanes:
 
 @primitive(root)
 def _(a: Any) -> Any:
-    return ir.call("llvm.sqrt.v8f64", V, convert(a, V))
+    return ir.call("llvm.sqrt.v8f64", VECTOR, convert(a, VECTOR))
 
 
 def larger(a: Lanes, b: Lanes) -> Lanes:
@@ -167,7 +174,7 @@ def _(a: Any, b: Any) -> Any:
 
 
 def _select(condition: Any, a: Any, b: Any) -> Any:
-    return _emit(V, "select {}, {}, {}", condition.typed, a.typed, b.typed)
+    return _emit(VECTOR, "select {}, {}, {}", condition.typed, a.typed, b.typed)
 
 
 def all_within(a: Lanes, limit: float) -> bool:
@@ -177,8 +184,8 @@ def all_within(a: Lanes, limit: float) -> bool:
 
 @primitive(all_within)
 def _(a: Any, limit: Any) -> Any:
-    each = _emit(TRUTHS, "fcmp ole {}, {}", a.typed, convert(limit, V))
-    return _emit(B, "icmp eq i8 {}, -1", _emit("i8", "bitcast {} to i8", each.typed))
+    each = _emit(TRUTHS, "fcmp ole {}, {}", a.typed, convert(limit, VECTOR))
+    return _emit(TRUTH, "icmp eq i8 {}, -1", _emit("i8", "bitcast {} to i8", each.typed))
 
 
 # Sums over lanes -------------------------------------------------------------------------------------------------------
@@ -190,7 +197,7 @@ def _turned(a: Any, half: int) -> Any:
 
 def _shuffled(a: Any, b: Any, order: Sequence[int]) -> Any:
     mask = ", ".join(f"i32 {i}" for i in order)
-    return _emit(V, "shufflevector {}, {}, <8 x i32> <{}>", a.typed, b.typed, mask)
+    return _emit(VECTOR, "shufflevector {}, {}, <8 x i32> <{}>", a.typed, b.typed, mask)
 
 
 def total(a: Lanes) -> float:
@@ -204,7 +211,7 @@ def total(a: Lanes) -> float:
 def _(a: Any) -> Any:
     for half in (4, 2, 1):
         a = exact("add", a, _turned(a, half))
-    return _emit(D, "extractelement {}, i64 0", a.typed)
+    return _emit(REAL, "extractelement {}, i64 0", a.typed)
 
 
 def totals(a: Lanes, b: Lanes, c: Lanes, d: Lanes) -> Lanes:
@@ -237,7 +244,7 @@ def _(a: Any) -> Any:
         unordered = _emit(TRUTHS, "fcmp uno {}, {}", b.typed, b)
         above = _emit(TRUTHS, "fcmp ogt {}, {}", b.typed, a)
         a = _select(_emit(TRUTHS, "or {}, {}", unordered.typed, above), b, a)
-    return _emit(D, "extractelement {}, i64 0", a.typed)
+    return _emit(REAL, "extractelement {}, i64 0", a.typed)
 
 
 # Rows of a table -------------------------------------------------------------------------------------------------------
@@ -251,11 +258,11 @@ def row(table: Table, index: int) -> Lanes:
 
 @primitive(row)
 def _(table: Any, index: Any) -> Any:
-    return _emit(V, "load <8 x double>, ptr {}, align 8", _place(table, index))
+    return _emit(VECTOR, "load <8 x double>, ptr {}, align 8", _place(table, index))
 
 
 def _place(table: Any, index: Any) -> Any:
-    return _emit(POINTER, "getelementptr <8 x double>, ptr {}, i64 {}", table.pointer, convert(index, I))
+    return _emit(POINTER, "getelementptr <8 x double>, ptr {}, i64 {}", table.pointer, convert(index, INTEGER))
 
 
 def put(table: Table, index: int, a: Lanes) -> None:
@@ -265,7 +272,7 @@ def put(table: Table, index: int, a: Lanes) -> None:
 
 @primitive(put)
 def _(table: Any, index: Any, a: Any) -> None:
-    here().do(f"store {convert(a, V).typed}, ptr {_place(table, index)}, align 8")
+    here().do(f"store {convert(a, VECTOR).typed}, ptr {_place(table, index)}, align 8")
 
 
 def products(table: Table, first: int, vectors: tuple[Lanes, ...]) -> tuple[Lanes, ...]:
@@ -300,17 +307,17 @@ def _(table: Any, first: Any, vectors: Any) -> Any:
     starts = [_hidden(_place(table, SCRATCH + i), vector) for i, vector in enumerate(vectors)]
     sums: list[list[Any]] = [[] for _ in vectors]
     for k in range(WIDTH):
-        column = _emit(V, "load <8 x double>, ptr {}, align 8", _place(table, first + k))
+        column = _emit(VECTOR, "load <8 x double>, ptr {}, align 8", _place(table, first + k))
         for vector, start, found in zip(vectors, starts, sums, strict=True):
             if k < SHUFFLED and len(vectors) < 3:
                 element = _shuffled(vector, vector, [k] * WIDTH)
             else:
                 place = _emit(POINTER, "getelementptr double, ptr {}, i64 {}", start, k)
-                element = convert(_emit(D, "load double, ptr {}, align 8", place), V)
+                element = convert(_emit(REAL, "load double, ptr {}, align 8", place), VECTOR)
             if k < chains:
                 found.append(exact("mul", column, element))
             else:
-                found[k % chains] = ir.call("llvm.fma.v8f64", V, column, element, found[k % chains])
+                found[k % chains] = ir.call("llvm.fma.v8f64", VECTOR, column, element, found[k % chains])
     while len(sums[0]) > 1:
         sums = [[exact("add", a, b) for a, b in zip(x[::2], x[1::2], strict=True)] for x in sums]
     return tuple(x[0] for x in sums)
@@ -332,7 +339,7 @@ def bits(x: float) -> int:
 
 @primitive(bits)
 def _(x: Any) -> Any:
-    return _emit(I, "bitcast {} to i64", convert(x, D).typed)
+    return _emit(INTEGER, "bitcast {} to i64", convert(x, REAL).typed)
 
 
 def double(n: int) -> float:
@@ -342,14 +349,14 @@ def double(n: int) -> float:
 
 @primitive(double)
 def _(n: Any) -> Any:
-    return _emit(D, "bitcast {} to double", convert(n, I).typed)
+    return _emit(REAL, "bitcast {} to double", convert(n, INTEGER).typed)
 
 
 def choose(counter: Lanes, even: Lanes, odd: Lanes) -> Lanes:
     """`even` or `odd` according to the lowest bit of the counter, with the sign reversed if the next bit is set."""
     which = counter.view(np.int64)
-    found = np.where(which & 1, odd, even).view(np.int64) ^ ((which & 2) << 62)
-    return found.view(np.float64)
+    found: Lanes = (np.where(which & 1, odd, even).view(np.int64) ^ ((which & 2) << 62)).view(np.float64)
+    return found
 
 
 @primitive(choose)
@@ -367,12 +374,13 @@ def _as_integers(a: Any) -> Any:
 
 
 def _as_doubles(a: Any) -> Any:
-    return _emit(V, "bitcast {} to <8 x double>", a.typed)
+    return _emit(VECTOR, "bitcast {} to <8 x double>", a.typed)
 
 
 def scale(counter: Lanes, a: Lanes) -> Lanes:
     """a * 2^n for results that are normal numbers; n stands in the lowest bits of the counter."""
-    return (a.view(np.int64) + (counter.view(np.int64) << 52)).view(np.float64)
+    found: Lanes = (a.view(np.int64) + (counter.view(np.int64) << 52)).view(np.float64)
+    return found
 
 
 @primitive(scale)
@@ -406,8 +414,8 @@ def _each(name: str) -> Callable[..., Any]:
     def lane_by_lane(*given: Any) -> Any:
         found = given[0]
         for i in range(WIDTH):
-            numbers = [_emit(D, "extractelement {}, i64 {}", x.typed, i) for x in given]
-            found = _emit(V, "insertelement {}, {}, i64 {}", found.typed, emission.MATH[name](*numbers).typed, i)
+            numbers = [_emit(REAL, "extractelement {}, i64 {}", x.typed, i) for x in given]
+            found = _emit(VECTOR, "insertelement {}, {}, i64 {}", found.typed, emission.MATH[name](*numbers).typed, i)
         return found
 
     lane_by_lane.__name__ = f"{name}_of_each_lane"

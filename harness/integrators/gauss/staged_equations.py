@@ -19,7 +19,7 @@ from gnomon.harness.kernels.traced import ROUND, RUN, STEP, Node, Value, level, 
 EXPENSIVE = {"/", "**", *FUNCTIONS}
 """Operations that take several times longer than a product."""
 
-ON_LANES: dict[str, Callable[..., Any]] = {"sin": sin_lanes, "cos": cos_lanes, "exp": exp_lanes, "sqrt": root}
+ON_LANES: dict[str, Callable[..., Lanes]] = {"sin": sin_lanes, "cos": cos_lanes, "exp": exp_lanes, "sqrt": root}
 """The functions on lanes that are not computed lane by lane."""
 
 Turn = Callable[[Lanes, int], tuple[Lanes, Lanes, Near]]
@@ -46,7 +46,8 @@ class Staged:
         self.stages = [[x for x in every if x.level == stage and x.arguments] for stage in (RUN, STEP, ROUND)]
         self.variables = [x for x in every if not x.arguments]
         last: dict[Value, int] = {}
-        for at, x in [(x.level, y) for x in every for y in (*x.arguments, *inverses(x))] + [(ROUND, x) for x in values]:
+        users = [(x.level, y) for x in every for y in (*x.arguments, *inverses(x))] + [(ROUND, x) for x in values]
+        for at, x in users:
             last[x] = max(at, last.get(x, RUN))
         self.lent = [[x for x in every if x.level == stage < last[x]] for stage in (RUN, STEP)]
         self.pairs = pairs(list(every))

@@ -10,7 +10,6 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-import outside_subset
 import pytest
 import subset_functions
 from gnomon.harness.kernels import emission, ir, machine
@@ -23,10 +22,10 @@ REAL = st.floats(-3.0, 3.0)
 
 
 def compiled(plain: FunctionType) -> Callable[..., Any]:
-    return machine.function(plain, SIGNATURE, ir.D)
+    return machine.function(plain, SIGNATURE, ir.REAL)
 
 
-@pytest.mark.parametrize("plain", subset_functions.FUNCTIONS, ids=lambda plain: plain.__name__)
+@pytest.mark.parametrize("plain", subset_functions.INSIDE, ids=lambda plain: plain.__name__)
 @settings(max_examples=60)
 @given(x=st.integers(3, 9).flatmap(lambda size: arrays(float, size, elements=REAL)), n=st.integers(1, 8), a=REAL)
 def test_the_numbers_are_those_of_python(plain: FunctionType, x: Any, n: int, a: float) -> None:
@@ -36,7 +35,7 @@ def test_the_numbers_are_those_of_python(plain: FunctionType, x: Any, n: int, a:
     assert np.array_equal(x, before)
 
 
-@pytest.mark.parametrize("plain", subset_functions.FUNCTIONS, ids=lambda plain: plain.__name__)
+@pytest.mark.parametrize("plain", subset_functions.INSIDE, ids=lambda plain: plain.__name__)
 def test_nan_takes_the_branches_that_it_takes_in_python(plain: FunctionType) -> None:
     if plain is subset_functions.integers:
         pytest.skip("int(nan) raises in Python and is undefined in compiled code")
@@ -45,16 +44,16 @@ def test_nan_takes_the_branches_that_it_takes_in_python(plain: FunctionType) -> 
         assert compiled(plain)(x, 3, a) == pytest.approx(plain(x.copy(), 3, a), rel=1e-13, nan_ok=True)
 
 
-@pytest.mark.parametrize("plain", outside_subset.FUNCTIONS, ids=lambda plain: plain.__name__)
+@pytest.mark.parametrize("plain", subset_functions.OUTSIDE, ids=lambda plain: plain.__name__)
 def test_a_refusal_names_the_line_and_the_reason(plain: FunctionType) -> None:
     with pytest.raises(ir.Subset) as refusal:
         compiled(plain)
     first = plain.__code__.co_firstlineno
-    lines = Path(outside_subset.__file__).read_text().splitlines()
+    lines = Path(subset_functions.__file__).read_text().splitlines()
     own = lines[first - 1 : first + 8]
     line, reason = next((first + k, text.rpartition("# ")[2]) for k, text in enumerate(own) if "# " in text)
     assert reason in str(refusal.value)
-    assert Path(outside_subset.__file__).name in str(refusal.value)
+    assert Path(subset_functions.__file__).name in str(refusal.value)
     assert f"line {line}" in str(refusal.value)
 
 
@@ -112,12 +111,15 @@ def test_wrong_code_and_unknown_symbols_raise() -> None:
         machine.Code(machine.compiled("declare double @nowhere(double)\ndefine double @f() {\n  %x = call double @nowhere(double 1.0)\n  ret double %x\n}"), ("f",))  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["nowhere", "llvm.powi.f64.i32", "llvm.nothing.f64", "system"])
+@pytest.mark.parametrize(
+    "name",
+    ["nowhere", "system", "sin.f64", "llvm.powi.f64.i32", "llvm.nothing.f64", "llvm.sqrt.f32", "llvm.sqrt.f64.i32"],
+)
 def test_functions_that_are_not_listed_are_refused_while_emitting(name: str) -> None:
     """An intrinsic such as powi becomes a call of a compiler's library, which may be missing."""
 
     def emit() -> None:
-        emission.define("f", "float", lambda x: ir.call(name, ir.D, x), ir.D)
+        emission.define("f", "float", lambda x: ir.call(name, ir.REAL, x), ir.REAL)
 
     with pytest.raises(ir.Subset, match=f"{name} is not a function that compiled code may call"):
         machine.code(f"a call of {name}", ("f",), emit)
@@ -125,7 +127,7 @@ def test_functions_that_are_not_listed_are_refused_while_emitting(name: str) -> 
 
 def test_the_c_function_at_an_address() -> None:
     def emit() -> None:
-        emission.define("double_it", "float", lambda x: 2.0 * x, ir.D)
+        emission.define("double_it", "float", lambda x: 2.0 * x, ir.REAL)
 
     found = machine.code("double it", ("double_it",), emit)
     assert ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(found.addresses["double_it"])(21.0) == 42.0
@@ -140,7 +142,7 @@ if {kept}:
     def never(*_): raise AssertionError("compiled anew")
     machine.compiled = never
 import numpy
-print(machine.function(subset_functions.loops, "float[1] int float", ir.D)(numpy.ones(4), 3, 2.0))
+print(machine.function(subset_functions.loops, "float[1] int float", ir.REAL)(numpy.ones(4), 3, 2.0))
 """
 
 
@@ -165,3 +167,15 @@ def test_a_change_of_what_a_function_uses_changes_its_key(monkeypatch: pytest.Mo
     other = emission.fingerprint(subset_functions.loops)
     monkeypatch.setattr(subset_functions, "helper", subset_functions.early)
     assert emission.fingerprint(subset_functions.loops) != other
+
+
+def test_a_change_of_what_emits_a_function_changes_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A primitive has source of its own, in any module; tracing replaces functions in `cases`."""
+    before, emitter = emission.fingerprint(subset_functions.loops), emission.emitter()
+    monkeypatch.setitem(emission.PRIMITIVES, subset_functions.helper, emission.power)
+    changed = emission.fingerprint(subset_functions.loops)
+    monkeypatch.setitem(emission.PRIMITIVES, subset_functions.helper, emission.nearest)
+    assert len({before, changed, emission.fingerprint(subset_functions.loops)}) == 3
+    read = Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path.name == "arithmetic.py"))
+    assert emission.emitter.__wrapped__() != emitter
