@@ -14,8 +14,7 @@ def doctor() -> None:
 def environment_table() -> Table:
     """The machine, versions, and the folders of caches."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.kernels import numba_fallback
-    from gnomon.harness.kernels.generated_modules import cache_folder
+    from gnomon.harness.kernels.compiling import cache_folder
     from gnomon.harness.registry import environment
     from gnomon.harness.system.limitations import limitations
     from gnomon.reference.storage import diskcache
@@ -23,8 +22,7 @@ def environment_table() -> Table:
     table = Table("what", "found", title="Environment", show_header=False)
     for name, value in environment.describe().items():
         table.add_row(name, value)
-    slower = "; numba's own cache, which loads more slowly: this version of numba is not known"
-    table.add_row("compiled equations", f"{cache_folder()}{'' if numba_fallback.known() else slower}")
+    table.add_row("compiled equations", str(cache_folder()))
     table.add_row("exact results", str(diskcache.folder()))
     for what, consequence in limitations().items():
         table.add_row(what, consequence)

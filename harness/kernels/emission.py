@@ -261,6 +261,18 @@ def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None
     return visit(function) + "\n" + "\n".join(seen.values())
 
 
+def read(function: Callable[..., Any]) -> None:
+    """Rewrite the sources of a function and of all that it uses, once in a process."""
+    for used in uses(function).values():
+        if isinstance(used, FunctionType) and used not in PRIMITIVES and used not in _read:
+            _read.add(used)
+            read(used)
+    rewriting.rewritten(function)
+
+
+_read: set[Callable[..., Any]] = set()
+
+
 @cache
 def emitter() -> str:
     """A hash of the modules that emit code: code that others have emitted is not used.

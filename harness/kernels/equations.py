@@ -9,7 +9,7 @@ import linecache
 import math
 import types
 from collections.abc import Callable, Sequence
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,14 +17,6 @@ from gnomon.cases.core import forms
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.kernels import emission, ir, machine
-
-OPTIONS = 'error_model="numpy", fastmath={"contract"}'
-INNER = f"{OPTIONS}, no_cpython_wrapper=True, no_cfunc_wrapper=True"
-"""Options of a function that only compiled code calls. They omit its entry points for Python and C, which would take
-numba an eighth of the time of compilation."""
-SIGNATURE = "void(float64, float64[::1], float64[::1], float64[::1])"
-IMPORTS = ["import numpy as np", "from numba import carray, njit"]
-C_SIGNATURE = "void(float64, CPointer(float64), CPointer(float64), CPointer(float64))"
 
 Body = Callable[[ir.Value, ir.Array, ir.Array, ir.Array], None]
 
@@ -93,23 +85,6 @@ def entries() -> machine.Code:
         machine.define_entry("array", signature, "call", "void", own=4, returns=True)
 
     return machine.code("entries of equations", ("pointer", "array"), emit)
-
-
-def compiled(source: str, name: str, signature: str = "") -> Any:
-    """The function `name` of a generated module, compiled for `signature`, or else for the signature in the source."""
-    return keeper().function(source, name, signature)
-
-
-@cache
-def keeper() -> Any:
-    """The module that compiles and keeps functions: `machine_code` for known versions of numba, else `numba_fallback`."""
-    from gnomon.harness.kernels import numba_fallback  # loads numba
-
-    if not numba_fallback.known():
-        return numba_fallback
-    from gnomon.harness.kernels import machine_code
-
-    return machine_code
 
 
 def right_hand_side(problem: Problem) -> Kernel:

@@ -13,7 +13,7 @@ from typing import Any
 import llvmlite
 import numpy as np
 from gnomon.harness.kernels import emission, ir
-from gnomon.harness.kernels.generated_modules import announced, cache_folder
+from gnomon.harness.kernels.compiling import announced, cache_folder
 from gnomon.harness.kernels.ir import INTEGER, POINTER, REAL, TRUTH, Value
 from gnomon.reference.storage import cachefolder
 from llvmlite import binding as llvm

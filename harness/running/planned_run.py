@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
-from gnomon.harness.kernels.generated_modules import cache_folder
+from gnomon.harness.kernels.compiling import cache_folder
 from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import declaration, environment, lookup, references, selection

@@ -14,27 +14,19 @@ from gnomon.harness.system.streams import open_standard_streams, redirect_output
 
 def _import_everything() -> None:
     from gnomon.harness.adapters.libraries import LIBRARIES  # these imports may fail, which `_start` reports
-    from gnomon.harness.kernels.equations import keeper
+    from gnomon.harness.integrators.gauss import gauss_fast_kernel
     from gnomon.harness.registry import lookup
 
     from gnomon import cases
 
     declared = [name for library in LIBRARIES.values() for name in library.preload]
-    for name in ("gnomon.harness.running.worker", "numba", *declared):
+    for name in ("gnomon.harness.running.worker", *declared):
         with contextlib.suppress(ImportError):  # the plan gives trials of a missing library the status `not_installed`
             importlib.import_module(name)
     for name in cases.names():
         cases.case_class(name)
     lookup.everything()
-    keeper()
-    _warm_up()
-
-
-def _warm_up() -> None:
-    """Compile once: the first compilation builds numba's tables of types, which else takes 0.3 s in each worker."""
-    from numba import cfunc  # slow to load, and not needed in a process that compiles nothing
-
-    cfunc("float64(float64)")(lambda x: x)
+    gauss_fast_kernel.read_sources()
 
 
 def _quietly() -> None:

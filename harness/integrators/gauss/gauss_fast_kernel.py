@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from gnomon.cases.core.forms import Form
@@ -11,12 +13,15 @@ from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.integrators.gauss.gauss_fast_ensemble import advance_eight, work_of
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations, Layout, layout
 from gnomon.harness.integrators.gauss.gauss_fast_steps import advance
-from gnomon.harness.integrators.gauss.lanes_math import turned, turned_first
+from gnomon.harness.integrators.gauss.lanes_math import turned
 from gnomon.harness.integrators.gauss.staged_equations import ON_LANES
 from gnomon.harness.kernels import emission, machine
 
 SIGNATURE = "float[1] float[2] float[1] float[1] float float[2] int[1]"
 SIGNATURE_OF_EIGHT = "float[1] float[2] float[2] float[1] float float[3] int[1] float[2]"
+
+SOURCES = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
+"""A hash of the sources of the method, when they are loaded."""
 
 COLD = ("sample_at", "carry_on")
 """Functions that are called in few steps. In line they would slow all steps, Kepler's by up to 15 %."""
@@ -25,7 +30,7 @@ COLD = ("sample_at", "carry_on")
 @cached_by_content
 def compiled(form: Form, parameters: int, dimension: int) -> Callable[..., int]:
     """Compile `advance(parameters, table, initial, times, tolerance, out, stop)` for the equations of a form."""
-    return _compiled(layout(form, parameters, dimension), advance, SIGNATURE)
+    return compiled_for(layout(form, parameters, dimension), advance, SIGNATURE)
 
 
 @cached_by_content
@@ -36,12 +41,21 @@ def compiled_ensemble(form: Form, parameters: int, dimension: int) -> tuple[Call
     """
     found = layout(form, parameters, dimension, False)
     work = work_of(found.count, len(found.derivatives))
-    return _compiled(found, advance_eight, SIGNATURE_OF_EIGHT, work), work.rows
+    return compiled_for(found, advance_eight, SIGNATURE_OF_EIGHT, work), work.rows
 
 
-def _compiled(found: Layout, method: Callable[..., int], signature: str, *known: Any) -> Callable[..., int]:
-    """A method compiled for equations. It runs without Python's lock if it is the one for ensembles."""
-    functions: list[Callable[..., Any]] = [method, turned, turned_first, *ON_LANES.values()]
+def read_sources() -> None:
+    """Read and rewrite the sources of the method, which takes .1 s: processes that are forked from this one have them."""
+    functions: list[Callable[..., Any]] = [advance, advance_eight, turned, *ON_LANES.values()]
+    for function in functions:
+        emission.read(function)
+
+
+def compiled_for(found: Layout, method: Callable[..., int], signature: str, *known: Any) -> Callable[..., int]:
+    """A function of `Equations`, the values `known` and arrays, compiled for the equations of a layout.
+
+    The method for ensembles lets other threads of Python run.
+    """
 
     def emit() -> None:
         translation = emission.Translation(cold=COLD)
@@ -49,5 +63,6 @@ def _compiled(found: Layout, method: Callable[..., int], signature: str, *known:
         emission.define("compiled", signature, partial(translation.inline(method), equations, *known))
         machine.define_entry("entry", signature, "compiled", unlocked=method is advance_eight)
 
-    code = machine.code("\n".join([signature, found.text(), *map(emission.fingerprint, functions)]), ("entry",), emit)
+    key = "\n".join([emission.fingerprint(method), signature, found.text(), SOURCES])
+    code = machine.code(key, ("entry",), emit)
     return machine.callable_at(code.addresses["entry"], method.__name__)

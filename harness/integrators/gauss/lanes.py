@@ -286,7 +286,7 @@ def _chains(count: int) -> int:
 
 
 def _product(columns: Table, vector: Lanes, chains: int) -> Lanes:
-    sums = [columns[k] * vector[k] for k in range(chains)]
+    sums: list[Lanes] = [columns[k] * vector[k] for k in range(chains)]
     for k in range(chains, WIDTH):
         sums[k % chains] = fma(columns[k], np.full(WIDTH, vector[k]), sums[k % chains])
     while len(sums) > 1:

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from math import cos, sin
-from types import FunctionType
 from typing import Any
 
 import mpmath
@@ -22,8 +21,12 @@ from gnomon.harness.integrators.gauss import gauss_fast, gauss_fast_constants, g
 from gnomon.harness.integrators.gauss.gauss import integrals, nodes
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, extrapolation_weights, table
 from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
-from gnomon.harness.integrators.gauss.gauss_fast_layout import layout
-from gnomon.harness.kernels.generated_modules import load_module
+from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations, layout
+from gnomon.harness.integrators.gauss.gauss_fast_stages import next_state_exactly
+from gnomon.harness.integrators.gauss.lanes import each, power, put, root, row, totals
+from gnomon.harness.integrators.gauss.lanes_math import turned, turned_first
+from gnomon.harness.integrators.gauss.staged_equations import ON_LANES
+from gnomon.harness.kernels import machine
 from gnomon.harness.studies.growth import Subject, energy_errors
 from numpy.typing import NDArray
 
@@ -41,24 +44,20 @@ def rounded(name: str, variant: str | None) -> Case:
 
 
 def applied(function: Callable[[Any], Any], values: Floats) -> Floats:
-    """A function of `math` on eight lanes at a time."""
-    from gnomon.harness.integrators.gauss import lanes_math  # noqa: F401  it teaches numba these functions
-    from gnomon.harness.integrators.gauss.lanes import lane, row
-    from numba import njit
-
-    function = njit(function) if isinstance(function, FunctionType) else function
-
-    @njit
-    def run(rows: Any, out: Any) -> None:
-        for i in range(rows.shape[0]):
-            found = function(row(rows, i))
-            for j in range(8):
-                out[i, j] = lane(found, j)
-
+    """A compiled function of lanes, on eight values at a time."""
     rows = np.ascontiguousarray(values.reshape(-1, 8))
     out = np.empty_like(rows)
-    run(rows, out)
+    machine.function(on_rows, "float[2] float[2]", "void", replaced={"function": function})(rows, out)
     return out.ravel()
+
+
+def on_rows(rows: Any, out: Any) -> None:
+    for i in range(rows.shape[0]):
+        put(out, i, function(row(rows, i)))
+
+
+def function(x: Any) -> Any:
+    raise NotImplementedError
 
 
 def worst_ulp(found: Floats, exact: list[Any]) -> float:
@@ -86,7 +85,7 @@ def exact_values(name: str, kind: str) -> list[Any]:
 @pytest.mark.parametrize("name", ["sin", "cos"])
 def test_sine_and_cosine_of_lanes(name: str, kind: str) -> None:
     """Half an ulp for the last rounding, the rest for the polynomial's last product and the reduced argument."""
-    assert worst_ulp(applied(getattr(math, name), ARGUMENTS[kind]), exact_values(name, kind)) < 0.85
+    assert worst_ulp(applied(ON_LANES[name], ARGUMENTS[kind]), exact_values(name, kind)) < 0.85
 
 
 @pytest.mark.parametrize("name", ["sin", "cos"])
@@ -94,8 +93,6 @@ def test_sine_and_cosine_of_lanes(name: str, kind: str) -> None:
 def test_sine_and_cosine_from_a_nearby_angle(turn: float, name: str) -> None:
     """In units of 2^-53: a half for the last rounding, 0.35 for the nearby values (as above), 2^-5 for the added terms.
     Rounded nearby values would err by half an ulp more, and determine the rounding of a sum with few ulps."""
-    from gnomon.harness.integrators.gauss.lanes_math import turned, turned_first
-
     which = ("sin", "cos").index(name)
 
     def found(x: Any) -> Any:
@@ -119,14 +116,15 @@ def test_exponential_of_lanes(reach: float) -> None:
     values = RANDOM.uniform(-reach, reach, 4000)
     with mpmath.workprec(200):
         exact = [mpmath.exp(mpmath.mpf(x)) for x in values.tolist()]
-    assert worst_ulp(applied(math.exp, values), exact) < 0.9
+    assert worst_ulp(applied(ON_LANES["exp"], values), exact) < 0.9
 
 
 def test_four_sums_of_lanes_at_once() -> None:
-    from gnomon.harness.integrators.gauss.lanes import totals
+    def four(v: Any) -> Any:
+        return totals(v, v * v, v + 1.0, -v)
 
     x = RANDOM.uniform(-1, 1, 800)
-    found = applied(lambda v: totals(v, v * v, v + 1.0, -v), x).reshape(-1, 8)
+    found = applied(four, x).reshape(-1, 8)
     rows = x.reshape(-1, 8)
     expected = np.stack([rows.sum(1), (rows * rows).sum(1), (rows + 1).sum(1), -rows.sum(1)], axis=1)
     assert found == pytest.approx(np.hstack([expected, expected]), abs=1e-14)
@@ -134,9 +132,8 @@ def test_four_sums_of_lanes_at_once() -> None:
 
 def test_other_functions_and_operators_of_lanes() -> None:
     def mixed(x: Any) -> Any:
-        y = 2 * x - 1 / x + x**3 + x**-2 + x**0.5 - 3
-        y += math.atan2(x, 1.0) + math.sqrt(x) + math.tanh(x) - math.log(x)
-        return -y
+        y = 2 * x - 1 / x + power(x, 3) + power(x, -2) + power(x, 0.5) - 3
+        return -(y + each("atan2", x, 1.0) + root(x) + each("tanh", x) - each("log", x))
 
     x = RANDOM.uniform(1, 2, 800)
     expected = -(2 * x - 1 / x + x**3 + x**-2 + x**0.5 - 3 + np.arctan2(x, 1.0) + np.sqrt(x) + np.tanh(x) - np.log(x))
@@ -145,10 +142,17 @@ def test_other_functions_and_operators_of_lanes() -> None:
 
 
 def test_sums_of_lanes_are_rounded_one_by_one() -> None:
-    """As the compiled functions of `test_functions.py`: only a product and a sum may be contracted into one rounding."""
+    """Only a product and a sum may be contracted into one rounding."""
+
+    def back(v: Any) -> Any:
+        return (v + 1e16) - 1e16
+
+    def nothing(v: Any) -> Any:
+        return v - v
+
     x = RANDOM.uniform(1, 2, 800)
-    assert np.array_equal(applied(lambda v: (v + 1e16) - 1e16, x), (x + 1e16) - 1e16)
-    assert np.isnan(applied(lambda v: v - v, np.full(8, np.inf))).all()
+    assert np.array_equal(applied(back, x), (x + 1e16) - 1e16)
+    assert np.isnan(applied(nothing, np.full(8, np.inf))).all()
 
 
 def test_the_table_is_the_rounding_of_the_exact_method() -> None:
@@ -540,48 +544,40 @@ def test_energy_of_an_ensemble_walks_at_random_too(name: str) -> None:
     assert np.sqrt(np.mean(errors[:, -32:] ** 2)) < 2e-14
 
 
-StepSums = Callable[[str], tuple[Callable[..., Any], Floats, int, bool]]
-
-
-@pytest.fixture
-def step_sums(monkeypatch: pytest.MonkeyPatch) -> StepSums:
-    """For a case: `next_state_exactly` of its module, for slopes (count, 8); the table that it reads; count; is it q'' = a."""
-
-    def of(name: str) -> tuple[Callable[..., Any], Floats, int, bool]:
-        case = get(name).rounded()
-        problem = problem_of(case, GaussFast.accepts)
-        found = layout(problem.form, len(problem.parameters), problem.dimension)
-        with monkeypatch.context() as patched:
-            patched.setattr(gauss_fast_kernel, "compiled_function", lambda source, name: source)
-            given = (problem.form, len(problem.parameters), problem.dimension)
-            module = str(gauss_fast_kernel.compiled.__wrapped__(*given))
-        count = len(found.values)
-        vectors, splitter = (
-            "".join(part.format(i) for i in range(count)) for part in ("row(f, {}), ", "splitter[{}], ")
-        )
-        probe = (
-            "\n@njit\ndef probe(h, y, compensation, f, splitter, table):\n"
-            f"    return next_state_exactly(h, y, compensation, ({vectors}), ({splitter}), table)\n"
-        )
-        functions = module[: module.index("@njit", module.index("def next_state_exactly"))]
-        return load_module(functions + probe).probe, table(found.second_order), count, found.second_order
-
-    return of
+def end_of_step(
+    equations: Equations, h: float, y: Any, compensation: Any, f: Any, splitter: Any, table: Any, out: Any
+) -> int:
+    """`next_state_exactly` of slopes (count, 8): the state and the residual."""
+    y, compensation = (tuple(a[i] for i in range(len(equations.moving))) for a in (y, compensation))
+    slopes, splitters = (
+        tuple(row(f, i) for i in range(equations.count)),
+        tuple(splitter[i] for i in range(equations.count)),
+    )
+    end, residual = next_state_exactly(equations, h, y, compensation, slopes, splitters, table)
+    for i in range(len(end)):
+        out[0, i], out[1, i] = end[i], residual[i]
+    return 0
 
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "second_order_linear_ode", "euler_top"])
-def test_a_step_at_a_fine_tolerance_loses_no_rounding(name: str, step_sums: StepSums) -> None:
+def test_a_step_at_a_fine_tolerance_loses_no_rounding(name: str) -> None:
     """The new state plus its residual is y + h v + h^2 sum b (1 - c) a and v + h sum b a, each within 2^-95."""
-    probe, coefficients, count, second = step_sums(name)
+    problem = problem_of(get(name).rounded(), GaussFast.accepts)
+    found_layout = layout(problem.form, len(problem.parameters), problem.dimension)
+    signature = "float float[1] float[1] float[2] float[1] float[2] float[2]"
+    probe = gauss_fast_kernel.compiled_for(found_layout, end_of_step, signature)
+    count, second, coefficients = found_layout.count, found_layout.second_order, table(found_layout.second_order)
+    moving = 2 * count if second else count
     draw = np.random.default_rng(8)
     with mpmath.workdps(40):
         c = nodes(mpmath.mp, 8)
         b = integrals(mpmath.mp, c, mpmath.mpf(1))
         for _ in range(20):
-            y, compensation = draw.uniform(-2, 2, 2 * count), draw.uniform(-1e-16, 1e-16, 2 * count)
+            y, compensation = draw.uniform(-2, 2, moving), draw.uniform(-1e-16, 1e-16, moving)
             h = float(np.float32(draw.uniform(0.1, 1)))
             slopes = draw.uniform(-1, 1, (count, 1)) + draw.uniform(-0.1, 0.1, (count, 8))
-            found, residual = probe(h, tuple(y), tuple(compensation), slopes, 256 * np.abs(slopes[:, 0]), coefficients)
+            out = np.empty((2, moving))
+            probe(h, y, compensation, slopes, 256 * np.abs(slopes[:, 0]), coefficients, out)
             exactly = [mpmath.mpf(x) + mpmath.mpf(z) for x, z in zip(y, compensation, strict=True)]
             for i, f in enumerate(slopes.tolist()):
                 gained = h * mpmath.fdot(b, f)
@@ -592,7 +588,7 @@ def test_a_step_at_a_fine_tolerance_loses_no_rounding(name: str, step_sums: Step
                     exactly[count + i] += gained
                 else:
                     exactly[i] += gained
-            for x, z, true in zip(found, residual, exactly, strict=False):
+            for x, z, true in zip(*out, exactly, strict=True):
                 assert abs(z) < 2e-15
                 assert abs(mpmath.mpf(x) + mpmath.mpf(z) - true) < 2**-95
 

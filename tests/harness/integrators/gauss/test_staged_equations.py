@@ -1,4 +1,4 @@
-"""The code of traced equations for vectors, run on floats instead: the same numbers as the case's own functions."""
+"""Traced equations in stages, computed on floats instead of lanes: the same numbers as the case's own functions."""
 
 import math
 from collections.abc import Sequence
@@ -6,18 +6,18 @@ from typing import Any
 
 import pytest
 from case_equations import EVERY
+from gnomon.harness.integrators.gauss.staged_equations import Staged, expensive, poles, sign
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.staged_code import code, expensive, poles, sign
 from gnomon.harness.kernels.traced import Trace, traced
 
 
-def stand_ins() -> dict[str, Any]:
-    """The functions that generated code calls, on numbers instead of lanes."""
-    return {
-        "math": math, "lanes": float, "njit": lambda **_: lambda f: f, "sin_and_cos": lambda x: (math.sin(x), math.cos(x)),
-        "turned_first": lambda x: (math.sin(x), math.cos(x), (x, math.sin(x), math.cos(x))),
-        "over": lambda a, b, c: a / b,
-    }  # fmt: skip
+def staged(values: Sequence[Any], poles: Sequence[Any] = ()) -> Staged:
+    """The equations with the functions of Python in place of the functions of lanes."""
+    found = Staged(values, poles)
+    found.lanes, found.power, found.over, found.on_lanes = float, pow, lambda a, b, c: a / b, {}
+    found.each = lambda name, *given: getattr(math, name)(*given)
+    found.turned_first = lambda x: (math.sin(x), math.cos(x), (x, math.sin(x), math.cos(x)))
+    return found
 
 
 def evaluated(
@@ -27,14 +27,11 @@ def evaluated(
     parameters: Sequence[float],
     groups: Sequence[Sequence[int]] = (),
 ) -> tuple[float, ...]:
-    """The generated code run on floats; with groups, their values one group after the other."""
-    generated = "".join(code(values, groups)).replace(", INNER", "")
-    space = stand_ins()
-    exec(generated, space)
-    k = space["constants"](parameters)
-    w = space["forcing"](t, k)
-    names = [f"slopes_{n}" for n in range(len(groups))] or ["slopes"]
-    return tuple(x for name in names for x in space[name](state, w, k))
+    """The values at a state; with groups, one group after the other."""
+    equations = staged(values)
+    k = equations.constants(parameters)
+    w = equations.forcing(t, k)
+    return tuple(x for group in groups or [()] for x in equations.slopes(state, w, k, group))
 
 
 def traced_case(name: str) -> tuple[Trace, tuple[Any, ...]]:
@@ -43,7 +40,7 @@ def traced_case(name: str) -> tuple[Trace, tuple[Any, ...]]:
 
 
 @pytest.mark.parametrize("name", EVERY)
-def test_code_and_function_give_the_same_bits(name: str) -> None:
+def test_stages_and_function_give_the_same_bits(name: str) -> None:
     """In one part, and in groups."""
     _, values = traced_case(name)
     groups = [range(1, len(values), 2), range(0, len(values), 2)]
@@ -63,24 +60,23 @@ def test_later_rounds_compute_sine_and_cosine_from_the_first_round(name: str, pl
     trace, values = traced_case(name)
     t, state, parameters = EVERY[name].at_random(0)
     values += jacobian(values, [trace.state[place or 0]])
-    generated = "".join(code(values)).replace(", INNER", "")
-    asked = []
+    equations, asked = staged(values), []
 
     def turned(angle: float, near: tuple[float, float, float]) -> tuple[float, float, str]:
         asked.append((angle, *near))
         return math.sin(angle), math.cos(angle), "for the next"
 
-    space = stand_ins() | {"turned": turned}
-    exec(generated, space)
-    k = space["constants"](parameters)
-    w = space["forcing"](t, k)
-    assert ("slopes_again" in space) == (place is not None)
-    if place is None:
-        return
-    found, near = space["slopes_first"](state, w, k)
-    assert found == space["slopes"](state, w, k)
+    equations.turned = turned
+    k = equations.constants(parameters)
+    w = equations.forcing(t, k)
+    found, near = equations.slopes_first(state, w, k)
+    assert found == equations.slopes(state, w, k)
     moved = [x + 0.01 for x in state]
-    assert space["slopes_again"](moved, w, k, near) == (space["slopes"](moved, w, k), ("for the next",))
+    expected = equations.slopes(moved, w, k)
+    if place is None:
+        assert (near, equations.slopes_again(moved, w, k, near), asked) == ((), (expected, ()), [])
+        return
+    assert equations.slopes_again(moved, w, k, near) == (expected, ("for the next",))
     assert asked == [(moved[place], state[place], math.sin(state[place]), math.cos(state[place]))]
 
 
@@ -94,11 +90,9 @@ def test_poles_are_divisors_that_may_change_their_sign() -> None:
     assert poles([y / z for z in kept]) == ()
     assert poles([x**3 + y * sine, root**-3]) == ()
     below = poles([1 / x, 1 / (y - p)])
-    generated = "".join(code([1 / x, 1 / (y - p)], (), below)).replace(", INNER", "")
-    space = stand_ins()
-    exec(generated, space)
-    k = space["constants"]([0.25])
-    assert space["poles"]([2.0, 3.0], space["forcing"](0.0, k), k) == (2.0, 2.75)
+    equations = staged([1 / x, 1 / (y - p)], below)
+    k = equations.constants([0.25])
+    assert equations.poles([2.0, 3.0], equations.forcing(0.0, k), k) == (2.0, 2.75)
 
 
 def test_signs_that_are_known() -> None:
@@ -118,8 +112,12 @@ def test_a_vector_is_divided_by_a_number_with_its_inverse_of_an_earlier_stage() 
     """So a round has no division. Numbers of the text, and vectors, are divided as they are."""
     trace = Trace(2, 1)
     (x, y), (p,) = trace.state, trace.parameters
-    constants, forcing, slopes = code([x / p, y / trace.t, (x + y) / p])
-    assert constants.count("/") == forcing.count("/") == 1
-    assert slopes.count("over(") == 3
-    assert "/" not in slopes
+    equations = staged([x / p, y / trace.t, (x + y) / p])
+    divided = [[node.operation for node in stage].count("/") for stage in equations.stages]
+    assert divided == [1, 1, 3]
+    asked = []
+    equations.over = lambda a, b, c: asked.append((b, c)) or a / b
+    k = equations.constants([0.25])
+    assert equations.slopes([2.0, 3.0], equations.forcing(5.0, k), k) == (8.0, 3.0 / 5.0, 20.0)
+    assert asked == [(0.25, 4.0), (5.0, 0.2), (0.25, 4.0)]
     assert [expensive(z) for z in (x / p, x / 3, x / y, x * y, x**2)] == [False, True, True, False, True]

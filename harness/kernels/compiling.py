@@ -1,0 +1,29 @@
+"""The folder of kept machine code, and announcements of compilations."""
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import platformdirs
+
+WATCHERS: list[Callable[[bool], None]] = []
+"""Functions that are called with True before each compilation in this process and with False after it."""
+
+
+@contextmanager
+def announced() -> Iterator[None]:
+    """A context for a compilation: calls the watchers before it and after it, also after a compilation that fails."""
+    for watcher in WATCHERS:
+        watcher(True)
+    try:
+        yield
+    finally:
+        for watcher in WATCHERS:
+            watcher(False)
+
+
+def cache_folder() -> Path:
+    """The folder of kept machine code: under NUMBA_CACHE_DIR if that is set, else in the user's cache folder."""
+    root = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(root or platformdirs.user_cache_dir("gnomon")) / "kernels"
