@@ -1,6 +1,7 @@
 """The folder of kept machine code, and announcements of compilations."""
 
 import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,26 @@ def announced() -> Iterator[None]:
     finally:
         for watcher in WATCHERS:
             watcher(False)
+
+
+@contextmanager
+def shown(name: str) -> Iterator[None]:
+    """A context in which a terminal shows that `name` is compiled, while it is."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console  # 50 ms, for terminals only
+
+    status = Console(stderr=True).status(f"compiling {name}, once on this machine")
+
+    def watch(begins: bool) -> None:
+        status.start() if begins else status.stop()
+
+    WATCHERS.append(watch)
+    try:
+        yield
+    finally:
+        WATCHERS.remove(watch)
 
 
 def cache_folder() -> Path:

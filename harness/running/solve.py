@@ -8,6 +8,7 @@ from gnomon.cases.core.arithmetic import calling
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
 from gnomon.harness.contract.problem import first_taken
+from gnomon.harness.kernels.compiling import shown
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.registry import lookup
 
@@ -79,7 +80,7 @@ def solve(
     numbers = np.array(parameters, dtype=np.float64)
     form = _form(f, bool(len(numbers)), accelerations, integrator)
     problem = Problem(form, len(start), numbers, at, span / len(at), t0=float(t0))
-    with Prepared(integrator, problem, float(tolerance)) as solver:
+    with shown(integrator.id), Prepared(integrator, problem, float(tolerance)) as solver:
         found = solver(start[None])
     if found.stopped is not None:
         raise Refused(f"{integrator.id}: {found.stopped}")

@@ -23,7 +23,7 @@ SIGNATURE_OF_EIGHT = "float[1] float[2] float[2] float[1] float float[3] int[1] 
 SOURCES = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
 """A hash of the sources of the method, when they are loaded."""
 
-COLD = ("sample_at", "carry_on")
+COLD = ("sample_at", "carry_on", "turned_far")
 """Functions that are called in few steps. In line they would slow all steps, Kepler's by up to 15 %."""
 
 

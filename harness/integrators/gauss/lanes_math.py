@@ -89,6 +89,11 @@ def turned_first(a: Lanes) -> tuple[Lanes, Lanes, Near]:
     return sine, cosine, (a, sine, cosine, lanes(0.0), lanes(0.0))
 
 
+def turned_far(a: Lanes) -> tuple[Lanes, Lanes, Near]:
+    """The same where it is rarely needed: compiled as a function of its own."""
+    return turned_first(a)
+
+
 def turned(a: Lanes, near: Near) -> tuple[Lanes, Lanes, Near]:
     """Sine and cosine of a from sine and cosine of a nearby b, in half of the time, and `near` for the next angle.
 
@@ -99,7 +104,7 @@ def turned(a: Lanes, near: Near) -> tuple[Lanes, Lanes, Near]:
     b, sine, cosine, sine_low, cosine_low = near
     d = minus(a, b)
     if not all_within(abs(d), MOST_TURN):
-        return turned_first(a)
+        return turned_far(a)
     z = d * d
     s = fma(z * d, polynomial(z, (-1 / 6, 1 / 120, -1 / 5040)), d)
     c = z * polynomial(z, (-0.5, 1 / 24, -1 / 720))
