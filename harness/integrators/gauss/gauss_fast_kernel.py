@@ -44,6 +44,18 @@ def compiled_ensemble(form: Form, parameters: int, dimension: int) -> tuple[Call
     return compiled_for(found, advance_eight, SIGNATURE_OF_EIGHT, work), work.rows
 
 
+def on_arrays(form: Form, parameters: int, dimension: int) -> Callable[..., int]:
+    """The function that `compiled` compiles, on arrays of NumPy: for debuggers, at some milliseconds a step."""
+    return partial(advance, Equations(layout(form, parameters, dimension)))
+
+
+def ensemble_on_arrays(form: Form, parameters: int, dimension: int) -> tuple[Callable[..., int], int]:
+    """The same for `compiled_ensemble`."""
+    found = layout(form, parameters, dimension, False)
+    work = work_of(found.count, len(found.derivatives))
+    return partial(advance_eight, Equations(found), work), work.rows
+
+
 def read_sources() -> None:
     """Read and rewrite the sources of the method, which takes .1 s: processes that are forked from this one have them."""
     functions: list[Callable[..., Any]] = [advance, advance_eight, turned, *ON_LANES.values()]

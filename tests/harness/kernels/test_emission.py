@@ -1,6 +1,7 @@
 """Compiled plain functions give the numbers of Python, refuse what they cannot, and never end the process."""
 
 import ctypes
+import doctest
 import subprocess
 import sys
 import threading
@@ -179,3 +180,10 @@ def test_a_change_of_what_emits_a_function_changes_the_key(monkeypatch: pytest.M
     read = Path.read_bytes
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path.name == "arithmetic.py"))
     assert emission.emitter.__wrapped__() != emitter
+
+
+def test_the_examples_of_the_documentation() -> None:
+    page = Path(__file__).parents[3] / "docs" / "theory" / "machine_code.md"
+    found = doctest.testfile(str(page), module_relative=False)
+    assert found.attempted > 5
+    assert not found.failed

@@ -22,7 +22,7 @@ from gnomon.harness.integrators.gauss import (
 )
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, bandwidth, lines, table
 from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING, Tuning
-from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations, layout
+from gnomon.harness.integrators.gauss.gauss_fast_layout import layout
 from gnomon.harness.kernels import machine
 
 MODULES = (gauss_fast_control, gauss_fast_ensemble, gauss_fast_stages, gauss_fast_steps)
@@ -58,9 +58,8 @@ def test_arrays_of_numpy_and_compiled_code_give_the_same_states(name: str) -> No
     """At 1e-16, where only round-off is left: compiled code may contract a product and a sum into one rounding."""
     given, problem, start, _ = arguments(name)
     times, tolerance = problem.times[:5] / 4, 1e-16
-    coefficients, found = table(layout(*given).second_order, bandwidth(tolerance)), layout(*given)
-    results = []
-    for run in (gauss_fast_kernel.compiled(*given), lambda *a: gauss_fast_steps.advance(Equations(found), *a)):
+    coefficients, results = table(layout(*given).second_order, bandwidth(tolerance)), []
+    for run in (gauss_fast_kernel.compiled(*given), gauss_fast_kernel.on_arrays(*given)):
         out, stop = np.full((len(times), len(start)), np.nan), np.zeros(4, dtype=np.int64)
         run(problem.buffer, coefficients, start, times, tolerance, out, stop)
         assert stop[0] == 0
@@ -72,12 +71,9 @@ def test_arrays_of_numpy_and_compiled_code_give_the_same_states(name: str) -> No
 def test_the_same_for_an_ensemble_of_nine(name: str) -> None:
     """Of which eight share a vector, and one has the next vector alone."""
     given, problem, _, starts = arguments(name)
-    times, tolerance, found = problem.times[:2] / 4, 1e-16, layout(*given, False)
-    coefficients = table(found.second_order, bandwidth(tolerance))
-    run, rows = gauss_fast_kernel.compiled_ensemble(*given)
-    work = gauss_fast_ensemble.work_of(found.count, len(found.derivatives))
-    results = []
-    for one in (run, lambda *a: gauss_fast_ensemble.advance_eight(Equations(found), work, *a)):
+    times, tolerance, results = problem.times[:2] / 4, 1e-16, []
+    coefficients = table(layout(*given).second_order, bandwidth(tolerance))
+    for one, rows in (gauss_fast_kernel.compiled_ensemble(*given), gauss_fast_kernel.ensemble_on_arrays(*given)):
         out, left_over = np.full((9, len(times), starts.shape[1]), np.nan), np.zeros(3, dtype=np.int64)
         one(problem.buffer, coefficients, starts, times, tolerance, out, left_over, lines(rows))
         assert not left_over[:2].any()
