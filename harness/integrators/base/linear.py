@@ -2,8 +2,13 @@
 
 from typing import Any
 
+from gnomon.harness.kernels.emission import turns
+
 DIMENSION = 0
 """Set when a method is compiled for the dimension of one problem; 0: the arrays give the size."""
+
+MOST_COLUMNS = 8
+"""Elimination of more columns stays a loop in compiled code: written out, twelve take LLVM 4 s and run no faster."""
 
 LEAST, MOST = 1e-150, 1e150
 """Limits of a pivot: its square must neither underflow nor overflow. Beyond them the matrix counts as singular."""
@@ -17,7 +22,7 @@ def factor(a: Any, pivots: Any) -> bool:
     branch and does not wait for the index. Returns False also if a number is not finite.
     """
     n = DIMENSION or pivots.size
-    for k in range(n):
+    for k in turns(n, MOST_COLUMNS):
         best = k
         for i in range(k + 1, n):
             if magnitude(a[i, k]) > magnitude(a[best, k]):

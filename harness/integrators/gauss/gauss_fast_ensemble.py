@@ -60,9 +60,9 @@ from gnomon.harness.integrators.gauss.lanes import (
     larger,
     put,
     row,
-    turns,
     with_lane,
 )
+from gnomon.harness.kernels.emission import turns
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,8 @@ from gnomon.harness.integrators.gauss.gauss_fast_stages import (
     stages,
     sums,
 )
-from gnomon.harness.integrators.gauss.lanes import Table, fma, lane, lanes, larger, products, row, total, turns
+from gnomon.harness.integrators.gauss.lanes import Table, fma, lane, lanes, larger, products, row, total
+from gnomon.harness.kernels.emission import turns
 
 
 def advance(

@@ -82,16 +82,6 @@ def _(a: Any, index: Any, x: Any) -> Any:
     )
 
 
-def turns(count: int) -> range:
-    """A range whose loop stays a loop in emitted code."""
-    return range(count)
-
-
-@primitive(turns)
-def _(count: int) -> Any:
-    return ir.range_(ir.Value(INTEGER, str(count)))
-
-
 # Arithmetic ------------------------------------------------------------------------------------------------------------
 
 
