@@ -27,15 +27,13 @@ from gnomon.harness.adapters import sundials
 from gnomon.harness.measuring.settings import sweep_settings
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.contract.problem import accepted_form, problem_of
-from gnomon.harness.kernels import emission, machine, machine_code, rewriting
+from gnomon.harness.integrators.gauss.gauss_fast_ensemble import advance_eight
+from gnomon.harness.kernels import emission, machine, rewriting
 from gnomon.harness.registry import lookup
 from gnomon.harness.running import plan
 from gnomon.harness.studies.fixed_step_formulas import at_fixed_steps
 
-texts = set()
-machine_code.function = lambda source, name, signature="": texts.add(source)
-machine_code.address = lambda source, name, signature: texts.add(source) or 0
-seen = set()
+texts, seen = set(), set()
 
 
 def visit(value):
@@ -75,6 +73,7 @@ for method in lookup.own().values():
                     if hasattr(one, "by_newton"):
                         one.by_newton(problem, setting, 1)
 sundials.compiled()
+visit(advance_eight)  # which the first ensemble compiles
 json.dump(sorted(texts), sys.stdout)
 """
 """Prints the texts of functions that the methods of gnomon and their fixed-step formulas pass to the compilers, which do

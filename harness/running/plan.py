@@ -42,9 +42,9 @@ _SPANS = declared("running", "timing_spans.toml")
 TIMING_FACTORS: dict[str, int] = _SPANS["factors"]
 ENDS: tuple[str, ...] = tuple(_SPANS["ends"]["cases"])
 """Foundation cases whose motion ends, so that a longer span is useless for timing."""
-COMPILER = "llvmlite"
-COMPILING = (COMPILER, "gnomon.harness.kernels")
-"""An integrator depends on the version of the COMPILER if its modules import from these."""
+COMPILERS = ("numba", "llvmlite")
+COMPILING = (*COMPILERS, "gnomon.harness.kernels")
+"""An integrator depends on the versions of the COMPILERS if its modules import from these."""
 INTEGRATORS = ("gnomon.harness.integrators", "gnomon.harness.adapters")
 _THIS_PROCESS = secrets.token_hex(16)
 """Part of the key of a trial whose case or integrator has no source file: it runs again in every process."""
@@ -264,10 +264,10 @@ class Series:
 
 @cache
 def library_versions(integrator: Integrator) -> dict[str, str]:
-    """The versions that a result of this integrator depends on: Python calls all integrators, the COMPILER compiles some."""
+    """The versions that a result of this integrator depends on: Python calls all integrators, the COMPILERS compile some."""
     found = {"python": platform.python_version(), "numpy": environment.library_version("numpy") or ""}
     if imports(type(integrator).__module__, COMPILING, within=INTEGRATORS):
-        found[COMPILER] = environment.library_version(COMPILER) or ""
+        found |= {name: environment.library_version(name) or "" for name in COMPILERS}
     try:
         found |= {name: str(value) for name, value in integrator.versions().items()}
     except ImportError:

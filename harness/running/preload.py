@@ -20,7 +20,7 @@ def _import_everything() -> None:
     from gnomon import cases
 
     declared = [name for library in LIBRARIES.values() for name in library.preload]
-    for name in ("gnomon.harness.running.worker", *declared):
+    for name in ("gnomon.harness.running.worker", "numba", *declared):  # numba: tables of exact motions
         with contextlib.suppress(ImportError):  # the plan gives trials of a missing library the status `not_installed`
             importlib.import_module(name)
     for name in cases.names():

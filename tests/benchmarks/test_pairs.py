@@ -232,12 +232,7 @@ def test_first_call_with_a_warm_cache(benchmark: Any) -> None:
 
 
 def first_call(name: str) -> None:
-    """Print the seconds of the first call, without imports and without numba's first compilation, which fills its
-    tables of types."""
-    from gnomon.harness.kernels import machine_code  # noqa: F401
-    from numba import cfunc
-
-    cfunc("float64(float64)")(identity)
+    """Print the seconds of the first call, without imports."""
     print(first_solve(name))
 
 
@@ -252,5 +247,3 @@ def first_solve(name: str) -> float:
     return perf_counter() - begin
 
 
-def identity(x: float) -> float:
-    return x

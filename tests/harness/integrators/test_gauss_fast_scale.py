@@ -1,6 +1,5 @@
 """The fast Gauss method has no absolute scale: the same bits in other units; sizes outside its range are refused."""
 
-import math
 from dataclasses import replace
 from math import sqrt
 from typing import Any
@@ -11,9 +10,9 @@ from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem, Solution
 from gnomon.harness.contract.problem import initial_state, problem_of
-from gnomon.harness.integrators.gauss import gauss_fast_constants, gauss_fast_kernel, radau
+from gnomon.harness.integrators.gauss import gauss_fast_kernel, gauss_fast_steps, radau
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
-from gnomon.harness.integrators.gauss.gauss_fast_stepping import SingleText
+from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
 from numpy.typing import NDArray
 from on_cases import solved
 
@@ -97,29 +96,29 @@ def test_a_motion_may_decay_to_zero() -> None:
 
 
 @pytest.fixture
-def compiled_anew(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
-    """For patches of the method's text."""
-    monkeypatch.setattr(gauss_fast_kernel, "compiled", gauss_fast_kernel.compiled.__wrapped__)
+def on_arrays(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
+    """For patches of the method's functions, which NumPy runs."""
+    monkeypatch.setattr(gauss_fast_kernel, "compiled", gauss_fast_kernel.on_arrays)
     return monkeypatch
 
 
-def test_a_sample_whose_stages_are_not_found_is_no_result(compiled_anew: pytest.MonkeyPatch) -> None:
+def test_a_sample_whose_stages_are_not_found_is_no_result(on_arrays: pytest.MonkeyPatch) -> None:
     """No equations are known whose steps converge while their samples do not, so here samples get no attempt."""
-    compiled_anew.setattr(gauss_fast_constants, "TUNING", replace(gauss_fast_constants.TUNING, tries=0))
+    on_arrays.setattr(gauss_fast_steps, "TUNING", replace(TUNING, tries=0))
     found = motion("oscillator", 1.0, 1e-9, 1)
     assert found.stopped is not None
     assert np.isnan(found.states[0, -1]).all()
 
 
-def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(compiled_anew: pytest.MonkeyPatch) -> None:
+def test_a_sample_whose_stages_are_not_found_is_taken_within_a_shorter_step(on_arrays: pytest.MonkeyPatch) -> None:
     """Here samples fail within steps longer than .3, and must be right nevertheless."""
-    samples = SingleText.samples
+    sample_at = gauss_fast_steps.sample_at
 
-    def failing(text: SingleText) -> str:
-        assert "unsolved = again <= 0" in samples(text)
-        return samples(text).replace("unsolved = again <= 0", "unsolved = again <= 0 or step > 0.3")
+    def failing(equations: Any, part: float, t: float, step: float, *others: Any) -> tuple[bool, int, Any]:
+        unsolved, rounds, place = sample_at(equations, part, t, step, *others)
+        return unsolved or step > 0.3, rounds, place
 
-    compiled_anew.setattr(SingleText, "samples", failing)
+    on_arrays.setattr(gauss_fast_steps, "sample_at", failing)
     found = motion("oscillator", 1.0, 1e-9, 1)
     assert found.stopped is None
     assert np.max(np.abs(found.states[0, :, 0] - (np.cos(TIMES) + 0.5 * np.sin(TIMES)))) < 1e-8
@@ -161,15 +160,3 @@ def test_an_ensembles_iteration_leaves_a_part_of_the_tolerance() -> None:
         found = GaussFast().prepare(problem_of(case, GaussFast.accepts), tolerance)(starts)
         assert found.steps is not None
         assert np.max(case.metric.distance(found.states[0], exact)) < 0.1 * tolerance * found.steps / 16
-
-
-def test_functions_of_lanes_have_names_of_their_own() -> None:
-    """Machine code of one process is linked in another by name and by the number of functions compiled before: of two
-    functions of one name, each the first in its process, one would be called in place of the other."""
-    from gnomon.harness.integrators.gauss import lanes_math
-
-    functions = [math.tan, math.asin, math.atanh, math.log, math.atan2, math.hypot]
-    for function in functions:
-        assert lanes_math.EACH[f"{function.__name__}_of_lanes"].__qualname__ == f"{function.__name__}_of_lanes"
-    with pytest.raises(ValueError, match="two functions of lanes are called tan_of_lanes"):
-        lanes_math._lane_by_lane(math.tan)
