@@ -245,5 +245,3 @@ def first_solve(name: str) -> float:
     begin = perf_counter()
     method().prepare(problem, setting)(start)
     return perf_counter() - begin
-
-
