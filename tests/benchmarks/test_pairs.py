@@ -4,12 +4,16 @@
 `--benchmark-disable` each runs once on a short sweep, which tests that it works.
 """
 
+import importlib
+import json
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from statistics import median
-from time import perf_counter
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -19,23 +23,15 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.adapters import diffrax, heyoka, scipy_ivp, scipy_ode, scipy_odeint
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
-from gnomon.harness.integrators.events.hybrid import Dop853Events
-from gnomon.harness.integrators.events.moreau import Moreau
 from gnomon.harness.integrators.gauss.gauss import Gauss4
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
-from gnomon.harness.integrators.gauss.radau import Radau5
-from gnomon.harness.integrators.geometric.boris import Boris
-from gnomon.harness.integrators.geometric.exponential import HochbruckOstermann4
-from gnomon.harness.integrators.geometric.lie import AxisSplitting2, MuntheKaas4
-from gnomon.harness.integrators.geometric.rattle import Rattle
 from gnomon.harness.integrators.geometric.splitting import KahanLi8
-from gnomon.harness.integrators.multistep_extrapolation.extrapolation import GraggBulirschStoer
 from gnomon.harness.integrators.multistep_extrapolation.stormer import Stormer12
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
-from gnomon.harness.integrators.runge_kutta.nystrom import DormandPrinceNystrom12
-from gnomon.harness.integrators.taylor.taylor import Taylor
 from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.registry import lookup
+from gnomon.harness.running.first_use import CACHES
 from gnomon.harness.studies.pairs import Side, at_equal_error, interleaved, null_call, swept
 
 HALF_DECADES = [10.0 ** (-k / 2) for k in range(4, 33)]
@@ -193,55 +189,62 @@ def test_nanoseconds_a_right_hand_side(benchmark: Any, method: type[Integrator])
     benchmark.pedantic(method().prepare(problem, setting).solve, (start,), rounds=1)
 
 
-FIRST_CALLS: dict[str, tuple[type[Integrator], str]] = {
-    method().id.partition(":")[2]: (method, problem)
-    for problem, methods in {
-        "pendulum_simple/speed": (
-            RK4, KahanLi8, Stormer12, Gauss4, Dop853, DormandPrinceNystrom12, GraggBulirschStoer, GaussFast, Radau5,
-            Taylor,
-        ),
-        "charge_in_E_and_B": (Boris,),
-        "holonomic_constraint_dae": (Rattle,),
-        "damped_oscillator": (HochbruckOstermann4,),
-        "euler_top/speed": (MuntheKaas4, AxisSplitting2),
-        "bouncing_ball": (Moreau,),
-        "pendulum_quadratic_damping": (Dop853Events,),
-    }.items()
-    for method in methods
+FIRST_RESULTS: dict[str, tuple[str, ...]] = {
+    "gnomon:Gauss 8-stage SIMD": (
+        "pendulum_simple", "kepler_orbit", "lagrange_top", "double_pendulum", "lagrange_top_attitude", "equilateral_three_body"
+    ),
+    "gnomon:Radau IIA 5": ("pendulum_simple", "damped_oscillator", "kepler_orbit", "small_vibrations_3dof_chain"),
+    "gnomon:Taylor": ("pendulum_simple", "kepler_orbit", "equilateral_three_body"),
+    "gnomon:Boris": ("charge_in_E_and_B", "relativistic_charge"),
+    "gnomon:RATTLE": ("holonomic_constraint_dae",),
+    "gnomon:DOP853 [events]": ("bouncing_ball", "coulomb_friction_oscillator"),
+    "heyoka:Taylor": ("pendulum_simple", "kepler_orbit", "lagrange_top_attitude", "equilateral_three_body"),
+    **dict.fromkeys(
+        ("gnomon:RK4", "gnomon:Kahan-Li 8", "gnomon:Störmer 12", "gnomon:Gauss 2-stage", "gnomon:DOP853",
+         "gnomon:RKN 12(10)", "gnomon:Gragg-Bulirsch-Stoer", "diffrax:Tsit5", "scipy:DOP853", "scipy:Radau"),
+        ("pendulum_simple", "duffing_unforced"),
+    ),
 }  # fmt: skip
-"""One method of each family, on a case that it accepts."""
+"""Methods of each family, and cases that each solves one after the other: the first one is the first on the machine."""
 
 
-def test_first_call_with_a_warm_cache(benchmark: Any) -> None:
-    """Time from `prepare` to the end of the first solve, each method in a process of its own, without imports."""
-    seconds = {}
-    for name in list(FIRST_CALLS)[: 1 if benchmark.disabled else None]:
-        first_solve(name)  # fills the cache on disk
-        program = f"import runpy, sys; sys.path[:] = {sys.path}; runpy.run_path({str(Path(__file__))!r})['first_call']({name!r})"
-        found = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
-        seconds[name] = float(found.stdout)
-    benchmark.extra_info["rows"] = [
-        {
-            "group": "first call with a warm cache", "problem": FIRST_CALLS[name][1], "level": None, "unit": "s",
-            "first_name": name, "second_name": None, "value": value,
-        }
-        for name, value in seconds.items()
-    ]  # fmt: skip
+def test_first_results(benchmark: Any, tmp_path: Path) -> None:
+    """Processor time from `prepare` to the end of the first solve, without imports, each method in processes of its own.
+
+    The first process starts with empty caches, the second one finds the code that the first one kept.
+    """
+    rows = []
+    for name, solved in list(FIRST_RESULTS.items())[: 1 if benchmark.disabled else None]:
+        if lookup.missing(lookup.find_one(name)) is not None:
+            continue
+        folders = {variable: str(tmp_path / name.replace(":", "_") / variable) for variable in CACHES}
+        for kept in (False, True):
+            program = f"import runpy, sys; sys.path[:] = {sys.path}; runpy.run_path({str(Path(__file__))!r})['first_results']({name!r})"
+            found = subprocess.run(
+                [sys.executable, "-c", program], check=True, capture_output=True, text=True, env=os.environ | folders
+            )
+            for n, (case, value) in enumerate(zip(solved, json.loads(found.stdout), strict=True)):
+                words = "with kept code" if kept else "on a machine" if n == 0 else "of a further system"
+                rows.append({
+                    "group": f"first result {words}", "problem": case, "level": None, "unit": "s", "first_name": name,
+                    "second_name": None, "value": value,
+                })  # fmt: skip
+    benchmark.extra_info["rows"] = rows
     benchmark.pedantic(lambda: None, rounds=1)
-    assert seconds
+    assert rows
 
 
-def first_call(name: str) -> None:
-    """Print the seconds of the first call, without imports."""
-    print(first_solve(name))
-
-
-def first_solve(name: str) -> float:
-    """Seconds of `prepare` and the first solve at a tolerance of 1e-9, or with 64 steps between samples."""
-    method, (case_name, _, variant) = FIRST_CALLS[name][0], FIRST_CALLS[name][1].partition("/")
-    case = get(case_name, variant or None).rounded()
-    problem, start = problem_of(case, method.accepts), initial_state(case)[None]
-    setting = 1e-9 if method.sweep.kind == "tolerance" else problem.interval / 64
-    begin = perf_counter()
-    method().prepare(problem, setting)(start)
-    return perf_counter() - begin
+def first_results(name: str) -> None:
+    """Print the processor seconds of the first solve of each case, at 1e-9 or with 64 steps between samples."""
+    method, seconds = lookup.find_one(name), []
+    for module in ("scipy.integrate", method.library):
+        with suppress(ImportError):
+            importlib.import_module(module)
+    for case in (get(name).rounded() for name in FIRST_RESULTS[name]):
+        problem, start = problem_of(case, method.accepts), initial_state(case)[None]
+        setting = 1e-9 if method.sweep.kind == "tolerance" else problem.interval / 64
+        begin = process_time()
+        with Prepared(method, problem, setting) as solve:
+            solve(start)
+        seconds.append(process_time() - begin)
+    print(json.dumps(seconds))

@@ -170,6 +170,13 @@ def test_a_change_of_what_a_function_uses_changes_its_key(monkeypatch: pytest.Mo
     assert emission.fingerprint(subset_functions.loops) != other
 
 
+def test_a_value_that_a_key_cannot_name_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its text has an address, which differs from process to process: code would be kept and never found."""
+    monkeypatch.setattr(subset_functions, "LIMIT", object())
+    with pytest.raises(ir.Subset, match="which has no value that the key of kept code can name"):
+        emission.fingerprint(subset_functions.chained)
+
+
 def test_a_change_of_what_emits_a_function_changes_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
     """A primitive has source of its own, in any module; tracing replaces functions in `cases`."""
     before, emitter = emission.fingerprint(subset_functions.loops), emission.emitter()
