@@ -7,6 +7,7 @@ Its source is rewritten once (`rewriting`); `Translation` binds its names.
 import builtins
 import dis
 import hashlib
+import inspect
 import math
 import traceback
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -252,6 +253,7 @@ def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None
     seen: dict[Any, str] = {}
 
     def visit(value: Any) -> str:
+        value = inspect.unwrap(value) if callable(value) else value
         if isinstance(value, FunctionType):
             value = PRIMITIVES.get(value, value)
             if value not in seen and not value.__module__.startswith(f"{__package__}."):  # these are in `emitter`
@@ -263,6 +265,8 @@ def fingerprint(function: Callable[..., Any], replaced: Mapping[str, Any] | None
                 parts += [f"{name} = {visit(x)}" for name, x in used.items()]
                 seen[value] = "\n".join(parts)
             return f"{value.__module__}.{value.__qualname__}"
+        if isinstance(value, ModuleType) and value.__name__.startswith("gnomon."):  # its numbers are read as attributes
+            return hashlib.sha256(Path(value.__file__ or "").read_bytes()).hexdigest()
         if isinstance(value, ModuleType | type | FunctionType | BuiltinFunctionType):
             return value.__name__
         if isinstance(value, np.ndarray):

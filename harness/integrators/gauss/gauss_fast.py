@@ -63,12 +63,12 @@ class GaussFast(Integrator):
     name, order = "Gauss 8-stage SIMD", 16
     accepts = (FirstOrder, SecondOrder)
     sampling = "dense output"
-    sweep = Tolerance(TUNING.loosest, LEAST_TOLERANCE)
+    sweep = Tolerance(gauss_fast_constants.LOOSEST, LEAST_TOLERANCE)
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         check_tolerance(setting, LEAST_TOLERANCE)
         problem = problem.since_start()
-        setting, form = min(setting, TUNING.loosest), problem.form
+        setting, form = min(setting, gauss_fast_constants.LOOSEST), problem.form
         assert isinstance(form, FirstOrder | SecondOrder)
         form = form.source if isinstance(form, FirstOrder) and form.source is not None else form
         arguments = (form, len(problem.parameters), problem.dimension)
@@ -79,7 +79,7 @@ class GaussFast(Integrator):
         def solve(initial: Floats) -> Solution:
             out = blank(problem, initial)
             stop = np.zeros(4, dtype=np.int64)
-            if len(initial) >= TUNING.ensemble:
+            if len(initial) >= gauss_fast_constants.ENSEMBLE:
                 return together(initial, out, stop)
             taken = alone(initial, out, stop) if len(initial) == 1 else one_by_one(initial, out, stop, 0)
             return Solution(out, taken, reason(stop))
@@ -110,13 +110,13 @@ class GaussFast(Integrator):
             eight, rows = compiled_ensemble()
 
             def part(first: int) -> tuple[int, int, list[int]]:
-                here = slice(first, first + TUNING.chunk)
-                left_over = np.zeros(TUNING.chunk // 8 + 1, dtype=np.int64)
+                here = slice(first, first + gauss_fast_constants.CHUNK)
+                left_over = np.zeros(gauss_fast_constants.CHUNK // 8 + 1, dtype=np.int64)
                 taken = eight(buffer, coefficients, initial[here], times, setting, out[here], left_over, lines(rows))
                 return taken, int(left_over[-1]), [first + 8 * int(i) for i in np.flatnonzero(left_over[:-1])]
 
             with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
-                parts = threads.map(part, range(0, len(initial), TUNING.chunk))
+                parts = threads.map(part, range(0, len(initial), gauss_fast_constants.CHUNK))
                 accepted, evaluations, left = zip(*parts, strict=True)
             steps = sum(accepted)
             buffer[-1] += problem.counted * sum(evaluations)
@@ -212,7 +212,7 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
 def bandwidth(tolerance: float) -> float:
     """The assumed bandwidth of the slopes, in radians a step, for steps whose error equals the tolerance."""
     width = TUNING.usual_width * float((tolerance / 1e-6) ** TUNING.width_exponent)
-    return round(min(TUNING.most_width, width), 1)
+    return round(width, 1)
 
 
 def extrapolation_weights(mp: Any, c: list[Any], width: float) -> list[list[Any]]:

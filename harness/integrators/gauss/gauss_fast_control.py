@@ -7,8 +7,8 @@ size: the mean of 1/h before and after a point is the frequency at the point ove
 symmetric in time, so that the motion away from a pericentre loses the energy that it gained on the way in (Huang,
 Leimkuhler, SIAM Journal on Scientific Computing 18, 1997).
 
-The rule is tried if the wanted step varies by more than a factor `hold` within a window of steps. It is kept while the
-wanted stride varies by less than `hold` and by less than `steadier` times the variation that the wanted step had.
+The rule is tried if the wanted step varies by more than a factor `hold` within a window of `few_steps` steps. It is kept
+while the wanted stride varies by less than `hold` and by less than the wanted step did.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ ONE = 0x3FF0000000000000
 Equal = tuple[int, float, int]
 """The number of equal steps, the least factor that each of them allowed, and the number after which they grow."""
 
-Frequency = tuple[bool, float, float, float, float, int, int, int, float, float, float, float]
+Frequency = tuple[bool, float, float, float, float, int, int, float, float, float, float]
 """Whether steps follow the frequency; stride, frequency that gave the step, fourth power of the frequency at the start,
-variation of the wanted steps, windows to wait; of the window its length and steps seen, least and largest wanted step,
-eighth powers of the least and largest wanted stride."""
+variation of the wanted steps, windows to wait; of the window the steps seen, least and largest wanted step, eighth powers
+of the least and largest wanted stride."""
 
 
 def few_bits(h: float) -> float:
@@ -45,7 +45,7 @@ def first_length(second_order: bool, end: float, furthest: float, largest: float
 
     `furthest`, `largest`, `fastest`: sizes of positions, of the quantity whose derivatives the slopes are, of slopes.
     """
-    found = TUNING.first_at_rest * end
+    found = TUNING.first_share * end
     if second_order:
         if fastest > 0.0 and furthest + largest > 0.0:
             found = TUNING.first_share * (largest / fastest + math.sqrt(furthest / fastest))
@@ -55,10 +55,8 @@ def first_length(second_order: bool, end: float, furthest: float, largest: float
 
 
 def limited(grow: float, rate: float, rounds: int) -> float:
-    """The factor that the error allows, limited by the rate of convergence."""
-    if rate > TUNING.fast and rounds > TUNING.settling:
-        grow = min(grow, max(TUNING.shrink_by_rate, TUNING.fast / rate))
-    return grow
+    """The factor that the error allows, limited by the rate of convergence, which the first two rounds do not show."""
+    return min(grow, TUNING.fast / rate) if rate > TUNING.fast and rounds > 2 else grow
 
 
 def growth(grow: float, rejected: bool, equal: Equal) -> tuple[float, Equal]:
@@ -66,48 +64,36 @@ def growth(grow: float, rejected: bool, equal: Equal) -> tuple[float, Equal]:
 
     After the wanted number of equal steps they grow by the least factor that each of these allowed.
     """
-    equal_steps, common_growth, needed = equal
-    equal_steps, common_growth = (
-        (equal_steps + 1, min(common_growth, grow))
-        if grow >= TUNING.hold_from and not rejected
-        else (0, TUNING.grow_most)
-    )
+    equal_steps, common_growth, wanted = equal
     more = 1.0
-    if equal_steps == needed:
-        more, equal_steps, common_growth, needed = (
-            common_growth if common_growth >= TUNING.least_growth else 1.0,
-            0,
-            TUNING.grow_most,
-            TUNING.equal_steps_needed,
-        )
-    return more, (equal_steps, common_growth, needed)
-
-
-def equal_length(
-    step: float, grow: float, more: float, rejected: bool, hold: float, equal: Equal
-) -> tuple[float, Equal]:
-    """The next step: equal to this one as long as the error allows it and no step `hold` times as long.
-
-    Then the step grows at once, by grow / `leap`. The usual case has its own branch, so that the step can start before
-    `grow` is known.
-    """
-    equal_steps, common_growth, needed = equal
-    if TUNING.hold_from <= grow < hold:
-        h = step * more
-    elif grow >= hold and rejected:
-        h = step
-    elif grow >= hold:
-        h = step * min(grow / TUNING.leap, TUNING.grow_most)
+    if grow < TUNING.safety or rejected:
         equal_steps, common_growth = 0, TUNING.grow_most
     else:
+        equal_steps, common_growth = equal_steps + 1, min(common_growth, grow)
+    if equal_steps == wanted:
+        more = common_growth if common_growth >= TUNING.least_growth else 1.0
+        equal_steps, common_growth, wanted = 0, TUNING.grow_most, TUNING.many_steps
+    return more, (equal_steps, common_growth, wanted)
+
+
+def equal_length(step: float, grow: float, more: float, rejected: bool, equal: Equal) -> tuple[float, Equal]:
+    """The next step: equal to this one as long as the error allows it and no step `hold` times as long.
+
+    Then the step grows at once, by grow / `leap`. The usual case has its own branch, so that the step can start before `grow` is known.
+    """
+    if TUNING.safety <= grow < TUNING.hold:
+        h = step * more
+    elif grow >= TUNING.hold and rejected:
+        h = step
+    elif grow >= TUNING.hold:
+        h, equal = step * min(grow / TUNING.leap, TUNING.grow_most), (0, TUNING.grow_most, equal[2])
+    else:
         h = step * grow
-    return h, (equal_steps, common_growth, needed)
+    return h, equal
 
 
 def no_frequency() -> Frequency:
-    return (
-        False, 0.0, 0.0, 0.0, 1.0, 0, TUNING.first_window, 0, math.inf, 0.0, math.inf, 0.0
-    )  # fmt: skip
+    return False, 0.0, 0.0, 0.0, 1.0, 0, 0, math.inf, 0.0, math.inf, 0.0
 
 
 def choose_frequency(
@@ -119,56 +105,41 @@ def choose_frequency(
     must be short. Eighth powers of strides need no root. A step that is far too short gives no good estimate of the
     fitting step. `square`: the fourth power of the frequency at the end of the step.
     """
-    by_frequency, stride, step_frequency, norm, step_variation, windows_to_wait, window, steps, *ranges = seen
+    by_frequency, stride, step_frequency, before, step_variation, windows_to_wait, steps, *ranges = seen
     shortest, longest, least_stride_8, largest_stride_8 = ranges
-    equal_steps, common_growth, needed = equal
-    before, norm = norm, square
     if before > 0.0 and grow < TUNING.grow_most:
         fitting_step = step * grow
         fourth = (fitting_step * fitting_step) * (fitting_step * fitting_step)
-        stride_8 = (fourth * before) * (fourth * norm)
+        stride_8 = (fourth * before) * (fourth * square)
         shortest, longest = min(shortest, fitting_step), max(longest, fitting_step)
         least_stride_8, largest_stride_8 = min(least_stride_8, stride_8), max(largest_stride_8, stride_8)
         steps += 1
-    if by_frequency and (
-        grow >= TUNING.grow_most
-        or (
-            steps == window
-            and largest_stride_8 > min(TUNING.steadier * step_variation, TUNING.hold) ** 8 * least_stride_8
-        )
-    ):
-        by_frequency, windows_to_wait, steps = False, 2 * windows_to_wait + TUNING.windows_to_wait, window
-    elif steps == window and not by_frequency and windows_to_wait > 0:
+    whole = steps == TUNING.few_steps
+    strides_vary = largest_stride_8 > min(step_variation, TUNING.hold) ** 8 * least_stride_8
+    if by_frequency and (grow >= TUNING.grow_most or (whole and strides_vary)):
+        by_frequency, windows_to_wait, whole = False, 2 * windows_to_wait + 1, True
+    elif whole and not by_frequency and windows_to_wait > 0:
         windows_to_wait -= 1
     elif (
-        steps == window
+        whole
         and not by_frequency
         and longest > TUNING.hold * shortest
         and largest_stride_8 < (2 * longest / shortest) ** 8 * least_stride_8
     ):
-        by_frequency, step_variation, stride, step_frequency = (
-            True,
-            longest / shortest,
-            TUNING.stride_share * least_stride_8**0.125,
-            math.sqrt(math.sqrt(norm)),
-        )
-        equal_steps, common_growth, more = 0, TUNING.grow_most, 1.0
-    if steps == window:
-        window, steps = TUNING.window, 0
-        shortest, longest, least_stride_8, largest_stride_8 = math.inf, 0.0, math.inf, 0.0
-    found = by_frequency, stride, step_frequency, norm, step_variation, windows_to_wait, window, steps
-    return (
-        more,
-        (equal_steps, common_growth, needed),
-        (*found, shortest, longest, least_stride_8, largest_stride_8),
-    )
+        by_frequency, step_variation = True, longest / shortest
+        stride, step_frequency = TUNING.safety * least_stride_8**0.125, math.sqrt(math.sqrt(square))
+        equal, more = (0, TUNING.grow_most, equal[2]), 1.0
+    if whole:
+        steps, shortest, longest, least_stride_8, largest_stride_8 = 0, math.inf, 0.0, math.inf, 0.0
+    found = by_frequency, stride, step_frequency, square, step_variation, windows_to_wait, steps
+    return more, equal, (*found, shortest, longest, least_stride_8, largest_stride_8)
 
 
 def length_by_frequency(step: float, grow: float, more: float, seen: Frequency) -> tuple[float, Frequency]:
     """The next step by frequency: the mean of 1/h before and after this point is its frequency over the stride."""
     by_frequency, stride, step_frequency, norm, *rest = seen
     frequency = math.sqrt(math.sqrt(norm))
-    if grow < TUNING.hold_from:
+    if grow < TUNING.safety:
         stride, step_frequency = stride * grow, frequency
     elif more > 1.0:
         stride, step_frequency = stride * more, frequency

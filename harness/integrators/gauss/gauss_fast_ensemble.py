@@ -22,24 +22,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from gnomon.harness.integrators.gauss.gauss_fast_constants import (
-    HIGHEST,
-    LARGEST,
-    LOW,
-    MONOMIALS,
-    MOST_ATTEMPTS,
-    NODES,
-    NODES_HIGH,
-    NODES_LOW,
-    ONCE,
-    POSITIONS,
-    POWERS,
-    ROUNDOFF,
-    SMALLEST,
-    STAGES,
-    TUNING,
-    WEIGHTS,
-)
+from gnomon.harness.integrators.gauss import gauss_fast_constants as const
+from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
 from gnomon.harness.integrators.gauss.gauss_fast_control import (
     equal_length,
     few_bits,
@@ -108,10 +92,10 @@ def advance_eight(
     end = times[-1]
     fine_ratio = min(tolerance / TUNING.fine, 1.0)
     share = 8 * TUNING.iteration_share_of_ensemble * fine_ratio**10
-    allowed_change, noise = share * max(tolerance, ROUNDOFF / 4), 8 * TUNING.noise * ROUNDOFF
+    allowed_change, noise = share * max(tolerance, const.ROUNDOFF / 4), 8 * TUNING.roundings * const.ROUNDOFF
     for j in turns(8):
-        put(work, places.fresh + j, row(table, STAGES + j))
-        put(work, places.fresh + 8 + j, row(table, ONCE + j))
+        put(work, places.fresh + j, row(table, const.STAGES + j))
+        put(work, places.fresh + 8 + j, row(table, const.ONCE + j))
     taken, evaluations, many = 0, 0, initial.shape[0]
     for first in range(0, many, 8):
         some = min(8, many - first)
@@ -132,20 +116,20 @@ def advance_eight(
         )
         old, new, steps_left, last, ratio = places.slopes, places.slopes_too, 0.0, 0.0, 0.0
         t, sample, attempts, stiff, rejected, failed = 0.0, 0, 0, 0, False, False
-        equal = 0, TUNING.grow_most, TUNING.equal_steps_needed
+        equal = 0, TUNING.grow_most, TUNING.many_steps
         for i in range(some):
-            failed = failed or lane(extent, i) > LARGEST or 0.0 < lane(extent, i) < SMALLEST
+            failed = failed or lane(extent, i) > const.LARGEST or 0.0 < lane(extent, i) < const.SMALLEST
         while sample < times.size and not failed:
             if steps_left < 1.0:
-                steps_left = math.ceil((times[sample] - t) / (wanted_step * TUNING.rounding_of_steps))
+                steps_left = math.ceil((times[sample] - t) / (wanted_step * (1.0 + const.EQUAL_WITHIN)))
             h = (times[sample] - t) / steps_left if steps_left < 1e15 else 0.0
             h = few_bits(h) if steps_left > 1.0 else h
             attempts += 1
-            if not (t + h / 4 > t and h < math.inf) or attempts > MOST_ATTEMPTS:
+            if not (t + h / 4 > t and h < math.inf) or attempts > const.MOST_ATTEMPTS:
                 failed = True
                 break
 
-            if last > 0.0 and not abs(h / last - ratio) < TUNING.equal_within:
+            if last > 0.0 and not abs(h / last - ratio) < const.EQUAL_WITHIN:
                 ratio = h / last
                 carry_on(places, table, work, ratio)
             guess(equations, places, work, old, last > 0.0, at_start)
@@ -154,10 +138,10 @@ def advance_eight(
             most = lanes(0.0)
             for x in scale:
                 most = larger(most, slope_roundoff / x)
-            step_noise = noise * max(1.0, h * highest(most) / (TUNING.slope_roundings * ROUNDOFF))
+            step_noise = noise * max(1.0, h * highest(most) / (TUNING.roundings * const.ROUNDOFF))
             rounds, rate = eight_stages(
                 equations, places, t, h, y, compensation, k, table, work, change_weight, allowed_change, step_noise,
-                TUNING.best_rate_finest if last > 0.0 else 1.0, old, places.onward if last > 0.0 else places.fresh, new,
+                TUNING.best_rate if last > 0.0 else 1.0, old, places.onward if last > 0.0 else places.fresh, new,
             )  # fmt: skip
             evaluations += abs(rounds)
             if rounds < 0:
@@ -166,9 +150,9 @@ def advance_eight(
 
             change, sizes, worst = end_of_step(equations, h, y, compensation, table, work, new, scale, slope_roundoff)
             worst *= TUNING.error_factor * h / (tolerance * fine_ratio**4)
-            grow = TUNING.safety / root_15(max(worst, TUNING.tiny))
-            if not worst <= TUNING.most_error:
-                wanted_step, steps_left, rejected = h * max(TUNING.shrink_most, grow), 0.0, True
+            grow = TUNING.safety / root_15(max(worst, const.TINY))
+            if not worst <= 1.0:
+                wanted_step, steps_left, rejected = h * max(TUNING.shrink, grow), 0.0, True
                 continue
             both = tuple(summed(y[i], change[i]) for i in range(len(y)))
             y, compensation = tuple(x for x, _ in both), tuple(x for _, x in both)
@@ -188,14 +172,14 @@ def advance_eight(
                     for m in equations.moving:
                         out[first + i, sample, m] = lane(y[m], i)
                 sample += 1
-            if rate > TUNING.stiff_rate_of_ensemble:
+            if rate > TUNING.stiff_rate:
                 slow = highest(motion(equations, h, y, sizes)) < TUNING.slow_motion
                 stiff = stiff + 1 if slow else max(stiff - 1, 0)
-                failed = failed or stiff > TUNING.most_stiff
+                failed = failed or stiff > const.MOST_STIFF
 
             grow = limited(grow, rate, rounds)
             more, equal = growth(grow, rejected, equal)
-            wanted_step, equal = equal_length(h, grow, more, rejected, TUNING.hold_of_ensemble, equal)
+            wanted_step, equal = equal_length(h, grow, more, rejected, equal)
             if wanted_step != h:
                 steps_left = 0.0
             rejected = False
@@ -223,14 +207,14 @@ def carry_on(places: Work, table: Table, work: Table, ratio: float) -> None:
         after = lanes(0.0)
         power = 1.0
         for m in turns(8):
-            after = fma(row(table, POWERS + m), lanes(power * table[MONOMIALS + k, m]), after)
+            after = fma(row(table, const.POWERS + m), lanes(power * table[const.MONOMIALS + k, m]), after)
             power *= ratio
         put(work, places.after + k, after)
     for k in turns(8):
         twice, once = lanes(0.0), lanes(0.0)
         for m in turns(8):
-            twice = fma(row(table, STAGES + m), lanes(work[places.after + k, m]), twice)
-            once = fma(row(table, ONCE + m), lanes(work[places.after + k, m]), once)
+            twice = fma(row(table, const.STAGES + m), lanes(work[places.after + k, m]), twice)
+            once = fma(row(table, const.ONCE + m), lanes(work[places.after + k, m]), once)
         put(work, places.onward + k, twice)
         put(work, places.onward + 8 + k, once)
 
@@ -258,13 +242,12 @@ def scales(
     equations: Equations, h: float, y: Vectors, sizes: Vectors, reach: Lanes, tolerance: float
 ) -> tuple[Vectors, Lanes]:
     """The scale of each component, and the round-off of slopes whose terms cancel, as for single trajectories."""
-    roundoff = lanes(TUNING.slope_roundings * ROUNDOFF / (h * h)) * reach if equations.second_order else lanes(0.0)
-    share = max(TUNING.least_share, TUNING.scale_roundings * ROUNDOFF / tolerance)
+    roundoff = lanes(TUNING.roundings * const.ROUNDOFF / (h * h)) * reach if equations.second_order else lanes(0.0)
+    share = TUNING.roundings * const.ROUNDOFF / tolerance
     least = larger(lanes(h * share) * highest_of(sizes), lanes(h) * roundoff)
     v = rates(equations, y)
     found = tuple(
-        larger(larger(larger(abs(v[i]), lanes(h) * sizes[i]), least), lanes(TUNING.tiny))
-        for i in range(equations.count)
+        larger(larger(larger(abs(v[i]), lanes(h) * sizes[i]), least), lanes(const.TINY)) for i in range(equations.count)
     )
     return found, roundoff
 
@@ -332,7 +315,7 @@ def locate(
     step = hh * hh if equations.second_order else hh
     r = stage_vectors(equations, work, source)
     for j in turns(8):
-        high, low = lanes(h * table[NODES_HIGH, j]), lanes(h * table[NODES_LOW, j])
+        high, low = lanes(h * table[const.NODES_HIGH, j]), lanes(h * table[const.NODES_LOW, j])
         for i in range(n):
             b, rest = y[i], lanes(0.0)
             if equations.second_order:
@@ -357,7 +340,7 @@ def slopes_of_stage(
     x = tuple(row(work, places.points + n * j + i) for i in range(n))
     if equations.with_velocity:
         x = (*x, *(row(work, places.points + n * (8 + j) + i) for i in range(n)))
-    found: Vectors = equations.slopes(x, equations.forcing(lanes(t + h * table[NODES, j]), k), k)
+    found: Vectors = equations.slopes(x, equations.forcing(lanes(t + h * table[const.NODES, j]), k), k)
     return found
 
 
@@ -414,9 +397,13 @@ def corrections(
     """The changes of the slopes of a stage by the changes s of the places and w of the velocities."""
     n, hh, count = equations.count, lanes(h), len(equations.derivatives)
     step = hh * hh if equations.second_order else hh
-    moves = tuple(fma(step, applied(table, STAGES, j, r[i]), row(work, places.apart + n * j + i)) for i in range(n))
+    moves = tuple(
+        fma(step, applied(table, const.STAGES, j, r[i]), row(work, places.apart + n * j + i)) for i in range(n)
+    )
     if equations.with_velocity:
-        turned = (fma(hh, applied(table, ONCE, j, r[i]), row(work, places.apart + n * (8 + j) + i)) for i in range(n))
+        turned = (
+            fma(hh, applied(table, const.ONCE, j, r[i]), row(work, places.apart + n * (8 + j) + i)) for i in range(n)
+        )
         moves = (*moves, *turned)
     c = tuple(lanes(0.0) for _ in range(n))
     for m, i, by in equations.derivatives:
@@ -442,14 +429,14 @@ def end_of_step(
         a, b, e, p, c, d, s = zero, zero, zero, zero, zero, zero, zero
         for j in range(8):
             f = row(work, new + n * j + i)
-            a = fma(lanes(table[WEIGHTS, j]), f, a)
-            e = fma(lanes(table[WEIGHTS + LOW, j]), f, e)
-            c = fma(lanes(table[HIGHEST + 2, j]), f, c)
-            d = fma(lanes(table[HIGHEST + 3, j]), f, d)
+            a = fma(lanes(table[const.WEIGHTS, j]), f, a)
+            e = fma(lanes(table[const.WEIGHTS + const.LOW, j]), f, e)
+            c = fma(lanes(table[const.HIGHEST + 2, j]), f, c)
+            d = fma(lanes(table[const.HIGHEST + 3, j]), f, d)
             s = s + abs(f)
             if equations.second_order:
-                b = fma(lanes(table[POSITIONS, j]), f, b)
-                p = fma(lanes(table[POSITIONS + LOW, j]), f, p)
+                b = fma(lanes(table[const.POSITIONS, j]), f, b)
+                p = fma(lanes(table[const.POSITIONS + const.LOW, j]), f, p)
         at = n + i if equations.second_order else i
         speeds = (*speeds, fma(lanes(h), a, fma(lanes(h), e, compensation[at])))
         if equations.second_order:
@@ -457,7 +444,7 @@ def end_of_step(
             positions = (*positions, fma(lanes(h), y[at], fma(lanes(h * h), b, place)))
         sizes = (*sizes, s * lanes(0.125))
         c, d = larger(abs(c) - slope_roundoff, zero), larger(abs(d) - slope_roundoff, zero)
-        m, w = lanes(1.0) / larger(sizes[i], lanes(TUNING.tiny)), lanes(1.0) / scale[i]
+        m, w = lanes(1.0) / larger(sizes[i], lanes(const.TINY)), lanes(1.0) / scale[i]
         error = error + ((d * m) * (d * w) + lanes(TUNING.lower_weight) * (c * m) * (c * w))
     return (*positions, *speeds), sizes, highest(error)
 
@@ -465,8 +452,8 @@ def end_of_step(
 def motion(equations: Equations, h: float, y: Vectors, sizes: Vectors) -> Lanes:
     """The largest relative change of a component in a step (see `gauss_fast_steps.motion`)."""
     v = rates(equations, y)
-    most, found = larger(highest_of(v), lanes(TUNING.tiny)), lanes(0.0)
+    most, found = larger(highest_of(v), lanes(const.TINY)), lanes(0.0)
     for i in range(equations.count):
-        below = larger(abs(v[i]) + lanes(TUNING.least_moving) * most, lanes(TUNING.tiny))
+        below = larger(abs(v[i]) + lanes(const.LEAST_MOVING) * most, lanes(const.TINY))
         found = larger(found, lanes(h) * sizes[i] / below)
     return found

@@ -16,29 +16,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from gnomon.harness.integrators.gauss.gauss_fast_constants import (
-    AHEAD,
-    CARRIED,
-    LARGEST,
-    LEGENDRE,
-    MONOMIALS,
-    MOST_STEPS,
-    NODES,
-    NOT_FINITE,
-    ONCE,
-    ONCE_CARRIED,
-    ONCE_POWERED,
-    OUT_OF_RANGE,
-    POWERED,
-    POWERS,
-    ROUNDOFF,
-    SMALLEST,
-    STAGES,
-    STEP_TOO_SMALL,
-    STIFF,
-    TOO_MANY_STEPS,
-    TUNING,
-)
+from gnomon.harness.integrators.gauss import gauss_fast_constants as const
+from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
 from gnomon.harness.integrators.gauss.gauss_fast_control import (
     choose_frequency,
     equal_length,
@@ -65,7 +44,6 @@ from gnomon.harness.integrators.gauss.gauss_fast_stages import (
     sums,
 )
 from gnomon.harness.integrators.gauss.lanes import Table, fma, lane, lanes, larger, products, row, total
-from gnomon.harness.kernels.emission import turns
 
 
 def advance(
@@ -82,10 +60,11 @@ def advance(
     # A power of two that is at least the span: steps that are multiples of its spacing keep sums of times exact.
     grid = 2.0 ** math.ceil(math.log2(end)) if end > 0.0 else 1.0
     fine_ratio = min(tolerance / TUNING.fine, 1.0)
-    allowed_change = 8 * TUNING.iteration_share * max(tolerance, ROUNDOFF / 4) * fine_ratio**10  # over eight stages
-    noise = 8 * TUNING.noise * ROUNDOFF
+    allowed_change = (
+        8 * TUNING.iteration_share * max(tolerance, const.ROUNDOFF / 4) * fine_ratio**10
+    )  # over eight stages
+    noise = 8 * TUNING.roundings * const.ROUNDOFF
     exactly = tolerance < TUNING.exact
-    best_rate = TUNING.best_rate_finest if tolerance < TUNING.finest else TUNING.best_rate
 
     y, k = equations.at_start(p_, initial)
     compensation = tuple(0.0 for _ in y)
@@ -93,17 +72,17 @@ def advance(
     sizes = tuple(abs(lane(x, 0)) for x in f)
     furthest, extent = largest_of(y[:n]), largest_of(y)
     h = first_length(equations.second_order, end, furthest, largest_of(rates(equations, y)), largest_of(sizes))
-    equal, seen = (0, TUNING.grow_most, TUNING.first_equal_steps_needed), no_frequency()
+    equal, seen = (0, TUNING.grow_most, TUNING.few_steps), no_frequency()
     sides = signs(equations, y, 0.0, k)
     old, last, rejected, unmonitored, rate = f, h, False, 0, 0.0
     t, sample, attempts, stiff, taken, evaluations = 0.0, 0, 0, 0, 0, 0
-    reason = OUT_OF_RANGE if extent > LARGEST or 0.0 < extent < SMALLEST else 0
+    reason = const.OUT_OF_RANGE if extent > const.LARGEST or 0.0 < extent < const.SMALLEST else 0
     while reason == 0 and sample < times.size:
         reason = no_step(t, h, attempts, stiff)
         if reason != 0:
             break
         h = few_bits(h)
-        if h > TUNING.coarse * grid:
+        if h > const.COARSE * grid:
             h = (h + grid) - grid
         # The step is h, rounded so that t + step is exact. The last step ends at the last sample.
         step = end - t if t + h >= end else (t + h) - t
@@ -115,11 +94,11 @@ def advance(
         least_scale = scale[0]
         for x in scale[1:]:
             least_scale = min(least_scale, x)
-        step_noise = noise * max(1.0, step * (slope_roundoff / least_scale) / (TUNING.slope_roundings * ROUNDOFF))
+        step_noise = noise * max(1.0, step * (slope_roundoff / least_scale) / (TUNING.roundings * const.ROUNDOFF))
         ahead, p, v = guesses(equations, step, last, old, unmonitored, table)
         rounds, seen_rate, f, square = stages(
             equations, t, step, y, compensation, ahead, p, v, k, table, change_weight, allowed_change, step_noise,
-            best_rate if t > 0.0 else 1.0, 0.0, unmonitored, exactly,
+            TUNING.best_rate if t > 0.0 else 1.0, 0.0, unmonitored, exactly,
         )  # fmt: skip
         evaluations += abs(rounds)
         rate = seen_rate if seen_rate > 0.0 else min(rate, TUNING.fast)
@@ -131,14 +110,14 @@ def advance(
         sizes = tuple(total(abs(x)) / 8 for x in f)
         error = error_of(equations, step, f, sizes, scale, slope_roundoff, table)
         error *= TUNING.error_factor * step / (tolerance * fine_ratio**4)
-        grow = TUNING.safety / root_15(max(error, TUNING.tiny))
-        if not error <= TUNING.most_error:
-            h = step * max(TUNING.shrink_most, grow) if error < math.inf else step * TUNING.shrink_most
+        grow = TUNING.safety / root_15(max(error, const.TINY))
+        if not error <= 1.0:
+            h = step * max(TUNING.shrink, grow) if error < math.inf else step * TUNING.shrink
             seen, rejected = restarted(h, seen), True
             continue
 
         if exactly:
-            splitter = tuple(TUNING.splitter * x for x in sizes)
+            splitter = tuple(const.SPLITTER * x for x in sizes)
             end_state, residual = next_state_exactly(equations, step, y, compensation, f, splitter, table)
         else:
             end_state, residual = next_state(equations, step, y, compensation, f, table)
@@ -146,7 +125,7 @@ def advance(
         for x in end_state:
             finite += x - x
         if finite != 0.0:
-            reason = NOT_FINITE
+            reason = const.NOT_FINITE
             break
         unsolved = False
         if equations.divisors:
@@ -154,9 +133,9 @@ def advance(
             # motion within 1e-8 of a step, no stage meets the wall: the step looks right but ends beyond the pole. Short
             # steps are not repeated: the divisor of sin(x) / x passes 0 without a pole.
             beyond = signs(equations, end_state, after, k)
-            unsolved = step > TUNING.shortest_at_pole * end and crossed(beyond, sides)
+            unsolved = step > const.SHORTEST_AT_POLE * end and crossed(beyond, sides)
         if not unsolved and times[sample] <= after:
-            monomials = products(table, MONOMIALS, f)
+            monomials = products(table, const.MONOMIALS, f)
             while sample < times.size and times[sample] <= after:
                 place = end_state
                 if times[sample] < after:
@@ -185,7 +164,7 @@ def advance(
         if seen[0]:
             h, seen = length_by_frequency(step, grow, more, seen)
         else:
-            h, equal = equal_length(step, grow, more, rejected, TUNING.hold, equal)
+            h, equal = equal_length(step, grow, more, rejected, equal)
         unmonitored = max(rounds - TUNING.unmonitored, 0)
         if rate > TUNING.stiff_rate:
             stiff = stiff + 1 if motion(equations, step, y, sizes) < TUNING.slow_motion else max(stiff - 1, 0)
@@ -213,13 +192,13 @@ def no_step(t: float, h: float, attempts: int, stiff: int) -> int:
     """The reason not to take a step; 0 if there is none."""
     reason = 0
     if not (h > 0.0 and h < math.inf):
-        reason = NOT_FINITE
+        reason = const.NOT_FINITE
     elif t + h / 4 <= t:
-        reason = STIFF if stiff > 0 else STEP_TOO_SMALL
-    elif attempts >= MOST_STEPS:
-        reason = TOO_MANY_STEPS
-    elif stiff > TUNING.most_stiff:
-        reason = STIFF
+        reason = const.STIFF if stiff > 0 else const.STEP_TOO_SMALL
+    elif attempts >= const.MOST_STEPS:
+        reason = const.TOO_MANY_STEPS
+    elif stiff > const.MOST_STIFF:
+        reason = const.STIFF
     return reason
 
 
@@ -230,11 +209,10 @@ def scales(
 
     At an equilibrium the terms of the slopes cancel, and their round-off, the second result, remains.
     """
-    roundoff = TUNING.slope_roundings * ROUNDOFF * furthest / (step * step) if equations.second_order else 0.0
-    share = max(TUNING.least_share, TUNING.scale_roundings * ROUNDOFF / tolerance)
-    least = max(step * largest_of(sizes) * share, step * roundoff)
+    roundoff = TUNING.roundings * const.ROUNDOFF * furthest / (step * step) if equations.second_order else 0.0
+    least = step * max(largest_of(sizes) * TUNING.roundings * const.ROUNDOFF / tolerance, roundoff)
     v = rates(equations, y)
-    found = tuple(max(max(max(abs(v[i]), step * sizes[i]), least), TUNING.tiny) for i in range(equations.count))
+    found = tuple(max(max(max(abs(v[i]), step * sizes[i]), least), const.TINY) for i in range(equations.count))
     return found, roundoff
 
 
@@ -252,13 +230,13 @@ def guesses(
     if step == last:
         ahead = old
         if equations.derivatives or unmonitored == 0:
-            ahead = products(table, AHEAD, old)
-        p, v = sums(equations, old, table, CARRIED, ONCE_CARRIED)
+            ahead = products(table, const.AHEAD, old)
+        p, v = sums(equations, old, table, const.CARRIED, const.ONCE_CARRIED)
     else:
         ratios = powers(step / last)
-        scaled = tuple(m * ratios for m in products(table, MONOMIALS, old))
-        ahead = products(table, POWERS, scaled)
-        p, v = sums(equations, scaled, table, POWERED, ONCE_POWERED)
+        scaled = tuple(m * ratios for m in products(table, const.MONOMIALS, old))
+        ahead = products(table, const.POWERS, scaled)
+        p, v = sums(equations, scaled, table, const.POWERED, const.ONCE_POWERED)
     return ahead, p, v
 
 
@@ -276,20 +254,19 @@ def error_of(
     processor's registers.
     """
     n = equations.count
-    legendre = products(table, LEGENDRE, f) if n > 1 else (legendre_of_one(f[0], table),)
+    legendre = products(table, const.LEGENDRE, f) if n > 1 else (legendre_of_one(f[0], table),)
     c = tuple(larger(abs(x) - lanes(slope_roundoff), lanes(0.0)) for x in legendre)
     worst = lanes(0.0)
     for i in range(n):
-        worst = fma(c[i] * lanes(1.0 / max(sizes[i], TUNING.tiny)), c[i] * lanes(1.0 / scale[i]), worst)
+        worst = fma(c[i] * lanes(1.0 / max(sizes[i], const.TINY)), c[i] * lanes(1.0 / scale[i]), worst)
     error = lane(worst, 7) + TUNING.lower_weight * lane(worst, 6)
     if lane(worst, 7) + lane(worst, 6) > TUNING.not_falling * (lane(worst, 5) + lane(worst, 4)):
         sharp = lanes(0.0)
         for i in range(n):
             sharp = fma(c[i] / lanes(scale[i]), c[i] / lanes(scale[i]), sharp)
         high, lower = lane(sharp, 7) + lane(sharp, 6), lane(sharp, 5) + lane(sharp, 4)
-        decay = high / max(high + lower, TUNING.tiny)
-        rest = math.sqrt(high) - TUNING.noise * ROUNDOFF / step
-        error += TUNING.not_falling_factor * max(rest, 0.0) * decay * decay
+        decay = high / max(high + lower, const.TINY)
+        error += max(math.sqrt(high) - TUNING.roundings * const.ROUNDOFF / step, 0.0) * decay * decay
     return error
 
 
@@ -321,22 +298,15 @@ def sample_at(
         As the step has converged, its samples usually converge too, though a change may
     XX the sample does not converge, the rounds, and the state.
     """
-    x = fma(lanes(part / step), row(table, NODES), lanes(-1.0))
+    x = fma(lanes(part / step), row(table, const.NODES), lanes(-1.0))
     near = tuple(at(m, x) for m in monomials)
-    unsolved, rounds = True, 0
-    for _ in turns(TUNING.tries):
-        p, v = sums(equations, near, table, STAGES, ONCE)
-        again, _rate, near, _square = stages(
-            equations, t, part, y, compensation, near, p, v, k, table, change_weight,
-            allowed_change / TUNING.sample_factor, noise, TUNING.best_rate_of_sample,
-            max(rate, TUNING.best_rate_of_sample), 0, exactly,
-        )  # fmt: skip
-        rounds += abs(again)
-        unsolved = again <= 0
-        if not unsolved:
-            break
+    p, v = sums(equations, near, table, const.STAGES, const.ONCE)
+    rounds, _rate, near, _square = stages(
+        equations, t, part, y, compensation, near, p, v, k, table, change_weight, allowed_change, noise,
+        TUNING.best_rate_of_sample, max(rate, TUNING.best_rate_of_sample), 0, exactly,
+    )  # fmt: skip
     place, _residual = next_state(equations, part, y, compensation, near, table)
-    return unsolved, rounds, place
+    return rounds <= 0, abs(rounds), place
 
 
 def write(equations: Equations, out: Any, sample: int, state: Numbers, initial: Any) -> None:
@@ -355,5 +325,5 @@ def motion(equations: Equations, step: float, y: Numbers, sizes: Numbers) -> flo
     v = rates(equations, y)
     most, found = largest_of(v), 0.0
     for i in range(equations.count):
-        found = max(found, step * sizes[i] / max(abs(v[i]) + TUNING.least_moving * most, TUNING.tiny))
+        found = max(found, step * sizes[i] / max(abs(v[i]) + const.LEAST_MOVING * most, const.TINY))
     return found

@@ -20,7 +20,6 @@ from gnomon.harness.contract.problem import counting, initial_state, problem_of
 from gnomon.harness.integrators.gauss import gauss_fast, gauss_fast_constants, gauss_fast_kernel
 from gnomon.harness.integrators.gauss.gauss import integrals, nodes
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, extrapolation_weights, table
-from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations, layout
 from gnomon.harness.integrators.gauss.gauss_fast_stages import next_state_exactly
 from gnomon.harness.integrators.gauss.lanes import each, power, put, root, row, totals
@@ -391,7 +390,9 @@ def test_a_cusp_does_not_shorten_what_follows(variant: str, tolerance: float) ->
 
 @pytest.mark.parametrize("name", ["kepler_orbit", "pendulum_simple"])
 def test_the_loosest_tolerances_are_one(name: str) -> None:
-    loose, loosest = (solved(name, None, x, sundman=name == "kepler_orbit") for x in (0.5, TUNING.loosest))
+    loose, loosest = (
+        solved(name, None, x, sundman=name == "kepler_orbit") for x in (0.5, gauss_fast_constants.LOOSEST)
+    )
     assert np.array_equal(loose.states, loosest.states)
     assert loosest.error < 0.1
 
@@ -667,7 +668,7 @@ def test_an_ensemble_counts_what_all_its_threads_do() -> None:
     problem = problem_of(case, GaussFast.accepts)
     counts = []
     for one, tasks in ((counting(problem), 1), (counting(problem), 3), (problem, 1)):
-        GaussFast().prepare(one, 1e-9)(np.repeat(initial_state(case)[None], TUNING.chunk * tasks, axis=0))
+        GaussFast().prepare(one, 1e-9)(np.repeat(initial_state(case)[None], gauss_fast_constants.CHUNK * tasks, axis=0))
         counts.append(one.buffer[-1])
     assert counts[0] > 0
     assert counts[0] % 64 == 0
