@@ -47,6 +47,7 @@ class Tuning:
     least_growth: float = 1.1  # least ratio by which equal steps then grow
 
     # Steps by frequency.
+    stride_share: float = 0.95  # first stride, as a share of the least wanted stride
     most_frequency_change: float = 2.0  # largest ratio of the frequency that gives a step to the frequency at its start
 
     # Stiffness: convergence limits the steps although the motion is slow.

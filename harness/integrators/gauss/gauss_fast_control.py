@@ -127,7 +127,7 @@ def choose_frequency(
         and largest_stride_8 < (2 * longest / shortest) ** 8 * least_stride_8
     ):
         by_frequency, step_variation = True, longest / shortest
-        stride, step_frequency = TUNING.safety * least_stride_8**0.125, math.sqrt(math.sqrt(square))
+        stride, step_frequency = TUNING.stride_share * least_stride_8**0.125, math.sqrt(math.sqrt(square))
         equal, more = (0, TUNING.grow_most, equal[2]), 1.0
     if whole:
         steps, shortest, longest, least_stride_8, largest_stride_8 = 0, math.inf, 0.0, math.inf, 0.0
