@@ -109,6 +109,7 @@ def _rewritten(definition: ast.FunctionDef) -> ast.FunctionDef:
         [ast.Constant(None) for _ in definition.args.defaults],
     )
     found = ast.FunctionDef(definition.name, plain, [*start, *new] or [ast.Pass()], [], None, None)
+    found.type_params = []  # type: ignore[attr-defined]  # which Python 3.12 requires
     return ast.copy_location(found, definition)
 
 
