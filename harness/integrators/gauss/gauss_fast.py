@@ -15,9 +15,9 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, kept, rounded
 from gnomon.harness.integrators.base.step_control import check_tolerance
 from gnomon.harness.integrators.base.stepping import blank
-from gnomon.harness.integrators.gauss import gauss, gauss_fast_constants, gauss_fast_kernel, radau
+from gnomon.harness.integrators.gauss import constants, gauss, gauss_fast_kernel, radau
+from gnomon.harness.integrators.gauss.constants import SCRATCH, SCRATCH_ROWS, TUNING
 from gnomon.harness.integrators.gauss.gauss import integrals, lagrange, nodes, rounding_residuals
-from gnomon.harness.integrators.gauss.gauss_fast_constants import SCRATCH, SCRATCH_ROWS, TUNING
 from gnomon.harness.integrators.gauss.gauss_fast_layout import layout
 from gnomon.reference.numerics.precision import nearest_double, working
 from numpy.typing import NDArray
@@ -31,12 +31,12 @@ FINEST_SHARE = 1e-14
 and above the tolerance."""
 
 REASONS = {
-    gauss_fast_constants.NOT_FINITE: "the equations gave a value that is not finite",
-    gauss_fast_constants.STEP_TOO_SMALL: "the step size fell below the spacing of times",
-    gauss_fast_constants.TOO_MANY_STEPS: f"more than {gauss_fast_constants.MOST_STEPS} steps",
-    gauss_fast_constants.STIFF: "the equations are stiff, and Radau IIA 5 stops too or has too coarse a tolerance",
-    gauss_fast_constants.OUT_OF_RANGE: "the largest component of the start is not between "
-    f"{gauss_fast_constants.SMALLEST:g} and {gauss_fast_constants.LARGEST:g}; choose other units",
+    constants.NOT_FINITE: "the equations gave a value that is not finite",
+    constants.STEP_TOO_SMALL: "the step size fell below the spacing of times",
+    constants.TOO_MANY_STEPS: f"more than {constants.MOST_STEPS} steps",
+    constants.STIFF: "the equations are stiff, and Radau IIA 5 stops too or has too coarse a tolerance",
+    constants.OUT_OF_RANGE: "the largest component of the start is not between "
+    f"{constants.SMALLEST:g} and {constants.LARGEST:g}; choose other units",
 }
 
 
@@ -63,12 +63,12 @@ class GaussFast(Integrator):
     name, order = "Gauss 8-stage SIMD", 16
     accepts = (FirstOrder, SecondOrder)
     sampling = "dense output"
-    sweep = Tolerance(gauss_fast_constants.LOOSEST, LEAST_TOLERANCE)
+    sweep = Tolerance(constants.LOOSEST, LEAST_TOLERANCE)
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         check_tolerance(setting, LEAST_TOLERANCE)
         problem = problem.since_start()
-        setting, form = min(setting, gauss_fast_constants.LOOSEST), problem.form
+        setting, form = min(setting, constants.LOOSEST), problem.form
         assert isinstance(form, FirstOrder | SecondOrder)
         form = form.source if isinstance(form, FirstOrder) and form.source is not None else form
         arguments = (form, len(problem.parameters), problem.dimension)
@@ -79,7 +79,7 @@ class GaussFast(Integrator):
         def solve(initial: Floats) -> Solution:
             out = blank(problem, initial)
             stop = np.zeros(4, dtype=np.int64)
-            if len(initial) >= gauss_fast_constants.ENSEMBLE:
+            if len(initial) >= constants.ENSEMBLE:
                 return together(initial, out, stop)
             taken = alone(initial, out, stop) if len(initial) == 1 else one_by_one(initial, out, stop, 0)
             return Solution(out, taken, reason(stop))
@@ -87,7 +87,7 @@ class GaussFast(Integrator):
         def alone(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
             taken = run(buffer, coefficients, initial[0], times, setting, out[0], stop)
             buffer[-1] += problem.counted * stop[3]
-            if stop[0] == gauss_fast_constants.STIFF:
+            if stop[0] == constants.STIFF:
                 instead = stiffly(problem, setting, initial)
                 if instead is not None:
                     taken, out[:], stop[0] = taken + (instead.steps or 0), instead.states, 0
@@ -110,13 +110,13 @@ class GaussFast(Integrator):
             eight, rows = compiled_ensemble()
 
             def part(first: int) -> tuple[int, int, list[int]]:
-                here = slice(first, first + gauss_fast_constants.CHUNK)
-                left_over = np.zeros(gauss_fast_constants.CHUNK // 8 + 1, dtype=np.int64)
+                here = slice(first, first + constants.CHUNK)
+                left_over = np.zeros(constants.CHUNK // 8 + 1, dtype=np.int64)
                 taken = eight(buffer, coefficients, initial[here], times, setting, out[here], left_over, lines(rows))
                 return taken, int(left_over[-1]), [first + 8 * int(i) for i in np.flatnonzero(left_over[:-1])]
 
             with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
-                parts = threads.map(part, range(0, len(initial), gauss_fast_constants.CHUNK))
+                parts = threads.map(part, range(0, len(initial), constants.CHUNK))
                 accepted, evaluations, left = zip(*parts, strict=True)
             steps = sum(accepted)
             buffer[-1] += problem.counted * sum(evaluations)
@@ -174,7 +174,7 @@ def lines(count: int) -> Floats:
 
 
 def rows(mp: Any, second_order: bool, width: float) -> Table:
-    """Rows of the kernel's table, eight numbers each, in the sequence of `gauss_fast_constants`."""
+    """Rows of the kernel's table, eight numbers each, in the sequence of `constants`."""
     c = nodes(mp, 8)
     s = range(8)
     once, b = [integrals(mp, c, node) for node in c], integrals(mp, c, mp.mpf(1))

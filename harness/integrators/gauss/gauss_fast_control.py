@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
+from gnomon.harness.integrators.gauss.constants import TUNING
 from gnomon.harness.integrators.gauss.lanes import bits, double
 
 ONE = 0x3FF0000000000000

@@ -22,8 +22,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from gnomon.harness.integrators.gauss import gauss_fast_constants as const
-from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
+from gnomon.harness.integrators.gauss import constants
+from gnomon.harness.integrators.gauss.constants import TUNING
 from gnomon.harness.integrators.gauss.gauss_fast_control import (
     equal_length,
     few_bits,
@@ -92,10 +92,10 @@ def advance_eight(
     end = times[-1]
     fine_ratio = min(tolerance / TUNING.fine, 1.0)
     share = 8 * TUNING.iteration_share_of_ensemble * fine_ratio**10
-    allowed_change, noise = share * max(tolerance, const.ROUNDOFF / 4), 8 * TUNING.roundings * const.ROUNDOFF
+    allowed_change, noise = share * max(tolerance, constants.ROUNDOFF / 4), 8 * TUNING.roundings * constants.ROUNDOFF
     for j in turns(8):
-        put(work, places.fresh + j, row(table, const.STAGES + j))
-        put(work, places.fresh + 8 + j, row(table, const.ONCE + j))
+        put(work, places.fresh + j, row(table, constants.STAGES + j))
+        put(work, places.fresh + 8 + j, row(table, constants.ONCE + j))
     taken, evaluations, many = 0, 0, initial.shape[0]
     for first in range(0, many, 8):
         some = min(8, many - first)
@@ -118,18 +118,18 @@ def advance_eight(
         t, sample, attempts, stiff, rejected, failed = 0.0, 0, 0, 0, False, False
         equal = 0, TUNING.grow_most, TUNING.many_steps
         for i in range(some):
-            failed = failed or lane(extent, i) > const.LARGEST or 0.0 < lane(extent, i) < const.SMALLEST
+            failed = failed or lane(extent, i) > constants.LARGEST or 0.0 < lane(extent, i) < constants.SMALLEST
         while sample < times.size and not failed:
             if steps_left < 1.0:
-                steps_left = math.ceil((times[sample] - t) / (wanted_step * (1.0 + const.EQUAL_WITHIN)))
+                steps_left = math.ceil((times[sample] - t) / (wanted_step * (1.0 + constants.EQUAL_WITHIN)))
             h = (times[sample] - t) / steps_left if steps_left < 1e15 else 0.0
             h = few_bits(h) if steps_left > 1.0 else h
             attempts += 1
-            if not (t + h / 4 > t and h < math.inf) or attempts > const.MOST_ATTEMPTS:
+            if not (t + h / 4 > t and h < math.inf) or attempts > constants.MOST_ATTEMPTS:
                 failed = True
                 break
 
-            if last > 0.0 and not abs(h / last - ratio) < const.EQUAL_WITHIN:
+            if last > 0.0 and not abs(h / last - ratio) < constants.EQUAL_WITHIN:
                 ratio = h / last
                 carry_on(places, table, work, ratio)
             guess(equations, places, work, old, last > 0.0, at_start)
@@ -138,7 +138,7 @@ def advance_eight(
             most = lanes(0.0)
             for x in scale:
                 most = larger(most, slope_roundoff / x)
-            step_noise = noise * max(1.0, h * highest(most) / (TUNING.roundings * const.ROUNDOFF))
+            step_noise = noise * max(1.0, h * highest(most) / (TUNING.roundings * constants.ROUNDOFF))
             rounds, rate = eight_stages(
                 equations, places, t, h, y, compensation, k, table, work, change_weight, allowed_change, step_noise,
                 TUNING.best_rate if last > 0.0 else 1.0, old, places.onward if last > 0.0 else places.fresh, new,
@@ -150,7 +150,7 @@ def advance_eight(
 
             change, sizes, worst = end_of_step(equations, h, y, compensation, table, work, new, scale, slope_roundoff)
             worst *= TUNING.error_factor * h / (tolerance * fine_ratio**4)
-            grow = TUNING.safety / root_15(max(worst, const.TINY))
+            grow = TUNING.safety / root_15(max(worst, constants.TINY))
             if not worst <= 1.0:
                 wanted_step, steps_left, rejected = h * max(TUNING.shrink, grow), 0.0, True
                 continue
@@ -175,7 +175,7 @@ def advance_eight(
             if rate > TUNING.stiff_rate:
                 slow = highest(motion(equations, h, y, sizes)) < TUNING.slow_motion
                 stiff = stiff + 1 if slow else max(stiff - 1, 0)
-                failed = failed or stiff > const.MOST_STIFF
+                failed = failed or stiff > constants.MOST_STIFF
 
             grow = limited(grow, rate, rounds)
             more, equal = growth(grow, rejected, equal)
@@ -207,14 +207,14 @@ def carry_on(places: Work, table: Table, work: Table, ratio: float) -> None:
         after = lanes(0.0)
         power = 1.0
         for m in turns(8):
-            after = fma(row(table, const.POWERS + m), lanes(power * table[const.MONOMIALS + k, m]), after)
+            after = fma(row(table, constants.POWERS + m), lanes(power * table[constants.MONOMIALS + k, m]), after)
             power *= ratio
         put(work, places.after + k, after)
     for k in turns(8):
         twice, once = lanes(0.0), lanes(0.0)
         for m in turns(8):
-            twice = fma(row(table, const.STAGES + m), lanes(work[places.after + k, m]), twice)
-            once = fma(row(table, const.ONCE + m), lanes(work[places.after + k, m]), once)
+            twice = fma(row(table, constants.STAGES + m), lanes(work[places.after + k, m]), twice)
+            once = fma(row(table, constants.ONCE + m), lanes(work[places.after + k, m]), once)
         put(work, places.onward + k, twice)
         put(work, places.onward + 8 + k, once)
 
@@ -242,12 +242,13 @@ def scales(
     equations: Equations, h: float, y: Vectors, sizes: Vectors, reach: Lanes, tolerance: float
 ) -> tuple[Vectors, Lanes]:
     """The scale of each component, and the round-off of slopes whose terms cancel, as for single trajectories."""
-    roundoff = lanes(TUNING.roundings * const.ROUNDOFF / (h * h)) * reach if equations.second_order else lanes(0.0)
-    share = TUNING.roundings * const.ROUNDOFF / tolerance
+    roundoff = lanes(TUNING.roundings * constants.ROUNDOFF / (h * h)) * reach if equations.second_order else lanes(0.0)
+    share = TUNING.roundings * constants.ROUNDOFF / tolerance
     least = larger(lanes(h * share) * highest_of(sizes), lanes(h) * roundoff)
     v = rates(equations, y)
     found = tuple(
-        larger(larger(larger(abs(v[i]), lanes(h) * sizes[i]), least), lanes(const.TINY)) for i in range(equations.count)
+        larger(larger(larger(abs(v[i]), lanes(h) * sizes[i]), least), lanes(constants.TINY))
+        for i in range(equations.count)
     )
     return found, roundoff
 
@@ -315,7 +316,7 @@ def locate(
     step = hh * hh if equations.second_order else hh
     r = stage_vectors(equations, work, source)
     for j in turns(8):
-        high, low = lanes(h * table[const.NODES_HIGH, j]), lanes(h * table[const.NODES_LOW, j])
+        high, low = lanes(h * table[constants.NODES_HIGH, j]), lanes(h * table[constants.NODES_LOW, j])
         for i in range(n):
             b, rest = y[i], lanes(0.0)
             if equations.second_order:
@@ -340,7 +341,7 @@ def slopes_of_stage(
     x = tuple(row(work, places.points + n * j + i) for i in range(n))
     if equations.with_velocity:
         x = (*x, *(row(work, places.points + n * (8 + j) + i) for i in range(n)))
-    found: Vectors = equations.slopes(x, equations.forcing(lanes(t + h * table[const.NODES, j]), k), k)
+    found: Vectors = equations.slopes(x, equations.forcing(lanes(t + h * table[constants.NODES, j]), k), k)
     return found
 
 
@@ -398,11 +399,12 @@ def corrections(
     n, hh, count = equations.count, lanes(h), len(equations.derivatives)
     step = hh * hh if equations.second_order else hh
     moves = tuple(
-        fma(step, applied(table, const.STAGES, j, r[i]), row(work, places.apart + n * j + i)) for i in range(n)
+        fma(step, applied(table, constants.STAGES, j, r[i]), row(work, places.apart + n * j + i)) for i in range(n)
     )
     if equations.with_velocity:
         turned = (
-            fma(hh, applied(table, const.ONCE, j, r[i]), row(work, places.apart + n * (8 + j) + i)) for i in range(n)
+            fma(hh, applied(table, constants.ONCE, j, r[i]), row(work, places.apart + n * (8 + j) + i))
+            for i in range(n)
         )
         moves = (*moves, *turned)
     c = tuple(lanes(0.0) for _ in range(n))
@@ -429,14 +431,14 @@ def end_of_step(
         a, b, e, p, c, d, s = zero, zero, zero, zero, zero, zero, zero
         for j in range(8):
             f = row(work, new + n * j + i)
-            a = fma(lanes(table[const.WEIGHTS, j]), f, a)
-            e = fma(lanes(table[const.WEIGHTS + const.LOW, j]), f, e)
-            c = fma(lanes(table[const.HIGHEST + 2, j]), f, c)
-            d = fma(lanes(table[const.HIGHEST + 3, j]), f, d)
+            a = fma(lanes(table[constants.WEIGHTS, j]), f, a)
+            e = fma(lanes(table[constants.WEIGHTS + constants.LOW, j]), f, e)
+            c = fma(lanes(table[constants.HIGHEST + 2, j]), f, c)
+            d = fma(lanes(table[constants.HIGHEST + 3, j]), f, d)
             s = s + abs(f)
             if equations.second_order:
-                b = fma(lanes(table[const.POSITIONS, j]), f, b)
-                p = fma(lanes(table[const.POSITIONS + const.LOW, j]), f, p)
+                b = fma(lanes(table[constants.POSITIONS, j]), f, b)
+                p = fma(lanes(table[constants.POSITIONS + constants.LOW, j]), f, p)
         at = n + i if equations.second_order else i
         speeds = (*speeds, fma(lanes(h), a, fma(lanes(h), e, compensation[at])))
         if equations.second_order:
@@ -444,7 +446,7 @@ def end_of_step(
             positions = (*positions, fma(lanes(h), y[at], fma(lanes(h * h), b, place)))
         sizes = (*sizes, s * lanes(0.125))
         c, d = larger(abs(c) - slope_roundoff, zero), larger(abs(d) - slope_roundoff, zero)
-        m, w = lanes(1.0) / larger(sizes[i], lanes(const.TINY)), lanes(1.0) / scale[i]
+        m, w = lanes(1.0) / larger(sizes[i], lanes(constants.TINY)), lanes(1.0) / scale[i]
         error = error + ((d * m) * (d * w) + lanes(TUNING.lower_weight) * (c * m) * (c * w))
     return (*positions, *speeds), sizes, highest(error)
 
@@ -452,8 +454,8 @@ def end_of_step(
 def motion(equations: Equations, h: float, y: Vectors, sizes: Vectors) -> Lanes:
     """The largest relative change of a component in a step (see `gauss_fast_steps.motion`)."""
     v = rates(equations, y)
-    most, found = larger(highest_of(v), lanes(const.TINY)), lanes(0.0)
+    most, found = larger(highest_of(v), lanes(constants.TINY)), lanes(0.0)
     for i in range(equations.count):
-        below = larger(abs(v[i]) + lanes(const.LEAST_MOVING) * most, lanes(const.TINY))
+        below = larger(abs(v[i]) + lanes(constants.LEAST_MOVING) * most, lanes(constants.TINY))
         found = larger(found, lanes(h) * sizes[i] / below)
     return found

@@ -9,7 +9,7 @@ from typing import Any
 from gnomon.cases.core.forms import Form, SecondOrder
 from gnomon.harness.contract.integrator import Refused
 from gnomon.harness.contract.sources import cached_by_content
-from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
+from gnomon.harness.integrators.gauss.constants import TUNING
 from gnomon.harness.integrators.gauss.staged_equations import PLAIN, Staged, expensive, poles
 from gnomon.harness.kernels.derivatives import jacobian
 from gnomon.harness.kernels.traced import ROUND, Node, Trace, Value, number, reached, traced

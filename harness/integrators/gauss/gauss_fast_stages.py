@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-from gnomon.harness.integrators.gauss import gauss_fast_constants as const
-from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
+from gnomon.harness.integrators.gauss import constants
+from gnomon.harness.integrators.gauss.constants import TUNING
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations
 from gnomon.harness.integrators.gauss.lanes import (
     Lanes,
@@ -47,7 +47,7 @@ def sums(equations: Equations, f: Vectors, table: Table, first: int, once: int) 
 
 def weighted(f: Lanes, table: Table, weights: int) -> Lanes:
     """Slopes times weights, with the rounding residuals of the weights."""
-    return fma(f, row(table, weights), f * row(table, weights + const.LOW))
+    return fma(f, row(table, weights), f * row(table, weights + constants.LOW))
 
 
 def weighted_exactly(f: Lanes, splitter: float, table: Table, weights: int) -> tuple[float, float]:
@@ -58,7 +58,7 @@ def weighted_exactly(f: Lanes, splitter: float, table: Table, weights: int) -> t
     w = row(table, weights)
     parts = f * w
     high = minus(parts + lanes(splitter), lanes(splitter))
-    return total(high), total(minus(parts, high) + fma(f, row(table, weights + const.LOW), fma(f, w, -parts)))
+    return total(high), total(minus(parts, high) + fma(f, row(table, weights + constants.LOW), fma(f, w, -parts)))
 
 
 def summed(y: T, change: T) -> tuple[T, T]:
@@ -94,10 +94,10 @@ def at(m: Lanes, x: Lanes) -> Lanes:
 def legendre_of_one(f: Lanes, table: Table) -> Lanes:
     """The Legendre coefficients 4 to 7 of one slope in their lanes."""
     return totals(
-        f * row(table, const.HIGHEST),
-        f * row(table, const.HIGHEST + 1),
-        f * row(table, const.HIGHEST + 2),
-        f * row(table, const.HIGHEST + 3),
+        f * row(table, constants.HIGHEST),
+        f * row(table, constants.HIGHEST + 1),
+        f * row(table, constants.HIGHEST + 2),
+        f * row(table, constants.HIGHEST + 3),
     )
 
 
@@ -121,10 +121,10 @@ def stages(
     """
     n = equations.count
     hh = lanes(h)
-    w = equations.forcing(fma(hh, row(table, const.NODES), lanes(t)), k)
+    w = equations.forcing(fma(hh, row(table, constants.NODES), lanes(t)), k)
     b, e = tuple(lanes(y[i]) for i in range(n)), tuple(lanes(0.0) for i in range(n))
     if equations.second_order:
-        high, low = hh * row(table, const.NODES_HIGH), hh * row(table, const.NODES_LOW)
+        high, low = hh * row(table, constants.NODES_HIGH), hh * row(table, constants.NODES_LOW)
         speeds = tuple(lanes(y[n + i]) for i in range(n))
         b = tuple(fma(high, speeds[i], fma(low, speeds[i], lanes(y[i]))) for i in range(n))
         if exactly:
@@ -166,7 +166,7 @@ def stages(
         if equations.groups:
             x = moved(equations, equations.groups[-1], hh, b, x, new, table)
         else:
-            p, v = sums(equations, f, table, const.STAGES, const.ONCE)
+            p, v = sums(equations, f, table, constants.STAGES, constants.ONCE)
     return rounds, rate if before > noise else 0.0, f, frequency(equations, g, table)
 
 
@@ -192,10 +192,10 @@ def convergence(
     """
     done = False
     if (change * max(rate, assumed_rate) <= allowed_change and rate < TUNING.slow) or (
-        change < noise and (rate > TUNING.slow or rounds == const.MOST_ROUNDS)
+        change < noise and (rate > TUNING.slow or rounds == constants.MOST_ROUNDS)
     ):
         done = True
-    elif not change < const.MOST_CHANGE or rounds == const.MOST_ROUNDS or (rounds > 2 and rate > TUNING.slow):
+    elif not change < constants.MOST_CHANGE or rounds == constants.MOST_ROUNDS or (rounds > 2 and rate > TUNING.slow):
         done, rounds = True, -rounds
     return done, rounds
 
@@ -214,8 +214,8 @@ def corrected(
     if not equations.derivatives:
         return new
     changes = tuple(g[i] - f[i] for i in range(n))
-    moves = products(table, const.STAGES, changes)
-    turns = products(table, const.ONCE, changes) if equations.with_velocity else moves
+    moves = products(table, constants.STAGES, changes)
+    turns = products(table, constants.ONCE, changes) if equations.with_velocity else moves
     if equations.second_order and exactly:
         s = tuple(fma(hh * hh, p[i], b[i] - x[i]) + e[i] for i in range(n))
         for m, i, j in equations.derivatives:
@@ -257,7 +257,7 @@ def moved(
 ) -> Vectors:
     """The places with those that new slopes of a group move, if a slope reads them."""
     read = tuple(i for i in group if i in equations.read)
-    p = products(table, const.STAGES, tuple(new[i] for i in read)) if read else ()
+    p = products(table, constants.STAGES, tuple(new[i] for i in read)) if read else ()
     for m in range(len(read)):
         x = replaced(x, read[m], fma(hh, p[m], b[read[m]]))
     return x
@@ -274,7 +274,7 @@ def frequency(equations: Equations, g: Vectors, table: Table) -> float:
     squares = lanes(0.0)
     for m in equations.by_position:
         squares = squares + g[m] * g[m]
-    at_end = max(total(row(table, const.ENDS) * squares), lane(squares, 7) / TUNING.grow_most)
+    at_end = max(total(row(table, constants.ENDS) * squares), lane(squares, 7) / TUNING.grow_most)
     return min(at_end, TUNING.grow_most * lane(squares, 7))
 
 
@@ -286,9 +286,9 @@ def next_state(
 ) -> tuple[Numbers, Numbers]:
     """The state after a step, y + h b f, or q + h v + h^2 b (1 - c) a and v + h b a; the residual of the last sum."""
     n = equations.count
-    s = tuple(h * total(weighted(f[i], table, const.WEIGHTS)) for i in range(n))
+    s = tuple(h * total(weighted(f[i], table, constants.WEIGHTS)) for i in range(n))
     if equations.second_order:
-        p = tuple(h * (h * total(weighted(f[i], table, const.POSITIONS)) + compensation[n + i]) for i in range(n))
+        p = tuple(h * (h * total(weighted(f[i], table, constants.POSITIONS)) + compensation[n + i]) for i in range(n))
         change = (
             *(h * y[n + i] + (p[i] + compensation[i]) for i in range(n)),
             *(s[i] + compensation[n + i] for i in range(n)),
@@ -304,10 +304,10 @@ def next_state_exactly(
 ) -> tuple[Numbers, Numbers]:
     """The same, with the rounding residuals of all sums and products."""
     n = equations.count
-    rates = tuple(weighted_exactly(f[i], splitter[i], table, const.WEIGHTS) for i in range(n))
+    rates = tuple(weighted_exactly(f[i], splitter[i], table, constants.WEIGHTS) for i in range(n))
     if equations.second_order:
         starts = tuple(added(y[i], fused(h, compensation[n + i], compensation[i]), h, y[n + i]) for i in range(n))
-        means = tuple(weighted_exactly(f[i], splitter[i], table, const.POSITIONS) for i in range(n))
+        means = tuple(weighted_exactly(f[i], splitter[i], table, constants.POSITIONS) for i in range(n))
         both = tuple(
             added(starts[i][0], fused(h * h, means[i][1], starts[i][1]), h * h, means[i][0]) for i in range(n)
         ) + tuple(added(y[n + i], fused(h, rates[i][1], compensation[n + i]), h, rates[i][0]) for i in range(n))

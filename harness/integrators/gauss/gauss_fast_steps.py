@@ -16,8 +16,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from gnomon.harness.integrators.gauss import gauss_fast_constants as const
-from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING
+from gnomon.harness.integrators.gauss import constants
+from gnomon.harness.integrators.gauss.constants import TUNING
 from gnomon.harness.integrators.gauss.gauss_fast_control import (
     choose_frequency,
     equal_length,
@@ -61,9 +61,9 @@ def advance(
     grid = 2.0 ** math.ceil(math.log2(end)) if end > 0.0 else 1.0
     fine_ratio = min(tolerance / TUNING.fine, 1.0)
     allowed_change = (
-        8 * TUNING.iteration_share * max(tolerance, const.ROUNDOFF / 4) * fine_ratio**10
+        8 * TUNING.iteration_share * max(tolerance, constants.ROUNDOFF / 4) * fine_ratio**10
     )  # over eight stages
-    noise = 8 * TUNING.roundings * const.ROUNDOFF
+    noise = 8 * TUNING.roundings * constants.ROUNDOFF
     exactly = tolerance < TUNING.exact
 
     y, k = equations.at_start(p_, initial)
@@ -76,13 +76,13 @@ def advance(
     sides = signs(equations, y, 0.0, k)
     old, last, rejected, unmonitored, rate = f, h, False, 0, 0.0
     t, sample, attempts, stiff, taken, evaluations = 0.0, 0, 0, 0, 0, 0
-    reason = const.OUT_OF_RANGE if extent > const.LARGEST or 0.0 < extent < const.SMALLEST else 0
+    reason = constants.OUT_OF_RANGE if extent > constants.LARGEST or 0.0 < extent < constants.SMALLEST else 0
     while reason == 0 and sample < times.size:
         reason = no_step(t, h, attempts, stiff)
         if reason != 0:
             break
         h = few_bits(h)
-        if h > const.COARSE * grid:
+        if h > constants.COARSE * grid:
             h = (h + grid) - grid
         # The step is h, rounded so that t + step is exact. The last step ends at the last sample.
         step = end - t if t + h >= end else (t + h) - t
@@ -94,7 +94,7 @@ def advance(
         least_scale = scale[0]
         for x in scale[1:]:
             least_scale = min(least_scale, x)
-        step_noise = noise * max(1.0, step * (slope_roundoff / least_scale) / (TUNING.roundings * const.ROUNDOFF))
+        step_noise = noise * max(1.0, step * (slope_roundoff / least_scale) / (TUNING.roundings * constants.ROUNDOFF))
         ahead, p, v = guesses(equations, step, last, old, unmonitored, table)
         rounds, seen_rate, f, square = stages(
             equations, t, step, y, compensation, ahead, p, v, k, table, change_weight, allowed_change, step_noise,
@@ -110,14 +110,14 @@ def advance(
         sizes = tuple(total(abs(x)) / 8 for x in f)
         error = error_of(equations, step, f, sizes, scale, slope_roundoff, table)
         error *= TUNING.error_factor * step / (tolerance * fine_ratio**4)
-        grow = TUNING.safety / root_15(max(error, const.TINY))
+        grow = TUNING.safety / root_15(max(error, constants.TINY))
         if not error <= 1.0:
             h = step * max(TUNING.shrink, grow) if error < math.inf else step * TUNING.shrink
             seen, rejected = restarted(h, seen), True
             continue
 
         if exactly:
-            splitter = tuple(const.SPLITTER * x for x in sizes)
+            splitter = tuple(constants.SPLITTER * x for x in sizes)
             end_state, residual = next_state_exactly(equations, step, y, compensation, f, splitter, table)
         else:
             end_state, residual = next_state(equations, step, y, compensation, f, table)
@@ -125,7 +125,7 @@ def advance(
         for x in end_state:
             finite += x - x
         if finite != 0.0:
-            reason = const.NOT_FINITE
+            reason = constants.NOT_FINITE
             break
         unsolved = False
         if equations.divisors:
@@ -133,9 +133,9 @@ def advance(
             # motion within 1e-8 of a step, no stage meets the wall: the step looks right but ends beyond the pole. Short
             # steps are not repeated: the divisor of sin(x) / x passes 0 without a pole.
             beyond = signs(equations, end_state, after, k)
-            unsolved = step > const.SHORTEST_AT_POLE * end and crossed(beyond, sides)
+            unsolved = step > constants.SHORTEST_AT_POLE * end and crossed(beyond, sides)
         if not unsolved and times[sample] <= after:
-            monomials = products(table, const.MONOMIALS, f)
+            monomials = products(table, constants.MONOMIALS, f)
             while sample < times.size and times[sample] <= after:
                 place = end_state
                 if times[sample] < after:
@@ -192,13 +192,13 @@ def no_step(t: float, h: float, attempts: int, stiff: int) -> int:
     """The reason not to take a step; 0 if there is none."""
     reason = 0
     if not (h > 0.0 and h < math.inf):
-        reason = const.NOT_FINITE
+        reason = constants.NOT_FINITE
     elif t + h / 4 <= t:
-        reason = const.STIFF if stiff > 0 else const.STEP_TOO_SMALL
-    elif attempts >= const.MOST_STEPS:
-        reason = const.TOO_MANY_STEPS
-    elif stiff > const.MOST_STIFF:
-        reason = const.STIFF
+        reason = constants.STIFF if stiff > 0 else constants.STEP_TOO_SMALL
+    elif attempts >= constants.MOST_STEPS:
+        reason = constants.TOO_MANY_STEPS
+    elif stiff > constants.MOST_STIFF:
+        reason = constants.STIFF
     return reason
 
 
@@ -209,10 +209,10 @@ def scales(
 
     At an equilibrium the terms of the slopes cancel, and their round-off, the second result, remains.
     """
-    roundoff = TUNING.roundings * const.ROUNDOFF * furthest / (step * step) if equations.second_order else 0.0
-    least = step * max(largest_of(sizes) * TUNING.roundings * const.ROUNDOFF / tolerance, roundoff)
+    roundoff = TUNING.roundings * constants.ROUNDOFF * furthest / (step * step) if equations.second_order else 0.0
+    least = step * max(largest_of(sizes) * TUNING.roundings * constants.ROUNDOFF / tolerance, roundoff)
     v = rates(equations, y)
-    found = tuple(max(max(max(abs(v[i]), step * sizes[i]), least), const.TINY) for i in range(equations.count))
+    found = tuple(max(max(max(abs(v[i]), step * sizes[i]), least), constants.TINY) for i in range(equations.count))
     return found, roundoff
 
 
@@ -230,13 +230,13 @@ def guesses(
     if step == last:
         ahead = old
         if equations.derivatives or unmonitored == 0:
-            ahead = products(table, const.AHEAD, old)
-        p, v = sums(equations, old, table, const.CARRIED, const.ONCE_CARRIED)
+            ahead = products(table, constants.AHEAD, old)
+        p, v = sums(equations, old, table, constants.CARRIED, constants.ONCE_CARRIED)
     else:
         ratios = powers(step / last)
-        scaled = tuple(m * ratios for m in products(table, const.MONOMIALS, old))
-        ahead = products(table, const.POWERS, scaled)
-        p, v = sums(equations, scaled, table, const.POWERED, const.ONCE_POWERED)
+        scaled = tuple(m * ratios for m in products(table, constants.MONOMIALS, old))
+        ahead = products(table, constants.POWERS, scaled)
+        p, v = sums(equations, scaled, table, constants.POWERED, constants.ONCE_POWERED)
     return ahead, p, v
 
 
@@ -254,19 +254,19 @@ def error_of(
     processor's registers.
     """
     n = equations.count
-    legendre = products(table, const.LEGENDRE, f) if n > 1 else (legendre_of_one(f[0], table),)
+    legendre = products(table, constants.LEGENDRE, f) if n > 1 else (legendre_of_one(f[0], table),)
     c = tuple(larger(abs(x) - lanes(slope_roundoff), lanes(0.0)) for x in legendre)
     worst = lanes(0.0)
     for i in range(n):
-        worst = fma(c[i] * lanes(1.0 / max(sizes[i], const.TINY)), c[i] * lanes(1.0 / scale[i]), worst)
+        worst = fma(c[i] * lanes(1.0 / max(sizes[i], constants.TINY)), c[i] * lanes(1.0 / scale[i]), worst)
     error = lane(worst, 7) + TUNING.lower_weight * lane(worst, 6)
     if lane(worst, 7) + lane(worst, 6) > TUNING.not_falling * (lane(worst, 5) + lane(worst, 4)):
         sharp = lanes(0.0)
         for i in range(n):
             sharp = fma(c[i] / lanes(scale[i]), c[i] / lanes(scale[i]), sharp)
         high, lower = lane(sharp, 7) + lane(sharp, 6), lane(sharp, 5) + lane(sharp, 4)
-        decay = high / max(high + lower, const.TINY)
-        error += max(math.sqrt(high) - TUNING.roundings * const.ROUNDOFF / step, 0.0) * decay * decay
+        decay = high / max(high + lower, constants.TINY)
+        error += max(math.sqrt(high) - TUNING.roundings * constants.ROUNDOFF / step, 0.0) * decay * decay
     return error
 
 
@@ -298,9 +298,9 @@ def sample_at(
         As the step has converged, its samples usually converge too, though a change may
     XX the sample does not converge, the rounds, and the state.
     """
-    x = fma(lanes(part / step), row(table, const.NODES), lanes(-1.0))
+    x = fma(lanes(part / step), row(table, constants.NODES), lanes(-1.0))
     near = tuple(at(m, x) for m in monomials)
-    p, v = sums(equations, near, table, const.STAGES, const.ONCE)
+    p, v = sums(equations, near, table, constants.STAGES, constants.ONCE)
     rounds, _rate, near, _square = stages(
         equations, t, part, y, compensation, near, p, v, k, table, change_weight, allowed_change, noise,
         TUNING.best_rate_of_sample, max(rate, TUNING.best_rate_of_sample), 0, exactly,
@@ -325,5 +325,5 @@ def motion(equations: Equations, step: float, y: Numbers, sizes: Numbers) -> flo
     v = rates(equations, y)
     most, found = largest_of(v), 0.0
     for i in range(equations.count):
-        found = max(found, step * sizes[i] / max(abs(v[i]) + const.LEAST_MOVING * most, const.TINY))
+        found = max(found, step * sizes[i] / max(abs(v[i]) + constants.LEAST_MOVING * most, constants.TINY))
     return found

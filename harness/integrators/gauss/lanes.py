@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from gnomon.harness.integrators.gauss.gauss_fast_constants import SCRATCH, SCRATCH_ROWS
+from gnomon.harness.integrators.gauss.constants import SCRATCH, SCRATCH_ROWS
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.emission import primitive
 from gnomon.harness.kernels.ir import INTEGER, POINTER, REAL, TRUTH, VECTOR, convert, exact, here

@@ -17,7 +17,7 @@ from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
-from gnomon.harness.integrators.gauss import gauss_fast, gauss_fast_constants, gauss_fast_kernel
+from gnomon.harness.integrators.gauss import constants, gauss_fast, gauss_fast_kernel
 from gnomon.harness.integrators.gauss.gauss import integrals, nodes
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, extrapolation_weights, table
 from gnomon.harness.integrators.gauss.gauss_fast_layout import Equations, layout
@@ -157,46 +157,44 @@ def test_sums_of_lanes_are_rounded_one_by_one() -> None:
 def test_the_table_is_the_rounding_of_the_exact_method() -> None:
     """Weights and powers of the nodes integrate polynomials up to degree 15; the stage matrix up to degree 7."""
     first, second = table(False), table(True)
-    nodes, weights = first[gauss_fast_constants.NODES], first[gauss_fast_constants.WEIGHTS]
+    nodes, weights = first[constants.NODES], first[constants.WEIGHTS]
     for degree in range(16):
         assert weights @ nodes**degree == pytest.approx(1 / (degree + 1), rel=1e-14)
     for degree in range(8):
         power = nodes**degree
-        assert first[gauss_fast_constants.STAGES :][:8].T @ power == pytest.approx(
+        assert first[constants.STAGES :][:8].T @ power == pytest.approx(
             nodes ** (degree + 1) / (degree + 1), rel=1e-12, abs=1e-16
         )
         if degree < 7:  # the first of the two integrals must be of degree 7 at most for the second one to be exact
             twice = nodes ** (degree + 2) / ((degree + 1) * (degree + 2))
-            assert second[gauss_fast_constants.STAGES :][:8].T @ power == pytest.approx(twice, rel=1e-12, abs=1e-16)
-            assert second[gauss_fast_constants.POWERED + degree] == pytest.approx(twice, rel=1e-12, abs=1e-16)
-        assert first[gauss_fast_constants.POWERED + degree] == pytest.approx(
+            assert second[constants.STAGES :][:8].T @ power == pytest.approx(twice, rel=1e-12, abs=1e-16)
+            assert second[constants.POWERED + degree] == pytest.approx(twice, rel=1e-12, abs=1e-16)
+        assert first[constants.POWERED + degree] == pytest.approx(
             nodes ** (degree + 1) / (degree + 1), rel=1e-12, abs=1e-16
         )
-        assert first[gauss_fast_constants.ENDS] @ power == pytest.approx(1, rel=1e-12)
+        assert first[constants.ENDS] @ power == pytest.approx(1, rel=1e-12)
         # The integral of the last step's polynomial, continued into this step: 1 + c in place of c.
         carried = ((1 + nodes) ** (degree + 1) - 1) / (degree + 1)
-        assert first[gauss_fast_constants.CARRIED :][:8].T @ power == pytest.approx(carried, rel=1e-8)
+        assert first[constants.CARRIED :][:8].T @ power == pytest.approx(carried, rel=1e-8)
         # The monomials about the end of the step, evaluated at the nodes.
-        monomials = first[gauss_fast_constants.MONOMIALS :][:8].T @ power
+        monomials = first[constants.MONOMIALS :][:8].T @ power
         assert np.polyval(monomials[::-1], nodes - 1) == pytest.approx(power, abs=1e-9)
     one = np.longdouble(1)
     exactly, fine = (
-        one * first[gauss_fast_constants.NODES_HIGH] + first[gauss_fast_constants.NODES_LOW],
-        one * weights + first[gauss_fast_constants.WEIGHTS_LOW],
+        one * first[constants.NODES_HIGH] + first[constants.NODES_LOW],
+        one * weights + first[constants.WEIGHTS_LOW],
     )
     for degree in range(16):
         # Rounded to binary64 they are off by some 1e-17.
         assert abs(np.sum(fine * exactly**degree) - one / (degree + 1)) < np.finfo(np.longdouble).eps
-    assert np.array_equal(first[gauss_fast_constants.NODES_HIGH] + first[gauss_fast_constants.NODES_LOW], nodes)
-    assert np.array_equal(
-        first[gauss_fast_constants.NODES_HIGH], first[gauss_fast_constants.NODES_HIGH].astype(np.float32)
-    )
+    assert np.array_equal(first[constants.NODES_HIGH] + first[constants.NODES_LOW], nodes)
+    assert np.array_equal(first[constants.NODES_HIGH], first[constants.NODES_HIGH].astype(np.float32))
     sums = [
         np.sum(one * matrix, axis=0)
         for matrix in (
-            first[gauss_fast_constants.STAGES :][:8],
-            first[gauss_fast_constants.ONCE :][:8],
-            second[gauss_fast_constants.ONCE :][:8],
+            first[constants.STAGES :][:8],
+            first[constants.ONCE :][:8],
+            second[constants.ONCE :][:8],
         )
     ]
     assert max(np.max(np.abs(found - exactly)) for found in sums) < 8 * np.finfo(np.longdouble).eps
@@ -204,8 +202,8 @@ def test_the_table_is_the_rounding_of_the_exact_method() -> None:
         # The coefficients of one Legendre polynomial on the step: itself alone.
         values = scipy.special.eval_legendre(degree, 2 * nodes - 1)
         alone = np.eye(8)[degree]
-        assert first[gauss_fast_constants.LEGENDRE :][:8].T @ values == pytest.approx(alone, abs=1e-14)
-        assert first[gauss_fast_constants.HIGHEST :][:4] @ values == pytest.approx(alone[4:], abs=1e-14)
+        assert first[constants.LEGENDRE :][:8].T @ values == pytest.approx(alone, abs=1e-14)
+        assert first[constants.HIGHEST :][:4] @ values == pytest.approx(alone[4:], abs=1e-14)
 
 
 @pytest.mark.parametrize("width", [2.0, *(pytest.param(width, marks=pytest.mark.slow) for width in (0.2, 1.0))])
@@ -390,9 +388,7 @@ def test_a_cusp_does_not_shorten_what_follows(variant: str, tolerance: float) ->
 
 @pytest.mark.parametrize("name", ["kepler_orbit", "pendulum_simple"])
 def test_the_loosest_tolerances_are_one(name: str) -> None:
-    loose, loosest = (
-        solved(name, None, x, sundman=name == "kepler_orbit") for x in (0.5, gauss_fast_constants.LOOSEST)
-    )
+    loose, loosest = (solved(name, None, x, sundman=name == "kepler_orbit") for x in (0.5, constants.LOOSEST))
     assert np.array_equal(loose.states, loosest.states)
     assert loosest.error < 0.1
 
@@ -668,7 +664,7 @@ def test_an_ensemble_counts_what_all_its_threads_do() -> None:
     problem = problem_of(case, GaussFast.accepts)
     counts = []
     for one, tasks in ((counting(problem), 1), (counting(problem), 3), (problem, 1)):
-        GaussFast().prepare(one, 1e-9)(np.repeat(initial_state(case)[None], gauss_fast_constants.CHUNK * tasks, axis=0))
+        GaussFast().prepare(one, 1e-9)(np.repeat(initial_state(case)[None], constants.CHUNK * tasks, axis=0))
         counts.append(one.buffer[-1])
     assert counts[0] > 0
     assert counts[0] % 64 == 0

@@ -20,8 +20,8 @@ from gnomon.harness.integrators.gauss import (
     gauss_fast_stages,
     gauss_fast_steps,
 )
+from gnomon.harness.integrators.gauss.constants import TUNING, Tuning
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast, bandwidth, lines, table
-from gnomon.harness.integrators.gauss.gauss_fast_constants import TUNING, Tuning
 from gnomon.harness.integrators.gauss.gauss_fast_layout import layout
 from gnomon.harness.kernels import machine
 
