@@ -21,8 +21,12 @@ class Tuning:
     """Error that the iteration may leave, in tolerances. [0.1: 1.00, 1.07]"""
     iteration_share_of_ensemble: float = 0.1
     """This error for eight trajectories, whose last round leaves far less."""
-    best_rate: float = 1e-6
-    """Least ratio of the changes of a round to the changes of the round before that is assumed. [1: 1.12, 1.18]"""
+    sample_factor: float = 1e-2
+    """A sample may leave an error 1 / this number times as large, as no later result uses it. [1: 1.00, 1.05; the forced
+    oscillator at an error of 1e-6 1.26]"""
+    best_rate: float = 1e-5
+    """Least ratio of the changes of a round to the changes of the round before that is assumed. [1: 1.12, 1.18; 1e-6: the
+    pendulum at an error of 1e-9 1.05]"""
     best_rate_of_sample: float = 1e-3
     """This ratio for samples, whose guesses are less accurate. [1e-06: 1.00, 1.00]"""
     slow: float = 0.7
@@ -46,6 +50,8 @@ class Tuning:
     """Radians a step: bandwidth of the slopes at a tolerance of 1e-6. [0: 1.01, 1.06]"""
     width_exponent: float = 0.11
     """Exponent of the tolerance in the bandwidth. [0: 1.04, 1.15]"""
+    most_width: float = 1.6
+    """Radians a step: largest bandwidth. [9: the attitude of the heavy top at an error of 1e-6 1.10]"""
 
     # Error of a step.
     error_factor: float = 0.002

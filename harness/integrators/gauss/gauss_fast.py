@@ -212,7 +212,7 @@ def rows(mp: Any, second_order: bool, width: float) -> Table:
 def bandwidth(tolerance: float) -> float:
     """The assumed bandwidth of the slopes, in radians a step, for steps whose error equals the tolerance."""
     width = TUNING.usual_width * float((tolerance / 1e-6) ** TUNING.width_exponent)
-    return round(width, 1)
+    return round(min(TUNING.most_width, width), 1)
 
 
 def extrapolation_weights(mp: Any, c: list[Any], width: float) -> list[list[Any]]:

@@ -302,7 +302,7 @@ def sample_at(
     near = tuple(at(m, x) for m in monomials)
     p, v = sums(equations, near, table, constants.STAGES, constants.ONCE)
     rounds, _rate, near, _square = stages(
-        equations, t, part, y, compensation, near, p, v, k, table, change_weight, allowed_change, noise,
+        equations, t, part, y, compensation, near, p, v, k, table, change_weight, allowed_change / TUNING.sample_factor, noise,
         TUNING.best_rate_of_sample, max(rate, TUNING.best_rate_of_sample), 0, exactly,
     )  # fmt: skip
     place, _residual = next_state(equations, part, y, compensation, near, table)
