@@ -18,16 +18,18 @@ def factor(a: Any, pivots: Any) -> bool:
     """
     n = DIMENSION or pivots.size
     for k in range(n):
-        best = k
+        best, most = k, magnitude(a[k, k])
         for i in range(k + 1, n):
-            if magnitude(a[i, k]) > magnitude(a[best, k]):
-                best = i
+            size = magnitude(a[i, k])
+            if size > most:
+                best, most = i, size
         pivots[k] = best
-        if not LEAST < magnitude(a[best, k]) < MOST:
+        if not LEAST < most < MOST:
             return False
         if best != k:
+            upper, lower = a[k], a[best]
             for j in range(n):
-                a[k, j], a[best, j] = a[best, j], a[k, j]
+                upper[j], lower[j] = lower[j], upper[j]
         pivot = a[k, k]
         # Twice the real part minus the number is its conjugate, for real and complex types.
         a[k, k] = (2.0 * pivot.real - pivot) * (1.0 / (pivot.real * pivot.real + pivot.imag * pivot.imag))
