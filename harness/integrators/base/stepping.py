@@ -162,11 +162,14 @@ def compiled_whole(
     signature: str,
     constants: tuple[tuple[str, int], ...] = (),
     pieces: tuple[Callable[..., Any], ...] = (),
+    unrolled: bool = True,
 ) -> Callable[..., int]:
     """Compile a function that has its own loop of steps.
 
     By their names, `pieces` replace functions that it calls, and `constants` replace numbers that all these functions
-    read.
+    read. Without `unrolled` loops over as many turns as one of the constants stay loops: for states of two components
+    this is a few per cent faster, and compiles in half the time.
     """
     named = {piece.__name__: piece for piece in pieces}
-    return machine.function(method, signature, replaced=named | dict(constants), inlined=tuple(named))
+    numbers = {name: number if unrolled else ir.Value(ir.INTEGER, str(number)) for name, number in constants}
+    return machine.function(method, signature, replaced=named | numbers, inlined=tuple(named))
