@@ -130,15 +130,14 @@ def primitive(plain: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     return register
 
 
-def turns(count: int, written_out: int = 0) -> range:
-    """A range whose loop stays a loop in emitted code, if it is longer than `written_out`."""
+def turns(count: int) -> range:
+    """A range whose loop stays a loop in emitted code, also where its length is known."""
     return range(count)
 
 
 @primitive(turns)
-def _(count: Any, written_out: int = 0) -> Any:
-    short = not symbolic(count) and count <= written_out
-    return range(count) if short else ir.range_(convert(count, INTEGER))
+def _(count: Any) -> Any:
+    return ir.range_(convert(count, INTEGER))
 
 
 # Functions -------------------------------------------------------------------------------------------------------------

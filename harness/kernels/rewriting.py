@@ -40,11 +40,10 @@ def rewritten(function: Callable[..., Any]) -> CodeType:
     """The code of a module that defines the function rewritten. Raises Subset for what cannot be emitted."""
     if function.__name__ == "<lambda>":
         raise Subset(f"{function.__qualname__} is a lambda; write it as a function")
-    (definition,) = ast.parse(textwrap.dedent(source_of(function))).body
+    file, above = function.__code__.co_filename, function.__code__.co_firstlineno - 1
+    (definition,) = ast.parse("\n" * above + textwrap.dedent(source_of(function))).body
     if not isinstance(definition, ast.FunctionDef):
         raise Subset(f"{function.__qualname__} is no plain function")
-    ast.increment_lineno(definition, function.__code__.co_firstlineno - 1)
-    file = function.__code__.co_filename
     try:
         new = _rewritten(definition)
     except Refusal as refusal:
@@ -76,14 +75,9 @@ def _rewritten(definition: ast.FunctionDef) -> ast.FunctionDef:
         if isinstance(node, ast.FunctionDef) and node is not definition:
             raise Refusal(node, "compiled code cannot have a function inside a function")
     body = [x for x in definition.body if not (isinstance(x, ast.Expr) and isinstance(x.value, ast.Constant))]
-    loops = [x for x in ast.walk(definition) if isinstance(x, ast.For | ast.While)]
-    jumps = any(isinstance(y, ast.Return) for x in loops for y in ast.walk(x))
-    if (not jumps and any(isinstance(y, ast.Return) for x in body[:-1] for y in ast.walk(x))) or (
-        not jumps
-        and body
-        and isinstance(body[-1], ast.If)
-        and any(isinstance(y, ast.Return) for y in ast.walk(body[-1]))
-    ):
+    loops = [x for x in _statements(body) if isinstance(x, ast.For | ast.While)]
+    jumps = any(_has_return(x.body) for x in loops)
+    if not jumps and _has_return(body[:-1] if body and isinstance(body[-1], ast.Return) else body):
         body = [*_folded(body), ast.Return(ast.Name(RESULT, ast.Load()))]
     arguments = [argument.arg for argument in definition.args.args]
     slots = _in_slots(body, arguments)
@@ -91,7 +85,7 @@ def _rewritten(definition: ast.FunctionDef) -> ast.FunctionDef:
     new = rewrite.suite(body)
     if jumps:
         around = ast.For(ast.Name(EXIT, ast.Store()), rewrite.helper("leaving"), new, [])
-        values = any(isinstance(x, ast.Return) and x.value is not None for x in ast.walk(definition))
+        values = any(isinstance(x, ast.Return) and x.value is not None for x in _statements(body))
         new = [around, *([ast.Return(_frame(RESULT, ast.Load()))] if values else [])]
     start: list[ast.stmt] = []
     if slots or jumps:
@@ -123,7 +117,7 @@ def _folded(statements: Sequence[ast.stmt]) -> list[ast.stmt]:
         if isinstance(one, ast.Return):
             value = one.value or ast.Constant(None)
             return [*statements[:n], ast.copy_location(ast.Assign([ast.Name(RESULT, ast.Store())], value), one)]
-        if isinstance(one, ast.If) and any(isinstance(x, ast.Return) for x in ast.walk(one)):
+        if isinstance(one, ast.If) and _has_return([one]):
             rest = list(statements[n + 1 :])
             if not _returns(one.body) and not _returns(one.orelse) and rest:
                 raise Refusal(one, "a branch that returns in some cases only; let each branch return or none")
@@ -205,6 +199,8 @@ class Rewrite(ast.NodeTransformer):
     def __init__(self, slots: set[str], jumps: bool) -> None:
         self.slots, self.jumps, self.count = slots, jumps, 0
         self.loops: list[str | None] = []
+        self.depth = 0
+        """The number of `for` loops in each other, of those visited in the present loop."""
 
     def helper(self, name: str, *arguments: ast.expr) -> ast.Call:
         return ast.Call(ast.Attribute(ast.Name(HELPERS, ast.Load()), name, ast.Load()), list(arguments), [])
@@ -282,13 +278,16 @@ class Rewrite(ast.NodeTransformer):
         if node.orelse:
             raise Refusal(node, "compiled code cannot have `else` at a loop")
         values = self.visit(node.iter)
-        if not any(isinstance(x, ast.Break | ast.Continue) for x in _own(node)):
+        beside, self.depth = self.depth, 0
+        if not any(isinstance(x, ast.Break | ast.Continue) for x in _statements(node.body, loops=False)):
             self.loops.append(None)
-            new = ast.For(node.target, self.helper("iterate", values), self.suite(node.body), [])
+            body = self.suite(node.body)
+            new = ast.For(node.target, self.helper("iterate", values, ast.Constant(self.depth + 1)), body, [])
         else:
             name = self._loop()
             target = ast.Tuple([ast.Name(name, ast.Store()), node.target], ast.Store())
             new = ast.For(target, self.helper("counted", values), self.suite(node.body), [])
+        self.depth = max(beside, self.depth + 1)
         self.loops.pop()
         return new
 
@@ -326,11 +325,13 @@ def _guarded(node: ast.expr) -> bool:
     return any(isinstance(x, ast.Subscript | ast.Call) for x in ast.walk(node))
 
 
-def _own(loop: ast.For) -> Iterator[ast.AST]:
-    """The nodes in a loop, without the content of loops inside it."""
-    waiting: list[ast.AST] = list(loop.body)
-    while waiting:
-        node = waiting.pop()
-        yield node
-        if not isinstance(node, ast.For | ast.While):
-            waiting += ast.iter_child_nodes(node)
+def _statements(suite: Sequence[ast.stmt], loops: bool = True) -> Iterator[ast.stmt]:
+    """The statements of a suite and those inside them; without `loops` not those inside loops."""
+    for one in suite:
+        yield one
+        if isinstance(one, ast.If) or (loops and isinstance(one, ast.For | ast.While)):
+            yield from _statements([*one.body, *one.orelse], loops)
+
+
+def _has_return(suite: Sequence[ast.stmt]) -> bool:
+    return any(isinstance(x, ast.Return) for x in _statements(suite))

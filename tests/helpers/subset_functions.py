@@ -123,8 +123,24 @@ def slices(x: Any, n: int, a: float) -> float:
     return float(total + table[0, 2] + table[1, 2] + work[11] + table.reshape(6)[5] + work[: n + 1].size)
 
 
+def nothing(x: Any) -> None:
+    """A function of a docstring alone."""
+
+
+def nested(x: Any, n: int, a: float) -> float:
+    work, total = np.zeros((LIMIT, LIMIT)), 0.0
+    for i in range(LIMIT):
+        for j in range(LIMIT):
+            for k in range(i, LIMIT):
+                work[i, j] += a * (k - 2 * j)
+        total = 0.5 * total - work[i, i]
+    nothing(x)
+    return float(total + work[LIMIT - 1, 0])
+
+
 INSIDE = (
     branches, loops, returns, integers, chained, guarded, extremes, powers, functions, arrays, tuples, complexes, slices,
+    nested,
 )  # fmt: skip
 
 

@@ -2,13 +2,8 @@
 
 from typing import Any
 
-from gnomon.harness.kernels.emission import turns
-
 DIMENSION = 0
 """Set when a method is compiled for the dimension of one problem; 0: the arrays give the size."""
-
-MOST_COLUMNS = 8
-"""Elimination of more columns stays a loop in compiled code: written out, twelve take LLVM 4 s and run no faster."""
 
 LEAST, MOST = 1e-150, 1e150
 """Limits of a pivot: its square must neither underflow nor overflow. Beyond them the matrix counts as singular."""
@@ -22,17 +17,19 @@ def factor(a: Any, pivots: Any) -> bool:
     branch and does not wait for the index. Returns False also if a number is not finite.
     """
     n = DIMENSION or pivots.size
-    for k in turns(n, MOST_COLUMNS):
-        best = k
+    for k in range(n):
+        best, most = k, magnitude(a[k, k])
         for i in range(k + 1, n):
-            if magnitude(a[i, k]) > magnitude(a[best, k]):
-                best = i
+            size = magnitude(a[i, k])
+            if size > most:
+                best, most = i, size
         pivots[k] = best
-        if not LEAST < magnitude(a[best, k]) < MOST:
+        if not LEAST < most < MOST:
             return False
         if best != k:
+            upper, lower = a[k], a[best]
             for j in range(n):
-                a[k, j], a[best, j] = a[best, j], a[k, j]
+                upper[j], lower[j] = lower[j], upper[j]
         pivot = a[k, k]
         # Twice the real part minus the number is its conjugate, for real and complex types.
         a[k, k] = (2.0 * pivot.real - pivot) * (1.0 / (pivot.real * pivot.real + pivot.imag * pivot.imag))

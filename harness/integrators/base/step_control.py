@@ -109,7 +109,9 @@ class Adaptive(Integrator):
         second = isinstance(problem.form, SecondOrder)
         kernel = acceleration(problem) if second else right_hand_side(problem)
         limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute))
-        run = compiled_whole(type(self).loop, SIGNATURE, (*self.constants().items(), *limits), self.pieces, False)
+        run = compiled_whole(
+            type(self).loop, SIGNATURE, (*self.constants().items(), *limits), self.pieces, unrolled=False
+        )
         table = _table(type(self))
         address, buffer, times = kernel.address, problem.buffer, problem.times
         groups, scale = problem.grouping, problem.time_scale

@@ -158,8 +158,8 @@ def advance_eight(
             y, compensation = tuple(x for x, _ in both), tuple(x for _, x in both)
             if equations.divisors:
                 beyond = signs(equations, y, t + h, k)
-                for i in range(len(sides)):
-                    failed = failed or highest(-(beyond[i] * sides[i])) > 0.0
+                for after, before in zip(beyond, sides, strict=True):
+                    failed = failed or highest(-(after * before)) > 0.0
             old, new = new, old
             last, taken, steps_left = h, taken + some, steps_left - 1.0
             t = times[sample] if steps_left < 1.0 else t + h
@@ -226,7 +226,7 @@ def guess(equations: Equations, places: Work, work: Table, old: int, extrapolate
     computed.
     """
     n = equations.count
-    for i in range(n):
+    for i in equations.components:
         if extrapolated:
             x = lanes(work[places.after, 7]) * row(work, old + i)
             for j in range(1, 8):
@@ -273,7 +273,7 @@ def eight_stages(
             off, rest = plain_round(equations, places, t, h, k, table, work, change_weight, new), lanes(0.0)
         if rounds == 0:
             off = lanes(0.0)
-            for i in range(n):
+            for i in equations.components:
                 off = fma(abs(row(work, new + 7 * n + i) - row(work, places.guess + i)), change_weight[i], off)
         change = highest(off)
         rounds += 1
@@ -317,7 +317,7 @@ def locate(
     r = stage_vectors(equations, work, source)
     for j in turns(8):
         high, low = lanes(h * table[constants.NODES_HIGH, j]), lanes(h * table[constants.NODES_LOW, j])
-        for i in range(n):
+        for i in equations.components:
             b, rest = y[i], lanes(0.0)
             if equations.second_order:
                 b = fma(high, y[n + i], fma(low, y[n + i], y[i]))
@@ -353,7 +353,7 @@ def plain_round(
     n, off = equations.count, lanes(0.0)
     for j in turns(8):
         g = slopes_of_stage(equations, places, t, h, k, table, work, j)
-        for i in range(n):
+        for i in equations.components:
             off = fma(abs(g[i] - row(work, new + n * j + i)), change_weight[i], off)
             put(work, new + n * j + i, g[i])
     return off
@@ -371,20 +371,20 @@ def corrected_round(
     n, count = equations.count, len(equations.derivatives)
     for j in turns(8):
         g = slopes_of_stage(equations, places, t, h, k, table, work, j)
-        for i in range(n):
+        for i in equations.components:
             put(work, places.found + n * j + i, g[i])
-        for m in range(count):
-            put(work, places.derivative + count * j + m, g[n + m])
+        for m, derivative in enumerate(g[n:]):
+            put(work, places.derivative + count * j + m, derivative)
     r = stage_vectors(equations, work, places.found)
     for j in turns(8):
         c = corrections(equations, places, h, table, work, r, j)
-        for i in range(n):
+        for i in equations.components:
             put(work, places.points + n * j + i, row(work, places.found + n * j + i) + c[i])
     r = stage_vectors(equations, work, places.points)
     off, rest = lanes(0.0), lanes(0.0)
     for j in turns(8):
         c = corrections(equations, places, h, table, work, r, j)
-        for i in range(n):
+        for i in equations.components:
             f = row(work, places.found + n * j + i) + c[i]
             off = fma(abs(f - row(work, new + n * j + i)), change_weight[i], off)
             rest = fma(abs(f - row(work, places.points + n * j + i)), change_weight[i], rest)
@@ -427,7 +427,7 @@ def end_of_step(
     positions: Vectors = ()
     sizes: Vectors = ()
     error = zero
-    for i in range(n):
+    for i in equations.components:
         a, b, e, p, c, d, s = zero, zero, zero, zero, zero, zero, zero
         for j in range(8):
             f = row(work, new + n * j + i)
@@ -455,7 +455,7 @@ def motion(equations: Equations, h: float, y: Vectors, sizes: Vectors) -> Lanes:
     """The largest relative change of a component in a step (see `gauss_fast_steps.motion`)."""
     v = rates(equations, y)
     most, found = larger(highest_of(v), lanes(constants.TINY)), lanes(0.0)
-    for i in range(equations.count):
+    for i in equations.components:
         below = larger(abs(v[i]) + lanes(constants.LEAST_MOVING) * most, lanes(constants.TINY))
         found = larger(found, lanes(h) * sizes[i] / below)
     return found

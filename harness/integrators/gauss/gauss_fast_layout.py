@@ -86,6 +86,8 @@ class Equations(Staged):
         functions: Mapping[str, Callable[..., Any]] = PLAIN,
     ) -> None:
         super().__init__(layout.all_values, layout.poles, bind, functions)
+        self.components = tuple(range(layout.count))
+        """The indices of the slopes: a loop over a tuple is written out in compiled code, whatever its length."""
         self.count, self.groups, self.frozen, self.parameters = (
             layout.count,
             layout.groups,

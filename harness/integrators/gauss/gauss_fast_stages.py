@@ -151,7 +151,7 @@ def stages(
         done = False
         if rounds > unmonitored:
             off = lanes(0.0)
-            for i in range(n):
+            for i in equations.components:
                 off = fma(abs(new[i] - f[i]), lanes(change_weight[i]), off)
             change = total(off)
             if rounds > unmonitored + 1:
@@ -245,8 +245,8 @@ def round_by_groups(
     new = x
     for group in equations.groups:
         g = equations.slopes(x, w, k, group)
-        for m in range(len(group)):
-            new = replaced(new, group[m], g[m])
+        for i, slope in zip(group, g, strict=True):
+            new = replaced(new, i, slope)
         if group is not equations.groups[-1]:
             x = moved(equations, group, hh, b, x, new, table)
     return new, x
@@ -258,8 +258,8 @@ def moved(
     """The places with those that new slopes of a group move, if a slope reads them."""
     read = tuple(i for i in group if i in equations.read)
     p = products(table, constants.STAGES, tuple(new[i] for i in read)) if read else ()
-    for m in range(len(read)):
-        x = replaced(x, read[m], fma(hh, p[m], b[read[m]]))
+    for i, change in zip(read, p, strict=True):
+        x = replaced(x, i, fma(hh, change, b[i]))
     return x
 
 

@@ -257,12 +257,12 @@ def error_of(
     legendre = products(table, constants.LEGENDRE, f) if n > 1 else (legendre_of_one(f[0], table),)
     c = tuple(larger(abs(x) - lanes(slope_roundoff), lanes(0.0)) for x in legendre)
     worst = lanes(0.0)
-    for i in range(n):
+    for i in equations.components:
         worst = fma(c[i] * lanes(1.0 / max(sizes[i], constants.TINY)), c[i] * lanes(1.0 / scale[i]), worst)
     error = lane(worst, 7) + TUNING.lower_weight * lane(worst, 6)
     if lane(worst, 7) + lane(worst, 6) > TUNING.not_falling * (lane(worst, 5) + lane(worst, 4)):
         sharp = lanes(0.0)
-        for i in range(n):
+        for i in equations.components:
             sharp = fma(c[i] / lanes(scale[i]), c[i] / lanes(scale[i]), sharp)
         high, lower = lane(sharp, 7) + lane(sharp, 6), lane(sharp, 5) + lane(sharp, 4)
         decay = high / max(high + lower, constants.TINY)
@@ -281,8 +281,8 @@ def signs(equations: Equations, y: Numbers, t: float, k: Numbers) -> Numbers:
 def crossed(beyond: Numbers, sides: Numbers) -> bool:
     """Whether a divisor has changed its sign."""
     found = False
-    for i in range(len(sides)):
-        found = found or (beyond[i] < 0.0) != (sides[i] < 0.0)
+    for after, before in zip(beyond, sides, strict=True):
+        found = found or (after < 0.0) != (before < 0.0)
     return found
 
 
@@ -311,8 +311,8 @@ def sample_at(
 
 def write(equations: Equations, out: Any, sample: int, state: Numbers, initial: Any) -> None:
     """Write a sample, with the components that never change."""
-    for n in range(len(equations.moving)):
-        out[sample, equations.moving[n]] = state[n]
+    for i, x in zip(equations.moving, state, strict=True):
+        out[sample, i] = x
     for i in equations.frozen:
         out[sample, i] = initial[i]
 
@@ -324,6 +324,6 @@ def motion(equations: Equations, step: float, y: Numbers, sizes: Numbers) -> flo
     """
     v = rates(equations, y)
     most, found = largest_of(v), 0.0
-    for i in range(equations.count):
+    for i in equations.components:
         found = max(found, step * sizes[i] / max(abs(v[i]) + constants.LEAST_MOVING * most, constants.TINY))
     return found

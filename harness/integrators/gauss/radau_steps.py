@@ -43,8 +43,7 @@ def integrate(
     size, and only the iteration uses `tolerance`.
 
     The loop of `step_control` does not fit: a sample may need a step of its own, whose iteration can fail, and then the
-    step is repeated. Matrices, their factors and the stages of the last step are kept from one attempt to the next;
-    they and the parts of an attempt (`INLINED`) must be in one function, or a step takes twice as long.
+    step is repeated. Matrices, their factors and the stages of the last step are kept from one attempt to the next.
 
     A sample within a step is a value of the step's polynomial if the polynomial is as accurate as the step (`smooth`).
     Otherwise it is a separate step from the start of the step: for stiff equations the polynomial of a long step is
@@ -353,5 +352,5 @@ def estimate(
     return found
 
 
-INLINED = (factor, substitute, newton, factored, finite)
-"""Functions that are called at one or two places. Inlining keeps values in registers and halves the time of a step."""
+INLINED = (factor, newton, factored)
+"""Functions that are called at one or two places: one piece with the loop of steps compiles faster than several."""

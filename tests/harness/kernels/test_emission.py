@@ -58,6 +58,19 @@ def test_a_refusal_names_the_line_and_the_reason(plain: FunctionType) -> None:
     assert f"line {line}" in str(refusal.value)
 
 
+def test_loops_inside_loops_stay_loops_if_python_would_run_many_turns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The time of compilation would else grow with the cube of the dimension."""
+    lines = []
+    for size in (4, 20, 30):
+        monkeypatch.setattr(subset_functions, "LIMIT", size)
+        with ir.Module() as module:
+            body = emission.Translation().inline(subset_functions.nested)
+            emission.define("nested", SIGNATURE, body, ir.REAL)
+        lines.append(len(module.text().splitlines()))
+        assert compiled(subset_functions.nested)(np.ones(1), 1, 0.75) == subset_functions.nested(np.ones(1), 1, 0.75)
+    assert lines[1] == lines[2] < lines[0]
+
+
 def test_arguments_of_other_types_raise_typeerror() -> None:
     function, x = compiled(subset_functions.loops), np.array([1.0, 2.0, 3.0])
     frozen = x.copy()
