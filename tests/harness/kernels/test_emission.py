@@ -202,6 +202,14 @@ def test_a_change_of_what_emits_a_function_changes_the_key(monkeypatch: pytest.M
     assert emission.emitter.__wrapped__() != emitter
 
 
+def test_another_compiler_makes_other_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = machine.conditions.__wrapped__()
+    for module in ("llvmlite", "np"):
+        with monkeypatch.context() as patched:
+            patched.setattr(getattr(machine, module), "__version__", "99.0")
+            assert machine.conditions.__wrapped__() != before
+
+
 def test_the_examples_of_the_documentation() -> None:
     page = Path(__file__).parents[3] / "docs" / "theory" / "machine_code.md"
     found = doctest.testfile(str(page), module_relative=False)
