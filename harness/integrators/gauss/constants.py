@@ -27,6 +27,10 @@ class Tuning:
     best_rate: float = 1e-5
     """Least ratio of the changes of a round to the changes of the round before that is assumed. [1: 1.12, 1.18; 1e-6: the
     pendulum at an error of 1e-9 1.05]"""
+    best_rate_finest: float = 1e-6
+    """This ratio below `finest`, where changes reach round-off early."""
+    finest: float = 5e-14
+    """Tolerance below which `best_rate_finest` replaces `best_rate`."""
     best_rate_of_sample: float = 1e-3
     """This ratio for samples, whose guesses are less accurate. [1e-06: 1.00, 1.00]"""
     slow: float = 0.7

@@ -141,7 +141,7 @@ def advance_eight(
             step_noise = noise * max(1.0, h * highest(most) / (TUNING.roundings * constants.ROUNDOFF))
             rounds, rate = eight_stages(
                 equations, places, t, h, y, compensation, k, table, work, change_weight, allowed_change, step_noise,
-                TUNING.best_rate if last > 0.0 else 1.0, old, places.onward if last > 0.0 else places.fresh, new,
+                TUNING.best_rate_finest if last > 0.0 else 1.0, old, places.onward if last > 0.0 else places.fresh, new,
             )  # fmt: skip
             evaluations += abs(rounds)
             if rounds < 0:

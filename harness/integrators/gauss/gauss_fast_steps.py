@@ -65,6 +65,7 @@ def advance(
     )  # over eight stages
     noise = 8 * TUNING.roundings * constants.ROUNDOFF
     exactly = tolerance < TUNING.exact
+    best_rate = TUNING.best_rate_finest if tolerance < TUNING.finest else TUNING.best_rate
 
     y, k = equations.at_start(p_, initial)
     compensation = tuple(0.0 for _ in y)
@@ -98,7 +99,7 @@ def advance(
         ahead, p, v = guesses(equations, step, last, old, unmonitored, table)
         rounds, seen_rate, f, square = stages(
             equations, t, step, y, compensation, ahead, p, v, k, table, change_weight, allowed_change, step_noise,
-            TUNING.best_rate if t > 0.0 else 1.0, 0.0, unmonitored, exactly,
+            best_rate if t > 0.0 else 1.0, 0.0, unmonitored, exactly,
         )  # fmt: skip
         evaluations += abs(rounds)
         rate = seen_rate if seen_rate > 0.0 else min(rate, TUNING.fast)
