@@ -345,7 +345,7 @@ LIBRARY = {"tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acos
 """Functions of floats of the C library."""
 PYTHON = {"PyFloat_AsDouble", "PyLong_AsLongLong", "PyErr_Occurred", "PyLong_FromLongLong", "PyFloat_FromDouble",
           "PyEval_SaveThread"}  # fmt: skip
-"""Functions of Python's C interface."""
+"""Functions of Python's C interface that return a value."""
 ALLOWED = {*LIBRARY, *PYTHON, *(f"llvm.{name}.{kind}" for name in INTRINSICS for kind in ("f64", f"v{LANES}f64"))}
 
 

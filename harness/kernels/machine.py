@@ -108,10 +108,7 @@ _linked: dict[str, Code] = {}
 
 # Calls from Python -----------------------------------------------------------------------------------------------------
 
-PYTHON = (
-    "PyFloat_AsDouble", "PyLong_AsLongLong", "PyErr_Occurred", "PyErr_SetString", "PyLong_FromLongLong", "PyFloat_FromDouble",
-    "Py_IncRef", "PyEval_SaveThread", "PyEval_RestoreThread",
-)  # fmt: skip
+PYTHON = (*sorted(ir.PYTHON), "PyErr_SetString", "Py_IncRef", "PyEval_RestoreThread")
 """Functions of Python's C interface that emitted code calls."""
 NEW_ARRAY = 93
 """The index of PyArray_New in the table of numpy's C interface."""

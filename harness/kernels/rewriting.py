@@ -21,8 +21,12 @@ Path = tuple[tuple[int, int], ...]
 """The branches and loops around a statement, from the outermost: each by its identity and the number of the suite."""
 
 
+@cache
 def source_of(function: Callable[..., Any]) -> str:
-    """The source of a function, faster than by inspect.getsource, which tokenizes the file and searches all modules."""
+    """The source of a function, faster than by inspect.getsource, which tokenizes the file and searches all modules.
+
+    It is read once, so that the key of kept code names the text that was compiled, also if the file is edited meanwhile.
+    """
     code = function.__code__
     linecache.checkcache(code.co_filename)  # the module may have been edited and loaded again
     lines = linecache.getlines(code.co_filename, function.__globals__)

@@ -21,7 +21,10 @@ SIGNATURE = "float[1] float[2] float[1] float[1] float float[2] int[1]"
 SIGNATURE_OF_EIGHT = "float[1] float[2] float[2] float[1] float float[3] int[1] float[2]"
 
 SOURCES = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
-"""A hash of the sources of the method, when they are loaded."""
+"""A hash of the sources of the method, when they are loaded: of `Equations`, which runs while code is emitted."""
+
+ON_ANGLES: tuple[Callable[..., Any], ...] = (turned, *ON_LANES.values())
+"""Functions that the equations call: no source of the method names them."""
 
 COLD = ("sample_at", "carry_on", "turned_far")
 """Functions that are called in few steps. In line they would slow all steps, Kepler's by up to 15 %."""
@@ -58,7 +61,7 @@ def ensemble_on_arrays(form: Form, parameters: int, dimension: int) -> tuple[Cal
 
 def read_sources() -> None:
     """Read and rewrite the sources of the method, which takes .1 s: processes that are forked from this one have them."""
-    functions: list[Callable[..., Any]] = [advance, advance_eight, turned, *ON_LANES.values()]
+    functions: tuple[Callable[..., Any], ...] = (advance, advance_eight, *ON_ANGLES)
     for function in functions:
         emission.read(function)
 
@@ -75,6 +78,6 @@ def compiled_for(found: Layout, method: Callable[..., int], signature: str, *kno
         emission.define("compiled", signature, partial(translation.inline(method), equations, *known))
         machine.define_entry("entry", signature, "compiled", unlocked=method is advance_eight)
 
-    key = "\n".join([emission.fingerprint(method), signature, found.text(), SOURCES])
+    key = "\n".join([*map(emission.fingerprint, (method, *ON_ANGLES)), signature, found.text(), SOURCES])
     code = machine.code(key, ("entry",), emit)
     return machine.callable_at(code.addresses["entry"], method.__name__)

@@ -2,6 +2,7 @@
 
 import ctypes
 import doctest
+import importlib
 import subprocess
 import sys
 import threading
@@ -181,6 +182,18 @@ def test_a_change_of_what_a_function_uses_changes_its_key(monkeypatch: pytest.Mo
     other = emission.fingerprint(subset_functions.loops)
     monkeypatch.setattr(subset_functions, "helper", subset_functions.early)
     assert emission.fingerprint(subset_functions.loops) != other
+
+
+def test_a_key_names_the_source_that_is_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also if the file is edited after the source was read: else the old code would be kept under the new key."""
+    file = tmp_path / "edited_meanwhile.py"
+    file.write_text("def twice(x, n, a):\n    return 2.0 * a\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    twice = importlib.import_module("edited_meanwhile").twice
+    before = emission.fingerprint(twice)
+    file.write_text("def twice(x, n, a):\n    return 3.0 * a + 0.0\n")
+    assert emission.fingerprint(twice) == before
+    assert compiled(twice)(np.zeros(3), 1, 1.5) == 3.0
 
 
 def test_a_value_that_a_key_cannot_name_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
