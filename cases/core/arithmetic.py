@@ -3,7 +3,7 @@
 import linecache
 import math
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -44,6 +44,10 @@ def _names(code: types.CodeType) -> set[str]:
 
 
 def _value(name: str, value: Any, arithmetic: dict[str, Any], done: dict[Any, Any]) -> Any:
+    if value is math:
+        return types.SimpleNamespace(**(vars(math) | arithmetic))
+    if isinstance(value, types.ModuleType):
+        return arithmetic.get(value.__name__, value)
     if name in FUNCTIONS and value is getattr(math, name):
         if name not in arithmetic:
             raise ValueError(f"{name} has no counterpart in this arithmetic, which has {', '.join(sorted(arithmetic))}")
@@ -65,12 +69,14 @@ def calling(function: Callable[..., Any], arguments: str, what: str, before: str
     return written(value, f"{name}_{what}", file, {name: function, "__name__": function.__module__})
 
 
-def written(value: str, name: str, file: str, names: Mapping[str, Any]) -> Callable[..., Any]:
+def written(
+    value: str, name: str, file: str, names: Mapping[str, Any], before: Sequence[str] = ()
+) -> Callable[..., Any]:
     """The function of (t, state, parameters) that returns `value`, an expression in the three and in `names`.
 
-    `file` is where its source text is kept, as equations are compiled from that.
+    `file` is where its source text is kept, as equations are compiled from that. `before` holds statements.
     """
-    text = f"def {name}(t, state, parameters):\n    return {value}\n"
+    text = "\n    ".join([f"def {name}(t, state, parameters):", *before, f"return {value}\n"])
     linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
     known = dict(names)
     exec(compile(text, file, "exec"), known)

@@ -30,8 +30,6 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solu
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.contract.validation import require_positive
 
-ABSOLUTE = 0.01
-"""atol over rtol."""
 STEPS = 500_000
 """The largest number of steps: some seconds."""
 ENSEMBLE = 8
@@ -49,6 +47,7 @@ class Tsit5(Installed):
     accepts = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-14)
+    atol_ratio: float = 0.01
     counts_rhs = False
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
@@ -59,7 +58,7 @@ class Tsit5(Installed):
         assert isinstance(problem.form, FirstOrder)
         sizes = problem.dimension, len(problem.times), len(problem.parameters)
         equations = problem.form.equations
-        given = np.append(problem.t0, problem.times), problem.parameters, np.float64(setting)
+        given = np.append(problem.t0, problem.times), problem.parameters, setting * np.array([1.0, self.atol_ratio])
         one = compiled(self.name, equations, sizes)
 
         def solve(initial_states: Floats) -> Solution:
@@ -77,7 +76,7 @@ class Tsit5(Installed):
             states[~np.isfinite(states)] = np.nan
             return Solution(states, steps, str(reasons[0]) if reasons else None)
 
-        return Solver(solve, {"rtol": setting, "atol": ABSOLUTE * setting, "max_steps": STEPS})
+        return Solver(solve, {"rtol": setting, "atol": self.atol_ratio * setting, "max_steps": STEPS})
 
 
 class Dopri8(Tsit5):
@@ -94,7 +93,7 @@ class Kvaerno5(Tsit5):
 
 @cached_by_content
 def compiled(method: str, equations: Callable[..., Any], sizes: tuple[int, int, int], ensemble: int = 0) -> Any:
-    """A compiled function (start, times, parameters, tolerance) -> states, steps, success, result.
+    """A compiled function (start, times, parameters, (rtol, atol)) -> states, steps, success, result.
 
     The times begin with the time of the start. `sizes`: the numbers of components, samples and parameters. `ensemble`:
     the number of starts that are solved at once; 0: the start is one state. Raises Unsupported if JAX cannot evaluate
@@ -111,7 +110,7 @@ def compiled(method: str, equations: Callable[..., Any], sizes: tuple[int, int, 
         return jax.numpy.array(case(t, tuple(y), tuple(parameters)), dtype=float)
 
     def solve(start: Any, grid: Any, parameters: Any, tolerance: Any) -> Any:
-        controller = PIDController(rtol=tolerance, atol=ABSOLUTE * tolerance)
+        controller = PIDController(rtol=tolerance[0], atol=tolerance[1])
         found = diffeqsolve(
             ODETerm(slope), solver, grid[0], grid[-1], None, start, parameters,
             saveat=SaveAt(ts=grid[1:]), stepsize_controller=controller, max_steps=STEPS, throw=False,
@@ -121,7 +120,7 @@ def compiled(method: str, equations: Callable[..., Any], sizes: tuple[int, int, 
     dimension, samples, parameters = sizes
     start = (ensemble, dimension) if ensemble else (dimension,)
     with jax.enable_x64(True):
-        shapes = [jax.ShapeDtypeStruct(shape, float) for shape in (start, (samples + 1,), (parameters,), ())]
+        shapes = [jax.ShapeDtypeStruct(shape, float) for shape in (start, (samples + 1,), (parameters,), (2,))]
         function = jax.vmap(solve, (0, None, None, None)) if ensemble else solve
         try:
             traced = jax.jit(function).lower(*shapes)

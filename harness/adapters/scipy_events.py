@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters import scipy_ivp
-from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, called_from_python, options_of, recorded
+from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, called_from_python, recorded
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver
 from gnomon.harness.kernels.equations import function_kernel
 
@@ -28,7 +28,7 @@ class SolveIvpEvents(SolveIvp):
     policy = "events"
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        form, options = problem.form, options_of(self.method, setting)
+        form, options = problem.form, self.options_of(setting)
         assert isinstance(form, Hybrid)
         sides = {mode.name: Side(self, problem, form, mode) for mode in form.modes}
 

@@ -37,8 +37,6 @@ from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.equations import Kernel, right_hand_side
 from gnomon.harness.kernels.straight_line import derivatives_if_traced
 
-ABSOLUTE = 1e-3
-"""atol over rtol."""
 SMALLEST = 100 * float(np.finfo(float).eps)
 """The smallest rtol that SciPy does not change."""
 
@@ -53,6 +51,7 @@ class SolveIvp(Installed):
     accepts: ClassVar[tuple[type, ...]] = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
+    atol_ratio: float = 1e-3
     method: ClassVar[str]
     takes_jacobian: ClassVar[bool] = False
 
@@ -68,13 +67,20 @@ class SolveIvp(Installed):
             return function, {"jac": jacobian}
         return lambda t, y: function(t, np.ascontiguousarray(y)), {"jac": None}
 
+    def options_of(self, setting: float) -> dict[str, Any]:
+        """Method and tolerances for `solve_ivp`. Raises Refused for a tolerance that SciPy would change, or hang with."""
+        require_positive(setting, "tolerance")
+        if setting < SMALLEST:
+            raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
+        return {"method": self.method, "rtol": setting, "atol": self.atol_ratio * setting}
+
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
 
         assert isinstance(problem.form, FirstOrder)
         buffer, times = problem.buffer, problem.times
         function, jacobian = self.given(right_hand_side(problem), problem.form, problem.dimension, buffer)
-        options = options_of(self.method, setting) | jacobian
+        options = self.options_of(setting) | jacobian
         finite = right_hand_side(replace(problem, counted=False)).array
 
         def solve_one(start: Floats, samples: Floats) -> tuple[None, str | None]:
@@ -88,14 +94,6 @@ class SolveIvp(Installed):
             return None, None if found.success else reason(found.message, said)
 
         return Solver(each_start(problem, solve_one), recorded(options))
-
-
-def options_of(method: str, setting: float) -> dict[str, Any]:
-    """Method and tolerances for `solve_ivp`. Raises Refused for a tolerance that SciPy would change, or hang with."""
-    require_positive(setting, "tolerance")
-    if setting < SMALLEST:
-        raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
-    return {"method": method, "rtol": setting, "atol": ABSOLUTE * setting}
 
 
 def right_hand_side_of(problem: Problem) -> Function:

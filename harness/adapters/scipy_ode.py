@@ -23,8 +23,6 @@ from gnomon.harness.adapters.scipy_ivp import right_hand_side_of
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
 
-ABSOLUTE = 1e-6
-"""atol over rtol."""
 STEPS = 10_000_000
 """Steps allowed between two samples: more than any time limit of a trial admits."""
 
@@ -35,6 +33,7 @@ class Ode(Installed):
     library = "scipy"
     accepts = (FirstOrder,)
     sweep = Tolerance(1e-3, 1e-13)
+    atol_ratio: float = 1e-6
     engine: ClassVar[str]
     method: ClassVar[dict[str, str]] = {}
     accepted: ClassVar[int]
@@ -46,7 +45,7 @@ class Ode(Installed):
         from scipy.integrate import ode  # slow to load: only the trials of this library wait
 
         require_positive(setting, "tolerance")
-        options: dict[str, Any] = {"rtol": setting, "atol": ABSOLUTE * setting, "nsteps": STEPS, **self.method}
+        options: dict[str, Any] = {"rtol": setting, "atol": self.atol_ratio * setting, "nsteps": STEPS, **self.method}
         solver = ode(right_hand_side_of(problem))
         solver.set_integrator(self.engine, **options)
         times = problem.times.tolist()

@@ -37,6 +37,7 @@ class Odeint(Installed):
     accepts = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
+    atol_ratio: float = 1.0
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import odeint  # slow to load: only the trials of this library wait
@@ -50,7 +51,7 @@ class Odeint(Installed):
         function = right_hand_side_of(problem)
         finite = right_hand_side(replace(problem, counted=False)).array
         jacobian = jacobian_of(problem.form, problem.dimension, problem.buffer)
-        options = {"rtol": setting, "atol": setting, "mxstep": STEPS, "Dfun": jacobian}
+        options = {"rtol": setting, "atol": self.atol_ratio * setting, "mxstep": STEPS, "Dfun": jacobian}
         grid = np.concatenate([[problem.t0], problem.times])
 
         def solve_one(start: Floats, samples: Floats) -> tuple[int, str | None]:

@@ -45,8 +45,6 @@ from gnomon.harness.kernels.c_structures import c_functions, floats_at, result_a
 from gnomon.harness.kernels.equations import right_hand_side
 from gnomon.harness.kernels.straight_line import derivatives_if_traced
 
-ABSOLUTE = 0.1
-"""atol over rtol."""
 VERSIONS = ("7.5.0", "7.9.0")
 """The versions of SUNDIALS whose C interface was tried."""
 DATA = 1
@@ -174,6 +172,7 @@ class Sundials(Installed):
     accepts = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
+    atol_ratio: float = 0.1
 
 
 class Native(Sundials):
@@ -199,8 +198,8 @@ class Native(Sundials):
         require_positive(setting, "tolerance")
         session = Session(self.solver, problem.dimension)
         options, (restart, rest) = self.connect(session, problem)
-        options |= {"rtol": setting, "atol": ABSOLUTE * setting, "max_num_steps": STEPS}
-        session.set("SStolerances", setting, ABSOLUTE * setting)
+        options |= {"rtol": setting, "atol": self.atol_ratio * setting, "max_num_steps": STEPS}
+        session.set("SStolerances", setting, self.atol_ratio * setting)
         session.user[PARAMETERS] = problem.buffer.ctypes.data
         session.set("SetUserData", session.user.ctypes.data)
         session.set("SetMaxNumSteps", STEPS)

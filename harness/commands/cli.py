@@ -27,9 +27,8 @@ from gnomon.harness.commands.verify import verify
 from gnomon.harness.results.visible import visible
 from gnomon.harness.system.child_process import ServerFailed
 from gnomon.harness.system.streams import open_standard_streams
+from gnomon.reference.storage.version import VERSION
 from rich.markup import escape
-
-from gnomon import __version__
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -40,7 +39,7 @@ app = typer.Typer(
 
 def _version(asked: bool) -> None:
     if asked:
-        out.print(f"gnomon {__version__}", highlight=False)
+        out.print(f"gnomon {VERSION}", highlight=False)
         raise typer.Exit
 
 

@@ -295,6 +295,8 @@ class Integrator(ABC):
         The origin of Jacobians: "exact", also for a method that uses no Jacobian, or "differences".
     compensated : bool
         Whether its sums over steps are compensated, so that their rounding does not grow with the number of steps.
+    atol_ratio : float or None
+        The absolute tolerance over the relative one; None for a method without an absolute tolerance.
     primary : bool
         False for a near-duplicate method: a suite runs it only on the default variants, in one launch, unless it is
         named.
@@ -339,6 +341,7 @@ class Integrator(ABC):
     conserves: ClassVar[tuple[str, ...]] = ()
     jacobian: str = "exact"
     compensated: ClassVar[bool] = False
+    atol_ratio: float | None = None
     primary: ClassVar[bool] = True
 
     @abstractmethod

@@ -26,22 +26,22 @@ def announced() -> Iterator[None]:
 
 @contextmanager
 def shown(name: str) -> Iterator[None]:
-    """A context in which a terminal shows that `name` is compiled, while it is."""
+    """A context in which a terminal shows that `name` is solving, or is compiled, while it is."""
     if not sys.stderr.isatty():
         yield
         return
     from rich.console import Console  # 50 ms, for terminals only
 
-    status = Console(stderr=True).status(f"compiling {name}, once on this machine")
+    with Console(stderr=True).status(f"solving by {name}") as status:
 
-    def watch(begins: bool) -> None:
-        status.start() if begins else status.stop()
+        def watch(begins: bool) -> None:
+            status.update(f"compiling {name}, once on this machine" if begins else f"solving by {name}")
 
-    WATCHERS.append(watch)
-    try:
-        yield
-    finally:
-        WATCHERS.remove(watch)
+        WATCHERS.append(watch)
+        try:
+            yield
+        finally:
+            WATCHERS.remove(watch)
 
 
 def cache_folder() -> Path:

@@ -4,6 +4,7 @@ All have the same signature, so an integrator is compiled once and calls any cas
 has the source of all functions and the numbers that they read, so that every edit makes other code.
 """
 
+import ctypes
 import dis
 import linecache
 import math
@@ -14,11 +15,13 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core import forms
-from gnomon.harness.contract.integrator import Problem
+from gnomon.harness.contract.integrator import Floats, Problem
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.kernels import emission, ir, machine
+from gnomon.harness.kernels.called import Called
 
 Body = Callable[[ir.Value, ir.Array, ir.Array, ir.Array], None]
+CALLBACK = ctypes.CFUNCTYPE(None, ctypes.c_double, *(ctypes.POINTER(ctypes.c_double),) * 3)
 
 
 class Kernel:
@@ -69,6 +72,36 @@ class Kernel:
     def _called(self, name: str) -> Any:
         facts = np.array([self.address, *self.sizes], dtype=np.int64)
         return machine.callable_at(entries().addresses[name], name, facts)
+
+
+class CalledKernel(Kernel):
+    """Equations that stay a function of Python, in the three ways of a kernel: C code calls them back."""
+
+    def __init__(self, equations: Called, sizes: tuple[int, int, int], counting: bool) -> None:
+        super().__init__("", lambda t, y, p, out: None, sizes)
+        (states, parameters, outputs), as_array = sizes, np.ctypeslib.as_array
+
+        def pointer(t: float, y: Floats, p: Floats, out: Floats) -> None:
+            if counting:
+                p[-1] += 1
+            out[:] = equations.values(t, y.copy())
+
+        def array(t: float, y: Floats, p: Floats) -> Floats:
+            out = np.empty(outputs)
+            pointer(t, y, p, out)
+            return out
+
+        def call(t: float, y: Any, p: Any, out: Any) -> None:
+            buffer = as_array(p, (parameters + 1,)) if counting else np.empty(0)
+            pointer(t, as_array(y, (states,)), buffer, as_array(out, (outputs,)))
+
+        self.equations, self.pointer, self.array = equations, pointer, array
+        self.callback = CALLBACK(call)
+        self.address = ctypes.cast(self.callback, ctypes.c_void_p).value or 0
+        equations.kernels.append(self)
+
+    def counted(self) -> Kernel:
+        return CalledKernel(self.equations, self.sizes, True)
 
 
 def entries() -> machine.Code:
@@ -137,8 +170,9 @@ def kernel(form: Any, parameters: int, dimension: int, counted: bool = False) ->
     first = forms.first_order(getattr(form, "source", None) or form)
     if first is None:
         raise ValueError(f"{type(form).__name__} has no right-hand side to compile")
-    check_source(first.equations, set())
-    check_form(first, dimension, parameters)
+    if not isinstance(first.equations, Called):
+        check_source(first.equations, set())
+        check_form(first, dimension, parameters)
     return function_kernel(first.equations, dimension, parameters, dimension, counted)
 
 
@@ -154,14 +188,20 @@ def check_form(form: forms.FirstOrder, dimension: int, parameters: int) -> None:
         check_values(form.equations, (dimension, parameters), dimension)
 
 
-@cached_by_content
 def function_kernel(
     function: Callable[..., Any], states: int, parameters: int, outputs: int, counted: bool = False
 ) -> Kernel:
     """Compile any plain function (t, state, parameters) -> tuple of `outputs` values."""
     sizes = states, parameters, outputs
-    if counted:
-        return function_kernel(function, states, parameters, outputs).counted()
+    if isinstance(function, Called):
+        return CalledKernel(function, sizes, counted)
+    found = _compiled(function, sizes)
+    return found.counted() if counted else found
+
+
+@cached_by_content
+def _compiled(function: Callable[..., Any], sizes: tuple[int, int, int]) -> Kernel:
+    states, parameters, outputs = sizes
     check_source(function, set())
     check_values(function, (states, parameters), outputs)
 

@@ -23,6 +23,11 @@ RUN, STEP, ROUND = 0, 1, 2
 Value = Any
 """A Node, or a plain number."""
 
+UFUNCS = {name: name for name in FUNCTIONS} | {
+    f"arc{name[1:]}": name for name in FUNCTIONS if name.startswith("a")
+}  # fmt: skip
+"""The functions of `math` by their names in `math` and in NumPy."""
+
 
 def _operators(name: str) -> tuple[Any, Any]:
     """The operator that a method of the trace computes, and the operator with exchanged operands."""
@@ -47,6 +52,13 @@ class Node(Unbranching):
     __mul__, __rmul__ = _operators("product")
     __truediv__, __rtruediv__ = _operators("quotient")
     __pow__, __rpow__ = _operators("power")
+
+    def __getattr__(self, name: str) -> Callable[..., Value]:
+        """A function of NumPy: on an array of objects it calls the method of its own name of each element."""
+        operation = UFUNCS.get(name)
+        if operation is None:
+            raise AttributeError(f"a symbol has no {name}")
+        return lambda *others: self.trace.functions[operation](self, *others)
 
     def __neg__(self) -> Value:
         return self.trace.node("neg", self)

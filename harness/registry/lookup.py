@@ -85,9 +85,9 @@ def find(name: str, known: Mapping[str, Integrator] | None = None) -> tuple[Inte
     raise ValueError(f"no integrator is called {name!r}; {nearest(name, names)}")
 
 
-def find_one(name: str) -> Integrator:
-    """The only integrator that `name` selects; raises ValueError if there are several."""
-    found = find(name)
+def find_one(name: str, known: Mapping[str, Integrator] | None = None) -> Integrator:
+    """The only integrator that `name` selects, as in `find`; raises ValueError if there are several."""
+    found = find(name, known)
     if len(found) > 1:
         raise ValueError(f"{name} names {', '.join(one.id for one in found)}; give one id")
     return found[0]

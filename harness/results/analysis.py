@@ -10,10 +10,13 @@ import pandas as pd
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.convergence_order import line, slopes, why_no_line
+from gnomon.harness.results.equal_error import TARGETS, Reached, reached
+from gnomon.harness.results.equal_error import credited as credited
+from gnomon.harness.results.equal_error import crossing as crossing
+from gnomon.harness.results.equal_error import time_at as time_at
 from gnomon.harness.results.schema import MEASUREMENT_COLUMNS, TIMES, TIMING_SPAN
 from gnomon.harness.results.values import DELAYED
 
-TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 PROBLEM = ["case", "variant", "formulation"]
 SERIES = [*PROBLEM, "library", "integrator_id"]
 ON_A_LINE = 0.1
@@ -166,53 +169,6 @@ def settings(frame: pd.DataFrame) -> pd.DataFrame:
     return reduced.reset_index().sort_values([*SERIES, "setting"], ascending=[True] * len(SERIES) + [False])
 
 
-def credited(errors: Sequence[float] | Floats) -> Floats:
-    """The error that each setting of a sweep, loosest first, is credited with; inf for settings that are left out.
-
-    The error of a loose setting may be small by chance, where it changes sign. A setting is therefore credited with the
-    largest error of all settings at least as tight. At still tighter settings round-off makes errors grow again; the
-    sweep is cut after the tightest setting within 3 times the second smallest error (the second, so that one small
-    error by chance cannot cut the sweep).
-    """
-    values = np.asarray(errors, dtype=float)
-    found = np.sort(values[np.isfinite(values)])
-    if len(found) == 0:
-        return np.full(len(values), math.inf)
-    second = found[min(1, len(found) - 1)]
-    last = int(np.flatnonzero(values <= 3 * second)[-1])
-    kept = np.maximum.accumulate(values[: last + 1][::-1])[::-1]
-    return np.concatenate([kept, np.full(len(values) - last - 1, math.inf)])
-
-
-def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
-    """The least time in which a sweep, loosest setting first, reaches an error, and whether its loosest setting does.
-
-    Linear interpolation in the logarithms between the two neighbouring settings; nan if no setting reaches the error.
-    If credited errors are infinite up to some setting, the next setting counts as the loosest.
-
-    A tighter setting may take less time than the one that reaches the error: the order of a Taylor series follows its
-    tolerance, and a low order takes more steps. It reaches the error too, so the minimum of these times counts.
-    """
-    return crossing(credited(errors), seconds, target)
-
-
-def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
-    """`time_at` for errors that are already `credited`."""
-    reached = np.flatnonzero(held <= target)
-    if len(reached) == 0:
-        return math.nan, False
-    i = int(reached[0])
-    loosest = i == 0 or math.isinf(held[i - 1])
-    if loosest:
-        there = float(seconds[i])
-    else:
-        upper, lower = math.log(held[i - 1]), math.log(max(held[i], np.finfo(float).tiny))
-        share = (upper - math.log(target)) / (upper - lower)
-        there = float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1])))
-    # nan if the time near the target is missing; tighter settings without a time are ignored
-    return (math.nan if math.isnan(there) else min(there, *(float(seconds[k]) for k in reached.tolist()))), loosest
-
-
 def preparations(rows: pd.DataFrame) -> pd.Series:
     """For each series, the median over its settings of the seconds of a preparation in the first launch."""
     ran = rows.loc[~rows["status"].isin(NEVER_RAN), [*SERIES, "setting", "prepare_seconds"]]
@@ -223,11 +179,8 @@ def preparations(rows: pd.DataFrame) -> pd.Series:
 def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
     """Time at equal error: one row for each series and target that it reaches.
 
-    `seconds` is the median over launches of the whole call, for which a user waits; `low` and `high` are its range, and
-    `null_share` is the share of the null call, nan without a measurement. `times` are the seconds by run and launch: a
-    run interleaves its launches, so that times with equal keys are comparable. `at_loosest`: the loosest setting
-    already reaches the target, so the time is an upper bound. `preparation` is the time of `prepare`, which the other
-    times exclude (see `preparations`). `machine` is the machine of the times.
+    For its columns see `equal_error.Reached`. `preparation` is the time of `prepare`, which the other times exclude (see
+    `preparations`). `machine` is the machine of the times.
 
     The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
@@ -237,28 +190,8 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     usable = frame.loc[chosen, [*SERIES, "machine", "status", *columns]]
     usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
-        launches: dict[int, dict[float, float]] = {}
-        errors: dict[int, dict[float, float]] = {}
-        for row in series:
-            launches.setdefault(row["launch"], {})[row["setting"]] = row["seconds_median"]
-            errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
-        # Slow settings are launched once: the errors are from the launch with most settings, and a launch without times
-        # near the target is ignored.
-        sweep = errors[max(sorted(errors), key=lambda launch: len(errors[launch]))]
-        held = credited(list(sweep.values()))
-        runs = {row["launch"]: row["run"] for row in series}
-        nulls = [row["null_seconds"] for row in series if math.isfinite(row["null_seconds"])]
-        null = float(np.median(nulls)) if nulls else math.nan
-        timed = {n: [seconds.get(setting, math.nan) for setting in sweep] for n, seconds in sorted(launches.items())}
-        for target in targets:
-            found = {n: crossing(held, seconds, target) for n, seconds in timed.items()}
-            times = {(runs[n], n): seconds for n, (seconds, _) in found.items() if math.isfinite(seconds)}
-            if times:
-                bound, middle = any(loosest for _, loosest in found.values()), float(np.median([*times.values()]))
-                span = (min(times.values()), max(times.values()))
-                rows.append((*key, target, middle, *span, len(times), times, bound, null / middle))
-    named = [*SERIES, "target", "seconds", "low", "high", "launches", "times", "at_loosest", "null_share"]
-    table = pd.DataFrame(rows, columns=named)
+        rows += [(*key, *found) for found in reached(series, targets)]
+    table = pd.DataFrame(rows, columns=[*SERIES, *Reached._fields])
     machines = usable.groupby(SERIES)["machine"].first()
     return table.join(machines, on=list(SERIES)).join(preparations(frame), on=list(SERIES))
 

@@ -2,10 +2,9 @@
 
 import shlex
 import sys
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
@@ -16,8 +15,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.kernels.compiling import cache_folder
 from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 from gnomon.harness.measuring.score import Scorer
-from gnomon.harness.registry import declaration, environment, lookup, references, selection
-from gnomon.harness.results import store
+from gnomon.harness.registry import declaration, environment, lookup, references
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
 from gnomon.harness.running import plan
 from gnomon.harness.running.call_cost import described as python_calls
@@ -26,7 +24,6 @@ from gnomon.harness.running.plan import Repeat, Series, Suite, Trial
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.system.limitations import need_fork
-from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.progress import Progress
 from gnomon.harness.system.streams import open_standard_streams
 from gnomon.reference.storage import cachefolder, diskcache
@@ -90,54 +87,6 @@ def open_run(
     _verify_caches()  # the disk may have become full in the meantime
     if broken:
         raise ValueError("; ".join(f"{spec.path} {spec.variant or ''}: {error}" for spec, error in broken.items()))
-
-
-def compare(
-    cases: Sequence[str | Case] | str | Case,
-    integrators: Sequence[str | Integrator | type[Integrator]] | str | Integrator | type[Integrator],
-    limit_seconds: float = 1.0,
-    launches: int = 1,
-) -> Any:
-    """Run cases through integrators and return the measurements, for notebooks.
-
-    Parameters
-    ----------
-    cases : str, Case, or sequence of these
-        Names, or Case objects, whose numbers are rounded to binary64.
-    integrators : str, Integrator, type, or sequence of these
-        Names, or Integrator classes or objects, which run as they are and may be defined in the notebook itself.
-    limit_seconds : float
-        The time limit of a trial (s).
-    launches : int
-        The number of launches of each series on a default variant.
-
-    Returns
-    -------
-    pandas.DataFrame
-        One row for each measurement, as from `gnomon.harness.load`.
-
-    Raises
-    ------
-    ValueError
-        For unknown names or a wrong declaration, or if an exact motion cannot be computed.
-
-    Examples
-    --------
-    >>> from gnomon.harness import compare
-    >>> frame = compare("pendulum_simple", "gnomon:DOP853")
-    >>> bool((frame["status"] == "ok").any())
-    True
-    """
-    chosen: list[tuple[Case, str]] = []
-    for case in [cases] if isinstance(cases, str | Case) else cases:
-        chosen += selection.choose([case], False) if isinstance(case, str) else [(case.rounded(), "")]
-    given = [integrators] if isinstance(integrators, str | Integrator | type) else list(integrators)
-    found = lookup.find_all(given) if given else ()
-    suite = replace(
-        plan.suite("foundation").within(limit_seconds), name="compare", launches=launches, timing_spans=False
-    )
-    with tempfile.TemporaryDirectory(dir=temporary_folder()) as folder:
-        return store.load(run(folder, suite, chosen, found))
 
 
 def _verify_caches() -> None:

@@ -29,8 +29,7 @@ from gnomon.harness.system.supervisor import run
 from gnomon.harness.verification.claims import Finding, Outcome
 from gnomon.harness.verification.verify import CaseJob, Row, planned
 from gnomon.reference.numerics.precision import shortened
-
-from gnomon import __version__
+from gnomon.reference.storage.version import VERSION
 
 FORMAT = "gnomon baseline 1"
 RUNS = 16
@@ -134,7 +133,7 @@ def measure(
         raise ValueError(f"{integrator.id} has no solution at any setting ({found}), so there is nothing to keep")
     places = [case.id for case in chosen]
     entries.sort(key=lambda entry: (places.index(entry.case_id), -entry.setting))
-    return Baseline(integrator.id, depth, __version__, tuple(entries))
+    return Baseline(integrator.id, depth, VERSION, tuple(entries))
 
 
 def _entries(trials: Trials, runs: int) -> list[dict[str, Any]]:

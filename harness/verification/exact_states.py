@@ -15,9 +15,8 @@ from gnomon.cases.core.numbers import LARGEST, show
 from gnomon.harness.certification.certify import Certificate, certify
 from gnomon.harness.system.files import read_text
 from gnomon.reference.numerics.precision import exact, shortened
+from gnomon.reference.storage.version import VERSION
 from mpmath.libmp import to_str
-
-import gnomon
 
 SCHEMA_VERSION = 1
 MOST_DIGITS, MOST_TIMES = 1000, 100_000
@@ -65,9 +64,7 @@ class ExactStates:
         found = self.certificate
         ways = ", ".join(f"{way} {digits:.0f}" for way, digits in found.ways.items())
         confirmed = f"confirmed to {found.digits:.0f} digits ({ways or found.note}), {found.required} required"
-        head = (
-            f"# gnomon {gnomon.__version__}\n# certificate: {confirmed}\n# sha256 of the lines below: {self.sha256}\n"
-        )
+        head = f"# gnomon {VERSION}\n# certificate: {confirmed}\n# sha256 of the lines below: {self.sha256}\n"
         return head + self.hashed
 
     def as_json(self) -> str:
@@ -75,7 +72,7 @@ class ExactStates:
         case, found, numbers = self.case, self.certificate, self.numbers
         document = {
             "schema_version": SCHEMA_VERSION,
-            "gnomon": gnomon.__version__,
+            "gnomon": VERSION,
             "case": case.id,
             "digits": self.digits,
             "parameters": {parameter.name: numbers[parameter.name] for parameter in case.parameter_list},

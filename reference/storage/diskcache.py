@@ -20,9 +20,8 @@ from typing import Any
 import numpy as np
 import platformdirs
 from gnomon.reference.storage import cachefolder
+from gnomon.reference.storage.version import VERSION
 from numpy.typing import NDArray
-
-from gnomon import __version__
 
 _NOTES = "notes"
 _CODE_BYTES = 16
@@ -153,4 +152,4 @@ def whole(target: Path) -> Iterator[Path]:
 
 
 def _name(key: str) -> str:
-    return hashlib.sha256(f"gnomon {__version__}\n{key}".encode()).hexdigest()[:40] + ".bin"
+    return hashlib.sha256(f"gnomon {VERSION}\n{key}".encode()).hexdigest()[:40] + ".bin"

@@ -1,0 +1,105 @@
+"""Time at equal error: what the report and `gnomon.compare` compare. Plain rows, without pandas."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from gnomon.harness.contract.integrator import Floats
+
+TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
+
+
+class Reached(NamedTuple):
+    """The time of a series at a target that it reaches.
+
+    `seconds` is the median over launches of the whole call, for which a user waits; `low` and `high` are its range, and
+    `null_share` is the share of the null call, nan without a measurement. `times` are the seconds by run and launch: a
+    run interleaves its launches, so that times with equal keys are comparable. `at_loosest`: the loosest setting
+    already reaches the target, so the time is an upper bound.
+    """
+
+    target: float
+    seconds: float
+    low: float
+    high: float
+    launches: int
+    times: dict[tuple[int, int], float]
+    at_loosest: bool
+    null_share: float
+
+
+def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARGETS) -> Iterator[Reached]:
+    """The times of a series at the targets that it reaches.
+
+    `series`: run, launch, setting, error_max, seconds_median and null_seconds of its timed settings, loosest first. The
+    error of a setting that diverged is infinite.
+    """
+    launches: dict[int, dict[float, float]] = {}
+    errors: dict[int, dict[float, float]] = {}
+    for row in series:
+        launches.setdefault(row["launch"], {})[row["setting"]] = row["seconds_median"]
+        errors.setdefault(row["launch"], {})[row["setting"]] = row["error_max"]
+    # Slow settings are launched once: the errors are from the launch with most settings, and a launch without times
+    # near the target is ignored.
+    sweep = errors[max(sorted(errors), key=lambda launch: len(errors[launch]))]
+    held = credited(list(sweep.values()))
+    runs = {row["launch"]: row["run"] for row in series}
+    nulls = [row["null_seconds"] for row in series if math.isfinite(row["null_seconds"])]
+    null = float(np.median(nulls)) if nulls else math.nan
+    timed = {n: [seconds.get(setting, math.nan) for setting in sweep] for n, seconds in sorted(launches.items())}
+    for target in targets:
+        found = {n: crossing(held, seconds, target) for n, seconds in timed.items()}
+        times = {(runs[n], n): seconds for n, (seconds, _) in found.items() if math.isfinite(seconds)}
+        if times:
+            bound, middle = any(loosest for _, loosest in found.values()), float(np.median([*times.values()]))
+            yield Reached(
+                target, middle, min(times.values()), max(times.values()), len(times), times, bound, null / middle
+            )
+
+
+def credited(errors: Sequence[float] | Floats) -> Floats:
+    """The error that each setting of a sweep, loosest first, is credited with; inf for settings that are left out.
+
+    The error of a loose setting may be small by chance, where it changes sign. A setting is therefore credited with the
+    largest error of all settings at least as tight. At still tighter settings round-off makes errors grow again; the
+    sweep is cut after the tightest setting within 3 times the second smallest error (the second, so that one small
+    error by chance cannot cut the sweep).
+    """
+    values = np.asarray(errors, dtype=float)
+    found = np.sort(values[np.isfinite(values)])
+    if len(found) == 0:
+        return np.full(len(values), math.inf)
+    second = found[min(1, len(found) - 1)]
+    last = int(np.flatnonzero(values <= 3 * second)[-1])
+    kept = np.maximum.accumulate(values[: last + 1][::-1])[::-1]
+    return np.concatenate([kept, np.full(len(values) - last - 1, math.inf)])
+
+
+def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
+    """The least time in which a sweep, loosest setting first, reaches an error, and whether its loosest setting does.
+
+    Linear interpolation in the logarithms between the two neighbouring settings; nan if no setting reaches the error.
+    If credited errors are infinite up to some setting, the next setting counts as the loosest.
+
+    A tighter setting may take less time than the one that reaches the error: the order of a Taylor series follows its
+    tolerance, and a low order takes more steps. It reaches the error too, so the minimum of these times counts.
+    """
+    return crossing(credited(errors), seconds, target)
+
+
+def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:
+    """`time_at` for errors that are already `credited`."""
+    reached = np.flatnonzero(held <= target)
+    if len(reached) == 0:
+        return math.nan, False
+    i = int(reached[0])
+    loosest = i == 0 or math.isinf(held[i - 1])
+    if loosest:
+        there = float(seconds[i])
+    else:
+        upper, lower = math.log(held[i - 1]), math.log(max(held[i], np.finfo(float).tiny))
+        share = (upper - math.log(target)) / (upper - lower)
+        there = float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1])))
+    # nan if the time near the target is missing; tighter settings without a time are ignored
+    return (math.nan if math.isnan(there) else min(there, *(float(seconds[k]) for k in reached.tolist()))), loosest

@@ -1,0 +1,216 @@
+"""`compare`: cases through integrators, for notebooks and scripts."""
+
+import io
+import math
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gnomon.cases import Case
+from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.status import SCORED, Status
+from gnomon.harness.registry import lookup, selection
+from gnomon.harness.results import reading
+from gnomon.harness.results.equal_error import TARGETS, Reached, reached
+from gnomon.harness.results.number_text import error_text, problem_name, time_text
+from gnomon.harness.running import plan
+from gnomon.harness.running.planned_run import run
+from gnomon.harness.system.extras import require
+from gnomon.harness.system.locks import temporary_folder
+from gnomon.harness.system.progress import Progress
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+WIDTH = 110
+SERIES = ("case", "variant", "formulation", "integrator_id")
+Names = tuple[str, ...]
+NOTE = (
+    "Time of a whole call at equal error, without preparation: the median of repeated calls{launches}. < : the loosest"
+    " setting has less error already. Error: the largest of 64 samples, relative to the size of the motion."
+)
+INTERPRETED = " Yours ({}) runs in Python; gnomon's own are compiled: their times differ by the language too."
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The result of `compare`: `print` shows the time of each integrator at equal errors.
+
+    Attributes
+    ----------
+    rows : list of dict
+        One row for each measurement; `gnomon export --schema` explains its columns.
+
+    Examples
+    --------
+    >>> import gnomon
+    >>> found = gnomon.compare("harmonic_oscillator", ["gnomon:DOP853", "gnomon:RK4"])
+    >>> {row["integrator_id"] for row in found.rows}
+    {'gnomon:DOP853', 'gnomon:RK4'}
+    >>> found.times("gnomon:DOP853")["harmonic_oscillator"][1e-6] > 0
+    True
+    """
+
+    rows: list[dict[str, Any]]
+
+    def times(self, integrator: str) -> dict[str, dict[float, float]]:
+        """The seconds of an integrator by problem, and by error of `TARGETS`; nan for an error that it does not reach."""
+        return {
+            problem_name(*key[:3]): {target: each[target].seconds if target in each else math.nan for target in TARGETS}
+            for key, series in self._series().items()
+            if key[3] == integrator
+            for each in [_reached(series)]
+        }
+
+    def frame(self) -> Any:
+        """All measurements as a pandas DataFrame (extra `report`)."""
+        require("report", "a data frame")
+        import pandas  # an optional package
+
+        return pandas.DataFrame(self.rows)
+
+    def plot(self) -> Any:
+        """Draw error against time, a panel for each problem, as a chart of Altair (extra `report`)."""
+        require("report", "a chart")
+        from gnomon.harness.reporting.plot import work_precision_chart  # loads pandas, an optional package
+
+        return work_precision_chart(self.frame())
+
+    def __repr__(self) -> str:
+        text = io.StringIO()
+        console = Console(file=text, width=WIDTH, emoji=False)
+        console.print(self._table())
+        launches = max((row["launch"] for row in self.rows), default=1)
+        note = NOTE.format(launches=f" and of {launches} launches" if launches > 1 else "")
+        own = sorted({row["integrator_id"] for row in self.rows if not _compiled(row)})
+        console.print(note + (INTERPRETED.format(", ".join(own)) if own else ""), highlight=False)
+        return text.getvalue()
+
+    def _series(self) -> dict[Names, list[dict[str, Any]]]:
+        found: dict[Names, list[dict[str, Any]]] = {}
+        for row in self.rows:
+            hidden = {"default": "", "standard": "", None: ""}
+            key = tuple(hidden.get(row[name], row[name]) for name in SERIES)
+            found.setdefault(key, []).append(row)
+        return found
+
+    def _table(self) -> Table:
+        found = self._series()
+        several = len({key[:3] for key in found}) > 1
+        title = None if several else problem_name(*next(iter(found))[:3]) if found else None
+        table = Table(box=SIMPLE_HEAD, padding=(0, 1), title=title, title_justify="left")
+        for name in (*(["problem"] if several else []), "integrator"):
+            table.add_column(name, no_wrap=True)
+        for target in TARGETS:
+            table.add_column(f"time at {error_text(target).replace('1.0', '1')}", justify="right", no_wrap=True)
+        table.add_column("least error", justify="right", no_wrap=True)
+        table.add_column("not solved")
+        for key, series in found.items():
+            name = [problem_name(*key[:3])] if several else []
+            table.add_row(*name, key[3], *_cells(series))
+        return table
+
+
+def _compiled(row: Mapping[str, Any]) -> bool:
+    return row["library"] in {one.library for one in lookup.own().values()}
+
+
+def _reached(series: Sequence[Mapping[str, Any]]) -> dict[float, Reached]:
+    usable = [
+        {**row, "error_max": math.inf if row["status"] == Status.DIVERGED else row["error_max"]}
+        | {name: math.nan if row[name] is None else row[name] for name in ("null_seconds",)}
+        for row in series
+        if row["status"] in SCORED and row["seconds_median"] and row["error_max"] is not None
+    ]
+    usable.sort(key=lambda row: -row["setting"])
+    return {each.target: each for each in reached(usable)} if usable else {}
+
+
+def _cells(series: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    times = _reached(series)
+    for target in TARGETS:
+        at = times.get(target)
+        yield "–" if at is None else ("< " if at.at_loosest else "") + time_text(at.seconds)
+    errors = [row["error_max"] for row in series if row["status"] == Status.OK]
+    yield error_text(min(errors)) if errors else "–"
+    failed = [row for row in series if row["status"] != Status.OK and row["launch"] == 1]
+    counts = dict.fromkeys(str(row["status"]).replace("_", " ") for row in failed)
+    yield ", ".join(f"{sum(str(r['status']).replace('_', ' ') == name for r in failed)} {name}" for name in counts)
+
+
+def compare(
+    cases: Any,
+    integrators: Any,
+    limit_seconds: float = 1.0,
+    launches: int = 1,
+) -> Comparison:
+    """Run cases through integrators at their sweep of settings.
+
+    Parameters
+    ----------
+    cases : str, Case, ExactCase, or sequence of these
+        Names or cases, whose numbers are rounded to binary64.
+    integrators : str, Integrator, type, or sequence of these
+        Names, or integrators, which run as they are and may be defined in the notebook itself.
+    limit_seconds : float
+        The time limit of a trial (s).
+    launches : int
+        The number of launches of each series on a default variant.
+
+    Returns
+    -------
+    Comparison
+        Its `print` is a table; it has `rows`, `times`, `frame` and `plot`.
+
+    Raises
+    ------
+    ValueError
+        For unknown names or a wrong declaration, or if an exact motion cannot be computed.
+
+    Examples
+    --------
+    >>> import gnomon
+    >>> found = gnomon.compare("pendulum_simple", "gnomon:DOP853")
+    >>> any(row["status"] == "ok" for row in found.rows)
+    True
+    """
+    chosen = [pair for case in _several(cases, "cases") for pair in _case(case)]
+    found = lookup.find_all([_integrator(one) for one in _several(integrators, "integrators")])
+    if not 0 < limit_seconds < math.inf:
+        raise ValueError(f"limit_seconds={limit_seconds!r}: give a positive number of seconds")
+    if not isinstance(launches, int) or launches < 1:
+        raise ValueError(f"launches={launches!r}: give a whole number from 1 on")
+    suite = replace(
+        plan.suite("foundation").within(limit_seconds), name="compare", launches=launches, timing_spans=False
+    )
+    progress = Progress(quiet=not sys.stderr.isatty())
+    with tempfile.TemporaryDirectory(dir=temporary_folder()) as folder:
+        return Comparison(reading.rows(run(folder, suite, chosen, found, progress)))
+
+
+def _several(given: Any, name: str) -> list[Any]:
+    """The items of a sequence, or the only one; raises ValueError for none, and for what is no sequence."""
+    if isinstance(given, str | Case | Integrator | type) or hasattr(given, "case"):
+        return [given]
+    if not isinstance(given, Sequence | set | frozenset | tuple) or not len(given):
+        raise ValueError(f"{name}={given!r}: give a name, or a list of names")
+    return list(given)
+
+
+def _case(given: Any) -> list[tuple[Case, str]]:
+    found = getattr(given, "case", given)
+    if isinstance(found, str):
+        return selection.choose([found], False)
+    if isinstance(found, type) and issubclass(found, Case):
+        found = found()
+    if not isinstance(found, Case):
+        raise ValueError(f"cases: {given!r} is not a case; give a name of gnomon.list_cases(), or gnomon.case(...)")
+    return [(found.rounded(), "")]
+
+
+def _integrator(given: Any) -> Any:
+    if not (isinstance(given, str | Integrator) or (isinstance(given, type) and issubclass(given, Integrator))):
+        raise ValueError(f"integrators: {given!r} is not an integrator; give an id of gnomon.list_integrators()")
+    return given

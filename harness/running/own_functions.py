@@ -1,0 +1,321 @@
+"""A user's functions of (t, y, *args) as the form of a problem: by their formulas, or else by calls from Python."""
+
+import time
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import product
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, SecondOrder, Transition, Values, first_order
+from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.kernels.called import Called
+from gnomon.harness.kernels.equations import kernel
+from gnomon.harness.kernels.formulas import NoFormulasError, formulas
+
+MOST_EVENTS = 6
+"""Events of one call: each combination of their signs is a mode of the motion."""
+ENDED = "ended"
+CALLS = 5
+"""Calls of a function that are timed, to say what they cost."""
+SOON = 1e-9
+"""Time, for a start of size 1, after which an event that is zero at the start is evaluated again."""
+SAME = 1e-9
+"""Formulas and function differ by round-off, which is less in functions that are not ill-conditioned."""
+
+
+_TOLD = set[str]()
+"""The places of functions without formulas of which a warning was given."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The time of the problem, t, since the start: the user's time is t0 + direction t.
+
+    `mirrored`: the number of the last coordinates that are rates by the problem's time, which change their sign if it
+    runs backward.
+    """
+
+    t0: float
+    direction: float
+    mirrored: int = 0
+
+    def own(self, state: Any) -> Any:
+        """A state (..., dim) of the problem as the user has it, and the other way round."""
+        if self.direction > 0 or not self.mirrored:
+            return state
+        kept = state.shape[-1] - self.mirrored
+        return np.concatenate([state[..., :kept], -state[..., kept:]], axis=-1)
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """The arguments `args` of a user's functions; `numbers` are parameters of the compiled equations."""
+
+    args: tuple[Any, ...]
+
+    @property
+    def numbers(self) -> list[float]:
+        return [float(each) for each in self.args if _is_number(each)]
+
+    def with_parameters(self, parameters: Sequence[Any]) -> list[Any]:
+        """The arguments with `parameters` in place of their numbers; all as given if there are none."""
+        values = iter(parameters if len(parameters) else self.numbers)
+        return [next(values) if _is_number(each) else each for each in self.args]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool | np.bool_)
+
+
+class OwnFunction:
+    """A user's function of (t, y, *args) that gives `outputs` numbers, by the clock of the problem.
+
+    Its values are multiplied by `sign`. It is called once at the start: raises ValueError, with its name and line, for an
+    exception and for another number of values.
+    """
+
+    def __init__(
+        self, function: Callable[..., Any], clock: Clock, arguments: Arguments, outputs: int, start: Floats,
+        sign: float = 1.0,
+    ) -> None:  # fmt: skip
+        self.function, self.clock, self.arguments, self.outputs = function, clock, arguments, outputs
+        self.sign, self.start = sign, start
+        values = self.at(clock.t0, start)
+        if values.shape != (outputs,):
+            gives = f"{values.size} values" if values.ndim == 1 else f"an array of shape {values.shape}"
+            raise ValueError(f"{place(function)} gives {gives}; {outputs} {'is' if outputs == 1 else 'are'} wanted")
+
+    def at(self, t: float, y: Floats) -> Floats:
+        """The values at a time of the user's clock."""
+        if not callable(self.function):
+            raise ValueError(f"fun={self.function!r}: give a function of (t, y), or a form")
+        try:
+            with np.errstate(all="ignore"):
+                found = np.asarray(self.function(t, y.copy(), *self.arguments.args))
+        except Exception as error:
+            raise ValueError(self.failed(error, t, y)) from error
+        if found.dtype.kind not in "iuf":
+            raise ValueError(f"{place(self.function)} gives {found!r} at t={t:g}; let it give real numbers")
+        return np.atleast_1d(found).astype(np.float64)
+
+    def failed(self, error: BaseException, t: float, y: Floats) -> str:
+        """The text for an exception of the function."""
+        state = ", ".join(f"{x:.6g}" for x in y)
+        return f"{place(self.function)} raised {type(error).__name__}: {error}, at t={t:.6g}, y=[{state}]"
+
+    def bound(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """A function with the arguments of the user's as one of (t, state, parameters) by the clock of the problem."""
+        t0, direction, sign = self.clock.t0, self.clock.direction, self.sign
+
+        def equations(t: Any, state: Any, parameters: Any) -> Any:
+            values = function(t0 + direction * t, self.clock.own(state), *self.arguments.with_parameters(parameters))
+            return values if sign == 1 else [-each for each in np.ravel(values)]
+
+        return equations
+
+    def formulas(self) -> Callable[..., Any]:
+        """The function as formulas (t, state, parameters). Raises NoFormulasError."""
+        name = getattr(self.function, "__name__", "equations")
+        sizes = len(self.start), len(self.arguments.numbers), self.outputs
+        found = formulas(self.function, self.bound, name if name.isidentifier() else "equations", sizes)
+        plain = self.bound(self.function)
+        for t, y in ((0.0, self.start), (0.125, 1.125 * self.start + 0.125)):
+            try:
+                with np.errstate(all="ignore"):
+                    wanted = np.ravel(plain(t, y.copy(), ())).astype(np.float64)
+                    got = found(t, tuple(y.tolist()), tuple(self.arguments.numbers))
+            except Exception:  # outside of its domain there is nothing to compare
+                continue
+            if not np.allclose(got, wanted, rtol=SAME, atol=SAME * np.abs(wanted).max(), equal_nan=True):
+                raise NoFormulasError("it gives other values on symbols than on numbers")
+        return found
+
+    def called(self) -> Called:
+        """The function as equations that are called from Python."""
+        plain = self.bound(self.function)
+        return Called(lambda t, y: plain(t, y, ()), self.outputs)
+
+    def seconds(self) -> float:
+        """The least time of a call."""
+        spent = []
+        for _ in range(CALLS):
+            began = time.perf_counter()
+            self.at(self.clock.t0, self.start)
+            spent.append(time.perf_counter() - began)
+        return min(spent)
+
+
+class OwnEquations:
+    """A user's `fun`, which gives derivatives or accelerations, as forms; `called` if it has no formulas, with the reason."""
+
+    def __init__(
+        self, function: Callable[..., Any], clock: Clock, arguments: Arguments, start: Floats, accelerations: bool
+    ) -> None:
+        half = len(start) // 2
+        of, by = (start[:half], replace(clock, mirrored=0)) if accelerations else (start, clock)
+        self.own = OwnFunction(function, by, arguments, len(of), of, 1.0 if accelerations else clock.direction)
+        self.clock = clock
+        self.start, self.parameters = start, arguments.numbers
+        self.called: Called | None = None
+        self.reason = ""
+        try:
+            equations = self.own.formulas()
+        except NoFormulasError as error:
+            self._call_from_python(str(error), accelerations)
+        else:
+            form: Form = SecondOrder(equations) if accelerations else FirstOrder(equations)
+            self.forms = tuple(dict.fromkeys(x for x in (form, first_order(form)) if x is not None))
+
+    def _call_from_python(self, reason: str, accelerations: bool) -> None:
+        self.reason, self.parameters = reason, []
+        found = self.called = self.own.called()
+        self.forms = (FirstOrder(found),)
+        if accelerations:
+            half = self.own.outputs
+
+            def motion(t: float, state: Floats) -> Floats:
+                return np.concatenate([state[half:], found.values(t, state[:half])])
+
+            self.forms = (SecondOrder(found), FirstOrder(Called(motion, 2 * half)))
+        where = place(self.own.function)
+        if where not in _TOLD:
+            _TOLD.add(where)
+            warnings.warn(
+                f"{where} has no formulas ({reason[:160]}). It is called from Python, which takes"
+                f" {1e6 * self.own.seconds():.2g} microseconds a call; compiled equations take about .1",
+                stacklevel=4,
+            )
+
+    def raise_failure(self) -> None:
+        """Raise the exception that stopped a call from Python, if there was one."""
+        if self.called is None or self.called.failure is None:
+            return
+        error, t, y = self.called.failure
+        if not isinstance(error, Exception):
+            raise error
+        clock = self.own.clock
+        raise ValueError(self.own.failed(error, clock.t0 + clock.direction * t, y)) from error
+
+
+@dataclass(frozen=True)
+class CaseEquations:
+    """The equations of motion of a case: `print` shows them, a call gives the derivatives, `gnomon.solve` takes them.
+
+    Attributes
+    ----------
+    forms : tuple of forms
+        The forms of the dynamics, the most structured first.
+    case : str
+        The name of the case.
+    coordinates : tuple of str
+        The names of the coordinates of the state.
+    parameters : dict of str to float
+        The parameters by name.
+
+    Examples
+    --------
+    >>> import gnomon
+    >>> equations = gnomon.case("harmonic_oscillator").equations
+    >>> equations(0.0, [1.0, 0.0])
+    array([ 0., -1.])
+    """
+
+    forms: tuple[Form, ...]
+    case: str
+    coordinates: tuple[str, ...]
+    parameters: dict[str, float]
+
+    @cached_property
+    def _kernel(self) -> Any:
+        form = next((x for x in self.forms if isinstance(x, FirstOrder)), None)
+        if form is None:
+            raise ValueError(
+                f"{self.case} has no equations of one smooth motion; `gnomon show {self.case}` prints its modes"
+            )
+        return kernel(form, len(self.parameters), len(self.coordinates))
+
+    def __call__(self, t: float, y: Sequence[float] | Floats) -> Floats:
+        """The derivatives of a state (dim,) at a time."""
+        numbers = np.array([*self.parameters.values()])
+        found: Floats = self._kernel.array(float(t), np.array(y, dtype=np.float64), numbers)
+        return found
+
+
+def with_events(equations: OwnEquations, events: Sequence[Callable[..., Any]]) -> Hybrid:
+    """The hybrid form of equations with events: a mode for each combination of signs, which change at the events.
+
+    A transition's name is `number up` or `number down`: event `number` rises or falls through zero. A terminal event ends
+    in a mode in which nothing moves.
+    """
+    if len(events) > MOST_EVENTS:
+        raise ValueError(f"events: {len(events)} are given; solve locates at most {MOST_EVENTS} in one call")
+    own, form = equations.own, equations.forms[-1]
+    if equations.called is not None:
+        raise ValueError(f"{place(own.function)} has no formulas ({equations.reason[:160]}), which events need")
+    assert isinstance(form, FirstOrder)
+    guards = []
+    for event in events:
+        if getattr(event, "terminal", False) not in (True, False, None):
+            raise ValueError(f"{place(event)}: terminal={event.terminal!r} counts events; give True or False")
+        try:
+            guards.append(OwnFunction(event, equations.clock, own.arguments, 1, equations.start).formulas())
+        except NoFormulasError as error:
+            raise ValueError(f"{place(event)} has no formulas ({str(error)[:160]}); write the event as one") from None
+    signs = list(product((-1, 1), repeat=len(events)))
+    modes = [Mode(_mode(each), form.equations) for each in signs] + [Mode(ENDED, at_rest)]
+    transitions = []
+    for before in signs:
+        for k, (event, guard) in enumerate(zip(events, guards, strict=True)):
+            after = (*before[:k], -before[k], *before[k + 1 :])
+            ends = getattr(event, "terminal", False) and counts(event, -before[k] * own.clock.direction)
+            name = f"{k} {'up' if before[k] < 0 else 'down'}"
+            target = ENDED if ends else _mode(after)
+            transitions.append(Transition(name, _mode(before), guard, -before[k], _same, target))
+    return Hybrid(
+        tuple(modes), partial(_first_mode, guards, form.equations), tuple(transitions), 0.0, frozenset({ENDED})
+    )
+
+
+def counts(event: Callable[..., Any], direction: float) -> bool:
+    """Whether an event is one if it crosses zero in this direction, by the user's clock."""
+    wanted = getattr(event, "direction", 0)
+    return bool(wanted == 0 or wanted * direction > 0)
+
+
+def _mode(signs: Sequence[int]) -> str:
+    return "".join("+" if sign > 0 else "-" for sign in signs)
+
+
+def _same(t: Any, state: Values, parameters: Values) -> Values:
+    return state
+
+
+def at_rest(t: Any, state: Values, parameters: Values) -> Values:
+    return tuple(0.0 * x for x in state)
+
+
+def _first_mode(
+    guards: Sequence[Callable[..., Any]], equations: Callable[..., Any], t: Any, state: Values, parameters: Values
+) -> str:
+    """The mode of the start: an event that is zero there has the sign that it has right after."""
+    signs = []
+    for guard in guards:
+        value = guard(t, state, parameters)[0]
+        if value == 0:
+            ahead = SOON * max(1.0, max(map(abs, state)))
+            later = tuple(x + ahead * rate for x, rate in zip(state, equations(t, state, parameters), strict=True))
+            value = guard(t + ahead, later, parameters)[0]
+        signs.append(1 if value > 0 else -1)
+    return _mode(signs)
+
+
+def place(function: Any) -> str:
+    """The name of a function with the file and the line where it is written, for messages."""
+    inner = function.func if isinstance(function, partial) else function
+    name = getattr(inner, "__qualname__", type(inner).__qualname__).replace("<locals>.", "")
+    code = getattr(inner, "__code__", None)
+    return name if code is None else f"{name} ({code.co_filename}, line {code.co_firstlineno})"

@@ -1,0 +1,36 @@
+from gnomon import cases as cases
+from gnomon import verify as verify
+from gnomon.cases.core.forms import Charged as Charged
+from gnomon.cases.core.forms import Constrained as Constrained
+from gnomon.cases.core.forms import FirstOrder as FirstOrder
+from gnomon.cases.core.forms import Friction as Friction
+from gnomon.cases.core.forms import Hybrid as Hybrid
+from gnomon.cases.core.forms import Impact as Impact
+from gnomon.cases.core.forms import Mode as Mode
+from gnomon.cases.core.forms import NBody as NBody
+from gnomon.cases.core.forms import RigidBody as RigidBody
+from gnomon.cases.core.forms import SecondOrder as SecondOrder
+from gnomon.cases.core.forms import SemiLinear as SemiLinear
+from gnomon.cases.core.forms import Separable as Separable
+from gnomon.cases.core.forms import Transition as Transition
+from gnomon.exact_case import ExactCase as ExactCase
+from gnomon.exact_case import case as case
+from gnomon.exact_case import list_cases as list_cases
+from gnomon.exact_case import list_integrators as list_integrators
+from gnomon.harness.contract.integrator import Integrator as Integrator
+from gnomon.harness.contract.integrator import Problem as Problem
+from gnomon.harness.contract.integrator import Refused as Refused
+from gnomon.harness.contract.integrator import Solution as Solution
+from gnomon.harness.contract.integrator import Solver as Solver
+from gnomon.harness.contract.integrator import Steps as Steps
+from gnomon.harness.contract.integrator import Tolerance as Tolerance
+from gnomon.harness.contract.integrator import each_start as each_start
+from gnomon.harness.ensembles.parquet import load_ensemble as load_ensemble
+from gnomon.harness.kernels.equations import right_hand_side as right_hand_side
+from gnomon.harness.results.store import load as load
+from gnomon.harness.running.comparison import Comparison as Comparison
+from gnomon.harness.running.comparison import compare as compare
+from gnomon.harness.running.solve import OdeResult as OdeResult
+from gnomon.harness.running.solve import solve as solve
+
+__version__: str
