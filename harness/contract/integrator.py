@@ -278,7 +278,7 @@ class Integrator(ABC):
     order : int or None
         The order of convergence; None if the method has no fixed order.
     accepts : tuple of types
-        The forms that it takes, from `gnomon.cases.core.forms`, or `SceneForm`.
+        The forms that it takes, such as `gnomon.FirstOrder`, or `SceneForm`.
     sampling : str
         The origin of samples: "dense output", "stops at samples" or "grid".
     dense_order : int or None
@@ -303,30 +303,28 @@ class Integrator(ABC):
 
     Examples
     --------
-    >>> from math import sin
-    >>> from gnomon.cases.core.forms import FirstOrder
-    >>> from gnomon.harness import solve
-    >>> from gnomon.harness.kernels.equations import right_hand_side
-    >>> class Euler(Integrator):
+    >>> import numpy as np
+    >>> import gnomon
+    >>> class Euler(gnomon.Integrator):
     ...     name, library, order = "Euler", "mine", 1
-    ...     accepts, sweep = (FirstOrder,), Steps(coarsest=0.125, halvings=7)
+    ...     accepts, sweep = (gnomon.FirstOrder,), gnomon.Steps(coarsest=0.125, halvings=7)
     ...
     ...     def prepare(self, problem, setting):
-    ...         f, p = right_hand_side(problem).array, problem.buffer
-    ...         substeps = round(problem.interval / setting)
+    ...         f, p = gnomon.right_hand_side(problem).array, problem.buffer
     ...
     ...         def solve_one(y, out):
-    ...             for k in range(len(out)):
-    ...                 for i in range(substeps):
-    ...                     y = y + setting * f(problem.t0 + problem.interval * k + setting * i, y, p)
-    ...                 out[k] = y
-    ...             return substeps * len(out), None
+    ...             t, steps = problem.t0, 0
+    ...             for k, end in enumerate(problem.times):
+    ...                 count = max(1, round((end - t) / setting))
+    ...                 h = (end - t) / count
+    ...                 for i in range(count):
+    ...                     y = y + h * f(t + h * i, y, p)
+    ...                 t, steps, out[k] = end, steps + count, y
+    ...             return steps, None
     ...
-    ...         return each_start(problem, solve_one)
-    >>> def swing(t, y):
-    ...     return y[1], -9.81 * sin(y[0])
-    >>> solve(swing, 0.0, [0.1, 0.0], [0.5, 1.0], 2**-10, Euler()).shape
-    (2, 2)
+    ...         return gnomon.each_start(problem, solve_one)
+    >>> gnomon.solve(lambda t, y: [y[1], -np.sin(y[0])], (0, 1), [0.1, 0.0], Euler, step=2**-10).y.shape
+    (2, 64)
     """
 
     name: ClassVar[str]

@@ -160,7 +160,7 @@ def made(item: object, origin: str) -> Integrator:
     found = item() if isinstance(item, type) and issubclass(item, Integrator) else item
     if not isinstance(found, Integrator):
         raise ValueError(
-            f"{origin}: {item!r} is not a gnomon.harness.contract.integrator.Integrator; give package.module:Class"
+            f"{origin}: {item!r} is not a gnomon.Integrator; give package.module:Class"
         )
     if undeclared := [attribute for attribute in ("name", "accepts", "sweep") if not hasattr(found, attribute)]:
         raise ValueError(

@@ -11,13 +11,13 @@ from gnomon.cases.core.forms import (
     SecondOrder,
     SemiLinear,
 )
-from gnomon.harness.contract.integrator import Integrator, Steps
+from gnomon.harness.contract.integrator import Integrator, Tolerance
 
 TOLERANCE = 1e-9
 FIRST_ORDER = """\
 from math import sin
 
-from gnomon.harness import solve
+import gnomon
 
 
 def swing(t, y):
@@ -25,25 +25,26 @@ def swing(t, y):
     return rate, -9.81 * sin(angle)
 
 
-states = solve(swing, 0.0, [1.2, 0.0], [0.5, 1.0, 1.5], {setting}, "{method}")
+times = [0.5, 1.0, 1.5]
+found = gnomon.solve(swing, (0, 1.5), [1.2, 0.0], "{method}", t_eval=times, {setting})
 """
 SECOND_ORDER = """\
 from math import sin
 
-from gnomon.harness import solve
+import gnomon
 
 
 def swing(t, q):
     return (-9.81 * sin(q[0]),)
 
 
-states = solve(swing, 0.0, [1.2, 0.0], [0.5, 1.0, 1.5], {setting}, "{method}", accelerations=True)
+times = [0.5, 1.0, 1.5]
+found = gnomon.solve(swing, (0, 1.5), [1.2, 0.0], "{method}", t_eval=times, {setting}, accelerations=True)
 """
 SEMI_LINEAR = """\
 from math import cos
 
-from gnomon.cases.core.forms import SemiLinear
-from gnomon.harness import solve
+import gnomon
 
 
 def decay(t, y, p):
@@ -58,12 +59,12 @@ def rest(t, y, p):
     return (cos(t),)
 
 
-equations = SemiLinear(decay, linear=linear, rest=rest)
-states = solve(equations, 0.0, [1.0], [0.5, 1.0, 1.5], {setting}, "{method}")
+equations = gnomon.SemiLinear(decay, linear=linear, rest=rest)
+times = [0.5, 1.0, 1.5]
+found = gnomon.solve(equations, (0, 1.5), [1.0], "{method}", t_eval=times, {setting})
 """
 CHARGED = """\
-from gnomon.cases.core.forms import Charged
-from gnomon.harness import solve
+import gnomon
 
 
 def fields(t, place, p):  # charge over mass times E, then times B
@@ -76,14 +77,14 @@ def motion(t, state, p):
     return u, v, w, ax + v * wz - w * wy, ay + w * wx - u * wz, az + u * wy - v * wx
 
 
-equations = Charged(motion, fields=fields)
-states = solve(equations, 0.0, [0.0, 0.0, 0.0, 1.0, 0.0, 0.1], [0.5, 1.0, 1.5], {setting}, "{method}")
+equations = gnomon.Charged(motion, fields=fields)
+times = [0.5, 1.0, 1.5]
+found = gnomon.solve(equations, (0, 1.5), [0.0, 0.0, 0.0, 1.0, 0.0, 0.1], "{method}", t_eval=times, {setting})
 """
 RELATIVISTIC = """\
 from math import sqrt
 
-from gnomon.cases.core.forms import Charged
-from gnomon.harness import solve
+import gnomon
 
 
 def fields(t, place, p):  # charge over mass times E, then times B
@@ -102,12 +103,12 @@ def motion(t, state, p):  # of the position and of u = gamma v
     return u, v, w, ax + v * wz - w * wy, ay + w * wx - u * wz, az + u * wy - v * wx
 
 
-equations = Charged(motion, fields=fields, light=light)
-states = solve(equations, 0.0, [0.0, 0.0, 0.0, 1.0, 0.0, 0.1], [0.5, 1.0, 1.5], {setting}, "{method}")
+equations = gnomon.Charged(motion, fields=fields, light=light)
+times = [0.5, 1.0, 1.5]
+found = gnomon.solve(equations, (0, 1.5), [0.0, 0.0, 0.0, 1.0, 0.0, 0.1], "{method}", t_eval=times, {setting})
 """
 CONSTRAINED = """\
-from gnomon.cases.core.forms import Constrained
-from gnomon.harness import solve
+import gnomon
 
 
 def force(t, q, p):
@@ -128,12 +129,12 @@ def motion(t, state, p):  # with the multiplier eliminated
     return u, v, -pull * x, -9.81 - pull * y
 
 
-equations = Constrained(motion, force=force, constraint=constraint, gradient=gradient)
-states = solve(equations, 0.0, [1.0, 0.0, 0.0, 0.0], [0.5, 1.0, 1.5], {setting}, "{method}")
+equations = gnomon.Constrained(motion, force=force, constraint=constraint, gradient=gradient)
+times = [0.5, 1.0, 1.5]
+found = gnomon.solve(equations, (0, 1.5), [1.0, 0.0, 0.0, 0.0], "{method}", t_eval=times, {setting})
 """
 RIGID_BODY = """\
-from gnomon.cases.core.forms import RigidBody
-from gnomon.harness import solve
+import gnomon
 
 
 def inertia(p):
@@ -145,11 +146,11 @@ def torque(t, state, p):
 
 
 start = [0.1, 1.0, 0.2, 1, 0, 0, 0, 1, 0, 0, 0, 1]  # angular velocity in the body, then the attitude by rows
-states = solve(RigidBody(inertia, torque), 0.0, start, [0.5, 1.0, 1.5], {setting}, "{method}")
+times = [0.5, 1.0, 1.5]
+found = gnomon.solve(gnomon.RigidBody(inertia, torque), (0, 1.5), start, "{method}", t_eval=times, {setting})
 """
 N_BODY = """\
-from gnomon.cases.core.forms import NBody
-from gnomon.harness import solve
+import gnomon
 
 
 def masses(p):  # times the constant of gravitation
@@ -165,11 +166,11 @@ def state(bodies):
 
 
 start = [-0.25, 0.0, 0.0, 0.0, -0.25, 0.0, 0.75, 0.0, 0.0, 0.0, 0.75, 0.0]
-states = solve(NBody(masses, bodies, state), 0.0, start, [0.5, 1.0, 1.5], {setting}, "{method}")
+times = [0.5, 1.0, 1.5]
+found = gnomon.solve(gnomon.NBody(masses, bodies, state), (0, 1.5), start, "{method}", t_eval=times, {setting})
 """
 HYBRID = """\
-from gnomon.cases.core.forms import Hybrid, Mode, Transition
-from gnomon.harness import solve
+import gnomon
 
 
 def falling(t, state, p):
@@ -188,13 +189,13 @@ def start(t, state, p):
     return "flight"
 
 
-impact = Transition("impact", "flight", ground, -1, bounce, "flight")
-ball = Hybrid((Mode("flight", falling),), start, (impact,), settle=1e-9)
-states = solve(ball, 0.0, [1.0, 0.0], [0.3, 0.6, 0.9], {setting}, "{method}")
+impact = gnomon.Transition("impact", "flight", ground, -1, bounce, "flight")
+ball = gnomon.Hybrid((gnomon.Mode("flight", falling),), start, (impact,), settle=1e-9)
+times = [0.3, 0.6, 0.9]
+found = gnomon.solve(ball, (0, 0.9), [1.0, 0.0], "{method}", t_eval=times, {setting})
 """
 IMPACT = """\
-from gnomon.cases.core.forms import Impact, Mode, Transition
-from gnomon.harness import solve
+import gnomon
 
 
 def falling(t, state, p):
@@ -221,12 +222,13 @@ def bounce(t, state, p):
     return state[0], -0.8 * state[1]
 
 
-impact = Transition("impact", "flight", height, -1, bounce, "flight")
-ball = Impact(
-    (Mode("flight", falling),), start, (impact,), settle=1e-9,
+impact = gnomon.Transition("impact", "flight", height, -1, bounce, "flight")
+ball = gnomon.Impact(
+    (gnomon.Mode("flight", falling),), start, (impact,), settle=1e-9,
     free=falling, gap=height, normal=normal, restitution=restitution,
 )
-states = solve(ball, 0.0, [1.0, 0.0], [0.3, 0.6, 0.9], {setting}, "{method}")
+times = [0.3, 0.6, 0.9]
+found = gnomon.solve(ball, (0, 0.9), [1.0, 0.0], "{method}", t_eval=times, {setting})
 """
 LINES = {
     FirstOrder: FIRST_ORDER, SecondOrder: SECOND_ORDER, RigidBody: RIGID_BODY, NBody: N_BODY, Hybrid: HYBRID,
@@ -244,5 +246,7 @@ def lines(integrator: Integrator) -> str | None:
     if text is CHARGED and integrator.unsupported(SLOW) is not None:
         text = RELATIVISTIC
     sweep = integrator.sweep
-    setting = "2**-7" if isinstance(sweep, Steps) else f"{min(max(TOLERANCE, sweep.tightest), sweep.loosest):g}"
+    setting = "step=2**-7"
+    if isinstance(sweep, Tolerance):
+        setting = f"rtol={min(max(TOLERANCE, sweep.tightest), sweep.loosest):g}"
     return text.format(setting=setting, method=integrator.id)

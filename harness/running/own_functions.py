@@ -1,5 +1,6 @@
 """A user's functions of (t, y, *args) as the form of a problem: by their formulas, or else by calls from Python."""
 
+import math
 import time
 import warnings
 from collections.abc import Callable, Sequence
@@ -122,6 +123,10 @@ class OwnFunction:
         name = getattr(self.function, "__name__", "equations")
         sizes = len(self.start), len(self.arguments.numbers), self.outputs
         found = formulas(self.function, self.bound, name if name.isidentifier() else "equations", sizes)
+        try:  # as a check of its source does before it is compiled
+            found(math.nan, (math.nan,) * sizes[0], (math.nan,) * sizes[1])
+        except ArithmeticError as error:
+            raise NoFormulasError(f"{type(error).__name__}: {error}") from error
         plain = self.bound(self.function)
         for t, y in ((0.0, self.start), (0.125, 1.125 * self.start + 0.125)):
             try:

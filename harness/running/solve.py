@@ -123,7 +123,8 @@ def solve(
     dense_output : bool
         Not available: give the times in `t_eval`.
     events : callable or list of callables, optional
-        ``event(t, y, *args)`` is located where it crosses zero; its attributes `terminal` and `direction` are as in SciPy.
+        ``event(t, y, *args)`` is located where it crosses zero after the start; its attributes `terminal` and
+        `direction` are as in SciPy.
         They need a method with events, as `gnomon:DOP853 [events]`.
     vectorized : bool
         Ignored.

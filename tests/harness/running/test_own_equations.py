@@ -21,7 +21,7 @@ SCIPY = {"rtol": 1e-10, "atol": 1e-12, "method": "DOP853"}
 def states_of(name: str, folder: Path) -> Floats:
     file = folder / "own.py"
     file.write_text(lines(ALL[name]) or "")
-    found: Floats = runpy.run_path(str(file))["states"]
+    found: Floats = runpy.run_path(str(file))["found"].y.T
     return found
 
 
