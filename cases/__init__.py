@@ -13,7 +13,11 @@ __all__ = ["Case", "Check", "case_class", "check_class", "check_names", "get", "
 
 
 def __getattr__(name: str) -> Any:
-    """Load `Case` or `Check` on first use: they need numpy, and listing names goes without."""
+    """Load `Case`, `Check` and the words of `declare` on first use: they need numpy, and listing names goes without."""
     if name in ("Case", "Check"):
         return getattr(import_module(f"gnomon.cases.core.{name.lower()}"), name)
+    if not name.startswith("__"):
+        declare = import_module("gnomon.cases.declare")
+        if name in declare.__all__:
+            return getattr(declare, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""All that the file of a case or of a check needs to declare it: `from gnomon.cases.declare import *`.
+"""All that the file of a case or of a check needs to declare it; a user's own imports the same names from `gnomon.cases`.
 
 The numbers and the functions of `math` that equations use, the classes of a case, its forms, and the parts of a scene.
 """
@@ -48,13 +48,15 @@ from gnomon.cases.core.scene import (
     joint,
 )
 from gnomon.cases.core.turning import Turning
+from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.motion import BallMotion
 from gnomon.reference.numerics.precision import Number
 
 __all__ = [
-    "Any", "Attitude", "Body", "Case", "Charged", "Check", "Constrained", "Contact", "Coordinate", "Equations", "Event",
+    "Any", "Attitude", "BallMotion", "Body", "Case", "Charged", "Check", "Constrained", "Contact", "Coordinate", "Equations", "Event",
     "FirstOrder", "Floats", "Force", "Form", "Formulation", "Fraction", "Friction", "Guide", "Hinge", "Hybrid", "Impact",
     "IntegratedCase", "Level", "Mapping", "Mode", "NBody", "Number", "Parameter", "Range", "Readings", "RigidBody", "Rule",
     "Scene", "SceneForm", "SecondOrder", "SemiLinear", "Separable", "Slider", "Span", "Transition", "Turning", "Values",
-    "Variant", "Vector", "acos", "asinh", "atan", "atan2", "bind", "conserved", "cos", "decaying", "exp", "free_body",
+    "Variant", "Vector", "acos", "asinh", "atan", "atan2", "ball", "bind", "conserved", "cos", "decaying", "exp", "free_body",
     "hypot", "inf", "joint", "log", "nonnegative", "pi", "positive", "same", "sin", "sqrt", "tan", "tau", "typical",
 ]  # fmt: skip

@@ -159,9 +159,7 @@ def made(item: object, origin: str) -> Integrator:
     """
     found = item() if isinstance(item, type) and issubclass(item, Integrator) else item
     if not isinstance(found, Integrator):
-        raise ValueError(
-            f"{origin}: {item!r} is not a gnomon.Integrator; give package.module:Class"
-        )
+        raise ValueError(f"{origin}: {item!r} is not a gnomon.Integrator; give package.module:Class")
     if undeclared := [attribute for attribute in ("name", "accepts", "sweep") if not hasattr(found, attribute)]:
         raise ValueError(
             f"{origin}: {type(found).__name__} does not declare {', '.join(undeclared)}; "

@@ -276,7 +276,7 @@ def with_events(equations: OwnEquations, events: Sequence[Callable[..., Any]]) -
     for before in signs:
         for k, (event, guard) in enumerate(zip(events, guards, strict=True)):
             after = (*before[:k], -before[k], *before[k + 1 :])
-            ends = getattr(event, "terminal", False) and counts(event, -before[k] * own.clock.direction)
+            ends = getattr(event, "terminal", False) and counts(event, -before[k])
             name = f"{k} {'up' if before[k] < 0 else 'down'}"
             target = ENDED if ends else _mode(after)
             transitions.append(Transition(name, _mode(before), guard, -before[k], _same, target))
@@ -286,7 +286,7 @@ def with_events(equations: OwnEquations, events: Sequence[Callable[..., Any]]) -
 
 
 def counts(event: Callable[..., Any], direction: float) -> bool:
-    """Whether an event is one if it crosses zero in this direction, by the user's clock."""
+    """Whether an event is one if it crosses zero in this direction, in the course of the integration."""
     wanted = getattr(event, "direction", 0)
     return bool(wanted == 0 or wanted * direction > 0)
 

@@ -249,7 +249,7 @@ def _solved(
     t_events: list[Floats] | None = None
     y_events: list[Floats] | None = None
     if events:
-        happened = _happened(found, events, clock)
+        happened = _happened(found, events)
         t_events = [np.array([clock.t0 + clock.direction * t for t in each]) for each in happened]
         y_events = [clock.own(x) for x in _states_at(integrator, problem, setting, start, own, happened)]
         ends = [t[-1] for t, event in zip(happened, events, strict=True) if t and getattr(event, "terminal", False)]
@@ -286,12 +286,12 @@ def _run(
     return found, calls if integrator.counts_rhs else None
 
 
-def _happened(found: Solution, events: Sequence[Callable[..., Any]], clock: Clock) -> list[list[float]]:
+def _happened(found: Solution, events: Sequence[Callable[..., Any]]) -> list[list[float]]:
     """The times since the start of each event."""
     times: list[list[float]] = [[] for _ in events]
     for time, name in found.events or ():
         number, way = name.split()
-        if counts(events[int(number)], clock.direction * (1 if way == "up" else -1)):
+        if counts(events[int(number)], 1 if way == "up" else -1):
             times[int(number)].append(time)
     return times
 

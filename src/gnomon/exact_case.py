@@ -198,7 +198,8 @@ class ExactState(dict[str, Decimal]):
         width = max(map(len, self), default=0)
         return "\n".join(f"{name:{width}} = {value}" for name, value in self.items())
 
-    __repr__ = __str__
+    def __repr__(self) -> str:
+        return f"<{', '.join(f'{name} = {value}' for name, value in self.items())}>"
 
 
 def _decimal(value: Any, digits: int) -> Any:
