@@ -1,6 +1,5 @@
 """Reads a results file: measurements, sampled states, runs. `opening` verifies the file first."""
 
-import sqlite3
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -78,10 +77,10 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     extras.require("report", "a results file as a table")
     import pandas  # slow to load: the command line starts without it
 
-    columns = _columns(path, superseded)
+    found = columns(path, superseded)
     # Texts are objects in every version of pandas: as its own type of texts they take more memory and time.
     return pandas.DataFrame(
-        {name: pandas.Series(columns.pop(name), dtype=object if name in TEXTS else None) for name in list(columns)}
+        {name: pandas.Series(found.pop(name), dtype=object if name in TEXTS else None) for name in list(found)}
     )
 
 
@@ -105,11 +104,11 @@ def rows(path: str | Path, superseded: bool = False) -> list[dict[str, Any]]:
     ValueError
         As `load` does.
     """
-    columns = _columns(path, superseded)
-    return [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
+    found = columns(path, superseded)
+    return [dict(zip(found, values, strict=True)) for values in zip(*found.values(), strict=True)]
 
 
-def _columns(path: str | Path, superseded: bool) -> dict[str, list[Any]]:
+def columns(path: str | Path, superseded: bool = False) -> dict[str, list[Any]]:
     """The columns of `load` by name. Texts are visible; equal texts are one object, since many rows repeat them."""
     condition = "1" if superseded else NOT_SUPERSEDED
     with opening.reading(path, LOADED) as db:
