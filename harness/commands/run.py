@@ -156,6 +156,9 @@ def _page(folder: Path | None, out_path: Path, chosen: Sequence[tuple[Case, str]
     """The page that the run writes into `folder`."""
     if folder is None:
         return None
+    from gnomon.harness.system import extras
+
+    extras.require("report", "--report")
     from gnomon.harness.reporting.live_page import LivePage
 
     options.ensure_folder(folder, "--report")
@@ -219,6 +222,7 @@ def _summarize(
     from gnomon.harness.registry.selection import DEFAULT
     from gnomon.harness.results import reading, summary
     from gnomon.harness.results.number_text import waited_text
+    from gnomon.harness.system import extras
 
     wanted = {(case.name, (case.variant or DEFAULT) + label, one.id) for case, label in chosen for one in integrators}
     rows = [row for row in reading.rows(path) if (row["case"], row["variant"], row["integrator_id"]) in wanted]
@@ -239,7 +243,8 @@ def _summarize(
     if page is not None and page.written is not None:
         out.print(f"its report: {page.written}", highlight=False)
     elif any(row["status"] in SCORED for row in rows):
-        out.print(f"its report: gnomon report {shlex.quote(str(path))}", highlight=False)
+        first = f"{extras.install('report')}, then " if extras.lacking("report") else ""
+        out.print(escape(f"its report: {first}gnomon report {shlex.quote(str(path))}"), highlight=False)
     part_ = suite.shard != (1, 1)
     if part_:  # another shard may have the series of an integrator, or all series
         integrators = [one for one in integrators if one.id in {row["integrator_id"] for row in rows}]

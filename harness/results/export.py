@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.harness.results.reading import columns, load, rows
+from gnomon.harness.system import extras
 from gnomon.reference.storage import diskcache
 
 _FORMULA = re.compile(r"[=+\-@\t\r\n\uff1d\uff0b\uff0d\uff20]")
@@ -45,6 +46,7 @@ def _json(path: str | Path, target: Path, raw: bool) -> None:
 
 
 def _parquet(path: str | Path, target: Path, raw: bool) -> None:
+    extras.require("report", "a Parquet file")
     frame = load(path)
     with diskcache.whole(target) as part:
         frame.to_parquet(part, index=False)

@@ -74,7 +74,7 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     Traceback (most recent call last):
     ValueError: no_such_file.sqlite: no results here; give a results.sqlite that `gnomon run` wrote, or its folder
     """
-    extras.require("report", "a results file as a table")
+    extras.require("report", "a table of results")
     import pandas  # slow to load: the command line starts without it
 
     found = columns(path, superseded)

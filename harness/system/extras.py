@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from importlib.util import find_spec
 
 EXTRAS: Mapping[str, tuple[str, ...]] = {
-    "report": ("altair", "jinja2", "jsonschema", "pandas", "PIL", "pyarrow", "vl_convert"),
+    "report": ("altair", "jinja2", "pandas", "PIL", "pyarrow", "vl_convert"),
     "cluster": ("dask", "distributed"),
     "test": ("pytest",),
 }
@@ -13,23 +13,16 @@ EXTRAS: Mapping[str, tuple[str, ...]] = {
 
 def lacking(extra: str) -> str | None:
     """The first module of an extra that is not installed; None if all are. Imports none of them."""
-    return next((name for name in EXTRAS[extra] if not _installed(name)), None)
+    return next((name for name in EXTRAS[extra] if find_spec(name) is None), None)
 
 
 def require(extra: str, what: str) -> None:
     """Raise ValueError if a module of an extra is not installed; it says `what` needs it, and the way out."""
     name = lacking(extra)
     if name is not None:
-        raise ValueError(f"{what}: {name} is not installed; {install(extra)}")
+        raise ValueError(f"{what} needs {name}, which is not installed: {install(extra)}")
 
 
 def install(extra: str) -> str:
     """The command that installs an extra."""
     return f"pip install 'gnomon[{extra}]'"
-
-
-def _installed(name: str) -> bool:
-    try:
-        return find_spec(name) is not None
-    except ImportError:
-        return False

@@ -3,6 +3,7 @@
 import csv
 import json
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 import pandas
