@@ -7,8 +7,8 @@ UV := $(shell command -v uv 2>/dev/null)
 SOURCES := $(shell find reference cases harness src -type f -not -path '*/__pycache__/*')
 # The suite to report on. `make publish` takes SUITE=full: five launches and near-duplicate methods too
 SUITE ?= standard
-# The optional libraries to compare with: make report EXTRAS=dev,peers
-EXTRAS ?= dev
+# The optional libraries to compare with: make report EXTRAS=all,dev,peers
+EXTRAS ?= all,dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 

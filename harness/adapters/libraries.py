@@ -47,6 +47,14 @@ class Library:
         return re.split(r"[^\w.-]", self.requirement)[0]
 
     @property
+    def installs(self) -> str:
+        """Its requirement, for the versions of Python for which it has wheels."""
+        marker = (
+            "" if self.last_wheels is None else f"; python_version < '{self.last_wheels[0]}.{self.last_wheels[1] + 1}'"
+        )
+        return self.requirement + marker
+
+    @property
     def versions(self) -> tuple[str, ...]:
         """The distributions whose versions results record, and their keys hold."""
         return (self.package, *self.depends)
@@ -59,6 +67,3 @@ def _read(name: str, table: Mapping[str, Any]) -> Library:
 
 LIBRARIES = {name: _read(name, table) for name, table in declared("adapters", "libraries.toml").items()}
 """By name, in the order in which gnomon lists them."""
-
-INSTALLED_FIRST = tuple(sorted(LIBRARIES.values(), key=lambda library: library.extra is not None))
-"""The libraries that are installed with gnomon, then the optional ones."""

@@ -40,7 +40,7 @@ def project(text: str) -> str:
     lists = {"module": [f"{name}.*" for name in LIBRARIES]}
     for library in LIBRARIES.values():
         if library.extra:
-            lists.setdefault(library.extra, []).append(library.requirement)
+            lists.setdefault(library.extra, []).append(library.installs)
     for name, values in lists.items():
         line = f"{name} = {json.dumps(values)}"
         text = re.sub(rf"(?<={MARK}){name} = \[.*\]", line, text)

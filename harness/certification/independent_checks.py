@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas
 from gnomon.cases import check_names, get_check
 from gnomon.cases.core.check import Check
 from gnomon.harness.certification.independent import IndependentComputation
@@ -41,10 +40,10 @@ def run_checks(
     chosen: Iterable[Check] | None = None,
     computations: Iterable[IndependentComputation] = COMPUTATIONS,
     repeats: int = REPEATS,
-) -> pandas.DataFrame:
+) -> list[dict[str, Any]]:
     """Compare each check (all with their variants for None) with the independent computations declared for it.
 
-    One row for each quantity, with columns COLUMNS; `seconds` is the median of `repeats` calls, each of which computes
+    A dict for each quantity, with the names COLUMNS; `seconds` is the median of `repeats` calls, each of which computes
     all quantities of the computation. A failure is a row with its status: `refused` (it does not accept the numbers,
     with the reason), `crashed` (it raised), `inaccurate` (error above 0.1), `diverged` (not finite), `not_installed`.
     """
@@ -54,7 +53,7 @@ def run_checks(
         for computation in computations:
             if computation.check == check.name:
                 rows += _measure(rounded, computation, repeats)
-    return pandas.DataFrame(rows, columns=list(COLUMNS))
+    return [dict(zip(COLUMNS, row, strict=True)) for row in rows]
 
 
 def everything() -> list[Check]:
@@ -66,11 +65,10 @@ def everything() -> list[Check]:
     return found
 
 
-def write(frame: pandas.DataFrame, path: Path) -> None:
-    """Write the table as JSON for the report: one object for each row, with the revision of the sources."""
+def write(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
+    """Write the rows as JSON for the report: one object for each row, with the revision of the sources."""
     revision = environment.describe().get("revision")
-    rows = frame.astype(object).where(frame.notna(), None).to_dict("records")
-    study_file.write([row | {"revision": revision} for row in rows], path)
+    study_file.write([{**row, "revision": revision} for row in rows], path)
 
 
 def _measure(check: Check, computation: IndependentComputation, repeats: int) -> list[tuple[Any, ...]]:

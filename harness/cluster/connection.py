@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from gnomon.harness.cluster.identity import difference
+from gnomon.harness.system import extras
 from gnomon.harness.system.child_process import interrupts_ignored
 
 LOCAL = "local"
@@ -97,12 +98,11 @@ def connected(address: str, workers: int) -> Iterator[Cluster]:
 
     Raises ValueError if Dask is not installed, or if no scheduler answers.
     """
-    try:
-        # Imported here and not above: Dask is optional, and slow to load.
-        import dask
-        from distributed import Client, LocalCluster, as_completed
-    except ImportError as error:
-        raise ValueError(f"--dask: {error}; install Dask with pip install 'gnomon[cluster]'") from None
+    extras.require("cluster", "--dask")
+    # Imported here and not above: Dask is optional, and slow to load.
+    import dask
+    from distributed import Client, LocalCluster, as_completed
+
     logging.getLogger("distributed").setLevel(logging.ERROR)  # else each lost worker prints a page
     with ExitStack() as stack:
         place: Any = address

@@ -45,11 +45,11 @@ def compare(
         raise typer.Exit(1)
 
 
-def _read(path: Path) -> tuple[Any, str]:
+def _read(path: Path) -> tuple[list[dict[str, Any]], str]:
     """The measurements of one state of a file, and its outstanding trials, in words."""
     from gnomon.harness.results import opening
     from gnomon.harness.results.outstanding import outstanding
-    from gnomon.harness.results.store import load
+    from gnomon.harness.results.reading import rows
 
     with opening.one_state(path):
-        return load(path), outstanding(path).text
+        return rows(path), outstanding(path).text

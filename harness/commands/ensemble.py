@@ -152,14 +152,19 @@ def _sides(chosen: Ensemble, given: tuple[str, str] | None) -> tuple[int, int]:
 
 
 def _ensure_places(out_path: Path | None, parquet: Path | None, mapped: bool) -> None:
-    if mapped and out_path is None:
-        raise ValueError("--map: the map is a picture beside --out; name that file")
+    from gnomon.harness.system import extras
+
+    if mapped:
+        if out_path is None:
+            raise ValueError("--map: the map is a picture beside --out; name that file")
+        extras.require("report", "--map")
     if out_path is not None:
         if out_path.suffix == ".png":
             raise ValueError(f"--out {out_path}: the map goes to a file of this name; end it in .json")
         options.ensure_writable(out_path, "--out")
         options.ensure_writable(out_path.with_suffix(".png"), "--out")
     if parquet is not None:
+        extras.require("report", "--parquet")
         options.ensure_folder(parquet, "--parquet")
         if any(parquet.iterdir()):
             raise ValueError(f"--parquet {parquet}: holds files already; name a new folder")
@@ -219,7 +224,7 @@ def _line(chosen: Ensemble, start: Start) -> str:
 def _write(job: Job, found: Distribution, path: Path) -> None:
     from gnomon.harness.ensembles.distribution import as_data
     from gnomon.harness.registry import environment
-    from gnomon.harness.reporting import ensemble_picture
+    from gnomon.harness.system import extras
     from gnomon.reference.storage import diskcache
 
     chosen = job.ensemble
@@ -236,7 +241,12 @@ def _write(job: Job, found: Distribution, path: Path) -> None:
     content["environment"] = environment.describe()
     diskcache.replace(path, (json.dumps(content, indent=1) + "\n").encode())
     out.print(f"distribution: {escape(str(path))}", highlight=False)
-    if job.sides[0] != job.sides[1]:
+    lacking = extras.lacking("report")
+    if job.sides[0] != job.sides[1] and lacking is not None:
+        out.print(escape(f"no map: {lacking} is not installed; {extras.install('report')}"), highlight=False)
+    elif job.sides[0] != job.sides[1]:
+        from gnomon.harness.reporting import ensemble_picture
+
         one, other = (chosen.vary[k] for k in job.sides)
         units = chosen.prepared.unit(one.name), chosen.prepared.unit(other.name)
         title = f"{chosen.case}, {chosen.integrator} at {chosen.setting:g}"

@@ -22,6 +22,9 @@ def report(
 ) -> None:
     """Write the report of a run: one offline page and a summary."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.system import extras
+
+    extras.require("report", "gnomon report")
     from gnomon.cases.core.registry import case_class
     from gnomon.harness.reporting.up_to_date import refreshed
     from gnomon.harness.results import opening

@@ -156,6 +156,9 @@ def _page(folder: Path | None, out_path: Path, chosen: Sequence[tuple[Case, str]
     """The page that the run writes into `folder`."""
     if folder is None:
         return None
+    from gnomon.harness.system import extras
+
+    extras.require("report", "--report")
     from gnomon.harness.reporting.live_page import LivePage
 
     options.ensure_folder(folder, "--report")
@@ -214,25 +217,24 @@ def _summarize(
     allow_missing: bool,
 ) -> None:
     """Print the results of the run, and its missing trials; the exit code says whether the run failed."""
-    from gnomon.harness.commands.run_table import ended_from_outside, interrupted, run_table, shortcomings
+    from gnomon.harness.commands.run_table import ended_from_outside, interrupted, run_table, shortcomings, statuses
     from gnomon.harness.registry.lookup import users_own
     from gnomon.harness.registry.selection import DEFAULT
-    from gnomon.harness.reporting.tables import waited_text
-    from gnomon.harness.results.store import load
+    from gnomon.harness.results import reading, summary
+    from gnomon.harness.results.number_text import waited_text
+    from gnomon.harness.system import extras
 
-    frame = load(path)
     wanted = {(case.name, (case.variant or DEFAULT) + label, one.id) for case, label in chosen for one in integrators}
-    frame = frame.loc[
-        [row in wanted for row in zip(*(frame[n] for n in ("case", "variant", "integrator_id")), strict=True)]
-    ]
-    if not frame.empty:
-        Output(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(frame))
-    counts = ", ".join(f"{count} {status}" for status, count in frame["status"].value_counts().items())
-    out.print(f"{len(frame)} measurements: {counts}", highlight=False)
-    out.print(waited_text(frame), highlight=False)
-    outstanding, outside = interrupted(frame), ended_from_outside(frame)
-    if len(outstanding):
-        reasons = ", ".join(outstanding["reason"].astype(str).unique()[:3])
+    rows = [row for row in reading.rows(path) if (row["case"], row["variant"], row["integrator_id"]) in wanted]
+    if rows:
+        Output(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(rows))
+    counts = ", ".join(f"{count} {status}" for status, count in statuses(rows))
+    out.print(f"{len(rows)} measurements: {counts}", highlight=False)
+    waits = summary.waited((row["seconds_median"], row["delay_seconds"]) for row in rows)
+    out.print(waited_text(*waits), highlight=False)
+    outstanding, outside = interrupted(rows), ended_from_outside(rows)
+    if outstanding:
+        reasons = ", ".join([*dict.fromkeys(str(row["reason"]) for row in outstanding)][:3])
         text = f"{len(outstanding)} trials were interrupted ({reasons}); {_same_command(suite)} runs them again"
         problems.print(escape(text), highlight=False)
     if outside is not None:
@@ -240,12 +242,13 @@ def _summarize(
     out.print(f"results: {path}", highlight=False)
     if page is not None and page.written is not None:
         out.print(f"its report: {page.written}", highlight=False)
-    elif frame["status"].isin(SCORED).any():
-        out.print(f"its report: gnomon report {shlex.quote(str(path))}", highlight=False)
+    elif any(row["status"] in SCORED for row in rows):
+        first = f"{extras.install('report')}, then " if extras.lacking("report") else ""
+        out.print(escape(f"its report: {first}gnomon report {shlex.quote(str(path))}"), highlight=False)
     part_ = suite.shard != (1, 1)
     if part_:  # another shard may have the series of an integrator, or all series
-        integrators = [one for one in integrators if one.id in set(frame["integrator_id"])]
-    failed = [] if part_ and frame.empty else shortcomings(frame, [o for o in integrators if users_own(o)])
+        integrators = [one for one in integrators if one.id in {row["integrator_id"] for row in rows}]
+    failed = [] if part_ and not rows else shortcomings(rows, [o for o in integrators if users_own(o)])
     for text in failed:
         problems.print(escape(text), highlight=False)
     if failed or (len(outstanding) and not allow_missing):

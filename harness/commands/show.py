@@ -17,6 +17,7 @@ def show(
     """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.commands.show_case import DRAWINGS, describe, describe_check, draw, equations_in_latex
+    from gnomon.harness.system import extras
 
     from gnomon import cases
 
@@ -30,6 +31,7 @@ def show(
         return
     (chosen,) = options.chosen([case], False, parameters, rounded=False)
     if plot is not None:
+        extras.require("report", "--plot")
         options.ensure_writable(plot, "--plot")
     if latex:
         for text in equations_in_latex(chosen[0]):

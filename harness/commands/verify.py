@@ -102,6 +102,7 @@ def _validate(
 ) -> None:
     """Raise ValueError for options that do not fit together."""
     from gnomon.harness.commands.show_case import DRAWINGS
+    from gnomon.harness.system import extras
     from gnomon.harness.verification.claims import TIME
 
     if against is not None and integrator is None:
@@ -109,6 +110,7 @@ def _validate(
     if against is None and TIME in (claim or ()):
         raise ValueError(f"--claim {TIME} needs the other version: --against mypackage==1.2")
     if picture is not None:
+        extras.require("report", "--picture")
         if picture.suffix not in DRAWINGS:
             raise ValueError(f"--picture {picture}: the name must end in one of {', '.join(DRAWINGS)}")
         if len(case or ()) != 1 or len(claim or ()) != 1 or against is not None:

@@ -11,6 +11,7 @@ import numpy as np
 from gnomon.harness.contract.status import Status
 from gnomon.harness.ensembles.exact_formulas import NO_EXACT_STATE, OUTSIDE
 from gnomon.harness.ensembles.samples import Ensemble, Samples
+from gnomon.harness.system import extras
 from gnomon.reference.storage import diskcache
 
 KEY, VERSION = b"gnomon.ensemble", 1
@@ -71,7 +72,8 @@ def load_ensemble(path: str | Path, dask: bool = False) -> Any:
     Raises
     ------
     ValueError
-        For a file that gnomon did not write, for parts of two ensembles, and for missing parts.
+        For a file that gnomon did not write, for parts of two ensembles, for missing parts, and without the extra that
+        reads them.
 
     Examples
     --------
@@ -79,7 +81,10 @@ def load_ensemble(path: str | Path, dask: bool = False) -> Any:
 
     >>> load_ensemble("samples")["error"].describe()  # doctest: +SKIP
     """
-    import pandas as pd
+    extras.require("report", "load_ensemble")
+    if dask:
+        extras.require("cluster", "load_ensemble(dask=True)")
+    import pandas as pd  # slow to load, like the next ones
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -11,9 +11,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import cpuinfo
-from gnomon.harness.adapters.libraries import INSTALLED_FIRST
+from gnomon.harness.adapters.libraries import LIBRARIES
 
-_DRIVEN = (name for library in INSTALLED_FIRST for name in library.versions)
+_DRIVEN = (name for library in LIBRARIES.values() for name in library.versions)
 DISTRIBUTIONS = tuple(dict.fromkeys(("numpy", "scipy", "numba", *_DRIVEN, "mpmath", "python-flint", "llvmlite")))
 """The distributions whose versions results depend on: the ones that gnomon computes with, and the libraries'."""
 

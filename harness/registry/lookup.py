@@ -14,6 +14,7 @@ from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import declaration
+from gnomon.harness.system import extras
 from gnomon.reference.storage.importing import confined
 
 ADAPTERS = [f"gnomon.harness.adapters.{name}" for library in LIBRARIES.values() for name in library.modules]
@@ -149,7 +150,9 @@ def absent(library: str) -> str:
     known = LIBRARIES[library]
     if known.last_wheels is not None and sys.version_info[:2] > known.last_wheels:
         return f"{library} has wheels up to CPython {known.last_wheels[0]}.{known.last_wheels[1]} only"
-    return f"{library} is {'optional' if known.extra else 'not installed'}: pip install {known.package}"
+    return (
+        f"{library} is not installed: {extras.install(known.extra) if known.extra else f'pip install {known.package}'}"
+    )
 
 
 def made(item: object, origin: str) -> Integrator:

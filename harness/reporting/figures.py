@@ -12,8 +12,9 @@ import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.figures_work import ERRORS
 from gnomon.harness.reporting.style import INK, STATUS_COLOURS, dressed, records
-from gnomon.harness.reporting.tables import digits, short_text
+from gnomon.harness.reporting.tables import digits
 from gnomon.harness.results.analysis import NEVER_RAN, NOT_RUN, PARTLY
+from gnomon.harness.results.number_text import short_text
 
 
 def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.reporting.tables import Cell, counted, error_text, join_words, ratio_text, short_text
+from gnomon.harness.reporting.tables import Cell
 from gnomon.harness.results.analysis import TARGETS, own
+from gnomon.harness.results.number_text import counted, error_text, join_words, ratio_text, short_text
 from gnomon.harness.results.rankings import (
     ALONE,
     CONDITIONED,

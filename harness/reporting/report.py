@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.cases.core.case import Case
-from gnomon.harness.reporting import tables
 from gnomon.harness.reporting.report_charts import (
     page_charts,
     panel_charts,
@@ -19,7 +18,7 @@ from gnomon.harness.reporting.report_charts import (
 from gnomon.harness.reporting.report_pack import pack_json, pack_vega
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
-from gnomon.harness.results import opening, store
+from gnomon.harness.results import number_text, opening, store
 from gnomon.harness.results.visible import Verbatim, code, markdown
 from gnomon.reference.storage import diskcache
 from jinja2 import Environment, StrictUndefined
@@ -56,9 +55,9 @@ def write_report(
         part.write_text(_page(words, page_charts(run, work, charts)), encoding="utf-8")
     plain = Environment(undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, finalize=markdown)
     plain.filters |= {
-        "counted": tables.counted,
+        "counted": number_text.counted,
         "code": code,
-        "joined": lambda words: Verbatim(tables.join_words(words)),
+        "joined": lambda words: Verbatim(number_text.join_words(words)),
     }
     with diskcache.whole(folder / "summary.md") as part:
         part.write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")
@@ -74,8 +73,8 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {
         "breakable": _breakable,
-        "counted": tables.counted,
-        "grouped": tables.grouped,
+        "counted": number_text.counted,
+        "grouped": number_text.grouped,
         "joined": _joined,
     }
     panel = environment.from_string(_source("report_case.html.j2")).module
@@ -112,7 +111,7 @@ def _breakable(name: str) -> Markup:
 
 def _joined(words: Sequence[str]) -> Markup:
     """The words of declarations as a sentence lists them; words between backticks are emphasised."""
-    text = str(escape(tables.join_words(words).replace("'", "’")))
+    text = str(escape(number_text.join_words(words).replace("'", "’")))
     return Markup(re.sub(r"`(.+?)`", r"<em>\1</em>", text))
 
 

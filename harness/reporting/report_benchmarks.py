@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.harness.reporting import sidecars, tables
+from gnomon.harness.results import number_text
 from gnomon.harness.results.rankings import LARGEST_NULL
 from gnomon.harness.results.separation import discoveries, paired
 from gnomon.harness.studies.growth import named, possible
@@ -91,7 +92,7 @@ def _pair(row: dict[str, Any], claimed: bool) -> dict[str, str]:
     words = {name: str(row[name]) for name in ("group", "problem", "first_name", "second_name")}
     words["level"] = f"{float(row['level']):.0e}".replace("e-0", "e-")
     for side in ("first", "second"):
-        words[side] = "–" if row[side] is None else tables.time_text(row[side])
+        words[side] = "–" if row[side] is None else number_text.time_text(row[side])
         prepare = row.get(f"{side}_prepare")
         words[f"{side}_prepare"] = "" if prepare is None else tables.preparation_text(prepare)
     missed = [str(row[f"{side}_name"]) for side in ("first", "second") if row[side] is None]
@@ -112,8 +113,8 @@ def _single(row: dict[str, Any]) -> dict[str, str]:
     return {
         "group": row["group"],
         "name": row["first_name"],
-        "median": tables.time_text(row["median"]),
-        "range": f"{tables.time_text(row['low'])} – {tables.time_text(row['high'])}",
+        "median": number_text.time_text(row["median"]),
+        "range": f"{number_text.time_text(row['low'])} – {number_text.time_text(row['high'])}",
     }
 
 
@@ -126,7 +127,7 @@ def _law(row: dict[str, Any]) -> dict[str, str]:
         "setting": row["setting"].replace("e-0", "e-"),
         "periods": f"{row['periods']:.0e}".replace("e+0", "e"),
         "starts": str(row["starts"]),
-        "size": tables.error_text(row["size"]),
+        "size": number_text.error_text(row["size"]),
         "power": f"{row['power']:.2f} ({low:.2f} to {high:.2f})",
         "law": named(low, high, tables.LAWS),
         "expected": tables.LAWS.get(expected, expected),

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import sidecars, tables
+from gnomon.harness.reporting import sidecars
+from gnomon.harness.results import number_text
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
@@ -90,7 +91,7 @@ def computation_rows(*folders: Path) -> list[dict[str, str]]:
                 "default": _told(default),
                 "default_status": default["status"],
                 "quantity": default["quantity"],
-                "time": tables.time_text(seconds) if seconds is not None else "–",
+                "time": number_text.time_text(seconds) if seconds is not None else "–",
                 "hard": _told(hard),
                 "hard_status": hard["status"],
                 "where": ", ".join(word for word in (hard["variant"], hard["quantity"]) if word),
@@ -108,7 +109,7 @@ def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
 def _told(row: dict[str, Any]) -> str:
     if row["error"] is None:
         return "–" if row["status"] == Status.OK else str(row["status"]).replace("_", " ")
-    return "0" if row["error"] == 0 else tables.short_text(row["error"])
+    return "0" if row["error"] == 0 else number_text.short_text(row["error"])
 
 
 def _name(row: dict[str, Any]) -> str:

@@ -12,14 +12,11 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.reporting.tables import (
     Cell,
     Row,
-    counted,
     first_use_text,
     leads_cell,
-    ratio_text,
-    short_text,
-    time_text,
 )
 from gnomon.harness.results.analysis import TARGETS, own
+from gnomon.harness.results.number_text import counted, ratio_text, short_text, time_text
 from gnomon.harness.results.rankings import (
     FEWEST,
     Foremost,

@@ -15,7 +15,7 @@ from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import report_integrators, style, tables
-from gnomon.harness.results import analysis, rankings, store
+from gnomon.harness.results import analysis, rankings, store, summary
 from gnomon.harness.results.outstanding import Outstanding, outstanding
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.plan import NEAR_DUPLICATE
@@ -48,7 +48,7 @@ class Run:
         frame = frame[frame["reason"] != NEAR_DUPLICATE[1]]
         if frame.empty:
             raise ValueError(f"{path}: holds no measurement yet; run `gnomon run` first")
-        why = analysis.nothing_ran(frame)
+        why = summary.nothing_ran(zip(frame["status"], frame["reason"], strict=True))
         if why is not None:
             raise ValueError(f"{path}: nothing in it ran, so there is nothing to report ({why})")
         rest, timed = analysis.over_timing_spans(frame)

@@ -22,7 +22,7 @@ from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_views import views
-from gnomon.harness.results import analysis, store
+from gnomon.harness.results import analysis, number_text, store, summary
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.rankings import third_party
 from gnomon.harness.running.call_cost import PYTHON_CALL
@@ -56,11 +56,11 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "machines": machines_text(run.frame),
         "launches": launches_text(run.timed),
         "scatter": scatter_text(run.timed),
-        "waited": tables.waited_text(run.frame),
+        "waited": _waited_text(run.frame),
         "views": views(run, problems, growth, orders),
         "own": f"{OURS}:",
         "card_heads": report_integrators.HEADS,
-        "targets": [tables.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
+        "targets": [number_text.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
         "cases": _cases(run, work),
         "counts": {
             "cases": len(run.names),
@@ -124,6 +124,10 @@ def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
         }
         for name in run.names
     ]
+
+
+def _waited_text(frame: pd.DataFrame) -> str:
+    return number_text.waited_text(*summary.waited(zip(frame["seconds_median"], frame["delay_seconds"], strict=True)))
 
 
 def machines_text(frame: pd.DataFrame) -> str:
@@ -194,9 +198,9 @@ def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
     """Rows of model hierarchies: the error without each effect, and the time with it."""
     return [
         level
-        | {name: tables.short_text(level[name]) if level[name] else "0" for name in ("error", "early")}
+        | {name: number_text.short_text(level[name]) if level[name] else "0" for name in ("error", "early")}
         | {"cost": f"{level['ratio']:.2f}" if np.isfinite(level["ratio"]) else "–"}
-        | {name: tables.time_text(level[name]) for name in ("seconds", "third_seconds")}
+        | {name: number_text.time_text(level[name]) for name in ("seconds", "third_seconds")}
         for level in levels.to_dict("records")
     ]
 

@@ -9,61 +9,22 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, own, preparations, records, waited
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, own, preparations, records
+from gnomon.harness.results.number_text import (
+    counted,
+    error_text,
+    problem_name,
+    ratio_text,
+    short_text,
+    time_text,
+)
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.rankings import ALONE, RANKED, TOO_SHORT, drawn, standings
-from gnomon.harness.results.values import DELAYED
 
 PROBLEM_AND_NAME = ("case", "formulation", "integrator_id")
 PREPARING = ["preparation", "first_use", "first_case"]
 """The columns of `analysis.equal_error` on the time before the first timed call."""
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
-
-
-def counted(number: int, noun: str) -> str:
-    """A number with its noun in singular or plural: 1 case, 2 cases, 0 libraries."""
-    if number == 1:
-        return f"1 {noun}"
-    return f"{number} {noun[:-1]}ies" if noun.endswith("y") else f"{number} {noun}s"
-
-
-def join_words(words: Sequence[str]) -> str:
-    """Words as a sentence lists them: one, two and three."""
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
-
-
-def grouped(number: int) -> str:
-    """A number with its digits in groups of three."""
-    return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")
-
-
-def time_text(seconds: float) -> str:
-    """A time to three figures with its unit."""
-    if not math.isfinite(seconds):
-        return "–"
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= 0.9995 * size:  # a time that rounds to 1000 of a unit is 1 of the next
-            return f"{_three(seconds / size)} {unit}"
-    return f"{_three(seconds * 1e9)} ns"
-
-
-def _three(value: float) -> str:
-    return f"{value:.0f}" if value >= 99.5 else f"{value:.1f}" if value >= 9.95 else f"{value:.2f}"
-
-
-def error_text(error: float) -> str:
-    """An error to two figures, as 1.2e-9."""
-    if not math.isfinite(error):
-        return "–"
-    mantissa, _, exponent = f"{error:.1e}".partition("e")
-    return f"{mantissa}e{int(exponent)}"
-
-
-def short_text(value: float) -> str:
-    """A number to two figures, with an exponent only where it is very large or small: 0.43, 12, 1.2e-9."""
-    if not math.isfinite(value):
-        return "–"
-    return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
 
 
 def share_text(share: float) -> str:
@@ -87,15 +48,6 @@ def first_use_text(seconds: float, case: str) -> str:
     return f"{time_text(seconds)} at first use (on {case})" if math.isfinite(seconds) else "first use not measured"
 
 
-def waited_text(frame: pd.DataFrame) -> str:
-    """The number of measurements of a run that waited for a processor, in words."""
-    timed, delayed, unknown = waited(frame)
-    text = (
-        f"{delayed} of {counted(timed, 'timed measurement')} include more than {DELAYED:.0%} of waiting for a processor"
-    )
-    return text.replace("%", " %") + (f"; of {unknown} it is not known" if unknown else "")
-
-
 def spread_text(row: Mapping[str, Any]) -> str:
     """The range of the error over turned starts, if the error is their median; else empty."""
     if not row.get("turned_starts", 0) > 0:
@@ -107,18 +59,6 @@ def spread_text(row: Mapping[str, Any]) -> str:
 def digits(error: float) -> int:
     """The number of correct decimal digits at this error; 17 if it is zero."""
     return 17 if error == 0 else max(math.floor(-math.log10(error)), 0)
-
-
-def ratio_text(ratio: float) -> str:
-    """A ratio to two or three figures."""
-    if not math.isfinite(ratio):
-        return "–"
-    return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}".replace(",", "\u202f")
-
-
-def problem_name(case: str, variant: str, formulation: str) -> str:
-    """The name of a problem in every table: case/variant (formulation)."""
-    return case + (f"/{variant}" if variant else "") + (f" ({formulation})" if formulation else "")
 
 
 def with_problems(table: pd.DataFrame) -> pd.DataFrame:

@@ -8,33 +8,21 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.contract.status import CANNOT_RUN, NOT_BROKEN, SCORED, Status
-from gnomon.harness.results.convergence_order import line, slopes, why_no_line
+from gnomon.harness.contract.status import NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.equal_error import TARGETS, Reached, reached
 from gnomon.harness.results.equal_error import credited as credited
 from gnomon.harness.results.equal_error import crossing as crossing
 from gnomon.harness.results.equal_error import time_at as time_at
-from gnomon.harness.results.schema import MEASUREMENT_COLUMNS, TIMES, TIMING_SPAN
+from gnomon.harness.results.schema import TIMES, TIMING_SPAN
+from gnomon.harness.results.summary import ERRORS, KINDS, order
+from gnomon.harness.results.summary import NEVER_RAN as NEVER_RAN
+from gnomon.harness.results.summary import NOT_RUN as NOT_RUN
+from gnomon.harness.results.summary import PROBLEM as PROBLEM
+from gnomon.harness.results.summary import SERIES as SERIES
 from gnomon.harness.results.values import DELAYED
 
-PROBLEM = ["case", "variant", "formulation"]
-SERIES = [*PROBLEM, "library", "integrator_id"]
-ON_A_LINE = 0.1
-"""A slope counts as an order if the slope between any two neighbouring points differs from it by at most this, the
-tolerance between measured and declared order. An error that passes through zero between two steps bends the line by
-whole orders."""
-
-ERRORS = [
-    *(name for name in MEASUREMENT_COLUMNS if name.startswith("error_") and name != "error_unturned"),
-    *("turns", "invariant_drift"),
-]
-"""Columns to ignore in later launches of a trial if its first launch has the median over turned starts."""
-
-NOT_RUN = "not_run"
-"""The verdict of a hard variant that was not run with an integrator that accepts its case. No trial has this status."""
 PARTLY = "partly"
 """The verdict of a series in which some settings are ok and others failed."""
-NEVER_RAN = (*CANNOT_RUN, NOT_RUN)
 
 
 def tidy(rows: pd.DataFrame) -> pd.DataFrame:
@@ -115,15 +103,6 @@ def null_calls(frame: pd.DataFrame) -> pd.Series:
     return (null - slope * work).clip(lower=0.0).fillna(null)
 
 
-def waited(frame: pd.DataFrame) -> tuple[int, int, int]:
-    """The numbers of timed measurements, `delayed` measurements, and measurements with an unknown delay.
-
-    A delay is unknown if the system did not provide it, or if the file is old.
-    """
-    timed = frame.loc[frame["seconds_median"].notna(), ["seconds_median", "delay_seconds"]]
-    return len(timed), int(delayed(timed).sum()), int(timed["delay_seconds"].isna().sum())
-
-
 def delayed(frame: pd.DataFrame) -> pd.Series:
     """Whether each measurement waited for a processor for more than `DELAYED` of its time."""
     return frame["delay_seconds"] > DELAYED * frame["seconds_median"]
@@ -134,16 +113,6 @@ def first_uses(rows: pd.DataFrame) -> pd.DataFrame:
     known = rows[rows["first_seconds"].notna()].drop_duplicates("integrator_id", keep="last")
     known = known.rename(columns={"first_seconds": "first_use", "case": "first_case"})
     return known.set_index("integrator_id")[["first_use", "first_case"]]
-
-
-def nothing_ran(frame: pd.DataFrame) -> str | None:
-    """The most frequent status and reason if no trial in these rows ran; None if one ran."""
-    if not frame["status"].isin(NEVER_RAN).all():
-        return None
-    if frame.empty:
-        return "no measurement"
-    status, reason = frame[["status", "reason"]].value_counts().index[0]
-    return " ".join(f"{status.replace('_', ' ')}: {reason}".split())
 
 
 def own(table: pd.DataFrame) -> pd.DataFrame:
@@ -329,37 +298,10 @@ def orders(reduced: pd.DataFrame) -> pd.DataFrame:
     are in the range. `why` is the reason of a missing order. `margin` is half of the order's 95 % interval
     (`convergence_order.mean_slope`).
     """
-    rows = []
     fixed = reduced[(reduced["setting_kind"] == "step") & (reduced["status"] == Status.OK)]
-    kinds = ("error_max", "error_rms", "error_end", "error_start")
-    for key, series in _series(fixed, "setting", "order_declared", "conditioning", "floor", *kinds):
-        steps, declared = np.array([row["setting"] for row in series]), series[0]["order_declared"]
-        attainable = float(np.nanmax([[row["conditioning"], row["floor"], 0.0] for row in series]))
-        order, margin, bent, why = math.nan, math.nan, (math.nan, math.nan), ""
-        for name in kinds:
-            errors = np.array([row[name] for row in series], dtype=float)
-            floor = max(attainable, _plateau(steps, errors, declared))
-            found = line(steps.tolist(), errors.tolist(), floor, ON_A_LINE)
-            if name == "error_max":
-                bent = (slopes(steps.tolist(), errors.tolist(), floor) or (0.0, *bent))[1:]
-                why = why_no_line(errors.tolist(), floor) or ("" if bent[0] < math.inf else "no four settings agree")
-            if found is not None:
-                (order, margin), why = found, ""
-                break
-        rows.append((*key, order, margin, *bent, declared, why))
+    found = _series(fixed, "setting", "order_declared", "conditioning", "floor", *KINDS)
+    rows = [(*key, *order(series)) for key, series in found]
     return pd.DataFrame(rows, columns=[*SERIES, "order", "margin", "lowest", "highest", "declared", "why"])
-
-
-def _plateau(steps: Floats, errors: Floats, order: float) -> float:
-    """The largest error at which a sweep, loosest first, levels off: its slope falls below half of `order`.
-
-    Only errors below 1e-6 count: above, a slope that low may come from coarse steps, not from round-off. 0 if the sweep
-    does not level off.
-    """
-    if not math.isfinite(order):
-        return 0.0
-    levelled = errors[1:] > errors[:-1] * (steps[1:] / steps[:-1]) ** (order / 2)
-    return float(np.max(errors[1:][levelled & (errors[:-1] < 1e-6)], initial=0.0))
 
 
 def anatomy(frame: pd.DataFrame, near: float = 1e-5) -> pd.DataFrame:

@@ -1,11 +1,15 @@
 """Exports the measurements of a results file as a table for other programs."""
 
+import csv
+import gzip
 import json
 import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from gnomon.harness.results.reading import load
+from gnomon.harness.results.reading import columns, load, rows
+from gnomon.harness.system import extras
 from gnomon.reference.storage import diskcache
 
 _FORMULA = re.compile(r"[=+\-@\t\r\n\uff1d\uff0b\uff0d\uff20]")
@@ -14,23 +18,41 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.A
 
 
 def export(path: str | Path, target: Path, form: str, raw: bool = False) -> None:
-    """Write the rows of `load` as csv, json (a list of rows) or parquet.
+    """Write the rows of a results file as csv, json (a list of rows) or parquet, which needs the extra `report`.
 
-    In a csv, an apostrophe is put before a text that a spreadsheet would compute as a formula, unless `raw`.
+    In a csv, an apostrophe is put before a text that a spreadsheet would compute as a formula, unless `raw`. Raises
+    ValueError for another format, as `load` does, and for an extra that is lacking.
     """
-    writers = {"csv": "to_csv", "json": "to_json", "parquet": "to_parquet"}
-    if form not in writers:
-        raise ValueError(f"format {form!r} is not one of {', '.join(writers)}")
-    frame = load(path)
-    if form == "csv" and not raw:
-        for name in frame.select_dtypes(exclude="number").columns:
-            frame[name] = frame[name].map(_no_formula)
+    write = _WRITERS.get(form)
+    if write is None:
+        raise ValueError(f"format {form!r} is not one of {', '.join(_WRITERS)}")
+    write(path, target, raw)
+
+
+def _csv(path: str | Path, target: Path, raw: bool) -> None:
+    found = columns(path)
     with diskcache.whole(target) as part:
-        if form == "json":
-            rows = frame.astype(object).where(frame.notna(), None).to_dict("records")  # to_json drops digits
-            part.write_text(json.dumps(rows, indent=1))
-        else:
-            getattr(frame, writers[form])(part, index=False)
+        opened: Any = gzip.open if target.suffix == ".gz" else open
+        with opened(part, "wt", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(found)
+            for row in zip(*found.values(), strict=True):
+                writer.writerow(row if raw else map(_no_formula, row))
+
+
+def _json(path: str | Path, target: Path, raw: bool) -> None:
+    with diskcache.whole(target) as part:
+        part.write_text(json.dumps(rows(path), indent=1), encoding="utf-8")
+
+
+def _parquet(path: str | Path, target: Path, raw: bool) -> None:
+    extras.require("report", "a Parquet file")
+    frame = load(path)
+    with diskcache.whole(target) as part:
+        frame.to_parquet(part, index=False)
+
+
+_WRITERS: Mapping[str, Callable[[str | Path, Path, bool], None]] = {"csv": _csv, "json": _json, "parquet": _parquet}
 
 
 def _no_formula(value: Any) -> Any:

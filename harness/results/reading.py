@@ -1,6 +1,5 @@
 """Reads a results file: measurements, sampled states, runs. `opening` verifies the file first."""
 
-import sqlite3
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.results import opening, schema
 from gnomon.harness.results.schema import Damaged
 from gnomon.harness.results.visible import visible
+from gnomon.harness.system import extras
 
 LOADED = ("runs", "trials", "planned", "measurements", "settings_changed")
 """The tables whose rows `load` reads."""
@@ -64,7 +64,7 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     Raises
     ------
     ValueError
-        If there is no results file at `path`, or it is damaged.
+        If there is no results file at `path`, it is damaged, or pandas is not installed; `rows` does without.
 
     Examples
     --------
@@ -74,33 +74,58 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     Traceback (most recent call last):
     ValueError: no_such_file.sqlite: no results here; give a results.sqlite that `gnomon run` wrote, or its folder
     """
+    extras.require("report", "a table of results")
     import pandas  # slow to load: the command line starts without it
 
+    found = columns(path, superseded)
+    # Texts are objects in every version of pandas: as its own type of texts they take more memory and time.
+    return pandas.DataFrame(
+        {name: pandas.Series(found.pop(name), dtype=object if name in TEXTS else None) for name in list(found)}
+    )
+
+
+def rows(path: str | Path, superseded: bool = False) -> list[dict[str, Any]]:
+    """Read the measurements of a results file as `load` does, without pandas.
+
+    Parameters
+    ----------
+    path : str or Path
+        A results file, or a folder that holds ``results.sqlite``.
+    superseded : bool
+        Whether to include measurements that a later run in the file replaced (edited source, other settings).
+
+    Returns
+    -------
+    list of dict
+        A dict for each measurement, with the names of the columns of `load`. What is null is None.
+
+    Raises
+    ------
+    ValueError
+        As `load` does.
+    """
+    found = columns(path, superseded)
+    return [dict(zip(found, values, strict=True)) for values in zip(*found.values(), strict=True)]
+
+
+def columns(path: str | Path, superseded: bool = False) -> dict[str, list[Any]]:
+    """The columns of `load` by name. Texts are visible; equal texts are one object, since many rows repeat them."""
     condition = "1" if superseded else NOT_SUPERSEDED
     with opening.reading(path, LOADED) as db:
-        columns = {table: schema.selected(table, schema.version(db)) for table in ("trials", "measurements")}
-        frame = pandas.DataFrame(_columns(db.execute(_CURRENT.format(condition=condition, **columns))))
-    frame["work"] = frame["rhs_calls"].fillna(frame["steps"])
-    return frame
-
-
-def _columns(cursor: sqlite3.Cursor) -> dict[str, Any]:
-    """The columns of a query by name. Texts are visible; equal texts are one object, since many rows repeat them."""
-    import pandas
-
-    names = [column[0] for column in cursor.description]  # trial_key comes from both tables
-    found: dict[str, list[Any]] = {name: [] for name in names}
-    shown: dict[str, dict[Any, Any]] = {name: {None: None} for name in TEXTS}
-    while rows := cursor.fetchmany(ROWS):
-        for name, values in dict(zip(names, zip(*rows, strict=True), strict=True)).items():
-            known = shown.get(name)
-            if known is not None:
-                known |= {text: visible(text, name in IN_LINES) for text in set(values) - known.keys()}
-            found[name] += values if known is None else map(known.__getitem__, values)
-    # Texts are objects in every version of pandas: as its own type of texts they take more memory and time.
-    return {
-        name: pandas.Series(found.pop(name), dtype=object if name in TEXTS else None) for name in dict.fromkeys(names)
-    }
+        selected = {table: schema.selected(table, schema.version(db)) for table in ("trials", "measurements")}
+        cursor = db.execute(_CURRENT.format(condition=condition, **selected))
+        names = [column[0] for column in cursor.description]  # trial_key comes from both tables
+        found: dict[str, list[Any]] = {name: [] for name in names}
+        shown: dict[str, dict[Any, Any]] = {name: {None: None} for name in TEXTS}
+        while part := cursor.fetchmany(ROWS):
+            for name, values in dict(zip(names, zip(*part, strict=True), strict=True)).items():
+                known = shown.get(name)
+                if known is not None:
+                    known |= {text: visible(text, name in IN_LINES) for text in set(values) - known.keys()}
+                found[name] += values if known is None else map(known.__getitem__, values)
+    both = zip(found["rhs_calls"], found["steps"], strict=True)
+    found["work"] = [steps if calls is None else calls for calls, steps in both]
+    return found
 
 
 def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[int, Floats]:

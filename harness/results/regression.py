@@ -6,7 +6,7 @@ pass.
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 from typing import Any
@@ -21,6 +21,8 @@ NUMBERS = [
     "setting", "span", "limit_seconds", "repeats", "turned_starts", "error_max", "floor", "conditioning", "rhs_calls",
     "seconds_median",
 ]  # fmt: skip
+FILLED = {"turned_starts": 0.0, "repeats": 1.0}
+"""The values of numbers that are null, if this says something."""
 ERROR_FACTOR = 2.0
 """A series is worse if the median ratio of errors at equal settings is above this. Differences of libm and FMA in the
 last bits change single errors of adaptive methods by more, but hardly the median."""
@@ -37,7 +39,7 @@ ANSWERED = (*SCORED, Status.REFUSED, Status.CRASHED, Status.OUT_OF_MEMORY)
 """The statuses that the integrator determines; the others depend on the clock, the machine or the plan."""
 
 Row = Mapping[str, Any]
-"""The TEXTS and NUMBERS of a measurement; numbers that are null are nan."""
+"""SERIES, `launch`, TEXTS and NUMBERS of a measurement; what is null is None or nan, or absent."""
 
 
 @dataclass
@@ -66,8 +68,8 @@ class Verdict:
         return [reasons_, counts] if self.not_compared else [counts]
 
 
-def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
-    """Compare two frames of `gnomon.harness.load`, series by series, at the settings that both have.
+def compare(base: Sequence[Row], run: Sequence[Row], allow_missing: bool = False) -> Verdict:
+    """Compare the measurements of two runs (`reading.rows`), series by series, at the settings that both have.
 
     A series that the run lacks is a regression unless `allow_missing`, which also lets settings pass that have no
     result in the run. A series without a comparable setting is a regression. Raises ValueError if no setting of any
@@ -75,6 +77,7 @@ def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
     """
     verdict = Verdict()
     before, after = _series(base), _series(run)
+    lacked = _lacked(before) & _lacked(after)
     before = {name: rows for name, rows in before.items() if any(row["status"] in ANSWERED for row in rows)}
     if not before:
         raise ValueError("nothing ran in the base, so there is nothing to compare with; give another base")
@@ -94,35 +97,31 @@ def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
         verdict.allowed += lacking
         line = f"{len(missing)} series of the base are not in the run, the first: {' '.join(missing[0])}"
         (verdict.notes if allow_missing else verdict.regressions).append(line)
-    _count_lacked(base, run, verdict)
+    verdict.compared += len({name for name, _ in lacked})  # trials that can run on neither machine are equal
+    verdict.settings += len(lacked)
     verdict.allowed *= allow_missing
     return verdict
 
 
-def _count_lacked(base: Any, run: Any, verdict: Verdict) -> None:
-    """Count trials that cannot run on either machine as compared: these rows are equal."""
-    place = [*SERIES, "setting"]
-    before, after = (
-        frame.loc[(frame["launch"] == 1) & frame["status"].isin(CANNOT_RUN), place]
-        .astype({"setting": float})
-        .drop_duplicates()
-        for frame in (base, run)
-    )
-    both = before.merge(after, on=place)
-    verdict.compared += both.groupby(SERIES).ngroups
-    verdict.settings += len(both)
+def _lacked(series: Mapping[tuple[str, ...], Sequence[Row]]) -> set[tuple[tuple[str, ...], float | None]]:
+    """Series and setting of the trials that cannot run."""
+    return {(name, _setting(row)) for name, rows in series.items() for row in rows if row["status"] in CANNOT_RUN}
 
 
-def _series(frame: Any) -> dict[tuple[str, ...], list[Row]]:
-    """The first launches in a frame by series."""
-    frame = frame.loc[frame["launch"] == 1].reindex(columns=[*SERIES, *TEXTS, *NUMBERS])
-    filled = {"turned_starts": 0.0, "repeats": 1.0}
-    numbers = [frame[name].astype(float).fillna(filled.get(name, math.nan)).tolist() for name in NUMBERS]
-    texts = [frame[name].tolist() for name in TEXTS]
-    names = zip(*(frame[name].tolist() for name in SERIES), strict=True)
+def _series(rows: Iterable[Row]) -> dict[tuple[str, ...], list[Row]]:
+    """The first launches by series, with TEXTS and NUMBERS; numbers that are null are nan."""
     found: dict[tuple[str, ...], list[Row]] = {}
-    for name, *values in zip(names, *texts, *numbers, strict=True):
-        found.setdefault(name, []).append(dict(zip((*TEXTS, *NUMBERS), values, strict=True)))
+    for row in rows:
+        if row["launch"] == 1:
+            found.setdefault(tuple(row[name] for name in SERIES), []).append(_read(row))
+    return found
+
+
+def _read(row: Row) -> Row:
+    found: dict[str, Any] = {name: row.get(name) for name in (*TEXTS, *NUMBERS)}
+    for name in NUMBERS:
+        if found[name] is None or found[name] != found[name]:
+            found[name] = FILLED.get(name, math.nan)
     return found
 
 

@@ -7,19 +7,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pytest
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Answer, Depth, Trials
 from gnomon.harness.registry import selection
 from gnomon.harness.results.visible import shown
+from gnomon.harness.system import extras
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import allowed_error
 from gnomon.harness.verification.verification_report import command, failure, read_known
 from gnomon.harness.verification.verify import CLAIMS, Report, Row, planned
+
+if TYPE_CHECKING:
+    import pytest
 
 
 @dataclass(frozen=True)
@@ -47,9 +51,13 @@ class Check:
 
     def marks(self, known: Mapping[tuple[str, str], str]) -> list[pytest.MarkDecorator]:
         """The mark of an expected failure, if this failure is known. pytest reports a known failure that passes."""
+        import pytest  # of the extra `test`, like the imports below: who only verifies needs none
+
         return [pytest.mark.xfail(reason=shown(known[self.key]), strict=False)] if self.key in known else []
 
     def __call__(self) -> None:
+        import pytest  # as above
+
         found = CLAIMS[self.claim].check(_trials(self.integrator, CaseSpec.of(self.case), self.depth))
         if found.outcome == Outcome.NOT_APPLICABLE:
             pytest.skip(shown(found.why))
@@ -109,8 +117,8 @@ def parametrize(
     Raises
     ------
     ValueError
-        For an unknown name, a wrong declaration or an invalid file, or if no case offers a form that the integrator
-        accepts.
+        For an unknown name, a wrong declaration or an invalid file, if no case offers a form that the integrator
+        accepts, or if pytest is not installed.
 
     Examples
     --------
@@ -120,6 +128,9 @@ def parametrize(
     ... def test_euler(check):
     ...     check()
     """
+    extras.require("test", "parametrize")
+    import pytest  # as above
+
     known: Mapping[tuple[str, str], str] = {} if known_failures is None else read_known(Path(known_failures))
     return pytest.mark.parametrize(
         "check",

@@ -14,8 +14,8 @@ import synthetic
 from changes import changing
 from command_line import gnomon
 from gnomon.harness.contract.status import Status
-from gnomon.harness.results import schema, store
-from gnomon.harness.results.regression import compare
+from gnomon.harness.results import regression, schema, store
+from gnomon.harness.results.regression import Verdict
 from gnomon.harness.system.files import MOST_BYTES
 from gnomon.harness.verification.baseline import Baseline, Entry, as_text, case_names, compared, read
 from gnomon.harness.verification.verification_report import read_known
@@ -99,6 +99,10 @@ def test_an_error_that_was_zero_and_is_not_any_more_is_named() -> None:
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return synthetic.write(tmp_path_factory.mktemp("invented") / "results.sqlite")
+
+
+def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
+    return regression.compare(base.to_dict("records"), run.to_dict("records"), allow_missing)
 
 
 LACKING = ("floor", "conditioning", "error_max", "rhs_calls", "numbers", "span")

@@ -17,7 +17,7 @@ import pytest
 from changes import changing
 from command_line import gnomon
 from gnomon.harness.reporting.report import write_report
-from gnomon.harness.results import export, regression, schema, store
+from gnomon.harness.results import export, reading, regression, schema, store
 
 pytestmark = pytest.mark.usefixtures("no_hang")
 
@@ -144,7 +144,7 @@ def test_a_number_of_any_size_is_shown_or_named(
         write_report(path, tmp_path / "report", figures=False)
         for pair in ((base, path), (path, base)):
             with suppress(ValueError):  # other settings, or another span, have nothing in common
-                regression.compare(*map(store.load, pair))
+                regression.compare(*map(reading.rows, pair))
         return
     assert told.startswith(f"{path}: damaged (table {table}, row ")
 

@@ -14,7 +14,7 @@ import pytest
 import synthetic
 from gnomon.harness.reporting import report_pack
 from gnomon.harness.reporting.report import write_report
-from gnomon.harness.results import schema, store
+from gnomon.harness.results import reading, schema
 from gnomon.harness.results.regression import compare
 
 MEASUREMENTS = 20_000
@@ -74,7 +74,7 @@ def test_writing_a_report(benchmark: Any, large: Path, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_comparing_two_files(benchmark: Any, large: Path) -> None:
-    verdict = benchmark.pedantic(lambda: compare(store.load(large), store.load(large)), rounds=3)
+    verdict = benchmark.pedantic(lambda: compare(reading.rows(large), reading.rows(large)), rounds=3)
     assert not verdict.failed
 
 
@@ -100,7 +100,7 @@ def test_the_work_for_a_measurement_is_small(tmp_path: Path) -> None:
     """Calls are counted: every machine makes equally many. Work that is done once, as opening a file, is left out."""
     counts, rows = [], []
     for least in (1000, 3000):
-        frame = store.load(write_many(tmp_path / f"{least}.sqlite", least))
-        rows.append(len(frame))
-        counts.append(calls(lambda: compare(frame, frame)))  # noqa: B023 (called at once)
+        found = reading.rows(write_many(tmp_path / f"{least}.sqlite", least))
+        rows.append(len(found))
+        counts.append(calls(lambda: compare(found, found)))  # noqa: B023 (called at once)
     assert (counts[1] - counts[0]) / (rows[1] - rows[0]) <= CALLS

@@ -81,7 +81,7 @@ def test_a_new_library_is_found_listed_and_run(lists: dict[str, Any]) -> None:
 
 
 def test_a_new_library_that_is_not_installed_is_reported_with_its_package(lists: dict[str, Any]) -> None:
-    assert lists["missing"] == 2 * ["newest is optional: pip install newest-solvers"]
+    assert lists["missing"] == 2 * ["newest is not installed: pip install 'gnomon[peers]'"]
 
 
 def test_the_versions_of_a_new_library_are_recorded(lists: dict[str, Any]) -> None:
@@ -117,9 +117,7 @@ def test_the_project_file_installs_each_library_as_it_is_declared() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     wanted: dict[str | None, list[str]] = {}
     for library in LIBRARIES.values():
-        last = library.last_wheels
-        marker = "" if library.extra or last is None else f"; python_version < '{last[0]}.{last[1] + 1}'"
-        wanted.setdefault(library.extra, []).append(library.requirement + marker)
+        wanted.setdefault(library.extra, []).append(library.installs)
         assert f"{library.name}.*" in untyped(project)
     assert {*wanted.pop(None)} <= {*project["project"]["dependencies"]}
     for extra, requirements in wanted.items():

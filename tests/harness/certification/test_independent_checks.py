@@ -12,8 +12,8 @@ from gnomon.harness.contract.integrator import Unsupported
 
 def errors(check: str, variant: str | None, name: str) -> dict[str, float]:
     chosen = [one for one in independent_checks.COMPUTATIONS if one.name == name and one.check == check]
-    frame = independent_checks.run_checks([get_check(check, variant)], chosen, repeats=1)
-    return dict(zip(frame["quantity"], frame["error"], strict=True))
+    found = independent_checks.run_checks([get_check(check, variant)], chosen, repeats=1)
+    return {row["quantity"]: row["error"] for row in found}
 
 
 def test_every_check_has_an_independent_computation() -> None:
@@ -97,9 +97,9 @@ def test_failures_are_rows_with_their_status(tmp_path: Path) -> None:
         return IndependentComputation(what, library, "com_rigid_body", compute)
 
     kinds = ("refuses", "raises", "nan", "wrong", "missing")
-    frame = independent_checks.run_checks([get_check("com_rigid_body")], [failing(kind) for kind in kinds], repeats=1)
-    assert list(frame["status"]) == ["refused", "crashed", "diverged", "inaccurate", "not_installed"]
-    independent_checks.write(frame, tmp_path / "checks.json")
+    found = independent_checks.run_checks([get_check("com_rigid_body")], [failing(kind) for kind in kinds], repeats=1)
+    assert [row["status"] for row in found] == ["refused", "crashed", "diverged", "inaccurate", "not_installed"]
+    independent_checks.write(found, tmp_path / "checks.json")
     rows = json.loads((tmp_path / "checks.json").read_text())
     assert [row["reason"] for row in rows][:2] == ["no such shape", "RuntimeError: broken"]
     assert rows[2]["error"] is None

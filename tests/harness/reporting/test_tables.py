@@ -7,8 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from gnomon.harness.reporting import tables
+from gnomon.harness.results import number_text
 from gnomon.harness.results.analysis import TARGETS
 from gnomon.harness.results.rankings import ONE_LAUNCH, RANKED, TOO_SHORT
+from gnomon.harness.results.summary import waited
 from said import numbers_in
 
 
@@ -20,7 +22,7 @@ from said import numbers_in
     ],
 )  # fmt: skip
 def test_times_have_three_figures_and_their_unit(seconds: float, text: str) -> None:
-    assert tables.time_text(seconds) == text
+    assert number_text.time_text(seconds) == text
 
 
 @pytest.mark.parametrize(
@@ -31,7 +33,11 @@ def test_times_have_three_figures_and_their_unit(seconds: float, text: str) -> N
     ],
 )  # fmt: skip
 def test_numbers_have_two_figures(value: float, error: str, short: str, ratio: str) -> None:
-    assert (tables.error_text(value), tables.short_text(value), tables.ratio_text(value)) == (error, short, ratio)
+    assert (number_text.error_text(value), number_text.short_text(value), number_text.ratio_text(value)) == (
+        error,
+        short,
+        ratio,
+    )
 
 
 @pytest.mark.parametrize(("error", "right"), [(0.0, 17), (1e-3, 3), (9.9e-4, 3), (1.1e-3, 2), (0.5, 0), (3.0, 0)])
@@ -241,14 +247,17 @@ def test_shares_are_of_the_trials_that_could_run() -> None:
 
 
 def test_a_count_has_its_noun_in_the_right_number() -> None:
-    assert [tables.counted(n, "case") for n in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
-    assert [tables.counted(n, "library") for n in (1, 5)] == ["1 library", "5 libraries"]
+    assert [number_text.counted(n, "case") for n in (0, 1, 2)] == ["0 cases", "1 case", "2 cases"]
+    assert [number_text.counted(n, "library") for n in (1, 5)] == ["1 library", "5 libraries"]
 
 
 def test_the_measurements_that_waited_for_a_processor_are_counted() -> None:
     """A delay that is not known is stated, so that it does not count as no wait."""
     frame = pd.DataFrame({"seconds_median": [1.0, 1.0, 1.0], "delay_seconds": [0.0, 0.1, 0.2]})
     older = frame.assign(delay_seconds=[None, None, 0.2]).astype(float)
-    known, unknown = (numbers_in(tables.waited_text(each)) for each in (frame, older))
+    known, unknown = (
+        numbers_in(number_text.waited_text(*waited(zip(each["seconds_median"], each["delay_seconds"], strict=True))))
+        for each in (frame, older)
+    )
     assert known[:2] == ["2", "3"]
     assert unknown == ["1", *known[1:], "2"]

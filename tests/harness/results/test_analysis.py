@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from gnomon.harness.results import analysis
+from gnomon.harness.results import analysis, summary
 from gnomon.harness.results.rankings import ranked
 from gnomon.harness.results.store import load
 from gnomon.harness.studies import model_hierarchy
@@ -249,12 +249,16 @@ def test_verdicts() -> None:
     assert matrix.set_index("integrator_id").loc["l:broken", "reason"] == "why"
 
 
+def nothing_ran(rows: pd.DataFrame) -> str | None:
+    return summary.nothing_ran(zip(rows["status"], rows["reason"], strict=True))
+
+
 def test_why_nothing_ran_is_the_most_frequent_reason() -> None:
     missing = _rows("a", [math.nan] * 2, [math.nan] * 2, status="not_installed", reason="no module\nnamed x")
     other = _rows("b", [math.nan], [math.nan], status="unsupported", reason="no contact")
-    assert analysis.nothing_ran(pd.concat([missing, other])) == "not installed: no module named x"
-    assert analysis.nothing_ran(missing[:0]) == "no measurement"
-    assert analysis.nothing_ran(pd.concat([missing, _rows("c", [1.0], [1.0], status="timeout")])) is None
+    assert nothing_ran(pd.concat([missing, other])) == "not installed: no module named x"
+    assert nothing_ran(missing[:0]) == "no measurement"
+    assert nothing_ran(pd.concat([missing, _rows("c", [1.0], [1.0], status="timeout")])) is None
 
 
 def test_a_stored_run_is_read(synthetic_results: Path) -> None:
@@ -319,7 +323,7 @@ def test_a_measurement_that_waited_for_a_processor_is_counted() -> None:
     """On a file without delays, or a system that does not tell, nothing is known."""
     rows = _rows("one", [1e-2, 1e-4], [1.0, 1.0], delay_seconds=[0.0, 0.02, 0.03, math.nan])
     rows["seconds_median"] = 1.0
-    assert analysis.waited(rows) == (4, 1, 1)
+    assert summary.waited(zip(rows["seconds_median"], rows["delay_seconds"], strict=True)) == (4, 1, 1)
 
 
 def test_times_of_a_lengthened_span_replace_times_of_the_default_span() -> None:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import synthetic
 from command_line import gnomon
-from gnomon.harness.results import store
-from gnomon.harness.results.regression import SERIES, compare
+from gnomon.harness.results import regression, store
+from gnomon.harness.results.regression import SERIES, Verdict
 
 
 @pytest.fixture(scope="module")
@@ -22,6 +22,10 @@ def base(results: Path) -> Any:
     frame = store.load(results)
     few = frame["integrator"].isin(["RK4", "DOP853", "IAS15"]) & (frame["variant"] == "default")
     return frame[few & (frame["case"] != "pendulum_simple") & (frame["launch"] < 3)]
+
+
+def compare(base: Any, run: Any, allow_missing: bool = False) -> Verdict:
+    return regression.compare(base.to_dict("records"), run.to_dict("records"), allow_missing)
 
 
 def spoiled(frame: Any, column: str, change: Any, integrator: str = "RK4") -> Any:

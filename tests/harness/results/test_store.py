@@ -1,7 +1,9 @@
 """The results file: rows are read as they were written, and other files are rejected."""
 
+import csv
 import json
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 import pandas
@@ -93,14 +95,18 @@ def test_a_table_that_cannot_be_written_completely_leaves_the_former_file(
 ) -> None:
     """An incomplete table could not be told from a complete one."""
 
-    def fill_the_disk(_frame: pandas.DataFrame, path: Path, **_: object) -> None:
-        path.write_text("half")
-        raise OSError(28, "No space left on device")
+    class FullDisk:
+        def __init__(self, file: TextIO, **_: object) -> None:
+            self.file = file
+
+        def writerow(self, _: object) -> None:
+            self.file.write("half")
+            raise OSError(28, "No space left on device")
 
     target = tmp_path / "tables" / "results.csv"
     target.parent.mkdir()
     target.write_text("before")
-    monkeypatch.setattr(pandas.DataFrame, "to_csv", fill_the_disk)
+    monkeypatch.setattr(csv, "writer", FullDisk)
     with pytest.raises(OSError, match="No space left"):
         store.export(synthetic_results, target, "csv")
     assert {path.name: path.read_text() for path in target.parent.iterdir()} == {"results.csv": "before"}

@@ -1,18 +1,18 @@
 """A run reports faults of a user's own integrator before it starts, and that integrator's results at its end."""
 
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 import planted
 import pytest
 from command_line import gnomon
 from gnomon.harness.commands.run_table import MOST_SERIES, run_table, shortcomings
 from gnomon.harness.registry import selection
 from gnomon.harness.registry.lookup import own, users_own
-from gnomon.harness.reporting.tables import error_text
-from gnomon.harness.results import store
+from gnomon.harness.results import reading, store
+from gnomon.harness.results.number_text import error_text
 from gnomon.harness.running import first_trials, plan
 from rich.console import Console
 
@@ -78,27 +78,27 @@ def test_a_run_that_measured_shows_it_and_names_the_next_command(
     assert capfd.readouterr().err.splitlines()[-1].startswith("planted:not a number never succeeded (diverged: ")
 
 
-def rows(tmp_path: Path) -> pd.DataFrame:
+def rows(tmp_path: Path) -> list[dict[str, Any]]:
     import synthetic
 
-    return store.load(synthetic.write(tmp_path / "results.sqlite"))
+    return reading.rows(synthetic.write(tmp_path / "results.sqlite"))
 
 
-def shown(frame: pd.DataFrame) -> list[str]:
+def shown(rows: list[dict[str, Any]]) -> list[str]:
     console = Console(width=250, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-    console.print(run_table(frame))
+    console.print(run_table(rows))
     return console.export_text().splitlines()
 
 
 def test_the_table_has_a_line_for_each_series_or_for_each_integrator_if_series_are_many(tmp_path: Path) -> None:
     many = rows(tmp_path)
-    few = many[many["case"] == many["case"].iloc[0]]
-    for frame in (few, many):
-        expected = frame.drop_duplicates("series")["integrator_id"].value_counts()
-        if frame is many:
-            assert expected.sum() > MOST_SERIES
-            expected = expected * 0 + 1
-        lines = shown(frame)
+    few = [row for row in many if row["case"] == many[0]["case"]]
+    for found in (few, many):
+        expected = Counter(identity for _, identity in {(row["series"], row["integrator_id"]) for row in found})
+        if found is many:
+            assert expected.total() > MOST_SERIES
+            expected = Counter(list(expected))
+        lines = shown(found)
         for identity, count in expected.items():
             assert sum(line.strip().startswith(f"{identity} ") for line in lines) == count
 

@@ -95,11 +95,11 @@ def test_a_hang_is_a_regression(tmp_path: Path) -> None:
     suite, chosen = replace(SUITE, limit_seconds=0.4, variant_limit_seconds=0.4), selection.choose([CASE], True)
     sound, hangs = (store.load(run(tmp_path / k.name, suite, chosen, [k()])) for k in (planted.Sound, planted.Hangs))
     hangs = hangs.assign(integrator_id=sound["integrator_id"].iloc[0])
-    verdict = regression.compare(sound, hangs)
+    verdict = regression.compare(sound.to_dict("records"), hangs.to_dict("records"))
     assert verdict.settings == (sound["status"] == "ok").sum()
     assert any("ok became timeout no answer within 0.4 s" in line for line in verdict.regressions)
     assert any("ok became skipped" in line for line in verdict.regressions)
-    assert regression.compare(sound, sound).regressions == []
+    assert regression.compare(*[sound.to_dict("records")] * 2).regressions == []
 
 
 def test_a_hang_while_preparing_is_a_timeout(frame: Any) -> None:

@@ -49,9 +49,11 @@ def test_a_hang_ends_at_the_limit(quick: None, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_a_library_that_is_missing_is_named(quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(panel_run.lookup, "missing", lambda integrator: "heyoka is optional: pip install heyoka")
+    monkeypatch.setattr(
+        panel_run.lookup, "missing", lambda integrator: "heyoka is not installed: pip install 'gnomon[peers]'"
+    )
     rows = panel_run.measured([lookup.own()["gnomon:RK4"]])
-    assert {row.reason for row in rows} == {"refused: heyoka is optional: pip install heyoka"}
+    assert {row.reason for row in rows} == {"refused: heyoka is not installed: pip install 'gnomon[peers]'"}
 
 
 def test_wrong_names_are_refused_with_the_nearest() -> None:

@@ -1,0 +1,72 @@
+"""Numbers in words, with their units, as the command line and the report show them."""
+
+import math
+from collections.abc import Sequence
+
+from gnomon.harness.results.values import DELAYED
+
+
+def counted(number: int, noun: str) -> str:
+    """A number with its noun in singular or plural: 1 case, 2 cases, 0 libraries."""
+    if number == 1:
+        return f"1 {noun}"
+    return f"{number} {noun[:-1]}ies" if noun.endswith("y") else f"{number} {noun}s"
+
+
+def join_words(words: Sequence[str]) -> str:
+    """Words as a sentence lists them: one, two and three."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def grouped(number: int) -> str:
+    """A number with its digits in groups of three."""
+    return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")
+
+
+def time_text(seconds: float) -> str:
+    """A time to three figures with its unit."""
+    if not math.isfinite(seconds):
+        return "–"
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= 0.9995 * size:  # a time that rounds to 1000 of a unit is 1 of the next
+            return f"{_three(seconds / size)} {unit}"
+    return f"{_three(seconds * 1e9)} ns"
+
+
+def _three(value: float) -> str:
+    return f"{value:.0f}" if value >= 99.5 else f"{value:.1f}" if value >= 9.95 else f"{value:.2f}"
+
+
+def error_text(error: float) -> str:
+    """An error to two figures, as 1.2e-9."""
+    if not math.isfinite(error):
+        return "–"
+    mantissa, _, exponent = f"{error:.1e}".partition("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
+def short_text(value: float) -> str:
+    """A number to two figures, with an exponent only where it is very large or small: 0.43, 12, 1.2e-9."""
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
+
+
+def waited_text(timed: int, delayed: int, unknown: int) -> str:
+    """The numbers of `summary.waited` in words."""
+    text = (
+        f"{delayed} of {counted(timed, 'timed measurement')} include more than {DELAYED:.0%} of waiting for a processor"
+    )
+    return text.replace("%", " %") + (f"; of {unknown} it is not known" if unknown else "")
+
+
+def ratio_text(ratio: float) -> str:
+    """A ratio to two or three figures."""
+    if not math.isfinite(ratio):
+        return "–"
+    return f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:,.0f}".replace(",", "\u202f")
+
+
+def problem_name(case: str, variant: str, formulation: str) -> str:
+    """The name of a problem in every table: case/variant (formulation)."""
+    return case + (f"/{variant}" if variant else "") + (f" ({formulation})" if formulation else "")
