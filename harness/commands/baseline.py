@@ -18,7 +18,7 @@ def _group() -> None:
 
 @baseline.command()
 def write(
-    to: Annotated[Path, options.path_option("The text file to write.")],
+    to: Annotated[Path, options.path_option("The text file to write.", "--out")],
     integrator: Annotated[str | None, typer.Argument(help="package.module:object, an id or a name.")] = None,
     command: Annotated[str | None, typer.Option(help="A program, as for `gnomon verify`.")] = None,
     case: Annotated[list[str] | None, typer.Option(help="A case, or case/variant; repeatable.")] = None,
@@ -31,7 +31,7 @@ def write(
     from gnomon.harness.verification.baseline import RUNS, as_text, measure
 
     options.validate_workers(workers)
-    options.ensure_writable(to, "--to")
+    options.ensure_writable(to, "--out")
     chosen, _ = options.integrator_or_program(integrator, command)
     found = measure(chosen, case, depth, RUNS, workers, lambda name: out.print(escape(name)))
     to.write_text(as_text(found), encoding="utf-8")

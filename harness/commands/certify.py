@@ -20,7 +20,7 @@ def certify(
     case: Annotated[
         list[str] | None, typer.Argument(help="Cases, case/variant or checks; by default all cases and checks.")
     ] = None,
-    to: Annotated[Path, options.path_option("Where the certificates go, as JSON.")] = Path("runs/certificates.json"),
+    to: Annotated[Path, options.path_option("Where the certificates go, as JSON.", "--out")] = Path("runs/certificates.json"),
     suite: Annotated[str | None, typer.Option(help="Only the cases of this suite.")] = None,
     everything: Annotated[bool, typer.Option("--all", help="All variants too.")] = False,
     independent: Annotated[
@@ -44,7 +44,7 @@ def certify(
         if independent.resolve() == to.resolve():
             raise ValueError(f"--independent {independent}: the certificates go there; name another file")
         options.ensure_writable(independent, "--independent")  # before minutes of work, not after
-    options.ensure_writable(to, "--to")
+    options.ensure_writable(to, "--out")
     certificates: list[Certificate] = []
     with Progress() as progress:
         progress.begin("certificates", len(subjects))

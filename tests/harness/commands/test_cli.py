@@ -37,7 +37,7 @@ def test_run_export_and_compare_work_together(tmp_path: Path, capfd: pytest.Capt
     assert gnomon(*run, "--out", str(tmp_path)) == 0
     assert "measurements" in capfd.readouterr().out
     target = tmp_path / "rows.json"
-    assert gnomon("export", str(tmp_path), "--format", "json", "--to", str(target)) == 0
+    assert gnomon("export", str(tmp_path), "--format", "json", "--out", str(target)) == 0
     rows = json.loads(target.read_text())
     assert len(rows) == len(store.load(tmp_path))
     assert {row["integrator_id"] for row in rows} == {"planted:sound"}
