@@ -56,8 +56,13 @@ def options() -> Iterator[Line]:
     yield [""], 2, ("No such command",)
     yield ["list", "planets"], 2, ("planets", "cases", "checks", "integrators")
     yield ["list", "cases", "checks"], 2, ("checks",)
-    for command in ("show", "report", "export"):
+    for command in ("report", "export"):
         yield [command], 2, ("Missing argument", f"gnomon {command} --help")
+    for command in ("show", "exact"):
+        yield [command], 2, ("name a case",)
+        yield [command, "pendulum_simple", "--case", "kepler_orbit"], 2, ("kepler_orbit", "pendulum_simple", "one case")
+        yield [command, "kepler_orbit/e*"], 2, ("kepler_orbit/e*", "give one")
+    yield ["verify", "RK4", "--integrator", "DOP853"], 2, ("DOP853", "RK4", "one integrator")
     yield ["compare", "results.sqlite"], 2, ("Missing argument",)
     for limit in ("0", "-1", "-0.0", "1e-320", "1e308", "1e400", "inf", "-inf", "nan", "1e-7", "1e7"):
         yield ["run", *RK4, "--limit", limit], 2, ("--limit", "positive number of seconds", "1e-06", "1e+06")
