@@ -13,6 +13,7 @@ def show(
     named: options.CaseOption = None,
     parameters: options.Parameters = None,
     plot: Annotated[Path | None, options.path_option("Draw the motion to this file: .svg, .png or .html.")] = None,
+    source: Annotated[bool, typer.Option("--source", help="Print equations as the functions of the case.")] = False,
     latex: Annotated[bool, typer.Option("--latex", help="Print only the equations of motion, in LaTeX.")] = False,
 ) -> None:
     """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""
@@ -37,7 +38,7 @@ def show(
         for text in equations_in_latex(chosen):
             print(text)
     else:
-        describe(chosen, out)
+        describe(chosen, out, source)
     if plot is not None:
         draw(chosen, plot)
         out.print(f"The motion is drawn in {plot}.")
