@@ -18,12 +18,12 @@ INSTALLED := $(VENV)/installed-$(EXTRAS)
 # and writes its page again every two minutes, at its end and after Ctrl-C.
 report: $(INSTALLED)
 	$(BIN)/gnomon run --suite quick --out runs/$(SUITE).sqlite --report $(LOCAL)
-	$(BIN)/gnomon certify --to runs/certificates.json --independent $(LOCAL)/checks.json
+	$(BIN)/gnomon certify --out runs/certificates.json --independent $(LOCAL)/checks.json
 	$(BIN)/gnomon run --suite $(SUITE) --out runs/$(SUITE).sqlite --report $(LOCAL)
 
 # All variants: less than 15 minutes on 2 cores. The next `make report` shows the certificates.
 certificates: $(INSTALLED)
-	$(BIN)/gnomon certify --all --to $(LOCAL)/certificates.json
+	$(BIN)/gnomon certify --all --out $(LOCAL)/certificates.json
 
 # The exact states that come with gnomon, after a change of cases/ or reference/: some minutes. Commit them once a release.
 solutions: $(INSTALLED)

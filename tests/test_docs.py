@@ -64,7 +64,7 @@ def test_the_case_of_a_page_is_certified_and_a_wrong_sign_in_it_is_not(
     assert wrong != source
     for name, text, code in (("morse", source, 0), ("wrong_morse", wrong, 1)):
         (tmp_path / f"{name}.py").write_text(text)
-        assert gnomon("certify", f"{name}:Morse", "--to", str(tmp_path / "certificates.json")) == code
+        assert gnomon("certify", f"{name}:Morse", "--out", str(tmp_path / "certificates.json")) == code
 
 
 @pytest.mark.slow

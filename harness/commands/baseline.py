@@ -18,10 +18,11 @@ def _group() -> None:
 
 @baseline.command()
 def write(
-    to: Annotated[Path, options.path_option("The text file to write.")],
-    integrator: Annotated[str | None, typer.Argument(help="package.module:object, an id or a name.")] = None,
-    command: Annotated[str | None, typer.Option(help="A program, as for `gnomon verify`.")] = None,
-    case: Annotated[list[str] | None, typer.Option(help="A case, or case/variant; repeatable.")] = None,
+    to: Annotated[Path, options.path_option("The text file to write.", "--out")],
+    integrator: options.IntegratorArgument = None,
+    named: options.IntegratorOption = None,
+    command: options.Programs = None,
+    case: options.Cases = None,
     depth: Annotated[str, typer.Option(help="low, normal or high: how many cases, and how short the steps.")] = "low",
     workers: Annotated[int, typer.Option(help="Cases at a time, each in a process.")] = 2,
 ) -> None:
@@ -31,8 +32,8 @@ def write(
     from gnomon.harness.verification.baseline import RUNS, as_text, measure
 
     options.validate_workers(workers)
-    options.ensure_writable(to, "--to")
-    chosen, _ = options.integrator_or_program(integrator, command)
+    options.ensure_writable(to, "--out")
+    chosen, _ = options.integrator_or_program(options.one_of(integrator, named, "integrator"), command)
     found = measure(chosen, case, depth, RUNS, workers, lambda name: out.print(escape(name)))
     to.write_text(as_text(found), encoding="utf-8")
     out.print(f"{len(found.entries)} settings of {escape(found.integrator)}: {escape(str(to))}", highlight=False)

@@ -18,9 +18,12 @@ if TYPE_CHECKING:
 
 def certify(
     case: Annotated[
-        list[str] | None, typer.Argument(help="Cases, case/variant or checks; by default all cases and checks.")
+        list[str] | None, typer.Argument(help=f"{options.CASE}, or a check; several. By default all cases and checks.")
     ] = None,
-    to: Annotated[Path, options.path_option("Where the certificates go, as JSON.")] = Path("runs/certificates.json"),
+    named: Annotated[list[str] | None, typer.Option("--case", help="The same as an argument; repeatable.")] = None,
+    to: Annotated[Path, options.path_option("Where the certificates go, as JSON.", "--out")] = Path(
+        "runs/certificates.json"
+    ),
     suite: Annotated[str | None, typer.Option(help="Only the cases of this suite.")] = None,
     everything: Annotated[bool, typer.Option("--all", help="All variants too.")] = False,
     independent: Annotated[
@@ -33,18 +36,20 @@ def certify(
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.certification import certify_all
     from gnomon.harness.certification.certify import write
+    from gnomon.harness.registry import selection
     from gnomon.harness.running import plan
     from gnomon.harness.system.progress import Progress
 
     options.validate_workers(workers)
-    if suite is not None and case:
+    wanted = selection.expanded([*(case or ()), *(named or ())], checks=True)
+    if suite is not None and wanted:
         raise ValueError(f"--suite {suite}: name cases or a suite, not both")
-    subjects = certify_all.subjects(case or (() if suite is None else plan.suite(suite).cases), everything)
+    subjects = certify_all.subjects(wanted or (() if suite is None else plan.suite(suite).cases), everything)
     if independent is not None:
         if independent.resolve() == to.resolve():
             raise ValueError(f"--independent {independent}: the certificates go there; name another file")
         options.ensure_writable(independent, "--independent")  # before minutes of work, not after
-    options.ensure_writable(to, "--to")
+    options.ensure_writable(to, "--out")
     certificates: list[Certificate] = []
     with Progress() as progress:
         progress.begin("certificates", len(subjects))

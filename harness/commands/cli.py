@@ -62,6 +62,8 @@ USAGE: Any = typer.BadParameter.__mro__[1]
 
 COMPLETION = {"_GNOMON_COMPLETE", "--show-completion", "--install-completion"}
 """Signs of a request for the completion of the shell: an environment variable, or the first word."""
+FORMER = "--to"
+"""What --out was called in some commands: its error names --out."""
 FULL = (errno.ENOSPC, errno.EDQUOT)
 WRITING = (*FULL, errno.EACCES, errno.EROFS, errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR)
 
@@ -101,6 +103,8 @@ def _exit_code() -> int:
             error.show()  # `gnomon` alone: its help
             return 2
         message = error.format_message().replace("Value error, ", "")  # a prefix that a library adds
+        if getattr(error, "option_name", None) == FORMER:
+            message = f"{FORMER} is no option: results go to --out"
         told = f"{message} (see {error.ctx.command_path if error.ctx else 'gnomon'} --help)"
     problems.print(f"[bold red]error:[/] {escape(_line(told))}")
     return code

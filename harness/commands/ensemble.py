@@ -25,8 +25,8 @@ IMPORT = "from gnomon.harness.ensembles.samples import Ensemble, Varied"
 
 
 def ensemble(
-    case: Annotated[str, typer.Option(help="A case, case/variant or package.module:Case.")],
-    integrator: Annotated[str, typer.Option(help="An integrator's id, name or package.module:Class.")],
+    case: Annotated[str, typer.Option(help=f"{options.CASE}; one.")],
+    integrator: Annotated[str, typer.Option(help=f"{options.INTEGRATOR}; one.")],
     samples: Annotated[str, typer.Option(help="The number of starts, as 2**20 or 1e6.")],
     setting: Annotated[
         float | None,
@@ -122,10 +122,7 @@ def _ensemble(
     from gnomon.harness.ensembles.samples import Ensemble, setting_for
     from gnomon.harness.registry import lookup
 
-    pairs = options.chosen([case], False, set_)
-    if len(pairs) > 1:
-        raise ValueError(f"--case {case}: names {len(pairs)} cases; name one")
-    ((found, _),) = pairs
+    found = options.chosen_one(case, set_)
     method = lookup.find_one(integrator)
     setting = setting_for(found, method, times, setting)
     varied = draws.varied(found, vary)

@@ -17,7 +17,8 @@ class ExactFormat(StrEnum):
 
 
 def exact(
-    case: Annotated[str, typer.Argument(help="A case, case/variant or package.module:Case.")],
+    case: options.CaseArgument = None,
+    named: options.CaseOption = None,
     times: Annotated[
         str | None,
         typer.Option(
@@ -38,9 +39,10 @@ def exact(
 
     from gnomon import cases
 
-    if case.partition("/")[0] in cases.check_names():
-        raise ValueError(f"{case} is a check, without motion: `gnomon show {case}` prints its results")
-    ((chosen, _),) = options.chosen([case], False, parameters)
+    name = options.one_case(case, named)
+    if name.partition("/")[0] in cases.check_names():
+        raise ValueError(f"{name} is a check, without motion: `gnomon show {name}` prints its results")
+    chosen = options.chosen_one(name, parameters)
     found = exact_states(chosen, times_of(times, chosen), digits)
     out.out(found.as_json() if form == ExactFormat.json else found.as_csv(), end="", highlight=False)
     certificate = found.certificate

@@ -20,7 +20,7 @@ class ExportFormat(StrEnum):
 def export(
     run: options.ResultsFile,
     form: Annotated[ExportFormat, typer.Option("--format", help="What to write.")] = ExportFormat.csv,
-    to: Annotated[Path | None, options.path_option("The file to write; by default results.FORMAT.")] = None,
+    to: Annotated[Path | None, options.path_option("The file to write; by default results.FORMAT.", "--out")] = None,
     raw: Annotated[
         bool, typer.Option("--raw", help="Do not mark texts in a csv that a spreadsheet would read as formulas.")
     ] = False,
@@ -31,8 +31,8 @@ def export(
 
     target = to or Path(f"results.{form.value}")
     database = store.results_file(run)
-    options.ensure_writable(target, "--to")
+    options.ensure_writable(target, "--out")
     if target.exists() and target.samefile(database):
-        raise ValueError(f"--to {target}: these are the results; name another file")
+        raise ValueError(f"--out {target}: these are the results; name another file")
     store.export(database, target, form.value, raw)
     out.print(f"wrote {target}")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import shlex
+from collections.abc import Iterable, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,11 +15,14 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 if TYPE_CHECKING:
-    from gnomon.cases.core.registry import Entry
     from gnomon.harness.contract.integrator import Integrator
 
-INTEGRATORS_WIDTH = 96
-"""Columns for ids of full length, so that they can be copied."""
+WIDTH = 100
+"""Columns of the table of integrators where the output is not a terminal."""
+LONGEST = 40
+"""Letters of an id that has one line."""
+PURPOSES = {"symplectic": "symplectic", "volume": "volume", "attitude": "rotations", "constraint": "constraints"}
+"""The words for what a method declares in `conserves`; the others follow from the form or go with these."""
 
 
 class Listed(StrEnum):
@@ -31,15 +35,17 @@ class Listed(StrEnum):
 
 def list_(
     what: Annotated[Listed | None, typer.Argument(help="What to list; by default everything.")] = None,
-    pattern: Annotated[str, typer.Argument(help="A name, or a pattern with * and ?, as 'kepler*' or 'scipy:*'.")] = "*",
+    pattern: Annotated[
+        str,
+        typer.Argument(help="A part of a name, as kepler or gauss, or a pattern, as 'scipy:*' or 'kepler_orbit/*'."),
+    ] = "*",
     library: options.Libraries = None,
     family: options.Families = None,
     kind: options.Kinds = None,
 ) -> None:
     """List cases, checks (rows without motion) and integrators."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.cases.core.numbers import matching
-    from gnomon.cases.core.registry import entry
+    from gnomon.harness.registry import selection
 
     from gnomon import cases
 
@@ -49,38 +55,82 @@ def list_(
     shown = [what] if what else [each for each in narrowed if narrowed[each]] or list(narrowed)
     if what and (library or family or kind) and not narrowed[what]:
         raise ValueError(f"{what}: --family narrows cases, --library integrators, --kind both; leave out the others")
+    case, integrator = "pendulum_simple", "gnomon:DOP853"
     if Listed.cases in shown:
-        named = matching(pattern, cases.names())
-        if family or kind:
-            from gnomon.harness.registry import selection  # imports the cases, whose forms it reads
-
-            found = selection.cases_of([(cases.get(name), name) for name in named], family, kind)
-            named = [name for _, name in found]
-        out.print(_variants_table("Cases", "case", map(entry, named)))
+        case = _list_cases("Cases", cases.names(), pattern, family, kind)
     if Listed.checks in shown:
-        checks = map(entry, matching(pattern, cases.check_names()))
-        out.print(_variants_table("Checks, without motion", "check", checks))
+        check = _list_cases("Checks, without motion", cases.check_names(), pattern)
     if Listed.integrators in shown:
-        from gnomon.harness.registry import lookup, selection
+        from gnomon.harness.registry import lookup
 
         known = lookup.everything()
-        chosen = selection.integrators_of([known[name] for name in matching(pattern, known)], library, kind)
-        Output(width=max(out.width, INTEGRATORS_WIDTH), emoji=False).print(integrators_table(chosen))
+        named = [known[name] for name in selection.containing(pattern, known)]
+        found = selection.integrators_of(named, library, kind)
+        wide = Output(width=out.width if out.is_terminal else max(out.width, WIDTH), emoji=False)
+        wide.print(integrators_table(found))
+        integrator = found[0].id
+    if shown == [Listed.checks]:
+        following = f"gnomon show {check}, gnomon certify {check}"
+    elif shown == [Listed.integrators]:
+        following = f"gnomon run --case pendulum_simple --integrator {shlex.quote(integrator)}"
+    else:
+        following = f"gnomon show {case}, gnomon list cases '{case.partition('/')[0]}/*', gnomon run --case {case}"
+    out.print(f"Next: {following}", highlight=False, markup=False)
 
 
-def _variants_table(title: str, column: str, entries: Iterable[Entry]) -> Table:
-    """A table of cases or checks with their names, titles and variants."""
-    columns = Column(column, no_wrap=True), "title", "variants"
+def _list_cases(
+    title: str, known: Sequence[str], pattern: str, families: list[str] | None = None, kinds: list[str] | None = None
+) -> str:
+    """Print the cases or checks that a part of a name or a pattern selects; returns the first name.
+
+    With a slash in the pattern these are variants.
+    """
+    from gnomon.cases.core.registry import entry
+    from gnomon.harness.registry import selection
+
+    from gnomon import cases
+
+    base, slash, _ = pattern.partition("/")
+    named = selection.containing(base, known)
+    if slash:
+        every = [f"{name}/{variant}" for name in named for variant in selection.variants_of(name)]
+        named = selection.containing(pattern, every)
+    if families or kinds:  # imports the cases, whose forms it reads
+        pairs = [(cases.get(*name.split("/")), name) for name in named]
+        named = [name for _, name in selection.cases_of(pairs, families, kinds)]
+    columns = Column("name", no_wrap=True), "difficulty" if slash else "title", "" if slash else "variants"
     table = Table(*columns, title=title, box=SIMPLE_HEAD, padding=(0, 1))
-    for each in entries:
-        table.add_row(each.name, each.title, ", ".join(each.variants))
-    return table
+    for name in named:
+        case, _, variant = name.partition("/")
+        if slash:
+            table.add_row(name, escape(selection.variants_of(case)[variant]))
+        else:
+            table.add_row(name, entry(name).title, ", ".join(entry(name).variants))
+    out.print(table)
+    return named[0]
 
 
 def integrators_table(found: Iterable[Integrator]) -> Table:
-    columns = Column("id", no_wrap=True), Column("order", justify="right"), Column("accepts", no_wrap=True)
+    """A row for each integrator: its order, the forms that it accepts, and what it is for."""
+    columns = (
+        Column("id", no_wrap=True),
+        Column("order", justify="right"),
+        *(Column(each, min_width=11) for each in ("accepts", "for")),
+    )
     table = Table(*columns, title="Integrators", box=SIMPLE_HEAD, padding=(0, 1))
     for one in found:
         accepted = ", ".join(kind.__name__ for kind in one.accepts)
-        table.add_row(escape(one.id), "" if one.order is None else str(one.order), accepted)
+        order = "" if one.order is None else str(one.order)
+        name = one.id if len(one.id) <= LONGEST else one.id.replace(" [", "\n [", 1)
+        table.add_row(escape(name), order, accepted, ", ".join(purposes(one)))
     return table
+
+
+def purposes(integrator: Integrator) -> list[str]:
+    """What a method is for, from its declaration: stiff equations, events, and the structure that it conserves."""
+    from gnomon.cases.core.forms import Hybrid
+    from gnomon.harness.registry.lookup import STIFF
+
+    found = ["stiff"] if integrator.id in STIFF else []
+    found += ["events"] if any(issubclass(kind, Hybrid) or kind is Hybrid for kind in integrator.accepts) else []
+    return found + [word for name, word in PURPOSES.items() if name in integrator.conserves]

@@ -45,6 +45,19 @@ problems = Shown(stderr=True, soft_wrap=True, emoji=False)
 
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
 
+CASE = "A case, case/variant, 'pattern*' or package.module:Case"
+INTEGRATOR = "An id, name, library, 'pattern*' or package.module:object"
+CaseArgument = Annotated[str | None, typer.Argument(help=f"{CASE}.")]
+CaseOption = Annotated[str | None, typer.Option("--case", help="The case; the same as the argument.")]
+Cases = Annotated[list[str] | None, typer.Option("--case", help=f"{CASE}; repeatable.")]
+IntegratorArgument = Annotated[str | None, typer.Argument(help=f"{INTEGRATOR}.")]
+IntegratorOption = Annotated[str | None, typer.Option("--integrator", help="The integrator; the same as the argument.")]
+Integrators = Annotated[list[str] | None, typer.Option("--integrator", help=f"{INTEGRATOR}; repeatable.")]
+Programs = Annotated[
+    str | None,
+    typer.Option("--command", help="A program that reads problems and writes states, as './mysolver --fast'."),
+]
+
 Libraries = Annotated[list[str] | None, typer.Option("--library", help="Only integrators of this library; repeatable.")]
 Families = Annotated[
     list[str] | None, typer.Option("--family", help="Only cases of this folder of cases/, as orbits; repeatable.")
@@ -112,6 +125,30 @@ def chosen(
     return selection.choose(names, variants, rounded=rounded, **given)
 
 
+def chosen_one(name: str, parameters: list[str] | None = None, rounded: bool = True) -> Case:
+    """The only case that a name selects; ValueError if there are several."""
+    found = [case for case, _ in chosen([name], False, parameters, rounded)]
+    if len(found) > 1:
+        listed = ", ".join(case.id for case in found[:5])
+        raise ValueError(f"{name} names {len(found)} cases, {listed}{' ...' if len(found) > 5 else ''}; give one")
+    return found[0]
+
+
+def one_of(argument: str | None, option: str | None, what: str) -> str | None:
+    """The name that is given as an argument or by its option, --case or --integrator; None if neither is."""
+    if argument is not None and option is not None:
+        raise ValueError(f"--{what} {option}: {argument} is named too; name one {what}")
+    return option if argument is None else argument
+
+
+def one_case(argument: str | None, option: str | None) -> str:
+    """The case, or the check, that is given as an argument or by --case."""
+    found = one_of(argument, option, "case")
+    if found is None:
+        raise ValueError("name a case, as pendulum_simple: gnomon list cases has them all")
+    return found
+
+
 def validate_workers(workers: int) -> None:
     if not 1 <= workers <= MOST_WORKERS:
         raise ValueError(f"--workers {cut(str(workers))}: give a number of processes from 1 to {MOST_WORKERS}")
@@ -165,7 +202,7 @@ def given_parameters(parameters: list[str] | None) -> dict[str, str]:
 
 
 def integrator_or_program(integrator: str | None, command: str | None) -> tuple[Integrator, str]:
-    """The integrator that a command line names, by an argument or by --command, and the words that name it."""
+    """The integrator that a command line names, by its name or by --command, and the words that name it."""
     from gnomon.harness.registry import lookup
     from gnomon.harness.verification.program_adapter import from_command
 

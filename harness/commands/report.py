@@ -11,7 +11,7 @@ from rich.markup import escape
 
 def report(
     run: options.ResultsFile,
-    to: Annotated[Path, options.path_option("The folder to write to.")] = Path("reports/local"),
+    to: Annotated[Path, options.path_option("The folder to write to.", "--out")] = Path("reports/local"),
     case: Annotated[
         list[str] | None,
         typer.Option(
@@ -34,7 +34,7 @@ def report(
     database, given = results_file(run), {name: case_class(name) for name in case or ()}
     with opening.reading(database, ()):
         pass  # raises, before a folder is made, if the file does not hold results of gnomon
-    options.ensure_folder(to, "--to")
+    options.ensure_folder(to, "--out")
     if figures:
         from gnomon.harness.reporting.report import write_report
 

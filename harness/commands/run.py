@@ -34,14 +34,8 @@ REPEAT = (
 
 
 def run(
-    case: Annotated[
-        list[str] | None,
-        typer.Option(help="A case, case/variant, 'pattern*' or package.module:Case; repeatable."),
-    ] = None,
-    integrator: Annotated[
-        list[str] | None,
-        typer.Option(help="An id, name, library, 'pattern*' or package.module:Class; repeatable."),
-    ] = None,
+    case: options.Cases = None,
+    integrator: options.Integrators = None,
     command: Annotated[
         list[str] | None,
         typer.Option(help="A program that reads problems and writes states, as './mysolver --fast'; repeatable."),

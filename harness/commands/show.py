@@ -9,9 +9,11 @@ from gnomon.harness.commands.options import out
 
 
 def show(
-    case: Annotated[str, typer.Argument(help="A case, case/variant or package.module:Case; a check or check/variant.")],
+    case: Annotated[str | None, typer.Argument(help=f"{options.CASE}; a check or check/variant.")] = None,
+    named: options.CaseOption = None,
     parameters: options.Parameters = None,
     plot: Annotated[Path | None, options.path_option("Draw the motion to this file: .svg, .png or .html.")] = None,
+    source: Annotated[bool, typer.Option("--source", help="Print equations as the functions of the case.")] = False,
     latex: Annotated[bool, typer.Option("--latex", help="Print only the equations of motion, in LaTeX.")] = False,
 ) -> None:
     """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""
@@ -23,21 +25,22 @@ def show(
 
     if plot is not None and plot.suffix not in DRAWINGS:
         raise ValueError(f"--plot {plot}: the name must end in one of {', '.join(DRAWINGS)}")
-    if case.partition("/")[0] in cases.check_names():
+    name = options.one_case(case, named)
+    if name.partition("/")[0] in cases.check_names():
         if plot is not None or latex:
-            raise ValueError(f"{case} is a check, without motion: there are no equations, and there is nothing to draw")
-        check, _, variant = case.partition("/")
+            raise ValueError(f"{name} is a check, without motion: there are no equations, and there is nothing to draw")
+        check, _, variant = name.partition("/")
         describe_check(cases.get_check(check, variant or None, **options.given_parameters(parameters)), out)
         return
-    (chosen,) = options.chosen([case], False, parameters, rounded=False)
+    chosen = options.chosen_one(name, parameters, rounded=False)
     if plot is not None:
         extras.require("report", "--plot")
         options.ensure_writable(plot, "--plot")
     if latex:
-        for text in equations_in_latex(chosen[0]):
+        for text in equations_in_latex(chosen):
             print(text)
     else:
-        describe(chosen[0], out)
+        describe(chosen, out, source)
     if plot is not None:
-        draw(chosen[0], plot)
+        draw(chosen, plot)
         out.print(f"The motion is drawn in {plot}.")

@@ -25,8 +25,10 @@ WRITE_SECONDS = 60.0
 
 def stability(
     integrator: Annotated[
-        list[str] | None,
-        typer.Option(help="An id, a name, a library, a pattern or package.module:Class; repeatable. By default all."),
+        list[str] | None, typer.Argument(help=f"{options.INTEGRATOR}; several. By default all.")
+    ] = None,
+    named: Annotated[
+        list[str] | None, typer.Option("--integrator", help="The same as an argument; repeatable.")
     ] = None,
     panel: Annotated[list[str] | None, typer.Option(help="A panel by its id; repeatable. By default all.")] = None,
     depth: Annotated[
@@ -53,7 +55,7 @@ def stability(
         raise ValueError("--update: name the file with --out")
     panel_run.seconds_of(depth)
     chosen = panel_run.chosen_panels(panel)
-    found = lookup.find_all(integrator)
+    found = lookup.find_all([*(integrator or ()), *(named or ())])
     if to is not None:
         options.ensure_writable(to, "--out")
     again = {(each.id, name) for each in found for name in panel or ()} if update else None

@@ -37,13 +37,10 @@ Picture = Annotated[
 
 
 def verify(
-    integrator: Annotated[str | None, typer.Argument(help="package.module:object, an id or a name.")] = None,
-    command: Annotated[
-        str | None, typer.Option(help="A program that reads problems and writes states, as './mysolver --fast'.")
-    ] = None,
-    case: Annotated[
-        list[str] | None, typer.Option(help="A case, or case/variant for a hard variant; repeatable.")
-    ] = None,
+    integrator: options.IntegratorArgument = None,
+    named: options.IntegratorOption = None,
+    command: options.Programs = None,
+    case: options.Cases = None,
     claim: Annotated[list[str] | None, typer.Option(help="A claim by its id; repeatable. By default all.")] = None,
     depth: Annotated[
         str, typer.Option(help="low, normal or high: how many cases, and how short the steps.")
@@ -70,6 +67,7 @@ def verify(
     from gnomon.harness.verification import verification_report
     from gnomon.harness.verification.baseline import case_names, read
 
+    integrator = options.one_of(integrator, named, "integrator")
     _validate(integrator, against, picture, case, claim)
     options.validate_workers(workers)
     if max_seconds is not None and not max_seconds > 0:

@@ -3,9 +3,10 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from gnomon.cases.core.forms import Form, SecondOrder
+from gnomon.cases.core.arithmetic import rebind
+from gnomon.cases.core.forms import Equations, Form, SecondOrder
 from gnomon.harness.kernels.traced import Node, Trace, Value, reached, traced
 
 _STRENGTH = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3}
@@ -33,15 +34,29 @@ def equation_text(form: Form, coordinates: Sequence[str], parameters: Sequence[s
 
     Sums and products keep the sequence of the case's own function. Raises ValueError for equations that branch.
     """
-    dimension = len(coordinates)
-    values = traced(form, Trace(dimension, len(parameters)))
+    values = traced(form, Trace(len(coordinates), len(parameters)))
+    written = _written(values, coordinates, parameters)
+    if isinstance(form, SecondOrder):
+        return replace(written, derivatives=(*coordinates[len(coordinates) // 2 :], *written.derivatives))
+    return written
+
+
+def function_text(function: Equations, coordinates: Sequence[str], parameters: Sequence[str]) -> EquationText:
+    """The values of any function of (t, state, parameters), such as a guard. Raises ValueError if it branches."""
+    trace = Trace(len(coordinates), len(parameters))
+    try:
+        values = rebind(function, trace.functions)(trace.t, trace.state, trace.parameters)
+    except TypeError as error:  # from a function that takes numbers only
+        raise ValueError(f"it cannot be traced: {error}") from error
+    return _written(values, coordinates, parameters)
+
+
+def _written(values: Sequence[Value], coordinates: Sequence[str], parameters: Sequence[str]) -> EquationText:
     names = {"t": "t"}
     names |= {f"y[{i}]": name for i, name in enumerate(coordinates)}
     names |= {f"p[{i}]": name for i, name in enumerate(parameters)}
     writer = _Writer(values, names)
     derivatives = tuple(writer.text(value)[0] for value in values)
-    if isinstance(form, SecondOrder):
-        derivatives = (*coordinates[dimension // 2 :], *derivatives)
     return EquationText(tuple(writer.where), derivatives)
 
 

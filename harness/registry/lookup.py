@@ -20,6 +20,8 @@ from gnomon.reference.storage.importing import confined
 ADAPTERS = [f"gnomon.harness.adapters.{name}" for library in LIBRARIES.values() for name in library.modules]
 MODULES: list[str] = [*declared("registry", "modules.toml")["modules"], *ADAPTERS]
 """Modules with a tuple `INTEGRATORS`."""
+STIFF = frozenset(declared("registry", "stiff.toml")["ids"])
+"""The ids of methods for stiff equations."""
 
 GROUP = "gnomon.integrators"
 

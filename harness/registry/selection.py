@@ -1,6 +1,6 @@
 """Selects cases by name, and cases and integrators by the options --library, --family and --kind."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeVar, get_args
 
 from gnomon.cases import Case
@@ -21,22 +21,53 @@ def choose(
 ) -> list[tuple[Case, str]]:
     """The cases with these names, each with a label for changed parameters; numbers are binary64 if `rounded`.
 
-    A name is a case (with all its variants if `variants`), a pattern of case names with * and ?, `case/variant`, or
-    `package.module:Case`. Without names all cases are chosen.
+    A name is a case (with all its variants if `variants`), `case/variant`, `package.module:Case`, or a pattern of these
+    with * and ?. Without names all cases are chosen.
     """
     label = "".join(f" {name}={value}" for name, value in parameters.items())
-    found = []
-    given = [each for name in names or () for each in (matching(name, cases.names()) if is_pattern(name) else [name])]
-    for name in dict.fromkeys(given) or cases.names():
+    made: dict[tuple[str, str | None], Case] = {}
+    for name in expanded(names or cases.names()):
         base, slash, variant = name.partition("/")
         listed: list[str | None] = [None]
         if slash:
             listed = [None if variant == DEFAULT else variant]
         elif variants:
             listed += [v.name for v in cases.case_class(base).variants]
-        made = [cases.get(base, v, **parameters) for v in listed]
-        found += [(case.rounded() if rounded else case, label) for case in made]
-    return found
+        made |= {(base, v): cases.get(base, v, **parameters) for v in listed if (base, v) not in made}
+    return [(case.rounded() if rounded else case, label) for case in made.values()]
+
+
+def expanded(names: Iterable[str], checks: bool = False) -> list[str]:
+    """The names, each once, with the names that a pattern matches in its place: of cases, and of checks if `checks`.
+
+    A pattern with a slash, as kepler_orbit/*, matches variants, `default` among them. Raises ValueError for a pattern
+    that matches nothing.
+    """
+    known = (*cases.names(), *(cases.check_names() if checks else ()))
+    found: list[str] = []
+    for name in names:
+        base, slash, _ = name.partition("/")
+        bases = matching(base, known) if is_pattern(base) else [base]
+        if not is_pattern(name):
+            found.append(name)
+        elif not slash:
+            found += bases
+        else:
+            found += matching(name, [f"{one}/{variant}" for one in bases for variant in variants_of(one)])
+    return list(dict.fromkeys(found))
+
+
+def variants_of(name: str) -> dict[str, str]:
+    """The variants of a case or a check, each with its difficulty."""
+    kind = cases.check_class(name) if name in cases.check_names() else cases.case_class(name)
+    return {DEFAULT: ""} | {variant.name: variant.stresses for variant in kind.variants}
+
+
+def containing(part: str, names: Iterable[str]) -> list[str]:
+    """The names with this part, in either case of letters, or that match it if it is a pattern; ValueError for none."""
+    names = list(names)
+    found = [] if is_pattern(part) else [name for name in names if part.lower() in name.lower()]
+    return found or matching(part, names)
 
 
 def family(case: type[Case]) -> str:

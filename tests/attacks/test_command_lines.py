@@ -56,8 +56,13 @@ def options() -> Iterator[Line]:
     yield [""], 2, ("No such command",)
     yield ["list", "planets"], 2, ("planets", "cases", "checks", "integrators")
     yield ["list", "cases", "checks"], 2, ("checks",)
-    for command in ("show", "report", "export"):
+    for command in ("report", "export"):
         yield [command], 2, ("Missing argument", f"gnomon {command} --help")
+    for command in ("show", "exact"):
+        yield [command], 2, ("name a case",)
+        yield [command, "pendulum_simple", "--case", "kepler_orbit"], 2, ("kepler_orbit", "pendulum_simple", "one case")
+        yield [command, "kepler_orbit/e*"], 2, ("kepler_orbit/e*", "give one")
+    yield ["verify", "RK4", "--integrator", "DOP853"], 2, ("DOP853", "RK4", "one integrator")
     yield ["compare", "results.sqlite"], 2, ("Missing argument",)
     for limit in ("0", "-1", "-0.0", "1e-320", "1e308", "1e400", "inf", "-inf", "nan", "1e-7", "1e7"):
         yield ["run", *RK4, "--limit", limit], 2, ("--limit", "positive number of seconds", "1e-06", "1e+06")
@@ -130,7 +135,7 @@ def paths() -> Iterator[Line]:
     ):
         for command in (*reading, ["run", *RK4, "--out"]):
             yield [*command, path], 2, (words,)
-        yield ["certify", "projectile_parabola", "--to", path], 2, (words,)
+        yield ["certify", "projectile_parabola", "--out", path], 2, (words,)
     odd = ("notes.txt", "notes.sqlite", "folder.sqlite", "pipe.sqlite", "/dev/null")
     for path in (*odd, "no_such_folder", "empty.sqlite"):
         for command in reading:
@@ -138,21 +143,22 @@ def paths() -> Iterator[Line]:
     for path in odd:
         yield ["run", *RK4, "--out", path], 2, (path,)
     for path in ("folder", "pipe.sqlite", "/dev/null", "notes.txt/a.json"):
-        yield ["certify", "projectile_parabola", "--to", path], 2, (f"--to {path}",)
+        yield ["certify", "projectile_parabola", "--out", path], 2, (f"--out {path}",)
         yield ["certify", "projectile_parabola", "--independent", path], 2, (f"--independent {path}",)
-        yield ["export", "results.sqlite", "--to", path], 2, (f"--to {path}",)
-    yield ["certify", "projectile_parabola", "--to", "a.json", "--independent", "a.json"], 2, ("--independent a.json",)
-    yield ["export", "results.sqlite", "--to", "results.sqlite"], 2, ("--to results.sqlite", "these are the results")
+        yield ["export", "results.sqlite", "--out", path], 2, (f"--out {path}",)
+    yield ["certify", "projectile_parabola", "--out", "a.json", "--independent", "a.json"], 2, ("--independent a.json",)
+    yield ["export", "results.sqlite", "--out", "results.sqlite"], 2, ("--out results.sqlite", "these are the results")
     for path in ("notes.txt", "/dev/null", "notes.txt/page"):
-        yield ["report", "results.sqlite", "--to", path], 2, (f"--to {path}",)
+        yield ["report", "results.sqlite", "--out", path], 2, (f"--out {path}",)
+    yield ["export", "results.sqlite", "--to", "a.csv"], 2, ("--out",)  # as it was called once
     for path in ("motion.docx", "motion", ".svg/"):
         yield ["show", "pendulum_simple", "--plot", path], 2, ("the name must end in one of .svg, .png",)
     yield ["show", "pendulum_simple", "--plot", "drawing.svg"], 2, ("--plot drawing.svg is a folder",)
     yield ["show", "pendulum_simple", "--plot", "notes.txt/a.svg"], 2, ("--plot notes.txt/a.svg",)
     if Path("/proc").is_dir():  # nobody can write there, and permissions say that root could
         for command, option, name in (
-            *((["certify", "projectile_parabola"], "--to", "a.json"), (["run", *RK4], "--out", "a.sqlite")),
-            *((["export", "results.sqlite"], "--to", "a.csv"), (["report", "results.sqlite"], "--to", "page")),
+            *((["certify", "projectile_parabola"], "--out", "a.json"), (["run", *RK4], "--out", "a.sqlite")),
+            *((["export", "results.sqlite"], "--out", "a.csv"), (["report", "results.sqlite"], "--out", "page")),
             (["show", "pendulum_simple"], "--plot", "a.svg"),
         ):
             yield [*command, option, f"/proc/{name}"], 2, (f"{option} /proc/{name}", "cannot be written")
@@ -250,8 +256,8 @@ def common() -> Iterator[Line]:
         (["stability", "--depth", "deep"], "no depth is called 'deep'"),
         (["stability", "--workers", "0"], "--workers 0: give a number of processes from 1 to"),
         (["stability", "--out", "folder"], f"--out folder {folder}"),
-        (["certify", "projectile_parabola", "--to", "folder"], f"--to folder {folder}"),
-        (["certify", "projectile_parabola", "--to", "/dev/null"], f"--to /dev/null {pipe}"),
+        (["certify", "projectile_parabola", "--out", "folder"], f"--out folder {folder}"),
+        (["certify", "projectile_parabola", "--out", "/dev/null"], f"--out /dev/null {pipe}"),
         (["run", *RK4, "--out", "notes.txt"], "results.sqlite: cannot be written (File exists); name another place"),
         (["run", *RK4, "--integrator", "raises:Thing"], "raises:Thing: RuntimeError: boom"),
         (["run", *RK4, "--integrator", "unwritten:Thing"], "unwritten:Thing: SyntaxError: "),

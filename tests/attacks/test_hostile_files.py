@@ -60,7 +60,7 @@ def test_a_file_that_holds_more_or_less_than_ours_is_refused(
     place, *statements = STRUCTURES[name]
     path = change(*statements)
     before = path.read_bytes()
-    for arguments in (["export", path, "--to", path.with_suffix(".csv")], ["compare", path, path], ["report", path]):
+    for arguments in (["export", path, "--out", path.with_suffix(".csv")], ["compare", path, path], ["report", path]):
         assert gnomon(*map(str, arguments)) == 2
         _one_line(capfd, str(path), place)
     with pytest.raises(ValueError, match=re.escape(place)):
@@ -267,7 +267,7 @@ def test_names_are_shown_as_the_text_that_they_are(
     assert gnomon("compare", str(path), str(path)) == 0
     assert "\x1b" not in "".join(capfd.readouterr())
     table = tmp_path / "table.csv"
-    assert gnomon("export", str(path), "--to", str(table)) == 0
+    assert gnomon("export", str(path), "--out", str(table)) == 0
     assert "\x1b" not in table.read_text()
 
 

@@ -234,7 +234,7 @@ def test_a_file_of_another_author_names_few_shards(shards: list[Path]) -> None:
 def test_the_page_says_what_is_missing(shards: list[Path], tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     target = tmp_path / "two.sqlite"
     gnomon("merge", *map(str, shards[:2]), "--out", str(target))
-    assert gnomon("report", str(target), "--to", str(tmp_path / "page"), "--case", "planted:Short") == 0
+    assert gnomon("report", str(target), "--out", str(tmp_path / "page"), "--case", "planted:Short") == 0
     assert "shard 3/3 is missing" in capfd.readouterr().err
     for name in ("index.html", "summary.md"):
         assert "shard 3/3 is missing" in (tmp_path / "page" / name).read_text()

@@ -84,7 +84,7 @@ def test_comparing_two_files(benchmark: Any, large: Path) -> None:
 def test_a_command_takes_little_memory(command: str, large: Path, tmp_path: Path) -> None:
     """The whole process, imports included. The script that draws charts is made once for each version of a library."""
     report_pack.pack_vega()
-    arguments = ["--to", str(tmp_path)] if command == "report" else [str(large)]
+    arguments = ["--out", str(tmp_path)] if command == "report" else [str(large)]
     words = [sys.executable, "-c", PROGRAM, command, str(large), *arguments]
     printed = subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout
     assert int(printed.split()[-1]) / 1024 <= MOST_MEGABYTES

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import gnomon
@@ -37,7 +38,7 @@ def test_run_export_and_compare_work_together(tmp_path: Path, capfd: pytest.Capt
     assert gnomon(*run, "--out", str(tmp_path)) == 0
     assert "measurements" in capfd.readouterr().out
     target = tmp_path / "rows.json"
-    assert gnomon("export", str(tmp_path), "--format", "json", "--to", str(target)) == 0
+    assert gnomon("export", str(tmp_path), "--format", "json", "--out", str(target)) == 0
     rows = json.loads(target.read_text())
     assert len(rows) == len(store.load(tmp_path))
     assert {row["integrator_id"] for row in rows} == {"planted:sound"}
@@ -74,3 +75,22 @@ def test_a_shell_completes_commands(monkeypatch: pytest.MonkeyPatch, capsys: pyt
 def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
     assert gnomon("--version") == 0
     assert capsys.readouterr().out == f"gnomon {version('gnomon')}\n"
+
+
+def test_every_command_takes_cases_and_integrators_by_the_same_options() -> None:
+    """What a command is about is its argument, and has the option too; everything else has the option alone."""
+    import typer
+    from gnomon.harness.commands.cli import app
+
+    group: Any = typer.main.get_command(app)
+    commands = {name: each for name, each in group.commands.items() if name != "baseline"}
+    commands["write"] = group.commands["baseline"].commands["write"]
+    with_case = {"show", "exact", "run", "ensemble", "verify", "write", "certify"}
+    with_integrator = {"run", "ensemble", "verify", "write", "stability"}
+    for name, command in commands.items():
+        named = {option for each in command.params for option in each.opts}
+        assert not {"--to", "--cases", "--integrators", "--method"} & named
+        assert ("--integrator" in named) == (name in with_integrator)
+        assert ("--case" in named) == (name in with_case | {"report"})  # of a report: code that may be imported
+        for subject in {"case", "integrator"} & {each.name for each in command.params if each.opts == [each.name]}:
+            assert f"--{subject}" in named

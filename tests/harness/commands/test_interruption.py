@@ -149,14 +149,14 @@ def ended(process: subprocess.Popen[str]) -> str:
     "arguments",
     [
         ["run", "--case", "long_motion:Long", "--integrator", "RK4", "--out", "results.sqlite"],
-        ["certify", "long_motion:Long", "--to", "certificates.json"],
+        ["certify", "long_motion:Long", "--out", "certificates.json"],
         pytest.param(
             ["run", "--case", "pendulum_simple/default", "--suite", "quick", "--integrator", "long_motion:Compiled"],
             marks=pytest.mark.slow,
         ),
         ["ensemble", "--case", "pendulum_simple", "--integrator", "long_motion:Later", "--samples", "1000"],
         pytest.param(
-            ["certify", "long_motion:Long", "long_motion:Longer", "--to", "certificates.json"], marks=pytest.mark.slow
+            ["certify", "long_motion:Long", "long_motion:Longer", "--out", "certificates.json"], marks=pytest.mark.slow
         ),
     ],
     ids=["exact motion", "certify", "compilation", "ensemble", "certify in processes"],

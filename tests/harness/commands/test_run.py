@@ -14,7 +14,7 @@ def test_a_run_in_which_nothing_ran_says_why(tmp_path: Path, capfd: pytest.Captu
     assert gnomon(*arguments) == 1
     line = capfd.readouterr().err.strip().splitlines()[-1]
     assert line.startswith("nothing ran (unsupported: ")
-    assert gnomon("report", out, "--to", str(tmp_path)) == 2
+    assert gnomon("report", out, "--out", str(tmp_path)) == 2
     line = capfd.readouterr().err.strip().splitlines()[-1]
     assert line.startswith(f"error: {out}: nothing in it ran, so there is nothing to report (unsupported: ")
     assert not (tmp_path / "index.html").exists()

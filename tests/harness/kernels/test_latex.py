@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from case_equations import EVERY
 from gnomon.harness.kernels.equation_text import EquationText, equation_text
-from gnomon.harness.kernels.latex import latex, symbol
+from gnomon.harness.kernels.latex import dotted, latex, symbol
 
 FUNCTIONS = {rf"\{name}": getattr(math, name) for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp")}
 FUNCTIONS |= {r"\arcsin": math.asin, r"\arccos": math.acos, r"\arctan": math.atan, r"\ln": math.log}
@@ -23,8 +23,9 @@ class Reader:
     def __init__(self, text: str, values: Mapping[str, float]) -> None:
         self.values = values
         words = sorted([*values, *FUNCTIONS], key=len, reverse=True)
-        other = [r"\\frac", r"\\sqrt", r"\\left\(", r"\\right\)", r"\\cdot", r"[0-9.]+", r"[-+^{},]"]
+        other = [r"\\frac", r"\\sqrt", r"\\cdot", r"(?<=\^)[0-9]", r"[0-9.]+", r"[-+^{},()/]"]
         pattern = "|".join([*map(re.escape, words), *other])
+        text = text.replace(r"\left", "").replace(r"\right", "").replace(r"\,", "")
         self.tokens = re.findall(pattern, text)
         assert "".join(self.tokens) == text.replace(" ", ""), "every character has a meaning"
 
@@ -42,19 +43,28 @@ class Reader:
 
     def product(self) -> float:
         value = self.factor()
-        while self.take(r"\cdot") or (self.tokens and self.tokens[0] not in ("+", "-", "}", ",", r"\right)")):
+        while self.take(r"\cdot") or (self.tokens and self.tokens[0] not in ("+", "-", "}", ",", ")", "/")):
             value *= self.factor()
+        while self.take("/"):
+            value /= self.factor()
         return value
 
     def factor(self) -> float:
         base = self.atom()
-        return base ** self.braced() if self.take("^") else base
+        return base ** self.atom() if self.take("^") else base
 
     def braced(self) -> float:
         assert self.take("{")
         value = self.sum()
         assert self.take("}")
         return value
+
+    def arguments(self) -> list[float]:
+        found = [self.sum()]
+        while self.take(","):
+            found.append(self.sum())
+        assert self.take(")")
+        return found
 
     def atom(self) -> float:
         if self.tokens[0] == "{":
@@ -64,13 +74,13 @@ class Reader:
             return self.braced() / self.braced()
         if token == r"\sqrt":
             return math.sqrt(self.braced())
-        if token in FUNCTIONS or token == r"\left(":
-            assert token == r"\left(" or self.take(r"\left(")
-            arguments = [self.sum()]
-            while self.take(","):
-                arguments.append(self.sum())
-            assert self.take(r"\right)")
-            return float(FUNCTIONS[token](*arguments)) if token in FUNCTIONS else arguments[0]
+        if token in FUNCTIONS:
+            power = self.atom() if self.take("^") else 1  # the power of a function's value stands behind its name
+            arguments = self.arguments() if self.take("(") else [self.atom()]
+            return float(FUNCTIONS[token](*arguments)) ** power
+        if token == "(":
+            (value,) = self.arguments()
+            return value
         return self.values[token] if token in self.values else float(token)
 
 
@@ -83,7 +93,7 @@ def read(text: str, values: dict[str, float], states: list[str]) -> list[float]:
         reader = Reader(expression, values)
         values = values | {name: reader.sum()}
         assert not reader.tokens
-    return [values[rf"\dot{{{state}}}"] for state in states]
+    return [values[dotted(state)] for state in states]
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -95,11 +105,11 @@ def test_latex_and_functions_give_the_same_derivatives(name: str) -> None:
     t, state, numbers = equations.at_random(3)
     symbols = [symbol(x) for x in ("t", *coordinates, *parameters)]
     assert len(set(symbols)) == len(symbols)
-    values = dict(zip(symbols, [t, *state, *numbers], strict=True))
+    values = dict(zip(symbols, [t, *state, *numbers], strict=True)) | {r"\pi": math.pi}
     text = latex(equation_text(equations.form, coordinates, parameters), coordinates)
-    found = read(text, values, [symbol(x) for x in coordinates])
+    found = read(text, values, coordinates)
     wanted = [float(x) for x in equations.form.equations(t, tuple(state), tuple(numbers))]
-    # The same operations; a few round in another sequence.
+    # The same operations, most of them in another sequence.
     assert found == pytest.approx(wanted, rel=1e-12, abs=1e-12 * max(map(abs, wanted)))
 
 
@@ -111,6 +121,11 @@ def test_parentheses_and_numbers() -> None:
 
 
 def test_symbols_of_names() -> None:
-    assert [symbol(x) for x in ("theta", "I1", "mu_k", "rate", "x", "omega2")] == [
-        r"\theta", "I_{1}", r"\mu_{k}", r"\mathrm{rate}", "x", r"\omega_{2}",
+    names = ("theta", "I1", "mu_k", "rate", "x", "omega2", "vx", "vx12", "phidot", "th1", "rho_air")
+    assert [symbol(x) for x in names] == [
+        r"\theta", "I_1", r"\mu_k", r"\mathrm{rate}", "x", r"\omega_2", "v_x", r"v_{\mathrm{x12}}", r"\dot\phi",
+        r"\theta_1", r"\rho_{\mathrm{air}}",
+    ]  # fmt: skip
+    assert [dotted(x) for x in ("theta", "x1", "phidot", "rate")] == [
+        r"\dot\theta", r"\dot x_1", r"\ddot\phi", r"\dot{\mathrm{rate}}",
     ]  # fmt: skip

@@ -114,7 +114,7 @@ def test_a_file_that_is_not_a_baseline_is_refused_in_one_line(
 def test_the_commands_write_and_compare(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "baseline.txt"
     named = ("planted_methods:good_verlet", "--case", "pendulum_simple")
-    assert gnomon("baseline", "write", *named, "--to", str(path)) == 0
+    assert gnomon("baseline", "write", *named, "--out", str(path)) == 0
     alone = ("--depth", "low", "--claim", "repeatable", "--baseline", str(path))
     assert gnomon("verify", *named, *alone) == 0
     assert "settings, 0 regressions" in capsys.readouterr().out
