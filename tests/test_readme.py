@@ -17,7 +17,7 @@ LONGEST = 30
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """A folder with the README's file and the metadata that installing it would leave."""
-    (source,) = (block for block in re.findall(r"```python\n(.*?)```", README.read_text(), re.S) if "class " in block)
+    (source,) = (block for block in re.findall(r"```python\n(.*?)```", README.read_text(), re.S) if "midpoint" in block)
     assert len(source.splitlines()) <= LONGEST
     (tmp_path / "midpoint.py").write_text(source)
     (entry,) = re.findall(r"```\n(\[project\.entry-points.*?)```", README.read_text(), re.S)
@@ -32,7 +32,7 @@ def project(tmp_path: Path) -> Path:
 
 def run(project: Path, named: str, limit: str) -> pd.DataFrame:
     """The trials that succeeded, from the smallest setting on, of a run with so many seconds for each trial."""
-    from gnomon.harness import load
+    from gnomon import load
 
     environment = os.environ | {"PYTHONPATH": str(project)}
     results = project / "mine.sqlite"
@@ -44,17 +44,17 @@ def run(project: Path, named: str, limit: str) -> pd.DataFrame:
     done = subprocess.run(command, cwd=project, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     table = load(results)
-    assert set(table["integrator_id"]) == {"mine:Midpoint"}
+    assert set(table["integrator_id"]) == {"mine:midpoint"}
     return table[table["status"] == "ok"].sort_values("setting")
 
 
 def test_the_integrator_of_the_readme_is_found_by_its_entry_point(project: Path) -> None:
     """Only its longest steps fit into the limit."""
-    assert len(run(project, "Midpoint", "0.1")) >= 1
+    assert len(run(project, "midpoint", "0.1")) >= 1
 
 
 def test_the_integrator_of_the_readme_runs_by_path_and_has_its_order(project: Path) -> None:
-    good = run(project, "midpoint:Midpoint", "2")
+    good = run(project, "midpoint:midpoint", "2")
     assert len(good) >= 4
     # second order: half the step, a quarter of the error, at the small steps
     ratio = good["error_max"].iloc[1] / good["error_max"].iloc[0]

@@ -75,7 +75,7 @@ def ensemble(
     if out_path is not None:
         _write(job, found, out_path)
     if parquet is not None:
-        out.print(f"samples: {parquet}, read by gnomon.harness.load_ensemble", highlight=False)
+        out.print(f"samples: {parquet}, read by gnomon.load_ensemble", highlight=False)
     if not found.scored:
         problems.print("all samples failed")
         raise typer.Exit(1)

@@ -50,7 +50,7 @@ def describe(case: Case, out: Console, source: bool = False) -> None:
     `source`: the functions that state the dynamics instead of formulas.
     """
     _head(case, {"Case": type(case), "Exact motion": type(case.motion())}, out)
-    lines = None if source else _formulas(case)
+    lines = None if source else formulas(case)
     if lines is None:
         _code("Equations of motion", _functions(case), out)
     else:
@@ -153,7 +153,7 @@ def _equations(case: Case) -> Iterator[tuple[str, EquationText]]:
         yield mode.name, equation_text(forms.FirstOrder(mode.equations), coordinates, names)
 
 
-def _formulas(case: Case) -> list[str] | None:
+def formulas(case: Case) -> list[str] | None:
     """The equations of motion as formulas, a line each; None if they cannot be traced, as equations that branch."""
     coordinates, parameters = ([x.name for x in each] for each in (case.state, case.parameter_list))
     lines: list[str] = []

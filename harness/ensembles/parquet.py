@@ -1,4 +1,4 @@
-"""Write the samples of an ensemble as Parquet files, one a part, and read them (`gnomon.harness.load_ensemble`)."""
+"""Write the samples of an ensemble as Parquet files, one a part, and read them (`gnomon.load_ensemble`)."""
 
 from __future__ import annotations
 

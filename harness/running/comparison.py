@@ -22,6 +22,7 @@ from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.progress import Progress
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 WIDTH = 110
@@ -109,7 +110,7 @@ class Comparison:
         table.add_column("not solved")
         for key, series in found.items():
             name = [problem_name(*key[:3])] if several else []
-            table.add_row(*name, key[3], *_cells(series))
+            table.add_row(*name, escape(key[3]), *_cells(series))
         return table
 
 

@@ -4,7 +4,7 @@ import math
 import time
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import product
 from numbers import Real
@@ -233,6 +233,14 @@ class CaseEquations:
     case: str
     coordinates: tuple[str, ...]
     parameters: dict[str, float]
+    text: Callable[[], tuple[list[str], list[str]]] = field(repr=False)
+    """The lines of the equations as text, and in LaTeX."""
+
+    def __repr__(self) -> str:
+        return "\n".join(self.text()[0])
+
+    def _repr_latex_(self) -> str:
+        return "\n".join(f"$${each}$$" for each in self.text()[1])
 
     @cached_property
     def _kernel(self) -> Any:

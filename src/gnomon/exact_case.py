@@ -10,8 +10,9 @@ from mpmath.libmp import to_str
 
 from gnomon.cases.core import registry
 from gnomon.cases.core.case import Case
+from gnomon.harness.commands.show_case import equations_in_latex, formulas
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.registry import selection
+from gnomon.harness.registry import lookup, selection
 from gnomon.harness.running.own_functions import CaseEquations
 from gnomon.reference.numerics.precision import Number, exact
 
@@ -157,7 +158,11 @@ class ExactCase:
     @cached_property
     def equations(self) -> CaseEquations:
         """The equations of motion: `print` shows them, a call (t, y) gives the derivatives, `gnomon.solve` takes them."""
-        return CaseEquations(self.case.all_forms(), self.case.name, self.coordinates, self._parameters)
+        return CaseEquations(self.case.all_forms(), self.case.name, self.coordinates, self._parameters, self._text)
+
+    def _text(self) -> tuple[list[str], list[str]]:
+        """The lines of the equations, and their LaTeX."""
+        return formulas(self.case) or [f"gnomon show {self.case.name} prints them"], [*equations_in_latex(self.case)]
 
     @property
     def _parameters(self) -> dict[str, float]:
@@ -286,6 +291,11 @@ def list_cases(pattern: str = "") -> list[str]:
     >>> gnomon.list_cases("kepler")
     ['kepler_orbit']
     """
+    if not isinstance(pattern, str):
+        raise ValueError(f"pattern={pattern!r}: give a part of a name")
+    if "/" in pattern:
+        return selection.expanded([pattern])
+    return selection.containing(pattern, registry.names())
 
 
 def list_integrators(pattern: str = "") -> list[str]:
@@ -312,3 +322,6 @@ def list_integrators(pattern: str = "") -> list[str]:
     >>> gnomon.list_integrators("scipy:R*")
     ['scipy:RK45', 'scipy:Radau', 'scipy:RK45 [events]', 'scipy:Radau [events]']
     """
+    if not isinstance(pattern, str):
+        raise ValueError(f"pattern={pattern!r}: give a part of an id")
+    return selection.containing(pattern, lookup.everything())

@@ -82,10 +82,11 @@ def test_a_run_with_closed_streams_measures_what_any_run_does(closed: str, tmp_p
 
 
 SCRIPT = """
-import gnomon.harness
+import gnomon
 
 if __name__ == "__main__":
-    statuses = set(gnomon.harness.compare("planted:Short", "planted:Sound", limit_seconds=0.05)["status"])
+    found = gnomon.compare(gnomon.case("planted:Short"), "planted:Sound", limit_seconds=0.05)
+    statuses = {row["status"] for row in found.rows}
     assert "ok" in statuses and "crashed" not in statuses
 """
 

@@ -19,7 +19,7 @@ from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, references, selection
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
-from gnomon.harness.running.planned_run import compare
+from gnomon import compare
 from gnomon.reference.storage import import_closure
 from waiting import LIMIT_SECONDS
 
@@ -187,7 +187,7 @@ def test_an_object_of_a_module_runs_from_the_command_line(
 NOTEBOOK = """
 import json
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness import compare
+from gnomon import compare
 from planted import Short
 from thetas_of_a_user import Told, Theta
 
@@ -211,7 +211,7 @@ def a_half():
 
 
 found = compare(Short(), [mine, Told(a_half)])
-print(json.dumps(found[["integrator_id", "status", "setting", "error_max"]].to_dict("list")))
+print(json.dumps(found.frame()[["integrator_id", "status", "setting", "error_max"]].to_dict("list")))
 """
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from command_line import gnomon
-from gnomon.harness import load_ensemble
+from gnomon import load_ensemble
 from gnomon.harness.ensembles.ensemble_run import samples_of
 
 COMMAND = ("ensemble", "--case", "pendulum_simple", "--integrator", "planted_ensembles:Fails")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from gnomon.harness import load_ensemble
+from gnomon import load_ensemble
 from gnomon.harness.ensembles import ensemble_run
 from gnomon.harness.ensembles.draws import Varied
 from gnomon.harness.ensembles.ensemble_run import Job

@@ -15,7 +15,7 @@ import pytest
 from gnomon.harness.registry import selection
 from gnomon.harness.results import regression, store
 from gnomon.harness.running import plan
-from gnomon.harness.running.planned_run import compare, run
+from gnomon.harness.running.planned_run import run
 from gnomon.harness.system.progress import Progress
 from waiting import LIMIT_SECONDS, wait_until, with_variable
 
@@ -177,14 +177,6 @@ def test_pairs_that_are_left_out_have_a_reason(tmp_path: Path) -> None:
     assert rows["setting"].isna().all()
 
 
-def test_compare_for_notebooks_runs_a_class_and_returns_a_frame() -> None:
-    rows = compare(CASE, planted.Sound, limit_seconds=2.0)
-    assert (rows["status"] == "ok").any()
-    assert set(rows["integrator_id"]) == {"planted:sound"}
-    with pytest.raises(ValueError, match="did you mean"):
-        compare("pendulum_simpel", planted.Sound)
-
-
 def measurements(path: Path) -> list[tuple[str, int]]:
     with sqlite3.connect(path) as db:
         return list(db.execute("SELECT trial_key, launch FROM measurements ORDER BY measurement"))
@@ -195,9 +187,9 @@ def test_a_script_needs_no_main_guard(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(
         "from gnomon import cases\n"
-        "from gnomon.harness import compare\n"
+        "import gnomon\n"
         f"case = cases.get('harmonic_oscillator', span='{tmp_path.stat().st_mtime_ns % 1000 + 5000}/1000')\n"
-        "print(*compare(case, 'gnomon:RK4')['status'])\n"
+        "print(*(row['status'] for row in gnomon.compare(case, 'gnomon:RK4').rows))\n"
     )
     ran = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=LIMIT_SECONDS, check=False)
     assert (ran.stdout.split(), ran.returncode) == (["ok"] * 11, 0), ran.stderr
