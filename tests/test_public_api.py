@@ -1,12 +1,11 @@
-"""Names that outsiders import have a docstring with the sections that their signature needs, and an example that runs.
-
-These names are the ones that the README and docs/ import, and all names of the packages in PACKAGES.
-"""
+"""What outsiders import: one package, light and whole in any order; its names have docstrings with examples that run."""
 
 import doctest
 import importlib
 import inspect
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("gnomon.verify", "gnomon.harness", "gnomon.cases", "gnomon.cases.declare")
+PACKAGES = ("gnomon", "gnomon.verify", "gnomon.cases", "gnomon.cases.declare")
 IMPORT = re.compile(r"^ *from (gnomon[\w.]*) import (?:\(([^)]*)\)|([^(\n;]*))", re.M)
 
 
@@ -40,9 +39,52 @@ def _public() -> dict[str, Any]:
 PUBLIC = _public()
 
 
-def test_the_pages_import_more_than_the_packages_name() -> None:
-    """The search for imports works: the documents show classes of `contract`, which no package above names."""
-    assert "gnomon.harness.contract.integrator.Solution" in PUBLIC
+def test_pages_import_nothing_deeper_than_the_three_modules() -> None:
+    """A user learns `gnomon`, `gnomon.cases` and `gnomon.verify`; pages on gnomon's own machine code may look inside."""
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+    inside = {ROOT / "docs" / "theory" / "machine_code.md", ROOT / "docs" / "development.md"}
+    lines = re.compile(r"^ *(?:from|import) (gnomon\.\S+)|python -c [\"'].*?(?:from|import) (gnomon\.[\w.]+)", re.M)
+    found = {
+        page.name: [a or b for a, b in lines.findall(page.read_text("utf-8"))] for page in pages if page not in inside
+    }
+    assert any(found.values()), "the search finds imports"
+    deeper = {name: set(used) - {"gnomon.cases", "gnomon.verify"} for name, used in found.items()}
+    assert not any(deeper.values()), deeper
+
+
+def ran(script: str) -> str:
+    """The output of a script in a process of its own."""
+    return subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+
+
+def test_import_loads_no_numbers_and_no_libraries() -> None:
+    """A command line, a notebook and a test suite import gnomon long before they use it."""
+    heavy = ran("import sys, gnomon; print(*sys.modules)").split()
+    assert "gnomon" in heavy
+    assert not {"numpy", "scipy", "mpmath", "numba", "llvmlite", "pandas", "rich", "importlib.metadata"} & set(heavy)
+
+
+@pytest.mark.parametrize("first", ["cases", "verify", "harness", "case", "solve"])
+def test_every_name_is_there_whichever_comes_first(first: str) -> None:
+    """A submodule that is imported takes the place of a name of the package: none has the name of a function."""
+    script = f"""
+import importlib
+if "{first}" in ("case", "solve"):
+    import gnomon
+    gnomon.{first}
+else:
+    importlib.import_module("gnomon.{first}")
+import gnomon, gnomon.verify, gnomon.cases, types
+assert all(getattr(gnomon, name) is not None for name in dir(gnomon))
+assert isinstance(gnomon.verify, types.ModuleType) and callable(gnomon.verify.verify) and callable(gnomon.case)
+print(len(dir(gnomon)))
+"""
+    assert int(ran(script)) > 20
+
+
+def test_a_name_that_does_not_exist_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="'gnomon' has no attribute 'solv'"):
+        getattr(importlib.import_module("gnomon"), "solv")  # noqa: B009 - the name is the point
 
 
 @pytest.mark.parametrize("name", PUBLIC)

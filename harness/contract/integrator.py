@@ -436,6 +436,19 @@ def each_start(
     callable
         A function of initial states, float64 array of shape (n, dimension), that calls `solve_one` for one start after
         the other and returns a Solution. Its `steps` is None unless every call gave a number.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import gnomon
+    >>> def resting(t, y, p):
+    ...     return (0.0,)
+    >>> problem = gnomon.Problem(gnomon.FirstOrder(resting), 1, np.empty(0), np.array([0.5, 1.0]), time_scale=1.0)
+    >>> def stay(start, out):
+    ...     out[:] = start
+    ...     return 1, None
+    >>> each_start(problem, stay)(np.ones((3, 1))).states.shape
+    (3, 2, 1)
     """
 
     def solve(initial_states: Floats) -> Solution:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.equal_error import TARGETS, Reached, reached
 from gnomon.harness.results.equal_error import credited as credited

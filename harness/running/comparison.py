@@ -6,6 +6,7 @@ import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any
 
 from gnomon.cases import Case
@@ -29,8 +30,8 @@ WIDTH = 110
 SERIES = ("case", "variant", "formulation", "integrator_id")
 Names = tuple[str, ...]
 NOTE = (
-    "Time of a whole call at equal error, without preparation: the median of repeated calls{launches}. < : the loosest"
-    " setting has less error already. Error: the largest of 64 samples, relative to the size of the motion."
+    "Time of a whole call without preparation: the median of repeated calls{launches}. < : the loosest setting has less"
+    " error already. Error: the largest of 64 samples, relative to the size of the motion."
 )
 INTERPRETED = " Yours ({}) runs in Python; gnomon's own are compiled: their times differ by the language too."
 
@@ -48,8 +49,8 @@ class Comparison:
     --------
     >>> import gnomon
     >>> found = gnomon.compare("harmonic_oscillator", ["gnomon:DOP853", "gnomon:RK4"])
-    >>> {row["integrator_id"] for row in found.rows}
-    {'gnomon:DOP853', 'gnomon:RK4'}
+    >>> sorted({row["integrator_id"] for row in found.rows})
+    ['gnomon:DOP853', 'gnomon:RK4']
     >>> found.times("gnomon:DOP853")["harmonic_oscillator"][1e-6] > 0
     True
     """
@@ -87,7 +88,7 @@ class Comparison:
         note = NOTE.format(launches=f" and of {launches} launches" if launches > 1 else "")
         own = sorted({row["integrator_id"] for row in self.rows if not _compiled(row)})
         console.print(note + (INTERPRETED.format(", ".join(own)) if own else ""), highlight=False)
-        return text.getvalue()
+        return "\n".join(line.rstrip() for line in text.getvalue().strip().splitlines())
 
     def _series(self) -> dict[Names, list[dict[str, Any]]]:
         found: dict[Names, list[dict[str, Any]]] = {}
@@ -100,12 +101,13 @@ class Comparison:
     def _table(self) -> Table:
         found = self._series()
         several = len({key[:3] for key in found}) > 1
-        title = None if several else problem_name(*next(iter(found))[:3]) if found else None
+        where = "" if several or not found else f"{problem_name(*next(iter(found))[:3])}: "
+        title = f"{where}time at equal error"
         table = Table(box=SIMPLE_HEAD, padding=(0, 1), title=title, title_justify="left")
         for name in (*(["problem"] if several else []), "integrator"):
             table.add_column(name, no_wrap=True)
         for target in TARGETS:
-            table.add_column(f"time at {error_text(target).replace('1.0', '1')}", justify="right", no_wrap=True)
+            table.add_column(f"at {error_text(target).replace('1.0', '1')}", justify="right", no_wrap=True)
         table.add_column("least error", justify="right", no_wrap=True)
         table.add_column("not solved")
         for key, series in found.items():
@@ -179,7 +181,7 @@ def compare(
     """
     chosen = [pair for case in _several(cases, "cases") for pair in _case(case)]
     found = lookup.find_all([_integrator(one) for one in _several(integrators, "integrators")])
-    if not 0 < limit_seconds < math.inf:
+    if not isinstance(limit_seconds, Real) or not 0 < limit_seconds < math.inf:
         raise ValueError(f"limit_seconds={limit_seconds!r}: give a positive number of seconds")
     if not isinstance(launches, int) or launches < 1:
         raise ValueError(f"launches={launches!r}: give a whole number from 1 on")

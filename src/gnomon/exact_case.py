@@ -40,8 +40,8 @@ class ExactCase:
     >>> import gnomon
     >>> swing = gnomon.case("pendulum_simple", L=2)
     >>> print(swing.exact(1.5, digits=30))
-    theta = 1.76143013405270110303573476286
-    omega = -2.22806823033393120903573476286
+    theta = -1.66220343990834854387903446503
+    omega = -1.78520163125831186890431114758
     """
 
     def __init__(self, case: Case) -> None:
@@ -246,7 +246,7 @@ def case(
     Examples
     --------
     >>> import gnomon
-    >>> gnomon.case("kepler_orbit/escape_parabolic").coordinates
+    >>> gnomon.case("kepler_orbit/e09").coordinates
     ('x', 'y', 'vx', 'vy')
     """
     if isinstance(name, ExactCase):

@@ -19,9 +19,10 @@ from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, references, selection
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
-from gnomon import compare
 from gnomon.reference.storage import import_closure
 from waiting import LIMIT_SECONDS
+
+from gnomon import compare
 
 CASE = "pendulum_simple"
 THETAS = """

@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 from command_line import gnomon
-from gnomon import load_ensemble
 from gnomon.harness.ensembles.ensemble_run import samples_of
+
+from gnomon import load_ensemble
 
 COMMAND = ("ensemble", "--case", "pendulum_simple", "--integrator", "planted_ensembles:Fails")
 

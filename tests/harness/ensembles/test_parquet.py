@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from gnomon import load_ensemble
 from gnomon.harness.ensembles import ensemble_run
 from gnomon.harness.ensembles.draws import Varied
 from gnomon.harness.ensembles.ensemble_run import Job
 from gnomon.harness.ensembles.samples import Ensemble
+
+from gnomon import load_ensemble
 
 FAILS = Ensemble(
     "pendulum_simple", "planted_ensembles:Fails", 1e-9, (Varied("theta", -7.0, 7.0), Varied("omega", -8.0, 8.0))
