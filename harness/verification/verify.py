@@ -79,9 +79,9 @@ class Row:
     finding: Finding
 
 
-@dataclass
+@dataclass(repr=False)
 class Report:
-    """The result of a verification.
+    """The result of a verification; `print` shows the failures and the number of claims.
 
     Attributes
     ----------
@@ -111,6 +111,17 @@ class Report:
     against: tuple[str, str] | None = None
     claims: tuple[str, ...] = ()
     diagnosis: str | None = None
+
+    def __repr__(self) -> str:
+        failed = [
+            f"failed: {row.claim} on {row.case}{' at ' * bool(row.finding.setting)}{row.finding.setting}:"
+            f" {row.finding.got}, expected {row.finding.expected}"
+            for row in self.of(Outcome.FAILED)
+        ]
+        cases = len({row.case for row in self.rows})
+        found = ", ".join(f"{len(self.of(each))} {each.value}" for each in Outcome)
+        cause = [f"likely cause: {self.diagnosis}"] if self.diagnosis else []
+        return "\n".join([*failed, *cause, f"{self.integrator}: {self.checked} claims checked on {cases} cases: {found}"])
 
     def of(self, outcome: Outcome) -> list[Row]:
         """The rows with this outcome."""
