@@ -79,6 +79,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "hierarchies": hierarchy_rows(run.hierarchies),
         "engine_settings": engine_settings(run.frame),
         "calls": describe_calls(),
+        "given": sorted(set(ran["library"]) - {OURS, *LIBRARIES}),
         "python_call": PYTHON_CALL,
         "meanings": style.MEANINGS,
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},

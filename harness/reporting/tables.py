@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, own, preparations, records
@@ -136,9 +137,15 @@ def _times(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _beside(at: Sequence[Mapping[str, Any]]) -> str:
-    """The fastest in-house integrator if the first row is third-party, and the reverse; empty without one."""
+    """The fastest in-house integrator if the first row is third-party, and the reverse; empty without one.
+
+    An integrator that the run was given has no ratio: a method in Python is interpreted, the others are compiled.
+    """
+    known = {OURS, *LIBRARIES}
+    if at[0]["library"] not in known:
+        return ""
     ours = at[0]["library"] == OURS
-    found = next((row for row in at if (row["library"] == OURS) != ours), None)
+    found = next((row for row in at if row["library"] in known and (row["library"] == OURS) != ours), None)
     side = "third-party" if ours else "in-house"
     return f"best {side}: {found['integrator_id']} {ratio_text(found['ratio'])}\N{NO-BREAK SPACE}×" if found else ""
 

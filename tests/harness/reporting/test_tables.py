@@ -85,9 +85,17 @@ def test_a_cell_names_the_one_that_is_separated_from_all_others_or_the_tie() -> 
 
 
 def test_the_best_of_the_other_side_stands_beside_the_one_that_is_named() -> None:
-    ours = EQUAL.assign(library=EQUAL["library"].replace("x", "gnomon"))
+    ours = EQUAL.assign(library=EQUAL["library"].replace({"x": "gnomon", "y": "scipy"}))
     _, second = tables.fastest(ours, [("a", ""), ("b", "")])
     assert _plain(second.cells[SIX].note).endswith("first use not measured · best third-party: y:three 5.0 ×")
+
+
+def test_a_users_own_integrator_is_no_third_party_and_has_no_ratio_to_compiled_code() -> None:
+    """It may run in Python: neither as the best beside gnomon's own, nor with the best of the others beside it."""
+    for library, other in (("gnomon", "mine"), ("mine", "scipy")):
+        given = EQUAL.assign(library=EQUAL["library"].replace({"x": library, "y": other}))
+        _, second = tables.fastest(given, [("a", ""), ("b", "")])
+        assert "best" not in second.cells[SIX].note
 
 
 @pytest.mark.parametrize(
