@@ -18,7 +18,7 @@ def show(
 ) -> None:
     """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.commands.show_case import DRAWINGS, describe, describe_check, draw, equations_in_latex
+    from gnomon.harness.commands.show_case import DRAWINGS, describe, describe_check, equations_in_latex
     from gnomon.harness.system import extras
 
     from gnomon import cases
@@ -42,5 +42,7 @@ def show(
     else:
         describe(chosen, out, source)
     if plot is not None:
+        from gnomon.harness.commands.motion_picture import draw
+
         draw(chosen, plot)
         out.print(f"The motion is drawn in {plot}.")

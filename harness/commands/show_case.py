@@ -1,4 +1,4 @@
-"""Print a case or a check for `gnomon show`, and draw a motion."""
+"""Print a case or a check for `gnomon show`; write a drawing."""
 
 import inspect
 import sys
@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from gnomon.cases import Case, Check
 from gnomon.cases.core import forms
 from gnomon.cases.core.numbers import show as number
@@ -22,8 +21,6 @@ from rich.table import Table
 
 DRAWINGS = (".svg", ".png", ".html")
 POINTS = 1200
-DRAWN_SCALES = 80.0
-"""The largest number of time scales in a drawing, as more oscillations would merge."""
 
 
 FUNCTIONS = (
@@ -78,34 +75,21 @@ def describe_check(check: Check, out: Console) -> None:
     _variants(check, out)
 
 
-def draw(case: Case, path: Path) -> None:
-    """Draw the exact motion over time, one panel a group of coordinates, to a file with an ending of `DRAWINGS`."""
-    import altair  # slow to load: only a drawing needs it
-    import pandas
+def save(chart: Any, data: Mapping[str, Any] | None, path: Path) -> None:
+    """Write a chart of Altair, with its data by name, to a file with an ending of `DRAWINGS`."""
+    import vl_convert  # slow to load: only a drawing needs it
 
-    span = min(float(case.times[-1]), DRAWN_SCALES * case.time_scale)
-    times = np.linspace(0.0, span, POINTS)
-    motion = pandas.DataFrame(case.sample(times), columns=[c.name for c in case.state]).assign(t=times)
-    panels = []
-    for group in dict.fromkeys(coordinate.group for coordinate in case.state):
-        names, units = zip(*((c.name, c.unit) for c in case.state if c.group == group), strict=True)
-        panels.append(
-            altair.Chart(motion.melt("t", names, "coordinate"), width=640, height=180)
-            .mark_line(strokeWidth=1.5)
-            .encode(
-                x=altair.X("t:Q", title="t (s)"),
-                y=altair.Y("value:Q", title=f"{group} ({units[0]})", scale=altair.Scale(zero=False)),
-                color=altair.Color("coordinate:N", title=None),
-            )
-        )
-    save(altair.vconcat(*panels, title=f"{case.title}: {case.id}").resolve_scale(color="independent"), path)
-
-
-def save(chart: Any, path: Path) -> None:
-    """Write a chart of Altair to a file with an ending of `DRAWINGS`."""
+    # Altair's own way to a file takes seconds for the data, and more for their validation.
+    specification = chart.to_dict(validate=False)
+    if data is not None:
+        specification["datasets"] = data
+    if path.suffix == ".html":
+        written = vl_convert.vegalite_to_html(specification, bundle=True).encode()
+    else:
+        svg = vl_convert.vegalite_to_svg(specification)
+        written = svg.encode() if path.suffix == ".svg" else vl_convert.svg_to_png(svg, scale=2)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with diskcache.whole(path) as part:
-        chart.save(str(part), **({"scale_factor": 2} if path.suffix == ".png" else {}))
+    diskcache.replace(path, written)
 
 
 def source_file(kind: type) -> str:

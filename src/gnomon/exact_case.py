@@ -14,6 +14,7 @@ from gnomon.harness.commands.show_case import equations_in_latex, formulas
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.running.own_functions import CaseEquations
+from gnomon.harness.system.extras import require
 from gnomon.reference.numerics.precision import Number, exact
 
 MOST_DIGITS = 1000
@@ -187,7 +188,10 @@ class ExactCase:
         >>> import gnomon
         >>> gnomon.case("kepler_orbit").plot().save("orbit.svg")
         """
-        return motion_chart(self.case)
+        require("report", "a chart")
+        from gnomon.harness.commands.motion_picture import chart  # loads Altair, an optional package
+
+        return chart(self.case)
 
 
 class ExactState(dict[str, Decimal]):
