@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from importlib.util import find_spec
 
 EXTRAS: Mapping[str, tuple[str, ...]] = {
-    "report": ("altair", "jinja2", "pandas", "PIL", "pyarrow", "vl_convert"),
+    "report": ("altair", "jinja2", "jsonschema", "pandas", "PIL", "pyarrow", "vl_convert"),
     "cluster": ("dask", "distributed"),
     "test": ("pytest",),
 }
@@ -17,10 +17,10 @@ def lacking(extra: str) -> str | None:
 
 
 def require(extra: str, what: str) -> None:
-    """Raise ValueError if a module of an extra is not installed; it says `what` needs it, and the way out."""
+    """Raise ValueError if a module of an extra is not installed; it names `what` needs it, and the way out."""
     name = lacking(extra)
     if name is not None:
-        raise ValueError(f"{what} needs {name}, which is not installed: {install(extra)}")
+        raise ValueError(f"{what} needs the extra {extra} ({name} is not installed): {install(extra)}")
 
 
 def install(extra: str) -> str:

@@ -22,6 +22,7 @@ from gnomon.harness.contract.integrator import Floats, Names, Problem, Refused, 
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable, count, short
 from gnomon.harness.kernels.equation_text import equation_text
+from gnomon.harness.verification.schema_subset import faults
 
 VERSION = 1
 FORMS: Mapping[str, type] = {"FirstOrder": FirstOrder, "SecondOrder": SecondOrder}
@@ -63,15 +64,12 @@ def describe_line() -> str:
 def description(line: str) -> Description:
     """The description in a line. Raises Unusable for an invalid one."""
     found = _object(line)
-    try:
-        wrong = next(_schema_of_descriptions().iter_errors(found), None)
-    except RecursionError:
-        raise Unusable("wrote JSON that is nested too deeply") from None
-    if wrong is not None:
-        if wrong.validator == "required":
-            raise Unusable(f"wrote {short(wrong.instance)}: {wrong.message}")
-        _wrong(wrong.json_path.removeprefix("$."), wrong.instance, f"it is {wrong.schema['description']}")
+    schema = _schema()
+    for wrong in faults(schema["description"], found):
+        _wrong(*wrong)
     sweep = found["sweep"]
+    for wrong in faults(schema["steps" if sweep["kind"] == "step" else "tolerances"], sweep, "sweep"):
+        _wrong(*wrong)
     kind = SWEEPS[sweep["kind"]]
     known = {name: sweep[name] for name in kind.__dataclass_fields__ if name in sweep and name != "kind"}
     declared: dict[str, Any] = {field.name: found[field.name] for field in fields(Description) if found.get(field.name)}
@@ -80,11 +78,8 @@ def description(line: str) -> Description:
 
 
 @cache
-def _schema_of_descriptions() -> Any:
-    from jsonschema import Draft202012Validator  # slow to load: only where a program describes itself
-
-    schema = json.loads((files("gnomon.harness.verification") / "protocol.schema.json").read_text("utf-8"))
-    return Draft202012Validator(schema["$defs"]["description"] | {"$defs": schema["$defs"]})
+def _schema() -> Any:
+    return json.loads((files("gnomon.harness.verification") / "protocol.schema.json").read_text("utf-8"))["$defs"]
 
 
 def problem_parts(problem: Problem, kind: str, setting: float) -> tuple[str, str]:
@@ -199,7 +194,7 @@ def _text(found: Mapping[str, Any], key: str) -> str:
 
 
 def _wrong(key: str, value: Any, rule: str) -> NoReturn:
-    raise Unusable(f"wrote {key} = {short(value)}: {rule}")
+    raise Unusable(f"wrote {f'{key} = ' if key else ''}{short(value)}: {rule}")
 
 
 def _unnamed(problem: Problem) -> Names:

@@ -434,3 +434,52 @@ def test_a_program_is_verified_on_the_cases_that_it_knows(rk4: Path, capsys: pyt
     assert "1 claims checked on 1 cases, 1 passed" in capsys.readouterr().out
     assert gnomon("verify", "--command", str(rk4), "--depth", "low", "--case", "duffing_unforced") == 2
     assert "0 claims checked" in capsys.readouterr().out
+
+
+DESCRIBED = {
+    "protocol": 1, "name": "mine", "order": 4, "sweep": {"kind": "step", "coarsest": 0.5, "halvings": 8},
+    "forms": ["FirstOrder"], "counts_rhs": True, "sampling": "grid", "conserves": ["energy"], "jacobian": "exact",
+}  # fmt: skip
+TOLERANCES = {"kind": "tolerance", "loosest": 1e-2, "tightest": 1e-12, "per_decade": 1}
+ODD = [
+    None,
+    True,
+    False,
+    0,
+    1,
+    1.0,
+    1.5,
+    -1,
+    61,
+    1001,
+    1e999,
+    "",
+    "a",
+    "exact",
+    [],
+    ["FirstOrder"],
+    [1],
+    {},
+    {"kind": "step"},
+]
+
+
+@pytest.mark.parametrize("sweep", [DESCRIBED["sweep"], TOLERANCES])
+def test_a_description_is_admitted_as_the_schema_says(sweep: dict[str, Any]) -> None:
+    """Every key with every odd value, and without it: the code validates without the library of JSON Schema."""
+    whole = DESCRIBED | {"sweep": sweep}
+    found = [whole | {name: value} for name in DESCRIBED for value in ODD]
+    found += [whole | {"sweep": sweep | {name: value}} for name in sweep for value in ODD]
+    found += [{name: value for name, value in whole.items() if name != left} for left in whole]
+    lines = [json.dumps(each).replace("Infinity", "1e999") for each in found]
+    admitted = [described(line) for line in lines]
+    assert admitted == [valid(line, "description") for line in lines]
+    assert 0 < sum(admitted) < len(lines)
+
+
+def described(line: str) -> bool:
+    try:
+        protocol.description(line)
+    except Unusable:
+        return False
+    return True
