@@ -100,15 +100,15 @@ def _orbit(case: Case, states: Any) -> list[Any]:
         {"scale": altair.Scale(domain=[m - p / scale * 0.52, m + p / scale * 0.52], nice=False, zero=False), "title": t}
         for m, p, t in zip(middle, pixels, ("x (m)", "y (m)"), strict=True)
     )
-    legend = altair.Legend() if len(bodies) > 1 else None
     layers = []
     for body, (first, second) in bodies.items():
         base = altair.Chart(altair.NamedData("motion")).encode(
             x=altair.X(f"{case.state[first].name}:Q", **x),
             y=altair.Y(f"{case.state[second].name}:Q", **y),
-            color=altair.Color(datum=f"body {body}", title=None, legend=legend),
             order="n:Q",
         )
+        if len(bodies) > 1:
+            base = base.encode(color=altair.ColorDatum(f"body {body}", title=None))
         start = base.transform_filter("datum.n == 0").mark_point(filled=True, size=60, stroke=INK, opacity=1)
         layers += [base.mark_line(strokeWidth=1.5), start]
     return [altair.layer(*layers, width=pixels[0], height=pixels[1])]
