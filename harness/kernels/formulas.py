@@ -72,8 +72,9 @@ def on_symbols(function: Any, trace: Trace) -> Callable[..., Any]:
         return types.MethodType(on_symbols(function.__func__, trace), function.__self__)
     if isinstance(function, types.FunctionType):
         return rebind(function, trace.functions | {"numpy": NUMPY})
-    called: Callable[..., Any] = function
-    return on_symbols(called.__call__, trace) if isinstance(called.__call__, types.MethodType) else called
+    method = function.__call__
+    found: Callable[..., Any] = on_symbols(method, trace) if isinstance(method, types.MethodType) else function
+    return found
 
 
 def _text(nodes: Sequence[Node], values: Sequence[Value]) -> tuple[tuple[str, ...], str]:
@@ -86,7 +87,7 @@ def _text(nodes: Sequence[Node], values: Sequence[Value]) -> tuple[tuple[str, ..
         number = int(value) if isinstance(value, int | np.integer) else float(value)
         return f"({number!r})" if math.copysign(1, number) < 0 else repr(number)
 
-    lines = []
+    lines: list[str] = []
     for node in nodes:
         if not node.arguments:
             names[node] = node.operation.replace("y[", "state[").replace("p[", "parameters[")

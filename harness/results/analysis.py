@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, SCORED, Status
-from gnomon.harness.results.equal_error import TARGETS, Reached, reached
+from gnomon.harness.results.equal_error import TARGETS as TARGETS
+from gnomon.harness.results.equal_error import Reached, reached
 from gnomon.harness.results.equal_error import credited as credited
 from gnomon.harness.results.equal_error import crossing as crossing
 from gnomon.harness.results.equal_error import time_at as time_at

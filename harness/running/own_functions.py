@@ -272,8 +272,9 @@ def with_events(equations: OwnEquations, events: Sequence[Callable[..., Any]]) -
     assert isinstance(form, FirstOrder)
     guards = []
     for event in events:
-        if getattr(event, "terminal", False) not in (True, False, None):
-            raise ValueError(f"{place(event)}: terminal={event.terminal!r} counts events; give True or False")
+        ends = getattr(event, "terminal", False)
+        if ends not in (True, False, None):
+            raise ValueError(f"{place(event)}: terminal={ends!r} counts events; give True or False")
         try:
             guards.append(OwnFunction(event, equations.clock, own.arguments, 1, equations.start).formulas())
         except NoFormulasError as error:

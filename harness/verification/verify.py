@@ -121,7 +121,9 @@ class Report:
         cases = len({row.case for row in self.rows})
         found = ", ".join(f"{len(self.of(each))} {each.value}" for each in Outcome)
         cause = [f"likely cause: {self.diagnosis}"] if self.diagnosis else []
-        return "\n".join([*failed, *cause, f"{self.integrator}: {self.checked} claims checked on {cases} cases: {found}"])
+        return "\n".join(
+            [*failed, *cause, f"{self.integrator}: {self.checked} claims checked on {cases} cases: {found}"]
+        )
 
     def of(self, outcome: Outcome) -> list[Row]:
         """The rows with this outcome."""

@@ -13,6 +13,8 @@ from gnomon.cases.core.forms import SecondOrder as SecondOrder
 from gnomon.cases.core.forms import SemiLinear as SemiLinear
 from gnomon.cases.core.forms import Separable as Separable
 from gnomon.cases.core.forms import Transition as Transition
+from gnomon.comparison import Comparison as Comparison
+from gnomon.comparison import compare as compare
 from gnomon.exact_case import ExactCase as ExactCase
 from gnomon.exact_case import case as case
 from gnomon.exact_case import list_cases as list_cases
@@ -28,8 +30,6 @@ from gnomon.harness.contract.integrator import each_start as each_start
 from gnomon.harness.ensembles.parquet import load_ensemble as load_ensemble
 from gnomon.harness.kernels.equations import right_hand_side as right_hand_side
 from gnomon.harness.results.store import load as load
-from gnomon.harness.running.comparison import Comparison as Comparison
-from gnomon.harness.running.comparison import compare as compare
 from gnomon.harness.running.solve import OdeResult as OdeResult
 from gnomon.harness.running.solve import solve as solve
 

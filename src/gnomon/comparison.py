@@ -9,6 +9,11 @@ from dataclasses import dataclass, replace
 from numbers import Real
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import SCORED, Status
@@ -21,10 +26,6 @@ from gnomon.harness.running.planned_run import run
 from gnomon.harness.system.extras import require
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.progress import Progress
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 WIDTH = 110
 SERIES = ("case", "variant", "formulation", "integrator_id")
@@ -111,8 +112,8 @@ class Comparison:
         table.add_column("least error", justify="right", no_wrap=True)
         table.add_column("not solved")
         for key, series in found.items():
-            name = [problem_name(*key[:3])] if several else []
-            table.add_row(*name, escape(key[3]), *_cells(series))
+            problem = [problem_name(*key[:3])] if several else []
+            table.add_row(*problem, escape(key[3]), *_cells(series))
         return table
 
 
