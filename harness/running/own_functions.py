@@ -54,17 +54,20 @@ class Clock:
 
 @dataclass(frozen=True)
 class Arguments:
-    """The arguments `args` of a user's functions; `numbers` are parameters of the compiled equations."""
+    """The arguments `args` of a user's functions; their numbers are parameters of the equations, unless they are `fixed`."""
 
     args: tuple[Any, ...]
+    fixed: bool = False
 
     @property
     def numbers(self) -> list[float]:
-        return [float(each) for each in self.args if _is_number(each)]
+        return [] if self.fixed else [float(each) for each in self.args if _is_number(each)]
 
     def with_parameters(self, parameters: Sequence[Any]) -> list[Any]:
         """The arguments with `parameters` in place of their numbers; all as given if there are none."""
-        values = iter(parameters if len(parameters) else self.numbers)
+        if not len(parameters):
+            return list(self.args)
+        values = iter(parameters)
         return [next(values) if _is_number(each) else each for each in self.args]
 
 
@@ -162,21 +165,22 @@ class OwnEquations:
     ) -> None:
         half = len(start) // 2
         of, by = (start[:half], replace(clock, mirrored=0)) if accelerations else (start, clock)
-        self.own = OwnFunction(function, by, arguments, len(of), of, 1.0 if accelerations else clock.direction)
-        self.clock = clock
-        self.start, self.parameters = start, arguments.numbers
+        self.clock, self.start = clock, start
         self.called: Called | None = None
-        self.reason = ""
-        try:
-            equations = self.own.formulas()
-        except NoFormulasError as error:
-            self._call_from_python(str(error), accelerations)
-        else:
-            form: Form = SecondOrder(equations) if accelerations else FirstOrder(equations)
-            self.forms = tuple(dict.fromkeys(x for x in (form, first_order(form)) if x is not None))
+        for each in (arguments, replace(arguments, fixed=True)):  # it may branch on a number of `args`
+            self.own = OwnFunction(function, by, each, len(of), of, 1.0 if accelerations else clock.direction)
+            self.parameters = each.numbers
+            try:
+                equations = self.own.formulas()
+            except NoFormulasError as error:
+                self.reason = str(error)
+            else:
+                form: Form = SecondOrder(equations) if accelerations else FirstOrder(equations)
+                self.forms = tuple(dict.fromkeys(x for x in (form, first_order(form)) if x is not None))
+                return
+        self._call_from_python(accelerations)
 
-    def _call_from_python(self, reason: str, accelerations: bool) -> None:
-        self.reason, self.parameters = reason, []
+    def _call_from_python(self, accelerations: bool) -> None:
         found = self.called = self.own.called()
         self.forms = (FirstOrder(found),)
         if accelerations:
@@ -190,7 +194,7 @@ class OwnEquations:
         if where not in _TOLD:
             _TOLD.add(where)
             warnings.warn(
-                f"{where} has no formulas ({reason[:160]}). It is called from Python, which takes"
+                f"{where} has no formulas ({self.reason[:160]}). It is called from Python, which takes"
                 f" {1e6 * self.own.seconds():.2g} microseconds a call; compiled equations take about .1",
                 stacklevel=4,
             )

@@ -6,14 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gnomon.cases.core.arithmetic import calling
 from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.registry import get
 from gnomon.cases.orbits.kepler_orbit import KeplerOrbit
 from gnomon.harness.adapters.heyoka import INTEGRATORS, FastTaylor, Taylor, system
 from gnomon.harness.contract.integrator import Problem, Refused, Unsupported
 from gnomon.harness.contract.problem import initial_state, problem_of
-from gnomon.harness.running.solve import solve
 from on_cases import solved
+
+from gnomon import solve
 
 heyoka = pytest.importorskip("heyoka", reason="heyoka is optional: pip install 'gnomon[peers]'")
 
@@ -229,13 +231,13 @@ OPAQUE = {
 def test_equations_without_an_expression_are_unsupported_by_name(policy: type[Taylor], equations: Any) -> None:
     """An expression of heyoka is true and unequal to every number: of two branches it would take one in silence."""
     with pytest.raises(Unsupported, match=re.escape(OPAQUE[equations])):
-        solve(equations, 0.0, [1.2, 0.0], [0.5, 1.0], 1e-9, policy())
+        solve(FirstOrder(calling(equations, "t, state", "alone")), (0, 1), [1.2, 0.0], policy(), rtol=1e-9)
 
 
 def test_a_branch_on_a_parameter_is_taken() -> None:
     """heyoka is given the parameters as numbers."""
-    states = solve(signed, 0.0, [2.0], [1.0], 1e-14, Taylor(), parameters=[-1.0])
-    assert states[0, 0] == pytest.approx(2 * np.exp(-1), rel=1e-13)
+    found = solve(FirstOrder(signed), (0, 1), [2.0], Taylor(), rtol=1e-14, args=[-1.0])
+    assert found.y[0, -1] == pytest.approx(2 * np.exp(-1), rel=1e-13)
 
 
 def signed(t: Any, state: Values, parameters: Values) -> Values:

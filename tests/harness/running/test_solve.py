@@ -133,6 +133,17 @@ def test_arguments_are_parameters_and_other_objects_are_constants() -> None:
         assert np.abs(found.y - there.y).max() < CLOSE
 
 
+def test_equations_may_branch_on_an_argument() -> None:
+    """Its numbers are constants then: every value has formulas of its own."""
+
+    def damped(t: float, y: Any, c: float) -> Any:
+        return [y[1], -y[0] - c * y[1]] if c > 0 else [y[1], -y[0]]
+
+    for c in (0.0, 0.5):
+        found = solve(damped, ENDS, START, "gnomon:Taylor", args=(c,))
+        assert np.abs(found.y - by_scipy(fun=damped, args=(c,), t_eval=found.t).y).max() < 1e-6
+
+
 def branching(t: float, y: Any) -> Any:
     return (y[1], -sin(y[0])) if y[0] > -9 else (0.0, 0.0)
 
