@@ -4,12 +4,15 @@ Compiled functions pass numbers and arrays one by one, and each call that is not
 """
 
 import ast
+import inspect
 import json
 import os
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+
+from scipy.integrate import solve_ivp
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("reference", "cases", "harness", "src")
@@ -93,12 +96,11 @@ def key(function: ast.FunctionDef | ast.AsyncFunctionDef) -> Key:
 
 
 def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Without the instance or class, and without options of a command line, which its user names (`Annotated`)."""
+    """Without the instance or class, options of a command line, which its user names, and what SciPy's users know."""
     every = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
-    return sum(
-        one.arg not in ("self", "cls") and "Annotated[" not in ast.unparse(one.annotation or ast.Constant(None))
-        for one in every
-    )
+    known = {"self", "cls"} | (set(inspect.signature(solve_ivp).parameters) if function.name == "solve" else set())
+    kinds = [ast.unparse(one.annotation or ast.Constant(None)) for one in every if one.arg not in known]
+    return sum(not ("Annotated[" in kind or kind.startswith("options.")) for kind in kinds)
 
 
 def contracts_alone(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
