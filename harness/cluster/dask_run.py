@@ -23,15 +23,13 @@ from gnomon.harness.registry.references import reference
 from gnomon.harness.results.store import Store
 from gnomon.harness.running.cost import divided, predicted_seconds
 from gnomon.harness.running.plan import Series, Suite, Trial
-from gnomon.harness.running.planned_run import PlannedRun, open_run
+from gnomon.harness.running.planned_run import PlannedRun, Work, open_run
 from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.progress import Progress
 
 TASK_SECONDS = 4.0
 """The predicted cost of a task. Dask needs 1 ms for each task; a lost worker's task has to run again."""
-Work = tuple[Series, tuple[Trial, ...], Scorer]
-"""A series, its trials on this machine, its scorer."""
 
 
 def run(

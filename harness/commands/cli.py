@@ -19,6 +19,7 @@ from gnomon.harness.commands.export import export
 from gnomon.harness.commands.list import list_
 from gnomon.harness.commands.merge import merge
 from gnomon.harness.commands.options import out, problems
+from gnomon.harness.commands.plot import plot
 from gnomon.harness.commands.report import report
 from gnomon.harness.commands.run import run
 from gnomon.harness.commands.show import show
@@ -53,7 +54,7 @@ def gnomon(
 
 
 app.command("list")(list_)
-for command in (show, exact, run, merge, ensemble, report, compare, verify, stability, certify, export, doctor):
+for command in (show, exact, run, merge, ensemble, report, plot, compare, verify, stability, certify, export, doctor):
     app.command()(command)
 app.add_typer(baseline, name="baseline")
 

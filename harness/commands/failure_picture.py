@@ -55,7 +55,7 @@ def draw(integrator: Integrator, depth: str, row: Row, path: Path) -> None:
         raise ValueError(
             f"--picture {path}: {integrator.id} on {row.case} gave {found[0].finding.got}, nothing is drawn"
         )
-    save(_chart(case, integrator, row, json.loads(found[0].finding.got)), None, path)
+    save(_chart(case, integrator, row, json.loads(found[0].finding.got)).to_dict(validate=False), path)
 
 
 def _measured(trials: Trials, text: str) -> dict[str, Any]:

@@ -23,8 +23,9 @@ LEAST = 1e-9
 
 
 def draw(case: Case, path: Path) -> None:
-    """Draw the exact motion to a file with an ending of `show_case.DRAWINGS`."""
-    save(*_charts(case), path)
+    """Draw the exact motion to a file with an ending of `options.DRAWINGS`."""
+    found, data = _charts(case)
+    save(found.to_dict(validate=False) | {"datasets": data}, path)
 
 
 def chart(case: Case) -> Any:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness.results.visible import shown
+from gnomon.harness.system import extras
 from rich.console import Console
 from rich.text import Text
 
@@ -69,6 +70,8 @@ Kinds = Annotated[
 
 OUTSTANDING = "Exit with 0 although trials are outstanding: planned, and interrupted or not run yet."
 MOST_WORKERS = 256
+DRAWINGS = (".svg", ".png", ".html")
+"""Endings of files that a drawing is written to."""
 PART = ".part.1234567.123456789012345."
 """A prefix as long as the prefix of the temporary name under which a file is written."""
 
@@ -161,6 +164,14 @@ def ensure_writable(path: Path, option: str) -> None:
     if path.exists() and not path.is_file():  # it would be replaced
         raise ValueError(f"{option} {path} is a device or a pipe; name a file")
     ensure_folder(path.parent, option, path)
+
+
+def ensure_drawing(path: Path, option: str) -> None:
+    """Raise ValueError if a drawing could not be made or written to this file."""
+    if path.suffix not in DRAWINGS:
+        raise ValueError(f"{option} {path}: the name must end in one of {', '.join(DRAWINGS)}")
+    extras.require("report", option)
+    ensure_writable(path, option)
 
 
 def ensure_folder(folder: Path, option: str, file: Path | None = None) -> None:

@@ -18,13 +18,10 @@ def show(
 ) -> None:
     """Print a case (equations, parameters, quantities, variants) or a check; draw the motion to a file."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.commands.show_case import DRAWINGS, describe, describe_check, equations_in_latex
-    from gnomon.harness.system import extras
+    from gnomon.harness.commands.show_case import describe, describe_check, equations_in_latex
 
     from gnomon import cases
 
-    if plot is not None and plot.suffix not in DRAWINGS:
-        raise ValueError(f"--plot {plot}: the name must end in one of {', '.join(DRAWINGS)}")
     name = options.one_case(case, named)
     if name.partition("/")[0] in cases.check_names():
         if plot is not None or latex:
@@ -34,8 +31,7 @@ def show(
         return
     chosen = options.chosen_one(name, parameters, rounded=False)
     if plot is not None:
-        extras.require("report", "--plot")
-        options.ensure_writable(plot, "--plot")
+        options.ensure_drawing(plot, "--plot")
     if latex:
         for text in equations_in_latex(chosen):
             print(text)

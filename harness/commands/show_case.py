@@ -19,7 +19,6 @@ from rich.markup import escape
 from rich.syntax import Syntax
 from rich.table import Table
 
-DRAWINGS = (".svg", ".png", ".html")
 POINTS = 1200
 
 
@@ -75,14 +74,13 @@ def describe_check(check: Check, out: Console) -> None:
     _variants(check, out)
 
 
-def save(chart: Any, data: Mapping[str, Any] | None, path: Path) -> None:
-    """Write a chart of Altair, with its data by name, to a file with an ending of `DRAWINGS`."""
+def save(specification: dict[str, Any], path: Path) -> None:
+    """Write a drawing, a specification of Vega-Lite with its data, to a file with an ending of `options.DRAWINGS`.
+
+    Altair's own way to a file takes seconds to copy and to validate the data.
+    """
     import vl_convert  # slow to load: only a drawing needs it
 
-    # Altair's own way to a file takes seconds for the data, and more for their validation.
-    specification = chart.to_dict(validate=False)
-    if data is not None:
-        specification["datasets"] = data
     if path.suffix == ".html":
         written = vl_convert.vegalite_to_html(specification, bundle=True).encode()
     else:

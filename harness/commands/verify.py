@@ -99,8 +99,6 @@ def _validate(
     integrator: str | None, against: str | None, picture: Path | None, case: list[str] | None, claim: list[str] | None
 ) -> None:
     """Raise ValueError for options that do not fit together."""
-    from gnomon.harness.commands.show_case import DRAWINGS
-    from gnomon.harness.system import extras
     from gnomon.harness.verification.claims import TIME
 
     if against is not None and integrator is None:
@@ -108,12 +106,9 @@ def _validate(
     if against is None and TIME in (claim or ()):
         raise ValueError(f"--claim {TIME} needs the other version: --against mypackage==1.2")
     if picture is not None:
-        extras.require("report", "--picture")
-        if picture.suffix not in DRAWINGS:
-            raise ValueError(f"--picture {picture}: the name must end in one of {', '.join(DRAWINGS)}")
+        options.ensure_drawing(picture, "--picture")
         if len(case or ()) != 1 or len(claim or ()) != 1 or against is not None:
             raise ValueError(f"--picture {picture} draws one claim on one case; give one --case and one --claim")
-        options.ensure_writable(picture, "--picture")
 
 
 def _verified(

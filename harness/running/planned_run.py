@@ -13,6 +13,7 @@ from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
 from gnomon.harness.kernels.compiling import cache_folder
+from gnomon.harness.measuring.kept_solution import kept_solution
 from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import declaration, environment, lookup, references
@@ -29,6 +30,8 @@ from gnomon.harness.system.streams import open_standard_streams
 from gnomon.reference.storage import cachefolder, diskcache
 
 WORKERS = 2
+Work = tuple[Series, tuple[Trial, ...], Scorer]
+"""A series, its trials on this machine, its scorer."""
 
 
 def run(
@@ -52,7 +55,8 @@ def run(
     """
     need_fork()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
-    with open_run(path, suite, chosen, integrators, progress or Progress(quiet=True), near_duplicates) as run_:
+    progress, at_once = progress or Progress(quiet=True), suite.launches > 1
+    with open_run(path, suite, chosen, integrators, progress, near_duplicates, at_once) as run_:
         method = references.start_method(integrators)
         Pool(workers, method, prepare_seconds).run(run_.sweeps(), run_.progress.interlude)
     return path
@@ -66,8 +70,13 @@ def open_run(
     integrators: Sequence[Integrator],
     progress: Progress,
     near_duplicates: bool,
+    at_once: bool = True,
 ) -> Iterator["PlannedRun"]:
-    """A run whose plan is in the results file; the caller runs its `work`. Raises ValueError as `run` does."""
+    """A run whose plan is in the results file; the caller runs its `work`. Raises ValueError as `run` does.
+
+    Unless all is planned `at_once`, series whose exact motions are computed first are planned after the others have run:
+    a first trial then begins within seconds. Until then the file says that its last run has not ended.
+    """
     open_standard_streams()  # else a file of the run may take the place of a standard stream
     for integrator in integrators:
         declaration.validate(integrator)
@@ -77,21 +86,32 @@ def open_run(
     whole = plan.pairs(chosen, integrators, near_duplicates=near_duplicates)
     series, named = shard(whole, suite, near_duplicates), shard_named(whole, suite, near_duplicates)
     with progress, Store(path) as results:
-        known, broken = _reference_solutions(series, progress)
+        first, later = (series, []) if at_once else _in_two(series)
+        known, broken = _reference_solutions(first, progress)
         calls = python_calls() if any(one.library == "scipy" for one in integrators) else {}
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls | named)
-        run_ = PlannedRun(results, number, suite, known, progress, near_duplicates, named)
-        run_.plan(series)
+        run_ = PlannedRun(results, number, suite, known, progress, near_duplicates, named, later=later, broken=broken)
+        run_.plan(first)
         yield run_
         results.end_run(number)
     _verify_caches()  # the disk may have become full in the meantime
-    if broken:
-        raise ValueError("; ".join(f"{spec.path} {spec.variant or ''}: {error}" for spec, error in broken.items()))
+    if run_.broken:
+        raise ValueError("; ".join(f"{spec.path} {spec.variant or ''}: {error}" for spec, error in run_.broken.items()))
 
 
 def _verify_caches() -> None:
     """Warn if a cache cannot be written, as workers do not. Raises ValueError if another user could write to it."""
     cachefolder.prepare(cache_folder(), diskcache.folder())
+
+
+def _in_two(series: Sequence[Series]) -> tuple[Sequence[Series], Sequence[Series]]:
+    """The series whose exact motions are kept on disk, or if there are none of the first case; and the others."""
+    specs = dict.fromkeys(CaseSpec.of(one.case, one.formulation) for one in series)
+    ready = {spec for spec in specs if kept_solution(spec) is not None} or {*list(specs)[:1]}
+    parts: tuple[list[Series], list[Series]] = [], []
+    for one in series:
+        parts[CaseSpec.of(one.case, one.formulation) not in ready].append(one)
+    return parts
 
 
 def _reference_solutions(
@@ -126,7 +146,7 @@ class PlannedRun:
     results: Results
     number: int
     suite: Suite
-    reference_solutions: Mapping[CaseSpec, ReferenceSolution]
+    reference_solutions: dict[CaseSpec, ReferenceSolution]
     progress: Progress
     near_duplicates: bool
     shard: Mapping[str, str] = field(default_factory=dict)
@@ -134,7 +154,11 @@ class PlannedRun:
     again: dict[str, set[int]] = field(default_factory=dict)
     """By series, the launches that run in any suite, because they were interrupted or are to be repeated."""
     scorers: dict[CaseSpec, Scorer] = field(default_factory=dict)
-    work: list[tuple[Series, tuple[Trial, ...], Scorer]] = field(default_factory=list)
+    work: list[Work] = field(default_factory=list)
+    later: Sequence[Series] = ()
+    """Series that `sweeps` plans after the others have run, because their exact motions are computed first."""
+    broken: dict[CaseSpec, str] = field(default_factory=dict)
+    """The error messages of the cases without an exact motion."""
 
     def __post_init__(self) -> None:
         self.history = self.results.history()
@@ -170,11 +194,23 @@ class PlannedRun:
         A launch begins after the previous launch of its series, whose settings it repeats. None is a pause, while all
         launches that are left have to wait.
         """
-        launches = [(launch, *work) for work in self.work for launch in self.launches(work[0])]
+        under_way = set[str]()
+        yield from self._sweeps(self.work, under_way)
+        if self.later:
+            while under_way:  # computing exact motions would disturb their times
+                yield None
+            known, broken = _reference_solutions(self.later, self.progress)
+            self.reference_solutions |= known
+            self.broken |= broken
+            planned = len(self.work)
+            self.plan(self.later)
+            yield from self._sweeps(self.work[planned:], under_way)
+
+    def _sweeps(self, works: Sequence[Work], under_way: set[str]) -> Iterator[Sweep | None]:
+        launches = [(launch, *work) for work in works for launch in self.launches(work[0])]
         launches.sort(key=lambda item: item[0])
         pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
         self.progress.begin("series", len(pending), sum(launch_seconds(one, self.suite, n) for n, one, *_ in pending))
-        under_way = set[str]()
 
         def finished(one: Series, cost: float) -> None:
             under_way.remove(one.id)

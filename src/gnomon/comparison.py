@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -57,6 +58,8 @@ class Comparison:
     """
 
     rows: list[dict[str, Any]]
+    _folder: "tempfile.TemporaryDirectory[str]"
+    """Holds the results file as long as the comparison lives."""
 
     def times(self, integrator: str) -> dict[str, dict[float, float]]:
         """The seconds of an integrator by problem, and by error of `TARGETS`; nan for an error that it does not reach."""
@@ -75,11 +78,13 @@ class Comparison:
         return pandas.DataFrame(self.rows)
 
     def plot(self) -> Any:
-        """Draw error against time, a panel for each problem, as a chart of Altair (extra `report`)."""
+        """Draw error against time, a diagram for each problem, as a chart of Altair (extra `report`)."""
         require("report", "a chart")
-        from gnomon.harness.reporting.plot import work_precision_chart  # loads pandas, an optional package
+        import altair  # an optional package
 
-        return work_precision_chart(self.frame())
+        from gnomon.harness.commands.plot import specification
+
+        return altair.Chart.from_dict(specification(Path(self._folder.name) / "results.sqlite"))
 
     def __repr__(self) -> str:
         text = io.StringIO()
@@ -190,8 +195,8 @@ def compare(
         plan.suite("foundation").within(limit_seconds), name="compare", launches=launches, timing_spans=False
     )
     progress = Progress(quiet=not sys.stderr.isatty())
-    with tempfile.TemporaryDirectory(dir=temporary_folder()) as folder:
-        return Comparison(reading.rows(run(folder, suite, chosen, found, progress)))
+    folder = tempfile.TemporaryDirectory(dir=temporary_folder())
+    return Comparison(reading.rows(run(folder.name, suite, chosen, found, progress)), folder)
 
 
 def _several(given: Any, name: str) -> list[Any]:

@@ -57,6 +57,17 @@ def test_a_drawn_line_is_within_a_pixel_of_the_exact_motion(
             assert np.max(np.min(np.abs(around - state), axis=0) / height) * PANEL < 1
 
 
+def test_no_peak_between_two_points_is_lost() -> None:
+    """The pericentre at e = 0.999, where the speed is a thousand times as large for some 1e-4 s."""
+    case = cases.get("kepler_orbit", "e0999")
+    times, states = curve(case)
+    period = float(case.quantities()["period"])
+    passages = period * np.arange(1, int(times[-1] / period) + 1)
+    assert len(passages) > 5
+    peaks = [np.max(states[np.abs(times - passage) < 1e-3, 3], initial=0.0) for passage in passages]
+    assert peaks == pytest.approx([float(case.initial_state[3])] * len(passages), rel=0.02)
+
+
 def test_a_default_case_is_drawn_from_kept_states(monkeypatch: pytest.MonkeyPatch) -> None:
     """The double pendulum has no closed form: its exact states take tens of seconds."""
     monkeypatch.setattr(Case, "sample", lambda *_: pytest.fail("computed an exact state"))
