@@ -145,7 +145,7 @@ def passed(name: str, installs: bool, programs: Path, folder: Path, **more: str)
     return told
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [*FILES[:2], pytest.param(FILES[2], marks=pytest.mark.slow)])
 def test_the_steps_for_continuous_integration_verify(name: str, tmp_path: Path) -> None:
     """Their installation is tested with `make test-all`."""
     assert "mine:RK4: 1 claims checked on 1 cases, 1 passed" in passed(
