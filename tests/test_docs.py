@@ -1,14 +1,17 @@
 """The documents are right: Python in docs/ runs, commands exist and run, pages are in the contents, paths exist."""
 
+import json
 import linecache
 import re
 import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import gnomon
+from gnomon.harness.verification.claims import Outcome
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
@@ -52,6 +55,23 @@ def test_the_lines_that_measure_run(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.chdir(tmp_path)
     for page in PAGES:
         _run(page)
+
+
+@pytest.mark.parametrize("cells", [4, pytest.param(None, marks=pytest.mark.slow)], ids=["first cells", "all cells"])
+def test_the_quick_start_runs(cells: int | None, capsys: pytest.CaptureFixture[str]) -> None:
+    """As a notebook runs it, and what it is to show is true: the motion, a comparison, a right and a wrong integrator."""
+    notebook = json.loads((ROOT / "docs" / "quickstart.ipynb").read_text(encoding="utf-8"))
+    names: dict[str, Any] = {"__name__": "notebook"}
+    for number, cell in enumerate(notebook["cells"][:cells]):
+        if cell["cell_type"] == "code":
+            text, file = "".join(cell["source"]), f"<quick start, cell {number}>"
+            linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
+            exec(compile(text, file, "exec", dont_inherit=True), names)
+    assert str(names["pendulum"].exact(1.5, 30)) in capsys.readouterr().out
+    if cells is None:
+        assert names["found"].times("gnomon:DOP853")["pendulum_simple"][1e-9] > 0
+        assert names["found"].plot().to_dict()
+        assert names["report"].of(Outcome.FAILED)
 
 
 def test_the_case_of_a_page_is_certified_and_a_wrong_sign_in_it_is_not(

@@ -16,6 +16,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from gnomon.cases import Case
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry import lookup, selection
@@ -32,9 +33,11 @@ WIDTH = 110
 SERIES = ("case", "variant", "formulation", "integrator_id")
 Names = tuple[str, ...]
 NOTE = (
-    "Time of a whole call without preparation: the median of repeated calls{launches}. < : the loosest setting has less"
-    " error already. Error: the largest of 64 samples, relative to the size of the motion."
+    "Time of a whole call without preparation: the median of repeated calls{launches}.{bound} Error: the largest of 64"
+    " samples, relative to the size of the motion."
 )
+BOUND = " < : the loosest setting has less error already."
+FROM_PYTHON = " {} call each right-hand side through Python."
 INTERPRETED = " Yours ({}) runs in Python; gnomon's own are compiled: their times differ by the language too."
 
 
@@ -88,13 +91,25 @@ class Comparison:
 
     def __repr__(self) -> str:
         text = io.StringIO()
-        console = Console(file=text, width=WIDTH, emoji=False)
+        console = Console(file=text, width=WIDTH, emoji=False, force_jupyter=False, force_terminal=False)
         console.print(self._table())
-        launches = max((row["launch"] for row in self.rows), default=1)
-        note = NOTE.format(launches=f" and of {launches} launches" if launches > 1 else "")
-        own = sorted({row["integrator_id"] for row in self.rows if not _compiled(row)})
-        console.print(note + (INTERPRETED.format(", ".join(own)) if own else ""), highlight=False)
+        console.print(self._note(), highlight=False)
         return "\n".join(line.rstrip() for line in text.getvalue().strip().splitlines())
+
+    def _note(self) -> str:
+        """The meaning of a time, and what it includes for the integrators that are compared."""
+        launches = max((row["launch"] for row in self.rows), default=1)
+        bound = any(each.at_loosest for series in self._series().values() for each in _reached(series).values())
+        note = NOTE.format(
+            launches=f" and of {launches} launches" if launches > 1 else "", bound=BOUND if bound else ""
+        )
+        libraries = dict.fromkeys(row["library"] for row in self.rows)
+        called = [LIBRARIES[name].calls["python"] for name in libraries if "python" in _calls(name)]
+        own = sorted(
+            {row["integrator_id"] for row in self.rows if row["library"] not in (Integrator.library, *LIBRARIES)}
+        )
+        note += FROM_PYTHON.format(" and ".join(called).replace("`", "")) if called else ""
+        return note + (INTERPRETED.format(", ".join(own)) if own else "")
 
     def _series(self) -> dict[Names, list[dict[str, Any]]]:
         found: dict[Names, list[dict[str, Any]]] = {}
@@ -122,8 +137,8 @@ class Comparison:
         return table
 
 
-def _compiled(row: Mapping[str, Any]) -> bool:
-    return row["library"] in {one.library for one in lookup.own().values()}
+def _calls(library: str) -> Mapping[str, str]:
+    return LIBRARIES[library].calls if library in LIBRARIES else {}
 
 
 def _reached(series: Sequence[Mapping[str, Any]]) -> dict[float, Reached]:
