@@ -93,10 +93,11 @@ def key(function: ast.FunctionDef | ast.AsyncFunctionDef) -> Key:
 
 
 def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Without the instance or class, and without options of a command line, which its user names (`Annotated`)."""
+    """Without the instance or class, and without options of a command line, which its user names (`Annotated`, or an alias in `options`)."""
     every = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
     return sum(
-        one.arg not in ("self", "cls") and "Annotated[" not in ast.unparse(one.annotation or ast.Constant(None))
+        one.arg not in ("self", "cls")
+        and not any(word in ast.unparse(one.annotation or ast.Constant(None)) for word in ("Annotated[", "options."))
         for one in every
     )
 

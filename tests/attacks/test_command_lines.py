@@ -49,14 +49,15 @@ MODULES = {
 
 
 def options() -> Iterator[Line]:
-    for command in ("run", "show", "report", "compare", "certify", "export", "list", "doctor"):
+    for command in ("run", "show", "report", "plot", "compare", "certify", "export", "list", "doctor"):
         yield [command, "--no-such-option"], 2, ("--no-such-option", f"gnomon {command} --help")
         yield [command, "--help"], 0, ()
     yield ["no_such_command"], 2, ("no_such_command", "gnomon --help")
     yield [""], 2, ("No such command",)
     yield ["list", "planets"], 2, ("planets", "cases", "checks", "integrators")
     yield ["list", "cases", "checks"], 2, ("checks",)
-    for command in ("report", "export"):
+    yield ["export"], 2, ("name a results file", "--schema")
+    for command in ("report", "plot"):
         yield [command], 2, ("Missing argument", f"gnomon {command} --help")
     for command in ("show", "exact"):
         yield [command], 2, ("name a case",)
@@ -128,7 +129,7 @@ def numbers() -> Iterator[Line]:
 
 
 def paths() -> Iterator[Line]:
-    reading = (["report"], ["export"], ["compare", "results.sqlite"])
+    reading = (["report"], ["plot"], ["export"], ["compare", "results.sqlite"])
     for path, words in (
         *(("", "empty name"), (" ", "empty name"), (LONG, "File name too long"), (ZERO, "null byte")),
         *((HALF, "surrogate"), ("loop.sqlite", "loop.sqlite")),
