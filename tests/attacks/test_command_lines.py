@@ -226,7 +226,7 @@ def common() -> Iterator[Line]:
         (["show", "pendulum_simple", "--set", "length=1"], "has no parameter 'length'"),
         (["show", "pendulum_simple", "--set", "g"], "write name=value"),
         (["show", "pendulum_simple", "--plot", "motion.docx"], "motion.docx: the name must end in one of .svg, .png"),
-        (["export"], "Missing argument"),
+        (["export"], "name a results file"),
         (["export", "results.sqlite", "--format", "xls"], "is not one of 'csv', 'json', 'parquet'"),
         (["run", "--case", "pendulum_simple", "--integrator", "RK44"], "did you mean RK4 or RK45"),
         (["run", "--integrator", "no_such_module:Thing"], "give package.module:Class"),
