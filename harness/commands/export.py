@@ -7,6 +7,11 @@ from typing import Annotated
 import typer
 from gnomon.harness.commands import options
 from gnomon.harness.commands.options import out
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Column, Table
+
+TYPES = {"TEXT": "text", "REAL": "number", "INTEGER": "integer"}
 
 
 class ExportFormat(StrEnum):
@@ -18,14 +23,24 @@ class ExportFormat(StrEnum):
 
 
 def export(
-    run: options.ResultsFile,
+    run: Annotated[
+        Path | None, typer.Argument(help="A results file or its folder.", parser=options.as_path, show_default=False)
+    ] = None,
     form: Annotated[ExportFormat, typer.Option("--format", help="What to write.")] = ExportFormat.csv,
     to: Annotated[Path | None, options.path_option("The file to write; by default results.FORMAT.", "--out")] = None,
     raw: Annotated[
         bool, typer.Option("--raw", help="Do not mark texts in a csv that a spreadsheet would read as formulas.")
     ] = False,
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the columns of an export: type, unit and meaning. Needs no run.")
+    ] = False,
 ) -> None:
     """Write the measurements of a run as a table, one row each."""
+    if schema:
+        out.print(columns_table())
+        return
+    if run is None:
+        raise ValueError("name a results file, or --schema for the columns of an export")
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.results import store
 
@@ -36,3 +51,16 @@ def export(
         raise ValueError(f"--out {target}: these are the results; name another file")
     store.export(database, target, form.value, raw)
     out.print(f"wrote {target}")
+
+
+def columns_table() -> Table:
+    """The columns of an export in their sequence."""
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.contract.declared import declared
+    from gnomon.harness.results.schema import MEASUREMENT_COLUMNS, TRIAL_COLUMNS
+
+    kinds = TRIAL_COLUMNS | MEASUREMENT_COLUMNS | {"work": "INTEGER"}
+    table = Table(Column("column", no_wrap=True), "type", "unit", "meaning", box=SIMPLE_HEAD, padding=(0, 1))
+    for name, (unit, meaning) in declared("results", "columns.toml").items():
+        table.add_row(name, TYPES[kinds.get(name, "TEXT").split()[0]], unit, escape(meaning))
+    return table

@@ -49,14 +49,15 @@ MODULES = {
 
 
 def options() -> Iterator[Line]:
-    for command in ("run", "show", "report", "compare", "certify", "export", "list", "doctor"):
+    for command in ("run", "show", "report", "plot", "compare", "certify", "export", "list", "doctor"):
         yield [command, "--no-such-option"], 2, ("--no-such-option", f"gnomon {command} --help")
         yield [command, "--help"], 0, ()
     yield ["no_such_command"], 2, ("no_such_command", "gnomon --help")
     yield [""], 2, ("No such command",)
     yield ["list", "planets"], 2, ("planets", "cases", "checks", "integrators")
     yield ["list", "cases", "checks"], 2, ("checks",)
-    for command in ("report", "export"):
+    yield ["export"], 2, ("name a results file", "--schema")
+    for command in ("report", "plot"):
         yield [command], 2, ("Missing argument", f"gnomon {command} --help")
     for command in ("show", "exact"):
         yield [command], 2, ("name a case",)
@@ -128,7 +129,7 @@ def numbers() -> Iterator[Line]:
 
 
 def paths() -> Iterator[Line]:
-    reading = (["report"], ["export"], ["compare", "results.sqlite"])
+    reading = (["report"], ["plot"], ["export"], ["compare", "results.sqlite"])
     for path, words in (
         *(("", "empty name"), (" ", "empty name"), (LONG, "File name too long"), (ZERO, "null byte")),
         *((HALF, "surrogate"), ("loop.sqlite", "loop.sqlite")),
@@ -225,7 +226,7 @@ def common() -> Iterator[Line]:
         (["show", "pendulum_simple", "--set", "length=1"], "has no parameter 'length'"),
         (["show", "pendulum_simple", "--set", "g"], "write name=value"),
         (["show", "pendulum_simple", "--plot", "motion.docx"], "motion.docx: the name must end in one of .svg, .png"),
-        (["export"], "Missing argument"),
+        (["export"], "name a results file"),
         (["export", "results.sqlite", "--format", "xls"], "is not one of 'csv', 'json', 'parquet'"),
         (["run", "--case", "pendulum_simple", "--integrator", "RK44"], "did you mean RK4 or RK45"),
         (["run", "--integrator", "no_such_module:Thing"], "give package.module:Class"),

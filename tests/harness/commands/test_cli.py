@@ -91,6 +91,6 @@ def test_every_command_takes_cases_and_integrators_by_the_same_options() -> None
         named = {option for each in command.params for option in each.opts}
         assert not {"--to", "--cases", "--integrators", "--method"} & named
         assert ("--integrator" in named) == (name in with_integrator)
-        assert ("--case" in named) == (name in with_case | {"report"})  # of a report: code that may be imported
+        assert ("--case" in named) == (name in with_case | {"plot", "report"})  # of a report: code that may be imported
         for subject in {"case", "integrator"} & {each.name for each in command.params if each.opts == [each.name]}:
             assert f"--{subject}" in named
