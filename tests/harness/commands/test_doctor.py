@@ -7,11 +7,11 @@ from command_line import gnomon
 @pytest.mark.parametrize(
     ("library", "python", "told"),
     [
-        ("rebound", (3, 13, 0), "rebound is not installed: pip install rebound"),
-        ("heyoka", (3, 11, 0), "heyoka is optional: pip install heyoka"),
-        ("sksundae", (3, 11, 0), "sksundae is optional: pip install scikit-sundae"),
-        ("diffrax", (3, 11, 0), "diffrax is optional: pip install diffrax"),
-        ("pybullet", (3, 11, 9), "pybullet is not installed: pip install pybullet"),
+        ("rebound", (3, 13, 0), "rebound is not installed: pip install 'gnomon[nbody]'"),
+        ("heyoka", (3, 11, 0), "heyoka is not installed: pip install 'gnomon[peers]'"),
+        ("sksundae", (3, 11, 0), "sksundae is not installed: pip install 'gnomon[peers]'"),
+        ("diffrax", (3, 11, 0), "diffrax is not installed: pip install 'gnomon[peers]'"),
+        ("pybullet", (3, 11, 9), "pybullet is not installed: pip install 'gnomon[engines]'"),
         ("pybullet", (3, 12, 0), "pybullet has wheels up to CPython 3.11 only"),
     ],
 )
