@@ -18,7 +18,7 @@ from gnomon.cases.core import forms
 from gnomon.harness.contract.integrator import Floats, Problem
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.kernels import emission, ir, machine
-from gnomon.harness.kernels.called import Called
+from gnomon.harness.kernels.called_equations import Called
 
 Body = Callable[[ir.Value, ir.Array, ir.Array, ir.Array], None]
 CALLBACK = ctypes.CFUNCTYPE(None, ctypes.c_double, *(ctypes.POINTER(ctypes.c_double),) * 3)

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, SecondOrder, Transition, Values, first_order
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.kernels.called import Called
+from gnomon.harness.kernels.called_equations import Called
 from gnomon.harness.kernels.equations import kernel
-from gnomon.harness.kernels.formulas import NoFormulasError, formulas
+from gnomon.harness.kernels.read_function import NoFormulasError, formulas
 
 MOST_EVENTS = 6
 """Events of one call: each combination of their signs is a mode of the motion."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import cache
 from importlib.resources import files
@@ -22,7 +22,6 @@ from gnomon.harness.contract.integrator import Floats, Names, Problem, Refused, 
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import TEXT, Unusable, count, short
 from gnomon.harness.kernels.equation_text import equation_text
-from gnomon.harness.verification.schema_subset import faults
 
 VERSION = 1
 FORMS: Mapping[str, type] = {"FirstOrder": FirstOrder, "SecondOrder": SecondOrder}
@@ -64,12 +63,17 @@ def describe_line() -> str:
 def description(line: str) -> Description:
     """The description in a line. Raises Unusable for an invalid one."""
     found = _object(line)
-    schema = _schema()
-    for wrong in faults(schema["description"], found):
-        _wrong(*wrong)
+    check, wrong = _check_of_descriptions()
+    try:
+        check(found)
+    except RecursionError:
+        raise Unusable("wrote JSON that is nested too deeply") from None
+    except wrong as error:
+        if error.rule == "required":
+            missing = next(name for name in error.rule_definition if name not in error.value)
+            raise Unusable(f"wrote {short(error.value)}: {missing!r} is a required property") from None
+        _wrong(error.name.removeprefix("data").lstrip("."), error.value, f"it is {error.definition['description']}")
     sweep = found["sweep"]
-    for wrong in faults(schema["steps" if sweep["kind"] == "step" else "tolerances"], sweep, "sweep"):
-        _wrong(*wrong)
     kind = SWEEPS[sweep["kind"]]
     known = {name: sweep[name] for name in kind.__dataclass_fields__ if name in sweep and name != "kind"}
     declared: dict[str, Any] = {field.name: found[field.name] for field in fields(Description) if found.get(field.name)}
@@ -78,8 +82,13 @@ def description(line: str) -> Description:
 
 
 @cache
-def _schema() -> Any:
-    return json.loads((files("gnomon.harness.verification") / "protocol.schema.json").read_text("utf-8"))["$defs"]
+def _check_of_descriptions() -> tuple[Callable[[Any], Any], type[Any]]:
+    """A function that raises the exception beside it for a description that the schema does not admit."""
+    import fastjsonschema  # slow to load: only where a program describes itself
+
+    schema = json.loads((files("gnomon.harness.verification") / "protocol.schema.json").read_text("utf-8"))
+    description = schema["$defs"]["description"] | {"$defs": schema["$defs"]}
+    return fastjsonschema.compile(description), fastjsonschema.JsonSchemaValueException
 
 
 def problem_parts(problem: Problem, kind: str, setting: float) -> tuple[str, str]:
@@ -194,7 +203,7 @@ def _text(found: Mapping[str, Any], key: str) -> str:
 
 
 def _wrong(key: str, value: Any, rule: str) -> NoReturn:
-    raise Unusable(f"wrote {f'{key} = ' if key else ''}{short(value)}: {rule}")
+    raise Unusable(f"wrote {key} = {short(value)}: {rule}")
 
 
 def _unnamed(problem: Problem) -> Names:
