@@ -30,6 +30,16 @@ def project(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def test_the_integrator_of_the_readme_passes_its_verification(project: Path) -> None:
+    """By the README's own command: an example that fails would say that the tool, or the example, is wrong."""
+    (line,) = re.findall(r"^gnomon (verify midpoint:midpoint --depth low)$", README.read_text(), re.M)
+    command = [str(Path(sys.executable).parent / "gnomon"), *shlex.split(line)]
+    environment = os.environ | {"PYTHONPATH": str(project)}
+    done = subprocess.run(command, cwd=project, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert re.search(r"mine:midpoint: [1-9]\d* claims checked", done.stdout)
+
+
 def run(project: Path, named: str, limit: str) -> pd.DataFrame:
     """The trials that succeeded, from the smallest setting on, of a run with so many seconds for each trial."""
     from gnomon import load
