@@ -101,6 +101,13 @@ def reference_solution(spec: CaseSpec) -> ReferenceSolution:
     return _read(diskcache.cached(key, lambda: _entry(_compute(spec)), PACK))
 
 
+def kept_solution(spec: CaseSpec) -> ReferenceSolution | None:
+    """The reference solution that is in the cache on disk or comes with gnomon; None if it would have to be computed."""
+    key = _key(spec)
+    entry = None if key is None else diskcache.load(key, PACK)
+    return None if entry is None else _read(entry)
+
+
 def reference_solutions(
     specs: Sequence[CaseSpec], progress: Callable[[], None]
 ) -> dict[CaseSpec, ReferenceSolution | str]:
@@ -110,10 +117,9 @@ def reference_solutions(
     """
     found: dict[CaseSpec, ReferenceSolution | str] = {}
     for spec in specs:
-        key = _key(spec)
-        entry = None if key is None else diskcache.load(key, PACK)
-        if entry is not None:
-            found[spec] = _read(entry)
+        kept = kept_solution(spec)
+        if kept is not None:
+            found[spec] = kept
             progress()
     missing = [spec for spec in specs if spec not in found]
     if not missing:

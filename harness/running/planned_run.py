@@ -13,8 +13,12 @@ from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import Status
 from gnomon.harness.kernels.compiling import cache_folder
-from gnomon.harness.measuring.kept_solution import kept_solution
-from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solutions
+from gnomon.harness.measuring.reference_solution import (
+    CaseSpec,
+    ReferenceSolution,
+    kept_solution,
+    reference_solutions,
+)
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import declaration, environment, lookup, references
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
