@@ -16,8 +16,7 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.forms import Equations, FirstOrder
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.measuring.kept_solution import kept_solution
-from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.reference_solution import CaseSpec, kept_solution
 
 SCALES = 80.0
 """The largest number of time scales in a drawing, as more oscillations would merge."""
