@@ -39,7 +39,7 @@ ANSWERED = (*SCORED, Status.REFUSED, Status.CRASHED, Status.OUT_OF_MEMORY)
 """The statuses that the integrator determines; the others depend on the clock, the machine or the plan."""
 
 Row = Mapping[str, Any]
-"""SERIES, `launch`, TEXTS and NUMBERS of a measurement; what is null is None or nan, or absent."""
+"""SERIES, `launch`, TEXTS and NUMBERS of a measurement; what is null is None or nan."""
 
 
 @dataclass
@@ -118,7 +118,7 @@ def _series(rows: Iterable[Row]) -> dict[tuple[str, ...], list[Row]]:
 
 
 def _read(row: Row) -> Row:
-    found: dict[str, Any] = {name: row.get(name) for name in (*TEXTS, *NUMBERS)}
+    found: dict[str, Any] = {name: row[name] for name in (*TEXTS, *NUMBERS)}
     for name in NUMBERS:
         if found[name] is None or found[name] != found[name]:
             found[name] = FILLED.get(name, math.nan)

@@ -262,6 +262,7 @@ def _change(name: str, before: Entry, after: Entry) -> float:
 def _rows(baseline: Baseline) -> list[dict[str, Any]]:
     """The entries as the measurements that the regression check reads."""
     fixed = {"formulation": "", "integrator_id": baseline.integrator, "launch": 1, "reason": "", "span": 0.0}
+    fixed |= dict.fromkeys(("machine", "limit_seconds", "repeats", "turned_starts", "seconds_median"))
     renamed = {"error_max": "error_high", "rhs_calls": "rhs_high"}
     return [
         asdict(entry) | fixed | {name: getattr(entry, other) for name, other in renamed.items()}

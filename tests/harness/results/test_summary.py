@@ -18,8 +18,11 @@ def test_the_settings_and_orders_are_those_of_the_report(tmp_path: Path) -> None
         rows[k] |= {"machine": "another"}
     for k in range(0, len(rows), 11):
         rows[k] |= {"turned_starts": 9.0}
+    for row in rows:
+        row["error_max"] = row["error_max"] and row["error_max"] * row["launch"]
     frame["machine"] = [row["machine"] for row in rows]
     frame["turned_starts"] = [row["turned_starts"] for row in rows]
+    frame["error_max"] = [row["error_max"] for row in rows]
     reduced = analysis.settings(analysis.tidy(frame))
     found = summary.series(rows)
     table = pd.DataFrame([row for own in found.values() for row in own]).sort_values(
