@@ -1,5 +1,6 @@
 """The distribution installs in an empty environment without the checkout, is small, and runs; so do the steps in `ci/`."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -32,14 +33,13 @@ FIRST = (
 SOLVE = """
 import importlib.util
 import math
-import gnomon.harness
+import gnomon
 
-def oscillator(t, y):
-    return y[1], -y[0]
-
-found = gnomon.harness.solve(oscillator, 0.0, [1.0, 0.0], [1.0, 2.0], 1e-9, "gnomon:DOP853")
-assert abs(found[-1][0] - math.cos(2.0)) < 1e-7
-assert "site-packages" in gnomon.harness.__file__
+found = gnomon.solve(lambda t, y: [y[1], -y[0]], (0, 2), [1, 0], rtol=1e-9)
+assert abs(found.y[0, -1] - math.cos(2.0)) < 1e-7
+assert "site-packages" in gnomon.__file__
+print(gnomon.compare("pendulum_simple", ["gnomon:RK4", "scipy:LSODA"], limit_seconds=0.1))
+print(gnomon.case("kepler_orbit").exact(1.5, 30), gnomon.case("kepler_orbit").equations)
 absent = ("pandas", "pyarrow", "altair", "vl_convert", "pytest", "hypothesis", "pybullet", "rebound")
 assert [name for name in absent if importlib.util.find_spec(name)] == []
 """
@@ -113,6 +113,12 @@ def test_the_wheel_is_small_and_runs_without_the_checkout(version: str, distribu
     assert " 0 failed" in call(programs / "gnomon", "verify", "mine:RK4", "--depth", "low")
     (tmp_path / "solved.py").write_text(SOLVE)
     call(programs / "python", "solved.py")
+
+    call(programs / "pip", "install", "--quiet", f"{distribution}[report]")
+    cells = json.loads((ROOT / "docs" / "quickstart.ipynb").read_text(encoding="utf-8"))["cells"]
+    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    (tmp_path / "quickstart.py").write_text("\n\n".join(code))
+    assert "theta =" in call(programs / "python", "quickstart.py")
 
 
 def steps(name: str) -> tuple[list[str], dict[str, str]]:
