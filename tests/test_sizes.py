@@ -38,15 +38,17 @@ for line in sys.stdin.read().splitlines():
     except SystemExit as end:
         code = end.code or 0
     print("ended with", code, flush=True)
-import gnomon.harness, gnomon.verify
-try:
-    gnomon.verify.parametrize(None)
-except ValueError as error:
-    print(error)
-try:
-    gnomon.harness.load("run.sqlite")
-except ValueError as error:
-    print(error)
+import gnomon
+for needs in (
+    lambda: gnomon.verify.parametrize(None), lambda: gnomon.load("run.sqlite"), gnomon.case("pendulum_simple").plot,
+):
+    try:
+        needs()
+    except ValueError as error:
+        print(error)
+solved = gnomon.solve(lambda t, y: [y[1], -y[0]], (0, 1), [1, 0], "scipy:RK45")
+compared = gnomon.compare("pendulum_simple", "gnomon:RK4", limit_seconds=0.05)
+assert solved.success and "gnomon:RK4" in str(compared)
 assert not {HIDDEN} & set(sys.modules)
 """
 
@@ -70,9 +72,9 @@ def test_the_base_commands_need_no_extra(tmp_path: Path) -> None:
         "compare own.sqlite own.sqlite",
         "export own.sqlite --format csv",
         "export own.sqlite --format json",
-        "baseline write gnomon:RK4 --case pendulum_simple --to base.txt",
+        "baseline write gnomon:RK4 --case pendulum_simple --out base.txt",
         "verify gnomon:RK4 --case pendulum_simple --claim order --baseline base.txt",
-        "certify com_rigid_body --to certificates.json --independent checks.json",
+        "certify com_rigid_body --out certificates.json --independent checks.json",
         "exact pendulum_simple --times 1",
         "list",
         "show pendulum_simple",
@@ -82,6 +84,7 @@ def test_the_base_commands_need_no_extra(tmp_path: Path) -> None:
     assert "pip install 'gnomon[report]', then gnomon report own.sqlite" in told
     assert "parametrize needs the extra test" in told
     assert "a table of results needs the extra report" in told
+    assert "a chart needs the extra report" in told
 
 
 def test_what_needs_an_extra_names_it(tmp_path: Path) -> None:

@@ -264,7 +264,7 @@ def common() -> Iterator[Line]:
         (["run", *RK4, "--integrator", "unwritten:Thing"], "unwritten:Thing: SyntaxError: "),
         (["run", *RK4, "--integrator", "imports:Thing"], "ModuleNotFoundError: No module named 'no_such_library'"),
         (["run", *RK4, "--integrator", "undeclared:Thing"], "abstract"),
-        (["run", *RK4, "--integrator", "wrong:Thing"], "is not a gnomon.harness.contract.integrator.Integrator"),
+        (["run", *RK4, "--integrator", "wrong:Thing"], "is not a gnomon.Integrator"),
         (["run", *PENDULUM, "--command", "no_such_program_anywhere -x"], "no program has this name"),
         (["run", *PENDULUM, "--command", "'unclosed"], "quotation"),
         (["run", *PENDULUM, "--command", ""], "no program"),

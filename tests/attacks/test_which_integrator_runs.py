@@ -152,7 +152,7 @@ def thetas(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 @pytest.fixture(scope="module")
 def half(thetas: Any) -> dict[float, float]:
     """The errors by step size of the class that has the number itself."""
-    return errors(compare(planted.Short(), thetas.Half), "mine:half")
+    return errors(compare(planted.Short(), thetas.Half).frame(), "mine:half")
 
 
 def errors(frame: Any, identity: str) -> dict[float, float]:
@@ -171,7 +171,7 @@ def are_alike(found: dict[float, float], expected: dict[float, float]) -> None:
 def test_an_object_runs_with_its_own_numbers(thetas: Any, half: dict[float, float]) -> None:
     held = importlib.import_module("helping_thetas").a_half
     given = [thetas.half, thetas.Keeps(0.5), thetas.Told(held), thetas.named, thetas.INTEGRATORS[1]]
-    frame = compare(planted.Short(), given)
+    frame = compare(planted.Short(), given).frame()
     for name in ("theta", "keeps", "told", "named", "listed"):
         are_alike(errors(frame, f"mine:{name}"), half)
 

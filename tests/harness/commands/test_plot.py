@@ -1,6 +1,5 @@
 """`gnomon plot` draws a diagram for each case of a run; `gnomon export --schema` explains every column of an export."""
 
-import importlib.util
 import json
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ import synthetic
 from command_line import gnomon
 from gnomon.harness.commands import show_case
 from gnomon.harness.results import store
+from gnomon.harness.system import extras
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_a_case_that_the_run_lacks_is_named(run: Path, capfd: pytest.CaptureFixt
 def test_without_a_library_of_charts_the_extra_is_named(
     command: tuple[str, ...], run: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(extras, "find_spec", lambda name: None)
     monkeypatch.chdir(run.parent)
     assert gnomon(*(str(run) if word == "RUN" else word for word in command)) == 2
     assert "pip install 'gnomon[report]'" in capfd.readouterr().err

@@ -200,4 +200,4 @@ def test_lines_are_given_for_known_integrators_alone() -> None:
     rows = [{"head": "all", "cells": [], "named": ["gnomon:RK4", "os:system"]}]
     found = lines_of(rows)
     assert list(found) == ["gnomon:RK4"]
-    assert 'solve(swing, 0.0, [1.2, 0.0], [0.5, 1.0, 1.5], 2**-7, "gnomon:RK4")' in found["gnomon:RK4"]
+    assert 'gnomon.solve(swing, (0, 1.5), [1.2, 0.0], "gnomon:RK4"' in found["gnomon:RK4"]

@@ -1,6 +1,7 @@
 """`solve` on equations of the reader's own: the motion is the exact one, as SciPy's where SciPy has it; wrong input is named."""
 
 import math
+import re
 import warnings
 from collections.abc import Callable
 from functools import partial
@@ -181,6 +182,30 @@ def test_equations_without_formulas_are_called_and_it_is_said_once(
 def test_a_method_that_needs_formulas_refuses_other_equations(method: str) -> None:
     with pytest.raises(Refused, match=rf"{method} needs the equations as formulas, and branching \(.*branch"):
         solve(branching, ENDS, START, method)
+
+
+NEED_FORMULAS = re.compile("gnomon:(Radau|Gauss 8-stage SIMD|Taylor)|heyoka|diffrax")
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*has no formulas")
+@pytest.mark.parametrize("method", ALL)
+def test_every_method_that_needs_no_derivatives_takes_equations_without_formulas(method: str) -> None:
+    """With the states that it has for the same equations without the branch, to round-off or to its tolerance."""
+    one = ALL[method]
+    if lookup.missing(one):
+        pytest.skip("not installed")
+    plain, opaque = swing, branching
+    given: dict[str, Any] = {"step": 1 / 256} if isinstance(one.sweep, Steps) else {"rtol": 1e-8}
+    if SecondOrder in one.accepts and FirstOrder not in one.accepts:
+        plain, opaque = (lambda t, q: [-np.sin(q[0])]), (lambda t, q: [-sin(q[0])] if q[0] > -9 else [0.0])
+        given["accelerations"] = True
+    if NEED_FORMULAS.match(method):
+        with pytest.raises(Refused, match="needs the equations as formulas"):
+            solve(opaque, ENDS, START, method, **given)
+        return
+    states = [solve(function, ENDS, START, method, **given).y for function in (plain, opaque)]
+    assert np.abs(states[0] - states[1]).max() < 1e-5
 
 
 def test_time_runs_backward() -> None:

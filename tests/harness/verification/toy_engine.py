@@ -1,7 +1,6 @@
 """A toy engine: point masses under gravity and force laws, advanced by symplectic Euler. Order 1."""
 
-from gnomon.cases.core.scene import IDENTITY, Readings
-from gnomon.harness.verification.engine_adapter import from_engine
+from gnomon.verify import IDENTITY, Readings, from_engine
 
 
 class ToyEngine:
