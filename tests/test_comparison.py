@@ -49,6 +49,11 @@ def test_a_series_that_cannot_run_is_shown_with_its_reason() -> None:
     assert "unsupported" in text
 
 
+def test_an_integrator_that_was_not_compared_is_named(found: gnomon.Comparison) -> None:
+    with pytest.raises(ValueError, match="integrator='RK4': gnomon:RK4, gnomon:DOP853 were compared"):
+        found.times("RK4")
+
+
 @pytest.mark.parametrize(
     ("given", "says"),
     [

@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 
+import gnomon
+
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("gnomon", "gnomon.verify", "gnomon.cases", "gnomon.cases.declare")
 IMPORT = re.compile(r"^ *from (gnomon[\w.]*) import (?:\(([^)]*)\)|([^(\n;]*))", re.M)
@@ -101,6 +103,22 @@ def test_the_sections_are_there(name: str) -> None:
         described = re.findall(r"^\*{0,2}([\w, *]+) : ", text, re.M)
         known = {each.strip(" *") for line in described for each in line.split(",")}
         assert set(signature.parameters) <= known
+
+
+METHODS = {
+    f"{kind}.{name}": method
+    for kind in (gnomon.ExactCase, gnomon.Comparison)
+    for name, method in vars(kind).items()
+    if inspect.isfunction(method) and not name.startswith("_")
+}
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_the_methods_of_a_result_are_described(name: str) -> None:
+    """A notebook shows this text on demand; an example of the class shows them at work."""
+    text = inspect.getdoc(METHODS[name]) or ""
+    assert re.search(r"^Returns\n-+$", text, re.M)
+    assert set(inspect.signature(METHODS[name]).parameters) - {"self"} <= set(re.findall(r"^(\w+) : ", text, re.M))
 
 
 @pytest.mark.parametrize("name", PUBLIC)

@@ -19,7 +19,7 @@ from gnomon.harness.contract.integrator import (
     Tolerance,
 )
 from gnomon.harness.contract.problem import first_taken
-from gnomon.harness.contract.validation import Unusable
+from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.kernels.compiling import shown
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.registry import lookup
@@ -174,6 +174,8 @@ def solve(
     own: OwnEquations | None = None
     forms: tuple[Form, ...] = ()
     if isinstance(fun, CaseEquations):
+        if args:
+            raise ValueError(f"args={args!r}: the equations of a case have its numbers; give others to gnomon.case")
         forms, arguments = fun.forms, Arguments(tuple(fun.parameters.values()))
     elif isinstance(fun, Form):
         forms = (fun, *(x for x in (first_order(fun),) if x not in (None, fun)))
@@ -212,7 +214,7 @@ class Times:
         wanted = np.linspace(t0, end, SAMPLES) if t_eval is None else _array(t_eval, "t_eval")
         elapsed = direction * (wanted - t0)
         if not np.all(np.diff(elapsed) > 0) or elapsed[0] < 0 or elapsed[-1] > abs(end - t0):
-            raise ValueError(f"t_eval={t_eval!r}: give times in order, from {t0:g} to {end:g}")
+            raise ValueError(f"t_eval={short(t_eval)}: give times in order, from {t0:g} to {end:g}")
         first = int(elapsed[0] == 0)
         sampled = elapsed[first:]
         if not len(sampled) or sampled[-1] < abs(end - t0):
@@ -368,7 +370,7 @@ def _with_setting(
 def _state(y0: Sequence[float] | Floats, accelerations: bool) -> Floats:
     start = _array(y0, "y0")
     if accelerations and len(start) % 2:
-        raise ValueError(f"y0={y0!r}: give the coordinates and then their rates, as many of each")
+        raise ValueError(f"y0={short(y0)}: give the coordinates and then their rates, as many of each")
     return start
 
 
@@ -378,7 +380,7 @@ def _array(values: Any, name: str) -> Floats:
     except (TypeError, ValueError):
         found = np.empty(0)
     if found.ndim != 1 or not len(found) or not np.isfinite(found).all():
-        raise ValueError(f"{name}={values!r}: give a sequence of finite numbers")
+        raise ValueError(f"{name}={short(values)}: give a sequence of finite numbers")
     return found
 
 

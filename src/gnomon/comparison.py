@@ -65,7 +65,26 @@ class Comparison:
     """Holds the results file as long as the comparison lives."""
 
     def times(self, integrator: str) -> dict[str, dict[float, float]]:
-        """The seconds of an integrator by problem, and by error of `TARGETS`; nan for an error that it does not reach."""
+        """The times of an integrator at equal errors, as the table shows them.
+
+        Parameters
+        ----------
+        integrator : str
+            The id of an integrator that was compared.
+
+        Returns
+        -------
+        dict of str to dict of float to float
+            By problem and by error (1e-3, 1e-6, 1e-9, 1e-12) the seconds; nan for an error that it does not reach.
+
+        Raises
+        ------
+        ValueError
+            For an id that was not compared.
+        """
+        known = dict.fromkeys(row["integrator_id"] for row in self.rows)
+        if integrator not in known:
+            raise ValueError(f"integrator={integrator!r}: {', '.join(known)} were compared")
         return {
             problem_name(*key[:3]): {target: each[target].seconds if target in each else math.nan for target in TARGETS}
             for key, series in self._series().items()
@@ -74,14 +93,36 @@ class Comparison:
         }
 
     def frame(self) -> Any:
-        """All measurements as a pandas DataFrame (extra `report`)."""
+        """All measurements as a table.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row for each measurement.
+
+        Raises
+        ------
+        ValueError
+            Without the packages of the extra `report`.
+        """
         require("report", "a data frame")
         import pandas  # an optional package
 
         return pandas.DataFrame(self.rows)
 
     def plot(self) -> Any:
-        """Draw error against time, a diagram for each problem, as a chart of Altair (extra `report`)."""
+        """Draw error against time, a diagram for each problem.
+
+        Returns
+        -------
+        altair.Chart
+            A chart, which a notebook shows and whose `save` writes .html, .svg or .png.
+
+        Raises
+        ------
+        ValueError
+            Without the packages of the extra `report`.
+        """
         require("report", "a chart")
         import altair  # an optional package
 

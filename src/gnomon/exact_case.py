@@ -12,6 +12,7 @@ from gnomon.cases.core import registry
 from gnomon.cases.core.case import Case
 from gnomon.harness.commands.show_case import equations_in_latex, formulas
 from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.running.own_functions import CaseEquations
 from gnomon.harness.system.extras import require
@@ -132,7 +133,7 @@ class ExactCase:
         except (TypeError, ValueError):
             moments = np.empty(0)
         if moments.ndim != 1 or not len(moments) or not (np.isfinite(moments) & (moments >= 0)).all():
-            raise ValueError(f"times={times!r}: give a sequence of finite times from 0 on, in s")
+            raise ValueError(f"times={short(times)}: give a sequence of finite times from 0 on, in s")
         return self.case.sample(moments)
 
     def quantities(self, digits: int = 15) -> dict[str, Any]:

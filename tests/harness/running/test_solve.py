@@ -269,6 +269,18 @@ def test_the_equations_of_a_case_are_solved() -> None:
     assert np.abs(found.y.T - case.sample(case.times)).max() < CLOSE
 
 
+def test_the_equations_of_a_case_have_its_numbers() -> None:
+    case = gnomon.case("pendulum_simple")
+    with pytest.raises(ValueError, match="args="):
+        solve(case.equations, ENDS, case.start, args=(9.8, 2.0))
+
+
+def test_a_long_wrong_argument_is_shortened() -> None:
+    with pytest.raises(ValueError, match="t_eval=") as raised:
+        solve(growth, ENDS, START, t_eval=[float(-t) for t in range(100_000)])
+    assert len(str(raised.value)) < 500
+
+
 def test_a_method_that_gives_up_says_why_and_keeps_the_states_before() -> None:
     """y' = y^2 from 1 is infinite at t = 1."""
     found = solve(lambda t, y: y**2, (0, 2), [1.0])
