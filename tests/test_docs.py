@@ -89,11 +89,11 @@ def test_the_case_of_a_page_is_certified_and_a_wrong_sign_in_it_is_not(
 
 @pytest.mark.slow
 def test_the_commands_of_the_pages_run(tmp_path: Path) -> None:
-    """Unchanged, in the order of the contents; a page's integrator is saved under the name that the page gives it."""
+    """Unchanged, in the order of the contents, but for the reader's `mypackage`; a page's integrator has its page's name."""
     (tmp_path / "midpoint.py").write_text(_blocks(ROOT / "docs" / "integrator.md", "python")[0])
     (tmp_path / "mine.py").write_text(_blocks(ROOT / "docs" / "verify.md", "python")[0])
     (tmp_path / "morse.py").write_text(_blocks(ROOT / "docs" / "own_case.md", "python")[0])
-    commands = [words for page in PAGES for words in _commands(page)]
+    commands = [words for page in PAGES for words in _commands(page) if not any("mypackage" in word for word in words)]
     assert commands
     for words in commands:
         command = [str(Path(sys.executable).parent / words[0]), *words[1:]]
