@@ -128,14 +128,20 @@ def test_equations_are_compiled_as_one_writes_them(name: str) -> None:
 def test_arguments_are_parameters_and_other_objects_are_constants() -> None:
     """A second call with another number takes the same compiled code, and has the other motion."""
 
-    def driven(t: float, y: Any, k: float, names: dict[str, float], force: Any) -> Any:
-        return y[1], -k * math.sin(y[0]) + names["a"] * force[1]
+    def driven(t: float, y: Any, k: float, names: dict[str, float], c: float, force: Any) -> Any:
+        return y[1], -k * math.sin(y[0]) - c * y[1] + names["a"] * force[1]
 
+    compiled = set()
     for k in (1.0, 2.0):
-        args = (k, {"a": 0.5}, np.array([0.0, 0.25]))
+        args = (k, {"a": 0.5}, 0.125, np.array([0.0, 0.25]))
         found = solve(driven, ENDS, START, args=args, rtol=1e-12)
         there = by_scipy(fun=driven, args=args, t_eval=found.t)
         assert np.abs(found.y - there.y).max() < CLOSE
+        clock, start = own_functions.Clock(0.0, 1.0), np.array(START)
+        equations = own_functions.OwnEquations(driven, clock, own_functions.Arguments(args), start, False)
+        assert equations.parameters == [k, 0.125]
+        compiled.add(equations.forms[0].equations)  # type: ignore[union-attr]
+    assert len(compiled) == 1
 
 
 def test_equations_may_branch_on_an_argument() -> None:
