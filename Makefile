@@ -35,7 +35,7 @@ libraries: $(INSTALLED)
 
 # Measures nothing; refuses with one line if something is missing or was made with other sources than these.
 publish: $(INSTALLED)
-	$(BIN)/python -m gnomon.harness.reporting.publication runs/full.sqlite --from $(LOCAL) --to reports
+	$(BIN)/python -m gnomon.harness.reporting.publication runs/full.sqlite --from $(LOCAL) --out reports
 
 test: lint types unit
 
@@ -64,7 +64,7 @@ stability: $(INSTALLED)
 # What `gnomon verify` finds of planted faults, and whether it fails what is right. Hours, in parts of minutes; the same command
 # resumes. Right integrators on a loaded machine: python tests/detection/measure.py --load 8.
 verification: $(INSTALLED)
-	$(BIN)/python tests/detection/measure.py --to $(LOCAL)/verification.json
+	$(BIN)/python tests/detection/measure.py --out $(LOCAL)/verification.json
 
 # Claims of speed in five launches, then measured orders and growth laws, then every other benchmark once; the next `make report` shows them.
 LAUNCHES := 1 2 3 4 5
@@ -72,9 +72,9 @@ bench: $(INSTALLED)
 	for launch in $(LAUNCHES); do \
 	  $(BIN)/pytest tests/benchmarks/test_pairs.py -q --benchmark-only --benchmark-json=runs/launch_$$launch.json || exit 1; \
 	done
-	$(BIN)/python -m gnomon.harness.studies.benchmarks $(LAUNCHES:%=runs/launch_%.json) --to $(LOCAL)/benchmarks.json
-	$(BIN)/python -m gnomon.harness.studies.orders --to $(LOCAL)/orders.json
-	$(BIN)/python -m gnomon.harness.studies.growth --to $(LOCAL)/growth.json
+	$(BIN)/python -m gnomon.harness.studies.benchmarks $(LAUNCHES:%=runs/launch_%.json) --out $(LOCAL)/benchmarks.json
+	$(BIN)/python -m gnomon.harness.studies.orders --out $(LOCAL)/orders.json
+	$(BIN)/python -m gnomon.harness.studies.growth --out $(LOCAL)/growth.json
 	$(BIN)/pytest tests/benchmarks --ignore=tests/benchmarks/test_pairs.py -m "not slow" --benchmark-only \
 	  --benchmark-max-time=0.25 --benchmark-min-rounds=3 --benchmark-json=runs/timings.json
 

@@ -1,6 +1,6 @@
 """The published report: writes reports/ from earlier measurements. Nothing is measured here.
 
-`make publish` is `python -m gnomon.harness.reporting.publication runs/full.sqlite --from reports/local --to reports`.
+`make publish` is `python -m gnomon.harness.reporting.publication runs/full.sqlite --from reports/local --out reports`.
 """
 
 import argparse
@@ -150,10 +150,10 @@ def main(arguments: Iterable[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("results", type=Path)
     parser.add_argument("--from", dest="local", type=Path, required=True)
-    parser.add_argument("--to", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
     given = parser.parse_args(None if arguments is None else list(arguments))
     try:
-        page = publish(given.results, given.local, given.to)
+        page = publish(given.results, given.local, given.out)
     except (ValueError, OSError) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2

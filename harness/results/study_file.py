@@ -17,15 +17,15 @@ Subject = TypeVar("Subject")
 def publish(
     description: str | None, measured: Callable[[Subject], dict[str, Any]], subjects: Sequence[Subject]
 ) -> None:
-    """Measure all subjects on all cores, and write the rows to the file of the command `python -m MODULE --to FILE`."""
+    """Measure all subjects on all cores, and write the rows to the file of the command `python -m MODULE --out FILE`."""
     from gnomon.harness.registry import environment  # identifies the processor, which takes a tenth of a second
 
     parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--to", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
     rows = dict(calls(partial(_at, measured, subjects), range(len(subjects)), os.cpu_count() or 1, "spawn"))
     found = {"environment": environment.describe(), "rows": [require(rows[k]) for k in range(len(subjects))]}
-    write(found, arguments.to)
+    write(found, arguments.out)
 
 
 def _at(measured: Callable[[Subject], Any], subjects: Sequence[Subject], k: int) -> Any:

@@ -1,7 +1,7 @@
 """Combines the launches of the paired benchmarks: medians and ranges over processes, for the report.
 
 `make bench` launches tests/benchmarks/test_pairs.py in new processes, each of which writes a pytest-benchmark file, and
-then runs `python -m gnomon.harness.studies.benchmarks LAUNCH... --to reports/local/benchmarks.json`. A benchmark's
+then runs `python -m gnomon.harness.studies.benchmarks LAUNCH... --out reports/local/benchmarks.json`. A benchmark's
 `extra_info` holds `rows`: dictionaries with the names of the comparison (`group`, `problem`, `level`). A row of a pair
 has the seconds of both (`first` and `second`, null if one has no result at the level) and of their null calls and
 preparations (`first_null`, `first_prepare` and so on); a row of a single time has its `value` in `unit`.
@@ -53,9 +53,9 @@ def spread(values: Sequence[float]) -> dict[str, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("launches", nargs="+", type=Path)
-    parser.add_argument("--to", type=Path, required=True)
+    parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
-    study_file.write(gathered(arguments.launches), arguments.to)
+    study_file.write(gathered(arguments.launches), arguments.out)
 
 
 if __name__ == "__main__":

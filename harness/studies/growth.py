@@ -7,7 +7,7 @@ as t.
 
 A law is named only if the interval of the power, by bootstrap over the starts, excludes every other law.
 
-`python -m gnomon.harness.studies.growth --to reports/local/growth.json` is part of `make bench`.
+`python -m gnomon.harness.studies.growth --out reports/local/growth.json` is part of `make bench`.
 """
 
 import math

@@ -5,7 +5,7 @@ with coefficients of as many digits; the binary64 table is these coefficients, r
 is measured at fixed steps, with the formula that propagates its solution. The order is fitted by
 `results.convergence_order`, as the orders of a run are.
 
-`python -m gnomon.harness.studies.orders --to reports/local/orders.json` is part of `make bench`.
+`python -m gnomon.harness.studies.orders --out reports/local/orders.json` is part of `make bench`.
 """
 
 import math

@@ -311,7 +311,7 @@ def main() -> int:
     parser.add_argument("--depth", choices=FAULT_DEPTHS, help="of mutants and defects; by default both")
     parser.add_argument("--load", type=int, default=0, help="right integrators alone, beside so many busy processes")
     parser.add_argument("--rows", type=Path, default=Path("runs/verification.jsonl"))
-    parser.add_argument("--to", type=Path, default=Path("reports/local/verification.json"))
+    parser.add_argument("--out", type=Path, default=Path("reports/local/verification.json"))
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument(
         "--keep-found", action="store_true",
@@ -334,8 +334,8 @@ def main() -> int:
         measure(chosen, known, given.rows, sources, given.workers)
     rows = [known[task] for task in [*tasks(), *tasks(given.load)] if task in known and known[task].whole]
     found = published([asdict(row) for row in dict.fromkeys(rows)], FAULT_DEPTHS, RIGHT_DEPTH)
-    given.to.parent.mkdir(parents=True, exist_ok=True)
-    given.to.write_text(json.dumps(found, indent=1) + "\n")
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    given.out.write_text(json.dumps(found, indent=1) + "\n")
     print(found["text"])
     wrong = found["false_alarms"] or found["not_measured"] or found["survivors_without_reason"]
     return int(bool(wrong) or any(not found[kind]["share"] >= least for kind, least in NEEDED.items()))

@@ -159,7 +159,7 @@ def refused(wanted: publication.Subjects, words: tuple[str, ...]) -> None:
 @needs_git
 def test_the_command_refuses_in_one_line(tree: str, capsys: pytest.CaptureFixture[str]) -> None:
     Path("runs/full.sqlite").unlink()
-    assert publication.main(["runs/full.sqlite", "--from", str(LOCAL), "--to", str(REPORTS)]) == 2
+    assert publication.main(["runs/full.sqlite", "--from", str(LOCAL), "--out", str(REPORTS)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("error: ")
 
@@ -202,10 +202,7 @@ def test_only_publish_writes_what_is_tracked_in_reports(target: str) -> None:
     ignored = (ROOT / ".gitignore").read_text().splitlines()
     assert {"runs/", "reports/local/"} <= {*ignored}
     written = [
-        words[k + 1]
-        for words in planned(target)
-        for k, word in enumerate(words)
-        if word in ("--to", "--independent", "--out")
+        words[k + 1] for words in planned(target) for k, word in enumerate(words) if word in ("--independent", "--out")
     ]
     assert written
     tracked = [path for path in written if not path.startswith(("runs/", "reports/local"))]

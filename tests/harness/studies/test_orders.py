@@ -65,7 +65,7 @@ def test_a_method_without_an_asymptotic_range_is_an_error() -> None:
 
 def test_the_published_file_has_rows_and_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(orders, "SUBJECTS", [Subject("RK4", span="3")])
-    monkeypatch.setattr("sys.argv", ["orders", "--to", str(tmp_path / "orders.json")])
+    monkeypatch.setattr("sys.argv", ["orders", "--out", str(tmp_path / "orders.json")])
     orders.main()
     found = json.loads((tmp_path / "orders.json").read_text(encoding="utf-8"))
     (row,) = found["rows"]
