@@ -20,8 +20,8 @@ from gnomon.harness.kernels.read_function import NoFormulasError, formulas
 MOST_EVENTS = 6
 """Events of one call: each combination of their signs is a mode of the motion."""
 ENDED = "ended"
-CALLS = 5
-"""Calls of a function that are timed, to say what they cost."""
+CALLS, LONG = 5, 0.02
+"""Calls of a function that are timed, to say what they cost; seconds after which no further one is."""
 SOON = 1e-9
 """Time, for a start of size 1, after which an event that is zero at the start is evaluated again."""
 SAME = 1e-9
@@ -148,9 +148,9 @@ class OwnFunction:
         return Called(lambda t, y: plain(t, y, ()), self.outputs)
 
     def seconds(self) -> float:
-        """The least time of a call."""
-        spent = []
-        for _ in range(CALLS):
+        """The least time of some calls; of one if it is long."""
+        spent = list[float]()
+        while len(spent) < CALLS and sum(spent) < LONG:
             began = time.perf_counter()
             self.at(self.clock.t0, self.start)
             spent.append(time.perf_counter() - began)
