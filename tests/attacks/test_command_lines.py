@@ -131,7 +131,7 @@ def numbers() -> Iterator[Line]:
 def paths() -> Iterator[Line]:
     reading = (["report"], ["plot"], ["export"], ["compare", "results.sqlite"])
     for path, words in (
-        *(("", "empty name"), (" ", "empty name"), (LONG, "File name too long"), (ZERO, "null byte")),
+        *(("", "empty name"), (" ", "empty name"), (LONG, "File name too long"), (ZERO, "embedded null")),
         *((HALF, "surrogate"), ("loop.sqlite", "loop.sqlite")),
     ):
         for command in (*reading, ["run", *RK4, "--out"]):

@@ -16,7 +16,10 @@ def test_a_property_depends_on_the_numbers_else_it_is_an_attribute(name: str) ->
             read = value if label == "natural_span" else read
             if read is not None:
                 code = list(dis.get_instructions(read))
-                own = any(one.argval == "self" for one in code) and read.__code__.co_names != ("default_span",)
+                used = [
+                    name for one in code for name in (one.argval if isinstance(one.argval, tuple) else (one.argval,))
+                ]
+                own = "self" in used and read.__code__.co_names != ("default_span",)
                 abstract = any(one.opname == "RAISE_VARARGS" for one in code)
                 assert own or abstract, f"{kind.__name__}.{label} = ... in place of a function"
 

@@ -136,12 +136,12 @@ def test_only_default_variants_in_their_own_coordinates_count() -> None:
     bent = _with_decoys(trusted, best=0.5, over_tolerance=1e6)
     reduced = pd.concat([REDUCED, REDUCED.assign(formulation="sundman", error_max=1e-9, status="ok")])
     rows, expected = kind_rows(equal, reduced, members), kind_rows(EQUAL, REDUCED, members)
-    assert rows == expected
+    assert repr(rows) == repr(expected)  # a cell without a number has nan
     said = findings(equal, pd.DataFrame(), rows, reduced, bent)
     assert said == findings(EQUAL, pd.DataFrame(), expected, REDUCED, trusted)
     tighter = pd.concat([_with_decoys(EQUAL, tied=True, ratio=1.0), EQUAL.assign(target=1e-9, ratio=50.0)])
     found = integrator_rows(tighter, bent, _with_decoys(orders, order=1.0), reduced, None, None)
-    assert found == integrator_rows(EQUAL, trusted, orders, REDUCED, None, None)
+    assert repr(found) == repr(integrator_rows(EQUAL, trusted, orders, REDUCED, None, None))
 
 
 def test_digits_of_what_is_exact_or_better_than_attainable() -> None:

@@ -72,6 +72,8 @@ def test_what_fails_in_a_new_process_has_no_time(tmp_path: Path) -> None:
 def test_the_case_of_an_integrator_is_one_that_it_takes(integrator: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
     (found,) = lookup.find(integrator)
+    if (reason := lookup.missing(found)) is not None:
+        pytest.skip(reason)
     series = [one for one in plan.pairs(selection.choose(plan.FOUNDATION, True), [found]) if one.left_out is None]
     wanted = [one for one in series if plan.wants_first_use(one, SUITE, 1)]
     assert len(wanted) == 1

@@ -84,9 +84,9 @@ def test_the_lines_of_every_integrator_give_the_motion(name: str, tmp_path: Path
 
 
 def test_only_engines_have_no_lines() -> None:
-    without = [name for name, one in ALL.items() if lines(one) is None]
+    without = [one for one in lookup.everything().values() if lines(one) is None]
     assert without
-    assert all(kind.__name__ == "SceneForm" for name in without for kind in ALL[name].accepts)
+    assert all(kind.__name__ == "SceneForm" for one in without for kind in one.accepts)
 
 
 def test_every_form_has_a_quick_integrator() -> None:

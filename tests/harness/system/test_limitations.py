@@ -12,8 +12,9 @@ from gnomon.harness.system import limitations
 from gnomon.reference.storage import cachefolder
 
 WITHOUT = """
-import importlib, os, pkgutil, signal, sys
+import importlib, os, pkgutil, shutil, signal, sys
 from pathlib import Path
+from types import SimpleNamespace
 import gnomon.cases
 import gnomon.harness
 import gnomon.reference
@@ -45,6 +46,7 @@ def import_all():
 
 
 import_all()  # libraries are loaded as they are: only gnomon is tested
+shutil._winapi = SimpleNamespace(NeedCurrentDirectoryForExePath=lambda name: False)  # which the real Windows has
 sys.meta_path.insert(0, Blocked())
 for module, names in NAMES.items():
     for name in names.split():
