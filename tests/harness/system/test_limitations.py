@@ -14,7 +14,6 @@ from gnomon.reference.storage import cachefolder
 WITHOUT = """
 import importlib, os, pkgutil, shutil, signal, sys
 from pathlib import Path
-from types import SimpleNamespace
 import gnomon.cases
 import gnomon.harness
 import gnomon.reference
@@ -46,7 +45,7 @@ def import_all():
 
 
 import_all()  # libraries are loaded as they are: only gnomon is tested
-shutil._winapi = SimpleNamespace(NeedCurrentDirectoryForExePath=lambda name: False)  # which the real Windows has
+shutil.which = lambda *name, **how: None  # Windows has none of the programs that libraries look for here
 sys.meta_path.insert(0, Blocked())
 for module, names in NAMES.items():
     for name in names.split():
