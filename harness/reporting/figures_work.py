@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import GRID, LETTERS, PALE, QUIET, dressed, records
-from gnomon.harness.results.analysis import TARGETS, credited, crossing
+from gnomon.harness.results.equal_error import TARGETS, credited, crossing
 
 SECONDS = {-9: "1 ns", -8: "10 ns", -7: "100 ns", -6: "1 µs", -5: "10 µs", -4: "100 µs", -3: "1 ms", -2: "10 ms"}
 SECONDS |= {-1: "0.1 s", 0: "1 s", 1: "10 s", 2: "100 s", 3: "1000 s"}

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.reporting.tables import Cell
-from gnomon.harness.results.analysis import TARGETS, own
-from gnomon.harness.results.number_text import counted, error_text, join_words, ratio_text, short_text
+from gnomon.harness.results.analysis import own
+from gnomon.harness.results.equal_error import TARGETS
+from gnomon.harness.results.number_text import counted, join_words, power_text, ratio_text, short_text
 from gnomon.harness.results.rankings import (
     ALONE,
     CONDITIONED,
@@ -65,14 +66,10 @@ def _fastest(equal: pd.DataFrame) -> list[str]:
         rest = ", ".join(f"{count} {word}" for word, count in why.items() if count)
         fastest = f"the launches separate the fastest from all others on {int(alone.sum()) or 'none'}"
         said.append(
-            f"At an error of {_power(target)}, of the {counted(cells.total(), 'case')} where any integrator reaches it,"
+            f"At an error of {power_text(target)}, of the {counted(cells.total(), 'case')} where any integrator reaches it,"
             f" {fastest}{': ' if words else ''}{', '.join(words)}{f'; {rest}' if rest else ''}."
         )
     return said
-
-
-def _power(error: float) -> str:
-    return error_text(error).replace("1.0e", "1e")
 
 
 def _by_kind(kinds: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -106,7 +103,7 @@ def _most_reliable(reduced: pd.DataFrame) -> list[str]:
     words = [f"{name} {held} of {known}" for name, held, known in shown.itertuples()]
     cases = table.index.get_level_values("case").nunique()
     return [
-        f"A hard variant is solved by a setting with an error of at most {_power(SOLVED)}, or {CONDITIONED:g} times the"
+        f"A hard variant is solved by a setting with an error of at most {power_text(SOLVED)}, or {CONDITIONED:g} times the"
         f" conditioning where that is larger. Of the {len(found.counts)} integrators with a known result on at"
         f" least half of {counted(len(table), 'hard variant')} of {cases} cases, {claim}: of those known, {', '.join(words)}."
     ]

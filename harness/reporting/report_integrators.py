@@ -15,7 +15,8 @@ from gnomon.harness.reporting.tables import (
     first_use_text,
     leads_cell,
 )
-from gnomon.harness.results.analysis import TARGETS, own
+from gnomon.harness.results.analysis import own
+from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import counted, ratio_text, short_text, time_text
 from gnomon.harness.results.rankings import (
     FEWEST,

@@ -23,6 +23,7 @@ from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_views import views
 from gnomon.harness.results import analysis, number_text, store, summary
+from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.rankings import third_party
 from gnomon.harness.running.call_cost import PYTHON_CALL
@@ -60,7 +61,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "views": views(run, problems, growth, orders),
         "own": f"{OURS}:",
         "card_heads": report_integrators.HEADS,
-        "targets": [number_text.error_text(target).replace("1.0e", "1e") for target in analysis.TARGETS],
+        "targets": [number_text.power_text(target) for target in TARGETS],
         "cases": _cases(run, work),
         "counts": {
             "cases": len(run.names),

@@ -10,7 +10,8 @@ import pandas as pd
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, TARGETS, own, preparations, records
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, own, preparations, records
+from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import (
     counted,
     error_text,

@@ -8,11 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, SCORED, Status
-from gnomon.harness.results.equal_error import TARGETS as TARGETS
-from gnomon.harness.results.equal_error import Reached, reached
-from gnomon.harness.results.equal_error import credited as credited
-from gnomon.harness.results.equal_error import crossing as crossing
-from gnomon.harness.results.equal_error import time_at as time_at
+from gnomon.harness.results.equal_error import TARGETS, Reached, reached
 from gnomon.harness.results.schema import TIMES, TIMING_SPAN
 from gnomon.harness.results.summary import ERRORS, KINDS, order
 from gnomon.harness.results.summary import NEVER_RAN as NEVER_RAN

@@ -45,6 +45,11 @@ def error_text(error: float) -> str:
     return f"{mantissa}e{int(exponent)}"
 
 
+def power_text(error: float) -> str:
+    """The text of a power of ten, as 1e-6."""
+    return error_text(error).replace("1.0e", "1e")
+
+
 def short_text(value: float) -> str:
     """A number to two figures, with an exponent only where it is very large or small: 0.43, 12, 1.2e-9."""
     if not math.isfinite(value):

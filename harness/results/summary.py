@@ -40,7 +40,7 @@ def series(rows: Iterable[Row]) -> dict[tuple[str, ...], list[dict[str, Any]]]:
     A value is the first one over the launches that is not null, but the largest for `error_max`.
     """
     found: dict[tuple[str, ...], dict[float | None, dict[str, Any]]] = {}
-    for row in sorted(_tidy(rows), key=lambda row: int(row["launch"])):
+    for row in sorted(tidy(rows), key=lambda row: int(row["launch"])):
         kept = found.setdefault(tuple(row[name] for name in SERIES), {}).setdefault(row["setting"], dict(row))
         for name, value in row.items():
             if kept[name] is None:
@@ -54,7 +54,7 @@ def _loosest_first(setting: float | None) -> tuple[bool, float]:
     return setting is None, -(setting or 0.0)
 
 
-def _tidy(rows: Iterable[Row]) -> list[dict[str, Any]]:
+def tidy(rows: Iterable[Row]) -> list[dict[str, Any]]:
     """The rows with one machine's times (see `_machines`), and without errors that are from one orientation alone."""
     found = [dict(row) for row in rows]
     for row in found:

@@ -1,6 +1,5 @@
 """A user's functions of (t, y, *args) as the form of a problem: by their formulas, or else by calls from Python."""
 
-import math
 import time
 import warnings
 from collections.abc import Callable, Sequence
@@ -14,7 +13,7 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, SecondOrder, Transition, Values, first_order
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.kernels.called_equations import Called
-from gnomon.harness.kernels.equations import kernel
+from gnomon.harness.kernels.equations import check_values, kernel
 from gnomon.harness.kernels.read_function import NoFormulasError, formulas
 
 MOST_EVENTS = 6
@@ -126,10 +125,10 @@ class OwnFunction:
         name = getattr(self.function, "__name__", "equations")
         sizes = len(self.start), len(self.arguments.numbers), self.outputs
         found = formulas(self.function, self.bound, name if name.isidentifier() else "equations", sizes)
-        try:  # as a check of its source does before it is compiled
-            found(math.nan, (math.nan,) * sizes[0], (math.nan,) * sizes[1])
-        except ArithmeticError as error:
-            raise NoFormulasError(f"{type(error).__name__}: {error}") from error
+        try:
+            check_values(found, sizes[:2], self.outputs)  # before it is compiled, which does the same
+        except ValueError as error:
+            raise NoFormulasError(str(error)) from error
         plain = self.bound(self.function)
         for t, y in ((0.0, self.start), (0.125, 1.125 * self.start + 0.125)):
             try:

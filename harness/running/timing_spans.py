@@ -16,6 +16,7 @@ from gnomon.cases.core.case import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import lookup
 from gnomon.harness.results import analysis, rankings, store
+from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
 
@@ -24,7 +25,7 @@ from gnomon import cases
 LARGEST = 2**12
 LIMIT_SECONDS = 0.1
 """Time limit of a trial (s): a slower integrator is not a contender on the spans tried."""
-AT_REST = min(analysis.TARGETS)
+AT_REST = min(TARGETS)
 """A motion has ended if it stays this close to its last state over half of its span, below all errors of the report."""
 REMAIN = 8.0
 """An integrator this far from the least time at every error does not become a contender on a span twice as long."""

@@ -1,7 +1,7 @@
 """Times two integrators at equal error, in pairs in one process: the basis of claims of speed between them.
 
 Each integrator runs at several tolerances and is scored as in a run. Its time at an error is interpolated between
-neighbouring settings by the rule of the report's tables (`analysis.time_at`), by which an error that is small by chance
+neighbouring settings by the rule of the report's tables (`equal_error.time_at`), by which an error that is small by chance
 does not count. Tighter settings that were timed count too, if they take less time. Calls of the two integrators
 alternate, so that a slow phase of the machine affects both. Their null calls alternate with them; these are over almost
 no span, with at most one step from sample to sample, and their time is the overhead of a call.
@@ -20,7 +20,7 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solv
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.score import Scorer
-from gnomon.harness.results.analysis import time_at
+from gnomon.harness.results.equal_error import time_at
 
 SHRUNK = 2.0**-40
 """Span of a null call over the span of the call: at most 1e-9 of a time scale. A power of two keeps times exact."""

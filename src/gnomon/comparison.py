@@ -22,7 +22,8 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.results import reading
 from gnomon.harness.results.equal_error import TARGETS, Reached, reached
-from gnomon.harness.results.number_text import error_text, problem_name, time_text
+from gnomon.harness.results.number_text import error_text, power_text, problem_name, time_text
+from gnomon.harness.results.summary import tidy
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
 from gnomon.harness.system.extras import require
@@ -154,10 +155,8 @@ class Comparison:
 
     def _series(self) -> dict[Names, list[dict[str, Any]]]:
         found: dict[Names, list[dict[str, Any]]] = {}
-        for row in self.rows:
-            hidden = {"default": "", "standard": "", None: ""}
-            key = tuple(hidden.get(row[name], row[name]) for name in SERIES)
-            found.setdefault(key, []).append(row)
+        for row in tidy(self.rows):
+            found.setdefault(tuple(row[name] for name in SERIES), []).append(row)
         return found
 
     def _table(self) -> Table:
@@ -169,7 +168,7 @@ class Comparison:
         for name in (*(["problem"] if several else []), "integrator"):
             table.add_column(name, no_wrap=True)
         for target in TARGETS:
-            table.add_column(f"at {error_text(target).replace('1.0', '1')}", justify="right", no_wrap=True)
+            table.add_column(f"at {power_text(target)}", justify="right", no_wrap=True)
         table.add_column("least error", justify="right", no_wrap=True)
         table.add_column("not solved")
         for key, series in found.items():
@@ -183,14 +182,19 @@ def _calls(library: str) -> Mapping[str, str]:
 
 
 def _reached(series: Sequence[Mapping[str, Any]]) -> dict[float, Reached]:
+    """The times of a series by error, from the rows that the report takes: see `analysis.equal_error`."""
     usable = [
-        {**row, "error_max": math.inf if row["status"] == Status.DIVERGED else row["error_max"]}
-        | {name: math.nan if row[name] is None else row[name] for name in ("null_seconds",)}
+        {**row, "error_max": math.inf if row["status"] == Status.DIVERGED else _number(row["error_max"])}
+        | {"null_seconds": _number(row["null_seconds"])}
         for row in series
-        if row["status"] in SCORED and row["seconds_median"] and row["error_max"] is not None
+        if row["status"] in SCORED and row["seconds_median"]
     ]
     usable.sort(key=lambda row: -row["setting"])
     return {each.target: each for each in reached(usable)} if usable else {}
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def _cells(series: Sequence[Mapping[str, Any]]) -> Iterator[str]:

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from gnomon.harness.reporting import tables
 from gnomon.harness.results import number_text
-from gnomon.harness.results.analysis import TARGETS
+from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.rankings import ONE_LAUNCH, RANKED, TOO_SHORT
 from gnomon.harness.results.summary import waited
 from said import numbers_in

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from gnomon.harness.results import analysis, summary
+from gnomon.harness.results import analysis, equal_error, summary
 from gnomon.harness.results.rankings import ranked
 from gnomon.harness.results.store import load
 from gnomon.harness.studies import model_hierarchy
@@ -36,51 +36,53 @@ def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) 
 
 def test_interpolation_is_linear_in_the_logarithms() -> None:
     errors, seconds = [1e-2, 1e-4, 1e-6], [1.0, 4.0, 16.0]
-    found, bound = analysis.time_at(errors, seconds, 1e-3)
+    found, bound = equal_error.time_at(errors, seconds, 1e-3)
     assert found == pytest.approx(2.0)
     assert not bound
-    assert analysis.time_at(errors, seconds, 1e-1) == (1.0, True)
-    assert math.isnan(analysis.time_at(errors, seconds, 1e-9)[0])
+    assert equal_error.time_at(errors, seconds, 1e-1) == (1.0, True)
+    assert math.isnan(equal_error.time_at(errors, seconds, 1e-9)[0])
 
 
 def test_a_tighter_setting_that_takes_less_time_counts() -> None:
     """For example with Taylor series: a looser tolerance gives a lower order and more steps."""
     errors = [1e-2, 1e-4, 1e-6, 1e-8]
-    assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-3) == (2.0, False)
-    assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-1) == (2.0, True)
-    assert analysis.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-8)[0] == pytest.approx(3.0)
-    assert analysis.time_at(errors, [1.0, 8.0, 2.0, 3.0], 1e-2) == (1.0, True)
+    assert equal_error.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-3) == (2.0, False)
+    assert equal_error.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-1) == (2.0, True)
+    assert equal_error.time_at(errors, [9.0, 8.0, 2.0, 3.0], 1e-8)[0] == pytest.approx(3.0)
+    assert equal_error.time_at(errors, [1.0, 8.0, 2.0, 3.0], 1e-2) == (1.0, True)
 
 
 def test_a_setting_without_a_time_counts_by_its_error_only() -> None:
     errors, missing = [1e-2, 1e-4, 1e-6, 1e-8], math.nan
-    assert analysis.time_at(errors, [9.0, 8.0, missing, 3.0], 1e-4) == (3.0, False)
-    assert math.isnan(analysis.time_at(errors, [9.0, 8.0, missing, 3.0], 1e-5)[0])
+    assert equal_error.time_at(errors, [9.0, 8.0, missing, 3.0], 1e-4) == (3.0, False)
+    assert math.isnan(equal_error.time_at(errors, [9.0, 8.0, missing, 3.0], 1e-5)[0])
 
 
 def test_the_time_of_a_setting_beyond_round_off_is_ignored() -> None:
-    assert analysis.time_at([1e-2, 1e-8, 1e-12, 2e-12, 1e-10], [1.0, 2.0, 4.0, 5.0, 0.1], 1e-8)[0] == pytest.approx(2.0)
+    assert equal_error.time_at([1e-2, 1e-8, 1e-12, 2e-12, 1e-10], [1.0, 2.0, 4.0, 5.0, 0.1], 1e-8)[0] == pytest.approx(
+        2.0
+    )
 
 
 def test_a_small_error_by_chance_is_credited_with_the_errors_of_tighter_settings() -> None:
     errors = [1e-2, 1e-9, 1e-4, 1e-5, 1e-6]
-    assert analysis.credited(errors).tolist() == [1e-2, 1e-4, 1e-4, 1e-5, 1e-6]
-    found, _ = analysis.time_at(errors, [1.0, 2.0, 4.0, 8.0, 16.0], 1e-6)
+    assert equal_error.credited(errors).tolist() == [1e-2, 1e-4, 1e-4, 1e-5, 1e-6]
+    found, _ = equal_error.time_at(errors, [1.0, 2.0, 4.0, 8.0, 16.0], 1e-6)
     assert found == pytest.approx(16.0)
 
 
 def test_one_small_error_by_chance_does_not_cut_the_sweep() -> None:
-    assert analysis.credited([1e-2, 1e-4, 1e-12, 1e-7, 1e-8]).tolist() == [1e-2, 1e-4, 1e-7, 1e-7, 1e-8]
+    assert equal_error.credited([1e-2, 1e-4, 1e-12, 1e-7, 1e-8]).tolist() == [1e-2, 1e-4, 1e-7, 1e-7, 1e-8]
 
 
 def test_settings_beyond_round_off_are_left_out() -> None:
-    held = analysis.credited([1e-4, 1e-8, 1e-12, 2e-12, 1e-10, 1e-9])
+    held = equal_error.credited([1e-4, 1e-8, 1e-12, 2e-12, 1e-10, 1e-9])
     assert held.tolist() == [1e-4, 1e-8, 2e-12, 2e-12, math.inf, math.inf]
 
 
 def test_the_sweep_ends_where_errors_are_three_times_the_second_smallest() -> None:
-    assert analysis.credited([1e-4, 1e-12, 2e-12, 7e-12]).tolist() == [1e-4, 2e-12, 2e-12, math.inf]
-    assert analysis.credited([1e-4, 1e-12, 2e-12, 5e-12]).tolist() == [1e-4, 5e-12, 5e-12, 5e-12]
+    assert equal_error.credited([1e-4, 1e-12, 2e-12, 7e-12]).tolist() == [1e-4, 2e-12, 2e-12, math.inf]
+    assert equal_error.credited([1e-4, 1e-12, 2e-12, 5e-12]).tolist() == [1e-4, 5e-12, 5e-12, 5e-12]
 
 
 def test_equal_error_ignores_a_setting_that_diverged() -> None:
