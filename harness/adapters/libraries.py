@@ -6,6 +6,7 @@ The file is data, so that reading it imports no library, and that a word for the
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from typing import Any
 
 from gnomon.harness.contract.declared import declared
@@ -36,10 +37,15 @@ class Library:
     """The modules that worker processes find imported. A library that starts threads at its import has none: processes
     are forked from the one that imports them."""
     calls: Mapping[str, str] = field(default_factory=dict)
-    """How its integrators call the equations of a case, with the words of the page for these integrators: `compiled`
-    together with the method, `direct` as machine code, or through `python`. Empty for an engine with its own equations."""
+    """How its integrators call the equations of a case, by a pattern of their names, the first match counts: `compiled`
+    together with the method, `direct` as machine code, through `python`; or they move bodies by their `own` equations, an
+    `engine` in calls of one step."""
     colour: str | None = None
-    """In charts; without, it has one of those that no library declares."""
+    """In charts; without, it has the colour of text."""
+
+    def way(self, name: str) -> str:
+        """How the integrator of this name calls the equations (see `calls`); empty if that is not declared."""
+        return next((way for pattern, way in self.calls.items() if fnmatchcase(name, pattern)), "")
 
     @property
     def package(self) -> str:

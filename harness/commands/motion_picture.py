@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from gnomon.cases import Case
 from gnomon.harness.commands.show_case import save
-from gnomon.harness.measuring.drawn_motion import curve
+from gnomon.harness.measuring.drawn_motion import curve, planes
 from gnomon.harness.reporting.style import INK, dressed
 
 WIDTH, HEIGHT = 640, 180
@@ -64,23 +63,6 @@ def _charts(case: Case) -> tuple[Any, dict[str, Any]]:
         )
     above = altair.Title(case.title, subtitle=case.id, anchor="start")
     return dressed(altair.vconcat(*panels, title=above).resolve_scale(color="independent")), {"motion": rows}
-
-
-def planes(case: Case) -> dict[str, tuple[int, int]]:
-    """The places of x and y of each body that moves in a plane or is seen from above, by the number in its names.
-
-    These are Cartesian coordinates in metres of one group: x and y, or x2 and y2.
-    """
-    names = {coordinate.name: k for k, coordinate in enumerate(case.state)}
-    found = {}
-    for name, k in names.items():
-        body = re.fullmatch(r"x(\d*)", name)
-        across = names.get(f"y{body[1]}") if body else None
-        if body and across is not None:
-            x, y = case.state[k], case.state[across]
-            if x.group == y.group and x.unit == y.unit == "m":
-                found[body[1]] = (k, across)
-    return found
 
 
 def _orbit(case: Case, states: Any) -> list[Any]:

@@ -6,6 +6,7 @@ times of a default case, else some that are computed here, and the states before
 `AGREED`, the integration begins again at the last state that agreed; an interval that it cannot cross is computed exactly.
 """
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -61,6 +62,23 @@ def curve(case: Case) -> tuple[Floats, Floats]:
         if np.all(_group_ranges(shown, np.ptp(known, axis=0)) <= 2 * sizes):
             break
     return np.concatenate([when for when, _ in drawn]), known
+
+
+def planes(case: Case) -> dict[str, tuple[int, int]]:
+    """The places of x and y of each body that moves in a plane or is seen from above, by the number in its names.
+
+    These are Cartesian coordinates in metres of one group: x and y, or x2 and y2.
+    """
+    names = {coordinate.name: k for k, coordinate in enumerate(case.state)}
+    found = {}
+    for name, k in names.items():
+        body = re.fullmatch(r"x(\d*)", name)
+        across = names.get(f"y{body[1]}") if body else None
+        if body and across is not None:
+            x, y = case.state[k], case.state[across]
+            if x.group == y.group and x.unit == y.unit == "m":
+                found[body[1]] = (k, across)
+    return found
 
 
 def _exact_states(case: Case) -> tuple[Case, Floats, Floats]:

@@ -11,9 +11,7 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.figures_work import ERRORS
-from gnomon.harness.reporting.style import INK, STATUS_COLOURS, dressed, records
-from gnomon.harness.reporting.tables import digits
-from gnomon.harness.results.analysis import NEVER_RAN, NOT_RUN, PARTLY
+from gnomon.harness.reporting.style import INK, dressed, records
 from gnomon.harness.results.number_text import short_text
 
 
@@ -23,87 +21,6 @@ def _kept(table: pd.DataFrame, *columns: str) -> list[dict[str, Any]]:
     for name in short.select_dtypes("float"):
         short[name] = [float(f"{value:.4g}") for value in short[name]]
     return records(short)
-
-
-def broken_problems(matrix: pd.DataFrame) -> pd.DataFrame:
-    """The number of problems without an ok setting, and their most frequent status, by case and integrator.
-
-    `matrix`: case, integrator_id, verdict, settings_ok. A row for each pair that ran, with the columns problems
-    (problems that ran), broken, verdict; if nothing failed and a hard variant was not run, the verdict is `not_run`.
-    """
-    ran = matrix[~matrix["verdict"].isin(NEVER_RAN)]
-    missing = set(
-        matrix.loc[matrix["verdict"] == NOT_RUN, ["case", "integrator_id"]].itertuples(index=False, name=None)
-    )
-    rows = []
-    for (case, name), part in ran.groupby(["case", "integrator_id"], sort=False):
-        lost = part[part["settings_ok"] == 0]
-        whole = Status.OK if (part["verdict"] == Status.OK).all() else PARTLY
-        verdict = lost["verdict"].mode().iloc[0] if len(lost) else NOT_RUN if (case, name) in missing else whole
-        rows.append((case, name, len(part), len(lost), verdict))
-    return pd.DataFrame(rows, columns=["case", "integrator_id", "problems", "broken", "verdict"])
-
-
-def break_map(broken: pd.DataFrame, look: pd.DataFrame, cases: list[str]) -> alt.LayerChart:
-    """Case x integrator: the number of problems without an ok setting. `broken`: from `broken_problems`."""
-    table = broken.assign(problem=broken["case"], cell=[f"{n}" if n else "" for n in broken["broken"]])
-    present = [name for name in STATUS_COLOURS if name in set(table["verdict"])]
-    colour = alt.Color(
-        "verdict:N",
-        title="most frequent failure",
-        scale=alt.Scale(domain=present, range=[STATUS_COLOURS[name] for name in present]),
-        legend=alt.Legend(orient="top", direction="horizontal", columns=len(present), titleOrient="left"),
-    )
-    dark = alt.condition(f"datum.verdict == '{Status.CRASHED}'", alt.value("white"), alt.value(INK))
-    return _map(table, look, cases, "verdict", colour, dark, 10)
-
-
-def trust_map(table: pd.DataFrame, look: pd.DataFrame, problems: list[str]) -> alt.LayerChart:
-    """Problem x integrator: the digits at the best setting, coloured by the digits short of the attainable.
-
-    `table` has the columns problem, integrator_id, best, attainable.
-    """
-    lost = np.log10(np.maximum(table["best"], 1e-17)) - np.log10(np.maximum(table["attainable"], 1e-17))
-    reached = table.assign(cell=[str(digits(best)) for best in table["best"]], lost=np.clip(lost, 0, 12))
-    colour = alt.Color(
-        "lost:Q",
-        title="digits short of the attainable",
-        scale=alt.Scale(scheme="blues", reverse=True, domain=[0, 12]),
-        legend=alt.Legend(orient="top", direction="horizontal", titleOrient="left", gradientLength=220, titleLimit=260),
-    )
-    ink = alt.condition("datum.lost < 5", alt.value("white"), alt.value(INK))
-    return _map(reached, look, problems, "lost", colour, ink, 10.5)
-
-
-def _map(
-    table: pd.DataFrame, look: pd.DataFrame, problems: list[str], shown: str, colour: alt.Color, ink: Any, size: float
-) -> alt.LayerChart:
-    """A column an integrator, a row a problem, in the given order.
-
-    `shown`: the column of `table` that has the colour; `ink` and `size`: of the text in a cell. The columns have the
-    width of readable cells and fit beside the names of the problems.
-    """
-    quiet = {"title": None, "labelLimit": 260}
-    lines = {"ticks": False, "domain": False, "grid": False}
-    base = alt.Chart(alt.NamedData("cells")).encode(
-        x=alt.X(
-            "integrator_id:N",
-            title=None,
-            sort=[name for name in look["series"] if name in set(table["integrator_id"])],
-            axis=alt.Axis(orient="top", labelAngle=-60, **quiet, **lines),
-        ),
-        y=alt.Y(
-            "problem:N",
-            title=None,
-            sort=[name for name in problems if name in set(table["problem"])],
-            axis=alt.Axis(labelColor=INK, **quiet, **lines),
-        ),
-    )
-    cells = base.mark_rect(stroke="white", strokeWidth=1).encode(color=colour)
-    words = base.transform_filter("datum.cell").mark_text(fontSize=size).encode(text="cell:N", color=ink)
-    step = max(21, min(27, 850 // max(table["integrator_id"].nunique(), 1)))
-    chart = alt.layer(cells, words).properties(width={"step": step}, height={"step": 20})
-    return dressed(chart, {"cells": _kept(table, "problem", "integrator_id", "cell", shown)})
 
 
 def tolerance_spread(points: pd.DataFrame) -> pd.DataFrame:
@@ -182,7 +99,7 @@ def hierarchy_chart(levels: pd.DataFrame) -> alt.LayerChart:
     )
     legend = alt.Legend(title=None, orient="top")
     domain = [spans["early"], spans["error"]]
-    colour = alt.Color("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["#56B4E9", "#12324a"]))
+    colour = alt.Color("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["#b9b6ae", INK]))
     shape = alt.Shape("over:N", legend=legend, scale=alt.Scale(domain=domain, range=["circle", "diamond"]))
     tooltip = [alt.Tooltip("place:N", title="model"), "lacks:N", "over:N", alt.Tooltip("words:N", title="error")]
     lines = base.mark_line(color="#b9b6ae", strokeWidth=2).encode(x, y, detail="place:N")
@@ -210,7 +127,7 @@ def policy_chart(points: pd.DataFrame) -> alt.LayerChart:
     )
     names = [name for name in ("as shipped", "configured", "staggered") if name in set(table["policy"])]
     names += sorted(set(table["policy"]) - set(names))
-    colours = ["#8c2d3a", "#0072B2", "#009E73", "#8a6d00", "#56B4E9"]
+    colours = ["#b34700", "#1f5fa8", "#1b7a3d", "#8a6d00", "#6a3d9a"]
     shapes = ["cross", "circle", "diamond", "square", "triangle-up"]
     base = alt.Chart(alt.NamedData("points")).encode(
         y=alt.Y("place:N", title=None, sort=None, axis=alt.Axis(labelLimit=320, grid=True))

@@ -12,7 +12,7 @@ import altair as alt
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting.style import GRID, LETTERS, PALE, QUIET, dressed, records
+from gnomon.harness.reporting.style import GRID, INK, LETTERS, PALE, QUIET, dressed, records
 from gnomon.harness.results.equal_error import TARGETS, credited, crossing
 
 SECONDS = {-9: "1 ns", -8: "10 ns", -7: "100 ns", -6: "1 µs", -5: "10 µs", -4: "100 µs", -3: "1 ms", -2: "10 ms"}
@@ -26,6 +26,8 @@ TOP = 2.6
 EXACT = -17.0
 """The decade at which an error of exactly zero is drawn, below every floor."""
 OTHERS = "#c4c1b8"
+TENTHS = 8
+"""Marks of failed trials that are closer than one over this number of decades are one mark."""
 PROBLEM = ["case", "variant", "formulation"]
 
 
@@ -123,33 +125,38 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
     worded = {
         "e": f"datum.failed ? 'failed' : datum.error <= {EXACT} ? '0' : format(pow(10, datum.error), '.1e')",
         "w": f"format(pow(10, datum.{axis}), '.3s')" + (" + 's'" if axis == "time" else ""),
-        "letter": f"({_table(LETTERS)})[datum.status] || '?'",
+        "letter": f"({expression(LETTERS)})[datum.status] || '?'",
     }
     base = base.transform_calculate(**worded)
     kept, lost = base.transform_filter("!datum.failed"), base.transform_filter("datum.failed")
     order = alt.Order("setting:Q", sort="descending")
-    others, others_lost = kept.transform_filter("!datum.front"), lost.transform_filter("!datum.front")
-    first, first_lost = kept.transform_filter("datum.front"), lost.transform_filter("datum.front")
+    others, first = kept.transform_filter("!datum.front"), kept.transform_filter("datum.front")
+    # Failed trials of a library that are close are one mark with their number: single ones would cover each other.
+    close = {"near": f"round({TENTHS} * datum.{axis}) / {TENTHS}"}
+    piles = lost.transform_calculate(**close).transform_aggregate(
+        trials="count()", groupby=["near", "error", "letter", "status"]
+    )
+    piles = piles.transform_calculate(mark="datum.letter + (datum.trials > 1 ? datum.trials : '')")
+    pointed = alt.selection_point(name="pointed", fields=["series"], on="pointerover", clear="pointerout", empty=False)
+    grey = alt.condition(pointed, alt.value(INK), alt.value(OTHERS))
     margin = alt.Chart(alt.NamedData("margin"))
     rules = alt.Chart(alt.NamedData("limits"))
     small = {"align": "left", "baseline": "bottom", "color": QUIET, "fontSize": 10.5}
+    found_text = [alt.Tooltip("status:N"), alt.Tooltip("trials:Q", title="trials near here")]
     chart = alt.layer(
         margin.mark_rect(color=PALE).encode(y=alt.Y("low:Q"), y2="high:Q"),
         margin.mark_text(**small, dx=1, dy=-3).encode(y="high:Q", x=alt.value(0), text="text:N"),
         rules.mark_rule(color=QUIET, strokeDash=[2, 3], strokeWidth=1.3).encode(y="at:Q"),
-        others.mark_line(strokeWidth=1, color=OTHERS).encode(x, y, detail="series:N", order=order),
-        others.mark_point(size=14, filled=True, opacity=1, color=OTHERS).encode(x, y, tooltip=tooltip),
-        others_lost.mark_text(fontSize=9, color="#9b988f").encode(x, y, text="letter:N", tooltip=tooltip),
+        others.mark_line(strokeWidth=1).encode(x, y, detail="series:N", order=order, color=grey),
+        others.mark_point(size=14, filled=True, opacity=1).encode(x, y, color=grey, tooltip=tooltip).add_params(pointed),
         first.mark_line(strokeWidth=2).encode(x, y, colour, strokeDash=dash, opacity=strength, order=order),
         first.mark_point(size=52, filled=True)
         .encode(x, y, colour, shape, opacity=strength, tooltip=tooltip)
         .add_params(pick, hover),
-        first_lost.mark_text(fontSize=10, fontWeight="bold").encode(
-            x, y, colour, text="letter:N", opacity=strength, tooltip=tooltip
-        ),
+        piles.mark_text(fontSize=9.5, color=QUIET).encode(alt.X("near:Q"), y, text="mark:N", tooltip=found_text),
         *(_limit_words(rules, small, floor, halo) for halo in (True, False) for floor in (True, False)),
     )
-    margin_text = [{"low": MARGIN, "high": TOP, "text": "failed trials"}]
+    margin_text = [{"low": MARGIN, "high": TOP, "text": "failed trials, with their number"}]
     data: dict[str, Any] = {"points": [], "limits": [], "margin": margin_text}
     found: dict[str, Any] = dressed(chart.properties(width=640, height=440, datasets=data)).to_dict(validate=False)
     return found
@@ -162,7 +169,7 @@ def _axes(axis: str, title: str) -> tuple[alt.X, alt.Y]:
         f"{axis}:Q",
         title=title,
         scale=alt.Scale(zero=False, nice=True, padding=14),
-        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=f"({_table(names)})[datum.value] || ''"),
+        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=f"({expression(names)})[datum.value] || ''"),
     )
     only_errors = alt.condition("datum.value > 0", alt.value("transparent"), alt.value(GRID))
     y = alt.Y(
@@ -180,7 +187,7 @@ def _limit_words(rules: alt.Chart, small: dict[str, Any], floor: bool, halo: boo
     A pale edge (`halo`) separates letters from lines.
     """
     place = {"baseline": "top", "dy": 4} if floor else {"baseline": "bottom", "dy": -2}
-    edge = {"stroke": "white", "strokeWidth": 3, "strokeOpacity": 0.85} if halo else {}
+    edge = {"stroke": "#ffffff", "strokeWidth": 3, "strokeOpacity": 0.85} if halo else {}
     chosen = rules.transform_filter(f"(indexof(datum.limit, 'floor') == 0) == {str(floor).lower()}")
     words = chosen.mark_text(**small | {"align": "right", "dx": -4} | place | edge)
     return words.encode(y="at:Q", x=alt.value("width"), text="limit:N")
@@ -215,5 +222,6 @@ def _restricted(node: Any, kept: Collection[str]) -> Any:
     return found
 
 
-def _table(names: dict[int, str] | dict[str, str]) -> str:
+def expression(names: dict[int, str] | dict[str, str]) -> str:
+    """The names by value as an object of Vega's expressions."""
     return "{" + ", ".join(f"'{key}': '{value}'" for key, value in names.items()) + "}"

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.cases.core.case import Case
+from gnomon.harness.reporting import style
 from gnomon.harness.reporting.report_charts import (
     page_charts,
     panel_charts,
@@ -18,11 +19,14 @@ from gnomon.harness.reporting.report_charts import (
 from gnomon.harness.reporting.report_pack import pack_json, pack_vega
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
-from gnomon.harness.results import number_text, opening, store
+from gnomon.harness.results import number_text, opening, rankings, store
 from gnomon.harness.results.visible import Verbatim, code, markdown
 from gnomon.reference.storage import diskcache
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
+
+ABOUT = ("title", "section", "stresses", "unrun", "lacking", "span")
+"""What the page's script knows of a case."""
 
 
 def write_report(
@@ -69,34 +73,36 @@ def write_report(
 
 
 def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
-    """The page. Tables of single cases are compressed, and inserted when their case is chosen."""
-    environment = Environment(undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    """The page. Data of single cases are compressed, and shown when their case is chosen."""
+    templates = PackageLoader("gnomon.harness.reporting", "templates")
+    environment = Environment(loader=templates, undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= {
         "breakable": _breakable,
         "counted": number_text.counted,
+        "division": lambda name: rankings.division(name.partition(":")[0]),
         "grouped": number_text.grouped,
+        "hue": lambda name: Markup(style.themed(style.hue(name.partition(":")[0]))),
         "joined": _joined,
+        "lower_first": lambda text: text[:1].lower() + text[1:],
+        "site": lambda address: address.split("/")[2] if "//" in address else address,
     }
-    panel = environment.from_string(_source("report_case.html.j2")).module
-    panels = {
-        case["name"]: {
-            "times": str(panel.times(case["times"], words["targets"], case["span"])),  # type: ignore[attr-defined]
-            "others": str(panel.times(case["others"], words["targets"], case["span"])),  # type: ignore[attr-defined]
-            "stability": str(panel.stability(case, words["own"])),  # type: ignore[attr-defined]
-        }
-        for case in words["cases"]
+    panel = environment.get_template("report_case.html.j2").module
+    carried = {
+        "times": words["times"],
+        "stability": {case["name"]: str(panel.stability(case)) for case in words["cases"] if case["stability"]},  # type: ignore[attr-defined]
+        "about": {case["name"]: {key: case[key] for key in ABOUT} for case in words["cases"]},
+        "first": words["opened"],
     }
-    about = {case["name"]: {key: case[key] for key in ("title", "section", "stresses")} for case in words["cases"]}
-    carried = {"tables": panels, "about": about} | {name: words[name] for name in ("chapters", "first", "own")}
-    return environment.from_string(_source("report.html.j2")).render(
+    plain = Environment(undefined=StrictUndefined)
+    css = plain.from_string(_source("report.css")).render(dark=style.DARK, own_grey=style.OWN_GREY, colours=style.STATUS_COLOURS)
+    return environment.get_template("report.html.j2").render(
         words,
         titles={case["name"]: case["title"] for case in words["cases"]},
         sections={case["name"]: case["section"] for case in words["cases"]},
         chart_names=list(charts["others"]),
-        profiles=[name for name in charts["others"] if name.startswith("profile_") and not name.endswith("_others")],
-        css=_source("report.css"),
+        css=css,
         script=_source("report.js"),
-        data=pack_json(charts | carried),
+        data=pack_json(style.themed_values(charts | carried)),
         vega=pack_vega(),
     )
 

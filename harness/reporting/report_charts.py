@@ -14,7 +14,6 @@ import pandas as pd
 from altair.utils import schemapi
 from gnomon.harness.contract.status import SCORED
 from gnomon.harness.reporting import figures, report_stability, style, tables
-from gnomon.harness.reporting.figures_profiles import kinds_charts, profile_charts
 from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
 from gnomon.harness.reporting.images import write_images
 from gnomon.harness.reporting.kept_parts import kept
@@ -62,18 +61,6 @@ def work_problems(run: Run) -> dict[str, Problems]:
     }
 
 
-def map_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
-    """The maps of failures and of digits as charts, for files; the page has tables instead."""
-    charts: dict[str, alt.TopLevelMixin] = {}
-    broken = figures.broken_problems(run.matrix)
-    if len(broken):
-        charts["breaks"] = figures.break_map(broken, run.look, run.names)
-    default = run.trusted[(run.trusted["variant"] == "") & run.trusted["best"].notna()]
-    if len(default):
-        charts["trust"] = figures.trust_map(default, run.look, list(run.problems["problem"]))
-    return charts
-
-
 Specifications = dict[str, dict[str, Any]]
 """Vega-Lite specifications of charts, by name."""
 
@@ -83,12 +70,6 @@ def specifications(charts: Mapping[str, alt.TopLevelMixin]) -> Specifications:
     return {name: chart.to_dict(validate=False) for name, chart in charts.items()}
 
 
-def complete(run: Run, rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows of cases without outstanding trials: in a profile an outstanding trial would count as a failure."""
-    lost = {row.case for row in run.outstanding.planned if row.measured < row.trials}
-    return rows[~rows["case"].isin(lost)]
-
-
 def run_charts(run: Run) -> Specifications:
     """All charts of a run except the work-precision diagrams; charts without data are left out."""
     with schemapi.debug_mode(False):  # else Altair validates every part of a chart
@@ -96,8 +77,7 @@ def run_charts(run: Run) -> Specifications:
 
 
 def _run_charts(run: Run) -> dict[str, alt.TopLevelMixin]:
-    charts: dict[str, alt.TopLevelMixin] = {**profile_charts(complete(run, run.equal), complete(run, run.reduced))}
-    charts |= kinds_charts(run.equal, run.matrix, run.kinds)
+    charts: dict[str, alt.TopLevelMixin] = {}
     asked = run.reduced[(run.reduced["setting_kind"] == "tolerance") & run.reduced["status"].isin(SCORED)]
     asked = asked[(asked["setting"] > asked["conditioning"].fillna(0)) & asked["error_max"].notna()]
     if len(asked):
@@ -121,7 +101,7 @@ def panel_charts(found: Mapping[str, Any] | None) -> Specifications:
 
 
 def page_charts(run: Run, work: dict[str, Problems], charts: Specifications) -> dict[str, Any]:
-    """The data of the page's script: specifications, the points of each problem, and the map of verdicts.
+    """The data of the page's script: specifications, the points of each problem, and the digits of all pairs.
 
     The two work-precision specifications have all integrators; the page reduces them to the integrators of a problem.
     """
@@ -159,41 +139,16 @@ def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
 
 
 def _map(run: Run) -> dict[str, Any]:
-    """Verdicts of every problem, run or not, and integrator: one string a problem, with three characters an integrator.
-
-    These are the verdict (its index in the list), the digits reached and the digits short of the attainable, both in
-    base 36, or `-`. `why` has the first failure of cells without an ok setting.
-    """
-    looks = run.look
-    verdicts = list(style.STATUS_COLOURS)
-    columns_ = {name: i for i, name in enumerate(looks["series"])}
-    attainable = run.trusted.set_index(["problem", "integrator_id"])["attainable"].to_dict()
-    parts: dict[str, list[dict[str, Any]]] = {}
-    for one in analysis.records(run.matrix):
-        parts.setdefault(one["problem"], []).append(one)
+    """The digits that each integrator reaches on every problem, and None without an ok setting: for the download."""
+    series = list(run.look["series"])
+    table = run.matrix.drop_duplicates(["problem", "integrator_id"]).pivot(index="problem", columns="integrator_id", values="best")
+    table = table.reindex(columns=series)
     rows = []
-    place_of = {name: i for i, name in enumerate(run.names)}
-    problems = run.matrix.drop_duplicates("problem").sort_values(
-        "case", key=lambda column: column.map(place_of), kind="stable"
-    )
-    for problem in problems.to_dict("records"):
-        cells, why = ["   "] * len(columns_), {}
-        for one in parts[problem["problem"]]:
-            place = columns_[one["integrator_id"]]
-            digits = lost = "-"
-            if np.isfinite(one["best"]):
-                got = tables.digits(one["best"])
-                best = max(one["best"], 1e-17)
-                limit = max(attainable[problem["problem"], one["integrator_id"]], 1e-17)
-                digits = np.base_repr(got, 36)
-                lost = np.base_repr(int(np.clip(round(np.log10(best) - np.log10(limit)), 0, 35)), 36)
-            elif one["reason"]:
-                why[place] = one["reason"]
-            cells[place] = f"{verdicts.index(one['verdict']):x}{digits}{lost}"
-        label = (problem["variant"] or "default") + (f" ({problem['formulation']})" if problem["formulation"] else "")
-        rows.append([problem["case"], label, "".join(cells), why])
-    look = looks[["series", "library"]].to_dict("list")
-    return {**look, "verdicts": verdicts, "letters": style.LETTERS, "rows": rows}
+    for one in run.problems.to_dict("records"):
+        label = (one["variant"] or "default") + (f" ({one['formulation']})" if one["formulation"] else "")
+        best = table.loc[one["problem"]].tolist() if one["problem"] in table.index else []
+        rows.append([one["case"], label, [None if math.isnan(error) else round(tables.digits(error), 1) for error in best]])
+    return {"series": series, "rows": rows}
 
 
 def write_figures(run: Run, work: dict[str, Problems], charts: Specifications, folder: Path) -> None:
@@ -202,7 +157,7 @@ def write_figures(run: Run, work: dict[str, Problems], charts: Specifications, f
     Figures that only an earlier report has are removed, if its manifest lists them.
     """
     specification = work_precision(run.look, "time")
-    wanted = charts | specifications(map_charts(run))
+    wanted = dict(charts)
     for name, problems in work.items():
         for label, problem in problems.items():
             if not label.startswith("default"):

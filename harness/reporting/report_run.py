@@ -63,9 +63,18 @@ class Run:
         return style.styles(self.frame)
 
     @cached_property
+    def equal_error(self) -> pd.DataFrame:
+        return analysis.equal_error(self.timed)
+
+    @cached_property
     def equal(self) -> pd.DataFrame:
-        equal = rankings.ranked(analysis.equal_error(self.timed))
-        return equal.join(analysis.first_uses(self.frame), on="integrator_id")
+        """The times at equal error, ranked within divisions."""
+        return rankings.divisions(self.equal_error)
+
+    @cached_property
+    def counted(self) -> pd.DataFrame:
+        """The evaluations of the equations at equal error, ranked within divisions."""
+        return rankings.divisions(self.equal_error, rankings.counted)
 
     @cached_property
     def kinds(self) -> dict[str, list[str]]:

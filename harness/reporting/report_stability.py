@@ -14,7 +14,7 @@ import altair as alt
 import numpy as np
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import sidecars
-from gnomon.harness.reporting.style import INK, QUIET, dressed, hues
+from gnomon.harness.reporting.style import INK, QUIET, dressed, hue
 from gnomon.harness.results.profiles import OURS
 
 ROW, WIDTH, CELL = 18, 170, 46
@@ -65,17 +65,11 @@ def _rows(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def stability_charts(found: Mapping[str, Any] | None) -> dict[str, alt.TopLevelMixin]:
-    """The figures of `stability.json` by name, `stability_` and the panel; figures without marks are left out.
-
-    Figures whose names end in `_others` show third-party libraries alone, if there are in-house integrators too.
-    """
+    """The figures of `stability.json` by name, `stability_` and the panel; figures without marks are left out."""
     if found is None:
         return {}
-    others = [row for row in found["rows"] if not row["integrator"].startswith(f"{OURS}:")]
-    charts = _charts(found.get("figures", {}), found["rows"])
-    if len(others) < len(found["rows"]):
-        charts |= {f"{name}_others": chart for name, chart in _charts(found.get("figures", {}), others).items()}
-    return charts
+    third_first = sorted(found["rows"], key=lambda row: row["integrator"].startswith(f"{OURS}:"))
+    return _charts(found.get("figures", {}), third_first)
 
 
 def _charts(figures: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict[str, alt.TopLevelMixin]:
@@ -98,9 +92,7 @@ def _integrators(marks: Sequence[Mapping[str, Any]]) -> list[str]:
 
 def _colour(names: Sequence[str], channel: Any = alt.Color) -> Any:
     """The hue of the library of each integrator."""
-    libraries = list(dict.fromkeys(name.split(":")[0] for name in names))
-    hue = hues(libraries)
-    scale = alt.Scale(domain=list(names), range=[hue[name.split(":")[0]] for name in names])
+    scale = alt.Scale(domain=list(names), range=[hue(name.split(":")[0]) for name in names])
     return channel("integrator:N", scale=scale, legend=None)
 
 

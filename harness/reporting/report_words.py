@@ -2,30 +2,31 @@
 
 import itertools
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import (
     report_benchmarks,
     report_checks,
-    report_integrators,
     report_stability,
     style,
     tables,
 )
+from gnomon.harness.registry.representatives import representative
+from gnomon.harness.reporting.page.case_tables import case_tables
+from gnomon.harness.reporting.page.first_screen import MEANINGS, first_screen
+from gnomon.harness.reporting.page.multiples import multiples
+from gnomon.harness.reporting.page.representing import title
 from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
-from gnomon.harness.reporting.report_views import views
 from gnomon.harness.results import analysis, number_text, store, summary
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import third_party
 from gnomon.harness.running.call_cost import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 
@@ -34,6 +35,18 @@ TIMED = [
     *("prepare_seconds", "seconds_median"),
 ]
 """The columns that the tables of times need; copies of all columns would take tens of megabytes."""
+
+LOADED = 0.05
+"""Share of timed measurements with a wait above which the page says at its head that the machine was busy."""
+MARKS = {"reaches": "●", "rough": "◐", "fails": "✕", "cannot": "–"}
+DIVISIONS = {
+    "yours": "Yours",
+    "third": "Third-party libraries",
+    "own": "gnomon’s own methods, in a division of their own",
+}
+LINKS = [
+    ("repository", "https://github.com/gnomon/gnomon"),
+]
 
 
 def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> dict[str, Any]:
@@ -48,6 +61,9 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
     ]
     growth, orders = (read(*folders) for read in (report_benchmarks.growth, report_benchmarks.orders))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
+    libraries = set(ran["library"])
+    first = first_screen(run)
+    waits = summary.waited(zip(run.frame["seconds_median"], run.frame["delay_seconds"], strict=True))
     return {
         "results": "/".join(run.path.resolve().parts[-2:]),
         "runs": runs,
@@ -57,30 +73,41 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "machines": machines_text(run.frame),
         "launches": launches_text(run.timed),
         "scatter": scatter_text(run.timed),
-        "waited": _waited_text(run.frame),
-        "views": views(run, problems, growth, orders),
-        "own": f"{OURS}:",
-        "card_heads": report_integrators.HEADS,
+        "waited": number_text.waited_text(*waits),
+        "loaded": waits[1] > LOADED * waits[0],
+        "first": first,
+        "opened": first["lead"]["case"] if first["lead"] else str(run.frame["case"].iloc[0]),
+        "outcomes": MEANINGS,
+        "marks": MARKS,
+        "chosen": chosen(first["stands"]),
+        "needs": None,
+        "absent": [],
+        "older": [],
+        "links": LINKS,
+        "both_divisions": OURS in libraries and len(libraries) > 1,
+        "divisions": DIVISIONS,
+        "multiples": multiples(run, orders),
+        "fastest": tables.fastest(run.equal, problems),
+        "times": case_tables(run),
         "targets": [number_text.power_text(target) for target in TARGETS],
         "cases": _cases(run, work),
         "counts": {
             "cases": len(run.names),
             "problems": len(run.problems),
             "integrators": ran["integrator_id"].nunique(),
-            "libraries": ran["library"].nunique(),
-            "not_installed": sorted(set(run.frame["library"]) - set(ran["library"])),
+            "libraries": len(libraries),
+            "not_installed": sorted(set(run.frame["library"]) - libraries),
             "trials": len(ran),
             "ran": int((ran["status"] != Status.SKIPPED).sum()),
             "measurements": int((~run.frame["status"].isin([*analysis.NEVER_RAN, Status.SKIPPED])).sum()),
         },
         "shares": tables.status_shares(run.reduced),
         "chapters": run.chapters,
-        "first": str(run.frame["case"].iloc[0]),
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
         "hierarchies": hierarchy_rows(run.hierarchies),
         "engine_settings": engine_settings(run.frame),
-        "calls": describe_calls(),
-        "given": sorted(set(ran["library"]) - {OURS, *LIBRARIES}),
+        "tolerances": tolerances_text(run.trusted),
+        "engines": engines_text(run.policies),
         "python_call": PYTHON_CALL,
         "meanings": style.MEANINGS,
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
@@ -94,33 +121,73 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
     }
 
 
-def describe_calls() -> dict[str, list[str]]:
-    """The integrators that call equations in each of the ways of `Library.calls`, in words."""
-    found: dict[str, list[str]] = {"compiled": ["in-house methods"], "direct": [], "python": []}
-    for library in LIBRARIES.values():
-        for way, words in library.calls.items():
-            found[way].append(words)
+def chosen(stands: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """For each library the methods that stand for it, with the kinds of systems and the words of its manual."""
+    found = []
+    for stand in stands:
+        methods: dict[str, dict[str, Any]] = {}
+        for kind, name in stand["methods"].items():
+            one = representative(stand["name"], kind)
+            if name is None or one is None:
+                continue
+            row = {"id": name, "kinds": [], "quote": one.quote, "source": one.source}
+            methods.setdefault(name, row)["kinds"].append(kind.partition(":")[0].lower())
+        if len(methods) == 1:
+            next(iter(methods.values()))["kinds"] = []
+        if methods:
+            found.append({"title": stand["title"], "methods": list(methods.values())})
     return found
+
+
+def tolerances_text(trusted: pd.DataFrame) -> str:
+    """How many adaptive integrators keep the error below the tolerance, in a sentence; empty if fewer than two ran."""
+    rows = analysis.own(trusted)
+    grouped = rows.dropna(subset=["over_tolerance"]).groupby("integrator_id")["over_tolerance"]
+    middle = grouped.median()[grouped.size() >= rows["case"].nunique() / 2].sort_values()
+    if len(middle) < 2:
+        return ""
+    within = int((middle <= 1).sum())
+    return (
+        f"A tolerance bounds the error of a step, not of the motion: {within} of the {len(middle)} adaptive integrators"
+        " that accept at least half of the cases keep the error below it on half of these."
+    )
+
+
+def engines_text(policies: pd.DataFrame) -> str:
+    """How much an engine's error changes if it is configured for the scene, in a sentence; empty without a comparison."""
+    if policies.empty:
+        return ""
+    step = float(policies.groupby("step")["problem"].nunique().idxmax())  # the step with the most problems
+    at = policies[np.isclose(policies["step"], step)]
+    at = at.assign(error=at["error"].fillna(np.inf))  # diverged to nan
+    wide = at.pivot_table(index=["engine", "problem"], columns="policy", values="error", aggfunc="min")
+    both = wide.reindex(columns=["as shipped", "configured"]).dropna()
+    if both.empty:
+        return ""
+    gain = float((both["as shipped"] / both["configured"]).median())
+    smaller = f"; configured for the scene, its error is smaller by a median factor of {number_text.ratio_text(gain)}"
+    return (
+        f"At a step of {step:g} s the error of an engine as shipped is above a tenth of the motion on"
+        f" {(both['as shipped'] > 0.1).sum()} of {number_text.counted(len(both), 'problem')}{smaller if np.isfinite(gain) else ''}."
+    )
 
 
 def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
     """Each case with its variants and the rows of its tables."""
     timed = analysis.settings(run.timed[TIMED])
-    uses = analysis.first_uses(run.frame)
-    times = tables.equal_error_rows(run.equal, timed, uses)
-    others = tables.equal_error_rows(third_party(run.equal), timed[timed["library"] != OURS], uses)
     spans = spans_text(timed, run.reduced)
     grown = laws(run.path, run.frame, run.frame["variant"] == "", run.classes)
     parts = analysis.anatomy(run.frame[run.frame["variant"] == ""])
     stability = tables.stability_rows(run.matrix, run.trusted, run.orders, grown, parts)
+    unrun, lacking = _not_run(run)
     return [
         {
             "name": name,
             "title": run.titles[name],
             "section": run.sections[name],
             "stresses": {label: problem["stresses"] for label, problem in work[name].items()},
-            "times": times.get(name, []),
-            "others": others.get(name, []),
+            "unrun": unrun.get(name, []),
+            "lacking": lacking.get(name, {}),
             "span": spans.get(name, ""),
             "stability": stability.get(name, []),
         }
@@ -128,8 +195,21 @@ def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
     ]
 
 
-def _waited_text(frame: pd.DataFrame) -> str:
-    return number_text.waited_text(*summary.waited(zip(frame["seconds_median"], frame["delay_seconds"], strict=True)))
+def _not_run(run: Run) -> tuple[dict[str, list[str]], dict[str, dict[str, str]]]:
+    """By case the variants that nobody ran, and for the other ones in words the libraries that did not run them."""
+    matrix = run.matrix[run.matrix["formulation"] == ""]
+    unrun: dict[str, list[str]] = {}
+    lacking: dict[str, dict[str, str]] = {}
+    for (case, variant), part in matrix[matrix["variant"] != ""].groupby(["case", "variant"], sort=False):
+        missing_ = part["verdict"] == analysis.NOT_RUN
+        if missing_.all():
+            unrun.setdefault(str(case), []).append(str(variant))
+            continue
+        counts = part[missing_].groupby("library")["integrator_id"].nunique()
+        if len(counts):
+            words = ", ".join(f"{counted} of {title(str(name))}" for name, counted in counts.items())
+            lacking.setdefault(str(case), {})[str(variant)] = f"Not run on this variant: {words}."
+    return unrun, lacking
 
 
 def machines_text(frame: pd.DataFrame) -> str:
@@ -197,14 +277,19 @@ def together(environments: Sequence[dict[str, str | None]]) -> dict[str, str]:
 
 
 def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows of model hierarchies: the error without each effect, and the time with it."""
+    """Rows of model hierarchies: the error without each effect, the time with it, and the shortest times."""
     return [
         level
         | {name: number_text.short_text(level[name]) if level[name] else "0" for name in ("error", "early")}
-        | {"cost": f"{level['ratio']:.2f}" if np.isfinite(level["ratio"]) else "–"}
-        | {name: number_text.time_text(level[name]) for name in ("seconds", "third_seconds")}
+        | {"cost": f"{level['ratio']:.2f}" if np.isfinite(level["ratio"]) else "–", "shortest": _shortest(level)}
         for level in levels.to_dict("records")
     ]
+
+
+def _shortest(level: Mapping[str, Any]) -> str:
+    """The shortest time of a third party, then of a method of gnomon if it is shorter."""
+    pairs = [(level["third"], level["third_seconds"]), (level["fastest"], level["seconds"])]
+    return "; ".join(f"{name} {number_text.time_text(seconds)}" for name, seconds in pairs if name) or "–"
 
 
 def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:

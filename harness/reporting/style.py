@@ -1,22 +1,22 @@
 """The common style of all figures: colours, shapes and fonts.
 
-Colour shows the library, lightness the order within a family, shape and stroke the family, so that families differ
-without colour vision too.
+Colour shows the library, shape and stroke the family of methods. gnomon's own methods are grey until a reader colours them.
 """
 
-import colorsys
-import itertools
-from collections.abc import Iterable
+import re
 from typing import Any
 
 import pandas as pd
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
+from gnomon.harness.results.profiles import OURS
 
 STYLE = declared("reporting", "templates/figures.toml")
 INK, QUIET, PALE, GRID = (STYLE["inks"][name] for name in ("ink", "quiet", "pale", "grid"))
-HUES: dict[str, str] = STYLE["hues"] | {name: one.colour for name, one in LIBRARIES.items() if one.colour}
-_OTHER_HUES = ("#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
+OWN_GREY: str = STYLE["inks"]["own"]
+HUES: dict[str, str] = {name: one.colour for name, one in LIBRARIES.items() if one.colour} | {OURS: OWN_GREY}
+DARK: dict[str, str] = STYLE["dark"]
+"""By colour, its counterpart on a dark page."""
 FAMILIES: dict[str, dict[str, Any]] = STYLE["families"]
 STATUSES: dict[str, dict[str, str]] = declared("reporting", "templates/statuses.toml")
 STATUS_COLOURS = {name: each["colour"] for name, each in STATUSES.items()}
@@ -24,10 +24,23 @@ LETTERS = {name: each["letter"] for name, each in STATUSES.items() if "letter" i
 MEANINGS = {name: each["meaning"] for name, each in STATUSES.items() if "meaning" in each}
 
 
-def hues(libraries: Iterable[str]) -> dict[str, str]:
-    """The colour of each library: its own, or in turn one of the others."""
-    others = itertools.cycle(_OTHER_HUES)
-    return {name: HUES.get(name) or next(others) for name in libraries}
+def hue(library: str) -> str:
+    """The colour of a library; of one that the run was given, the colour of text."""
+    return HUES.get(library, INK)
+
+
+def themed(text: str) -> str:
+    """A drawing, or its specification as JSON, with the colours of `DARK` as variables of the page's style sheet."""
+    return re.sub("#[0-9a-fA-F]{6}", lambda found: f"var(--x{found[0][1:].lower()})" if found[0].lower() in DARK else found[0], text)
+
+
+def themed_values(value: Any) -> Any:
+    """A copy of a specification, or of several, with its colours as in `themed`."""
+    if isinstance(value, str):
+        return themed(value) if value.startswith("#") else value
+    if isinstance(value, dict):
+        return {name: themed_values(each) for name, each in value.items()}
+    return [themed_values(each) for each in value] if isinstance(value, list | tuple) else value
 
 
 def family(row: pd.Series) -> str:
@@ -41,7 +54,7 @@ def family(row: pd.Series) -> str:
 
 
 def styles(frame: pd.DataFrame) -> pd.DataFrame:
-    """Label, colour, shape and dash of each integrator, sorted by library, family and order."""
+    """Label, colour, shape and dash of each integrator, third parties first, sorted by library, family and order."""
     one = frame.drop_duplicates("integrator_id").copy()
     one["engine"] = one["integrator_id"].isin(frame.loc[frame["form"] == "SceneForm", "integrator_id"])
     one["family"] = one.apply(family, axis=1)
@@ -51,31 +64,17 @@ def styles(frame: pd.DataFrame) -> pd.DataFrame:
     kind = {name: i for i, name in enumerate(FAMILIES)}
     one = one.assign(lane=one["library"].map(place), kind=one["family"].map(kind))
     one = one.sort_values(["lane", "kind", "order_declared", "integrator_id"], na_position="last")
-    hue = hues(libraries)
-    shades = {}
-    for (library, _), members in one.groupby(["library", "family"], sort=False):
-        for i, name in enumerate(members["integrator_id"]):
-            share = i / max(len(members) - 1, 1) if len(members) > 1 else 0.6
-            shades[name] = _shade(hue[library], share)
     return pd.DataFrame(
         {
             "series": one["integrator_id"],
             "library": one["library"],
             "family": one["family"],
-            "colour": [shades[name] for name in one["integrator_id"]],
+            "colour": [hue(name) for name in one["library"]],
             "shape": [FAMILIES[name]["shape"] for name in one["family"]],
             "dash": [FAMILIES[name]["dash"] for name in one["family"]],
             "lane": one["lane"],
         }
     ).reset_index(drop=True)
-
-
-def _shade(colour: str, share: float) -> str:
-    """The colour lighter (share 0) to darker (share 1)."""
-    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    hue, light, saturation = colorsys.rgb_to_hls(red, green, blue)
-    light = 0.60 + (0.22 - 0.60) * share
-    return "#" + "".join(f"{round(255 * x):02x}" for x in colorsys.hls_to_rgb(hue, light, min(saturation, 0.85)))
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:

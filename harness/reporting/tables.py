@@ -7,25 +7,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, own, preparations, records
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.number_text import (
-    counted,
-    error_text,
-    problem_name,
-    ratio_text,
-    short_text,
-    time_text,
-)
-from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import ALONE, RANKED, TOO_SHORT, drawn, standings
+from gnomon.harness.results.number_text import error_text, problem_name, short_text, time_text
+from gnomon.harness.results.rankings import ALONE, RANKED, THIRD, TOO_SHORT
 
-PROBLEM_AND_NAME = ("case", "formulation", "integrator_id")
-PREPARING = ["preparation", "first_use", "first_case"]
-"""The columns of `analysis.equal_error` on the time before the first timed call."""
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
 
@@ -36,13 +24,6 @@ def share_text(share: float) -> str:
     return (
         f"null call {100 * share:.0f}\N{NO-BREAK SPACE}%" if share >= 0.005 else "null call below 1\N{NO-BREAK SPACE}%"
     )
-
-
-def preparation_text(seconds: float, first_use: float = math.nan, case: str = "") -> str:
-    """The time of preparation, which the time beside it excludes, and of the first use; empty if not measured."""
-    if not math.isfinite(seconds):
-        return ""
-    return f"prepared in {time_text(seconds)} with filled caches, {first_use_text(first_use, case)}"
 
 
 def first_use_text(seconds: float, case: str) -> str:
@@ -58,9 +39,9 @@ def spread_text(row: Mapping[str, Any]) -> str:
     return f"{error_text(row['error_low'])} to {worst} over {row['turned_starts']:.0f} orientations"
 
 
-def digits(error: float) -> int:
-    """The number of correct decimal digits at this error; 17 if it is zero."""
-    return 17 if error == 0 else max(math.floor(-math.log10(error)), 0)
+def digits(error: float) -> float:
+    """The number of correct decimal digits at this error, with its fraction; 17 if it is zero."""
+    return 17.0 if error == 0 else min(max(-math.log10(error), 0.0), 17.0)
 
 
 def with_problems(table: pd.DataFrame) -> pd.DataFrame:
@@ -97,14 +78,15 @@ class Row:
 
 
 def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]]) -> list[Row]:
-    """Per case and formulation, at each error, the fastest integrator if it is separated, or the tied ones.
+    """Per case and formulation, at each error, the fastest third-party integrator if it is separated, or the tied ones.
 
-    A cell that is not ranked says why, with the shortest times. Beside a ranked in-house integrator stands the fastest
-    third party, and the reverse. `equal`: `rankings.ranked`.
+    A cell that is not ranked says why, with the shortest times. Without third parties the rows are of the integrators
+    that there are. `equal`: `rankings.divisions`.
     """
     default = equal[equal["variant"] == ""].sort_values("seconds")
+    third = default[default["division"] == THIRD]
     found: dict[tuple[str, str, float], list[dict[str, Any]]] = {}
-    for row in records(default):
+    for row in records(third if len(third) else default):
         found.setdefault((row["case"], row["formulation"], row["target"]), []).append(row)
     rows = []
     for case, formulation in problems:
@@ -120,14 +102,13 @@ def _first_of(at: Sequence[Mapping[str, Any]]) -> Cell:
     first, tied = at[0], [row for row in at if row["tied"]]
     if first["cell"] not in (RANKED, ALONE):
         most = float(np.max([row["null_share"] for row in tied]))  # nan if one was not measured
-        why = (share_text(most) or "null call not measured") if first["cell"] == TOO_SHORT else "one launch"
+        why = (share_text(most) or "null call not measured") if first["cell"] == TOO_SHORT else "shortest"
         return Cell(first["cell"], f"{why}: {_times(tied)}", "none")
     if len(tied) > 1:
         return Cell(f"tie of {len(tied)}", _times(tied), "none")
     bound = "≤ " if first["at_loosest"] else ""
     notes = [f"{bound}{time_text(first['seconds'])}", share_text(first["null_share"])]
-    notes += [preparation_text(*(first[name] for name in PREPARING))]
-    notes += [_beside(at) if first["cell"] == RANKED else "no other reaches the error"]
+    notes += ["" if first["cell"] == RANKED else "no other reaches the error"]
     return Cell(str(first["integrator_id"]), " · ".join(filter(None, notes)))
 
 
@@ -135,120 +116,6 @@ def _times(rows: Sequence[Mapping[str, Any]]) -> str:
     """The three shortest times."""
     words = [f"{row['integrator_id']} {time_text(row['seconds'])}" for row in rows[:3]]
     return ", ".join(words) + (f" and {len(rows) - 3} more" if len(rows) > 3 else "")
-
-
-def _beside(at: Sequence[Mapping[str, Any]]) -> str:
-    """The fastest in-house integrator if the first row is third-party, and the reverse; empty without one.
-
-    An integrator that the run was given has no ratio: a method in Python is interpreted, the others are compiled.
-    """
-    known = {OURS, *LIBRARIES}
-    if at[0]["library"] not in known:
-        return ""
-    ours = at[0]["library"] == OURS
-    found = next((row for row in at if row["library"] in known and (row["library"] == OURS) != ours), None)
-    side = "third-party" if ours else "in-house"
-    return f"best {side}: {found['integrator_id']} {ratio_text(found['ratio'])}\N{NO-BREAK SPACE}×" if found else ""
-
-
-def overall(equal: pd.DataFrame, shown: int = 5) -> list[Row]:
-    """Over all default variants, the number of ranked cells in which an integrator is the fastest, separated or tied.
-
-    At each error the `shown` best in-house and the `shown` best third-party integrators are chosen. The note gives the
-    number of ranked cells that an integrator reaches, and the median ratio of its time to the least, ties being equal.
-    The row's note is the median time of a preparation. Empty if no cell is ranked.
-    """
-    rows_ = own(equal)
-    if not (rows_["cell"] == RANKED).any():
-        return []
-    counts = {target: standings(rows_[rows_["target"] == target]) for target in TARGETS}
-    chosen: set[str] = set()
-    for at in counts.values():
-        for _, side in at.groupby(at["library"] == OURS):
-            chosen |= set(side.index[side["leads"] + side["tied"] > 0][:shown])
-    by_name = rows_.drop_duplicates(["integrator_id", "case"]).groupby("integrator_id")
-    preparing = by_name.agg({"preparation": "median", "first_use": "first", "first_case": "first"})
-    rows = []
-    for name in sorted(chosen):
-        found = [at.loc[name].to_dict() if name in at.index else None for at in counts.values()]
-        leads = [row["leads"] if row else 0 for row in found]
-        cells = [leads_cell(row) for row in found]
-        rows.append((-leads[1], -sum(leads), Row(name, cells, note=preparation_text(*preparing.loc[name, PREPARING]))))
-    return [row for *_, row in sorted(rows, key=lambda each: each[:2])]
-
-
-def leads_cell(row: Mapping[str, Any] | None) -> Cell:
-    """The number of ranked cells in which an integrator is the fastest, from its row of `standings`."""
-    if row is None:
-        return Cell("–", kind="none", value=0)
-    if not row["ranked"]:
-        return Cell("not ranked", f"reaches {row['reached']}", "none", value=0)
-    text = f"alone {row['leads']}, tied {row['tied']}"
-    return Cell(text, f"of {row['ranked']} ranked · {ratio_text(row['ratio'])}\N{NO-BREAK SPACE}×", value=row["leads"])
-
-
-def libraries(equal: pd.DataFrame) -> list[Row]:
-    """The time of each library's best integrator over the least, and the number of ranked cases on which it is slower.
-
-    The ratio is the median over the default variants that the library reaches, ties being equal.
-    """
-    rows_ = own(equal)
-    rows_ = rows_.assign(ratio=drawn(rows_), ranked=rows_["cell"] == RANKED)
-    rows = []
-    for library in rows_["library"].drop_duplicates():
-        cells = []
-        for target in TARGETS:
-            at = rows_[rows_["target"] == target]
-            grouped = at[at["library"] == library].groupby("case")
-            best = grouped["ratio"].min()
-            slower = int((grouped["slower"].min() & grouped["ranked"].any()).sum())
-            note = f"{len(best)} of {counted(at['case'].nunique(), 'case')}"
-            ranked = int(grouped["ranked"].any().sum())
-            note += f", slower on {slower} of {ranked} ranked" if ranked else ""
-            ratio = f"{ratio_text(float(best.median()))} ×" if len(best) else "–"
-            cells.append(Cell(ratio, note, "" if len(best) else "none"))
-        rows.append(Row(str(library), cells))
-    return sorted(rows, key=lambda row: row.head != "gnomon")
-
-
-def equal_error_rows(equal: pd.DataFrame, reduced: pd.DataFrame, uses: pd.DataFrame) -> dict[str, list[Row]]:
-    """Times at equal error by case, for every integrator that ran the default variant; the shortest at 1e-6 is first.
-
-    Beside a time stands its ratio to the fastest if the two are separated, else why they are not; then the share of the
-    null call and the range over launches. The last cell is the median time of a preparation, which the other cells do
-    not include.
-    """
-    reached = _by_key(equal[equal["variant"] == ""], *PROBLEM_AND_NAME, "target")
-    ran = reduced[(reduced["variant"] == "") & ~reduced["status"].isin(NEVER_RAN)]
-    preparing = preparations(ran).groupby(list(PROBLEM_AND_NAME)).first().to_dict()
-    firsts = uses.to_dict("index")
-    found: dict[str, list[tuple[Any, Row]]] = {}
-    for case, formulation, name in sorted(set(zip(*(ran[column] for column in PROBLEM_AND_NAME), strict=True))):
-        cells, place = [], [math.inf] * len(TARGETS)
-        for i, target in enumerate(TARGETS):
-            at = reached.get((case, formulation, name, target))
-            if at is None:
-                cells.append(Cell("–", kind="none"))
-                continue
-            place[i] = float(at["seconds"])
-            spread = f"{time_text(at['low'])} – {time_text(at['high'])}" if at["launches"] > 1 else "one launch"
-            text = ("≤ " if at["at_loosest"] else "") + time_text(at["seconds"])
-            aside = "".join(f" · {word}" for word in (share_text(at["null_share"]), spread) if word)
-            cells.append(Cell(text, _compared(at), "best" if at["cell"] == RANKED and at["tied"] else "", aside))
-        preparation = preparing[case, formulation, name]
-        known = firsts.get(name, {"first_use": math.nan, "first_case": ""})
-        note = first_use_text(known["first_use"], str(known["first_case"]))
-        cells.append(Cell(time_text(preparation), note) if math.isfinite(preparation) else Cell("–", kind="none"))
-        row = Row(str(name), cells, group=str(formulation))
-        found.setdefault(case, []).append(((formulation, place[1], place[0], place[2]), row))
-    return {case: [row for _, row in sorted(rows, key=lambda pair: pair[0])] for case, rows in found.items()}
-
-
-def _compared(at: Mapping[str, Any]) -> str:
-    """The comparison of a time with the least of its cell, in words."""
-    if at["cell"] != RANKED:
-        return str(at["cell"])
-    return f"{ratio_text(at['ratio'])} ×" if at["slower"] else "tied" if at["leaders"] > 1 else "fastest"
 
 
 def stability_rows(

@@ -16,7 +16,8 @@ class Reached(NamedTuple):
     `seconds` is the median over launches of the whole call, for which a user waits; `low` and `high` are its range, and
     `null_share` is the share of the null call, nan without a measurement. `times` are the seconds by run and launch: a
     run interleaves its launches, so that times with equal keys are comparable. `at_loosest`: the loosest setting
-    already reaches the target, so the time is an upper bound.
+    already reaches the target, so the time is an upper bound. `calls` are the evaluations of the equations at the
+    target, nan where they are not counted.
     """
 
     target: float
@@ -27,13 +28,14 @@ class Reached(NamedTuple):
     times: dict[tuple[int, int], float]
     at_loosest: bool
     null_share: float
+    calls: float
 
 
 def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARGETS) -> Iterator[Reached]:
     """The times of a series at the targets that it reaches.
 
-    `series`: run, launch, setting, error_max, seconds_median and null_seconds of its timed settings, loosest first. The
-    error of a setting that diverged is infinite.
+    `series`: run, launch, setting, error_max, seconds_median, null_seconds and rhs_calls of its timed settings, loosest
+    first. The error of a setting that diverged is infinite.
     """
     launches: dict[int, dict[float, float]] = {}
     errors: dict[int, dict[float, float]] = {}
@@ -48,14 +50,18 @@ def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARG
     nulls = [row["null_seconds"] for row in series if math.isfinite(row["null_seconds"])]
     null = float(np.median(nulls)) if nulls else math.nan
     timed = {n: [seconds.get(setting, math.nan) for setting in sweep] for n, seconds in sorted(launches.items())}
+    # Later launches do not count evaluations.
+    known = {row["setting"]: float(row["rhs_calls"]) for row in series if (row["rhs_calls"] or 0) > 0}
+    counted = [known.get(setting, math.nan) for setting in sweep]
     for target in targets:
         found = {n: crossing(held, seconds, target) for n, seconds in timed.items()}
         times = {(runs[n], n): seconds for n, (seconds, _) in found.items() if math.isfinite(seconds)}
         if times:
             bound, middle = any(loosest for _, loosest in found.values()), float(np.median([*times.values()]))
             yield Reached(
-                target, middle, min(times.values()), max(times.values()), len(times), times, bound, null / middle
-            )
+                target, middle, min(times.values()), max(times.values()), len(times), times, bound, null / middle,
+                crossing(held, counted, target)[0],
+            )  # fmt: skip
 
 
 def credited(errors: Sequence[float] | Floats) -> Floats:

@@ -6,12 +6,13 @@ number.
 """
 
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import NOT_BROKEN, Status
 from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, hard, own, records
 from gnomon.harness.results.profiles import OURS
@@ -23,6 +24,10 @@ CONTENDER = 2.0
 """Largest ratio to the least time for a contender: single launches of one program may be as far apart."""
 LARGEST_NULL = 0.1
 """The largest share of the null call in the time of a contender with which a cell is ranked."""
+SAME_COUNT = 1.1
+"""Largest ratio of two counts of evaluations that are tied: counts are interpolated between settings of a sweep."""
+THIRD, YOURS, OWN = "third", "yours", "own"
+"""Divisions: third-party libraries, integrators that the run was given, and gnomon's own methods."""
 MOST_LAUNCHES = 10
 """Number of launches after which an undecided pair is a tie."""
 
@@ -100,9 +105,53 @@ def undecided(table: pd.DataFrame) -> list[tuple[str, str, str, float, str, str]
     return found
 
 
-def third_party(equal: pd.DataFrame) -> pd.DataFrame:
-    """The rows of third-party integrators, ranked among themselves."""
-    return ranked(equal[equal["library"] != OURS])
+def counted(equal: pd.DataFrame) -> pd.DataFrame:
+    """The rows with the columns of `ranked`, ranked by the evaluations of the equations; rows without a count are left out.
+
+    Counts are the same in every launch, so that no test is needed; closer than SAME_COUNT they are tied.
+    """
+    table = equal[equal["calls"] > 0].reset_index(drop=True)
+    cells = table.groupby([*PROBLEM, "target"])["calls"]
+    ratio = table["calls"] / cells.transform("min")
+    alone = cells.transform("size") == 1
+    tied = ratio <= SAME_COUNT
+    table = table.assign(ratio=ratio, cell=np.where(alone, ALONE, RANKED), slower=~tied, tied=tied)
+    return table.assign(leaders=table.groupby([*PROBLEM, "target"])["tied"].transform("sum"))
+
+
+def division(library: str) -> str:
+    """The division in which integrators of a library are ranked."""
+    return OWN if library == OURS else THIRD if library in LIBRARIES else YOURS
+
+
+def divisions(equal: pd.DataFrame, rank: Callable[[pd.DataFrame], pd.DataFrame] = ranked) -> pd.DataFrame:
+    """The rows ranked by `rank` among those of their `division` alone, third parties first.
+
+    `against`: the time of a row of another division over the least time of third parties at the same problem and error
+    (by `counted`, the evaluations), nan where they do not reach it. `apart`: whether the launches separate the two.
+    """
+    of = equal["library"].map(division)
+    parts = [rank(equal[of == name]).assign(division=name) for name in (THIRD, YOURS, OWN) if (of == name).any()]
+    table = pd.concat(parts, ignore_index=True) if parts else rank(equal).assign(division="")
+    cost = "calls" if rank is counted else "seconds"
+    keys = list(zip(*(table[name] for name in (*PROBLEM, "target")), strict=True))
+    first: dict[tuple[Any, ...], dict[str, Any]] = {}
+    rows = list(records(table, ("division", cost, "times", "null_share")))
+    for key, row in zip(keys, rows, strict=True):
+        if row["division"] == THIRD and (key not in first or row[cost] < first[key][cost]):
+            first[key] = row
+    ratio, p = np.full(len(table), math.nan), np.ones(len(table))
+    for place, (key, row) in enumerate(zip(keys, rows, strict=True)):
+        if row["division"] != THIRD and key in first:
+            best = first[key]
+            ratio[place] = row[cost] / best[cost]
+            if max(best["null_share"], row["null_share"]) <= LARGEST_NULL:
+                both = best["times"].keys() & row["times"].keys()
+                p[place] = paired([math.log(row["times"][n] / best["times"][n]) for n in both])
+    other = np.isfinite(ratio)
+    apart = np.zeros(len(table), dtype=bool)
+    apart[other] = discoveries(p[other]) if rank is ranked else abs(np.log(ratio[other])) > math.log(SAME_COUNT)
+    return table.assign(against=ratio, apart=apart)
 
 
 def drawn(table: pd.DataFrame) -> pd.Series:

@@ -3,7 +3,8 @@
 from typing import Any
 
 import pytest
-from gnomon.harness.commands.motion_picture import chart, planes
+from gnomon.harness.commands.motion_picture import chart
+from gnomon.harness.measuring.drawn_motion import planes
 
 from gnomon import cases
 

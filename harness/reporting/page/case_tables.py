@@ -1,0 +1,110 @@
+"""The table of a case: what each integrator takes to reach each error, in its division."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import pandas as pd
+from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.reporting.page.representing import label
+from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.reporting.tables import share_text
+from gnomon.harness.results import rankings
+from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, preparations, records
+from gnomon.harness.results.equal_error import TARGETS
+from gnomon.harness.results.number_text import ratio_text, time_text
+from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.rankings import OWN, RANKED, THIRD, YOURS
+from markupsafe import escape
+
+HEADS = {
+    YOURS: "yours: × is over the least time of a third party",
+    THIRD: "third-party libraries, ranked among themselves",
+    OWN: "gnomon’s own methods: × is over the least time of a third party",
+}
+WAYS = {
+    "compiled": "equations compiled in",
+    "direct": "calls compiled equations",
+    "python": "calls Python",
+    "own": "own equations",
+    "engine": "engine, called each step",
+}
+Tables = dict[str, dict[str, str]]
+"""By case and problem, the body of its table as HTML."""
+
+
+def way(name: str) -> str:
+    """What a time of this integrator includes, in words; empty for one that the run was given."""
+    library, _, method = name.partition(":")
+    if library == OURS:
+        return WAYS["compiled"]
+    return WAYS.get(LIBRARIES[library].way(method), "") if library in LIBRARIES else ""
+
+
+def case_tables(run: Run) -> Tables:
+    """For every problem with an answer a table: yours first, then third parties, then gnomon's own methods."""
+    by_axis = {axis: _by_key(rows) for axis, rows in (("time", run.equal), ("calls", run.counted))}
+    ran = run.timed[~run.timed["status"].isin(NEVER_RAN)]
+    preparing = preparations(ran).droplevel("library").to_dict()
+    found: Tables = {}
+    for (case, variant, formulation), part in ran.groupby(PROBLEM, sort=False):
+        label_ = (variant or "default") + (f" · {formulation}" if formulation else "")
+        names = {row.integrator_id: rankings.division(row.library) for row in part.drop_duplicates("integrator_id").itertuples()}
+        cells = {
+            name: [[by_axis[axis].get((case, variant, formulation, name, target)) for axis in by_axis] for target in TARGETS]
+            for name in names
+        }
+        times = {name: preparing.get((case, variant, formulation, name), math.nan) for name in names}
+        found.setdefault(str(case), {})[label_] = "".join(_bodies(names, cells, times))
+    return found
+
+
+def _by_key(rows: pd.DataFrame) -> dict[tuple[Any, ...], dict[str, Any]]:
+    columns = (*PROBLEM, "integrator_id", "target")
+    return {tuple(row[name] for name in columns): row for row in records(rows)}
+
+
+def _bodies(names: Mapping[str, str], cells: Mapping[str, Any], times: Mapping[str, float]) -> Iterator[str]:
+    """A body of the table for each division; the least time to 1e-6 is first."""
+    for division, head in HEADS.items():
+        members = [name for name, of in names.items() if of == division]
+        if not members:
+            continue
+        yield f'<tbody class="{division}"><tr class="group"><th colspan="{1 + len(TARGETS)}">{head}</th></tr>'
+        for name in sorted(members, key=lambda one: _place(cells[one])):
+            notes = [way(name), f"prepared in {time_text(times[name])}" if math.isfinite(times[name]) else ""]
+            note = " · ".join(filter(None, notes))
+            yield f"<tr><th>{escape(label(name))}<small>{escape(note)}</small></th>"
+            yield "".join(_cell(*at) for at in cells[name])
+            yield "</tr>"
+        yield "</tbody>"
+
+
+def _place(cells: Any) -> tuple[float, ...]:
+    seconds = [at["seconds"] if at is not None else math.inf for at, _ in cells]
+    return (seconds[1], seconds[0], *seconds[2:])
+
+
+def _cell(time: Mapping[str, Any] | None, calls: Mapping[str, Any] | None) -> str:
+    if time is None:
+        return '<td class="none">–</td>'
+    bound = "≤ " if time["at_loosest"] else ""
+    first = f'<b data-axis="time">{bound}{time_text(time["seconds"])}{_note(time)}</b>'
+    number = "not counted" if calls is None else f"{bound}{calls['calls']:.0f}{_note(calls)}"
+    best = ' class="best"' if time["cell"] == RANKED and time["tied"] and time["division"] == THIRD else ""
+    return f'<td{best}>{first}<b data-axis="calls">{number}</b></td>'
+
+
+def _note(at: Mapping[str, Any]) -> str:
+    """The comparison of a number with the least of third parties, and how much of a time is the null call."""
+    words = []
+    if at["division"] != THIRD:
+        if math.isfinite(at["against"]):
+            words.append(f"{ratio_text(at['against'])} ×" + ("" if at["apart"] else " (not separated)"))
+    elif at["cell"] == RANKED:
+        words.append(f"{ratio_text(at['ratio'])} ×" if at["slower"] else "tied" if at["leaders"] > 1 else "fastest")
+    elif at["cell"] != rankings.ONE_LAUNCH:
+        words.append(str(at["cell"]))
+    if at["null_share"] > rankings.LARGEST_NULL:
+        words.append(share_text(at["null_share"]))
+    return f"<small>{' · '.join(words)}</small>" if words else ""

@@ -1,0 +1,284 @@
+"""The pictures that open the page: one motion with its work-precision diagram, the libraries over all cases, and where each fails."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import altair as alt
+import numpy as np
+import pandas as pd
+from gnomon.harness.contract.status import CANNOT_RUN, Status
+from gnomon.harness.reporting.figures_work import COUNTS, ERRORS, EXACT, MARGIN, SECONDS, expression
+from gnomon.harness.reporting.kept_parts import kept
+from gnomon.harness.reporting.page import moving
+from gnomon.harness.reporting.page.representing import Representatives, chosen_for, label
+from gnomon.harness.reporting.page.stills import NARROW, WIDE, figure, stills
+from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.reporting.style import INK, OWN_GREY, QUIET, dressed, hue, records
+from gnomon.harness.results import analysis, profiles
+from gnomon.harness.results.number_text import counted, error_text, join_words, power_text, time_text
+from gnomon.harness.results.rankings import ALONE, ONE_LAUNCH, OWN, RANKED, THIRD, TOO_SHORT, YOURS
+from markupsafe import Markup
+
+LEAD = "pendulum_simple"
+"""The case whose diagram opens the page, if it was run."""
+AT = 1e-6
+TARGETS = (1e-3, 1e-6, 1e-9)
+FACTORS = 10 ** np.linspace(0, 3, 61)
+FEWEST = 12
+"""Smallest number of cases in a profile."""
+AXES = {"time": "seconds", "calls": "calls"}
+MEANINGS = {
+    "ahead": "one library is ahead of all others",
+    "tie": "tie: not separated",
+    "one launch": "one launch: not tested",
+    "short": "too short to rank",
+    "alone": "one library alone gets there",
+    "none": "none gets there",
+}
+FAILS = {
+    "reaches": "reaches 1e-6",
+    "rough": "runs, but not to 1e-6",
+    "fails": "fails at every setting within the time limit",
+    "cannot": "cannot state the case",
+}
+
+
+def first_screen(run: Run) -> dict[str, Any]:
+    """The parts of the first screen: `lead`, `profiles` (None with few cases), `bars`, `fails`."""
+    found = Representatives(run)
+    by_axis = {"time": found.rows(run.equal), "calls": found.rows(run.counted)}
+    return {
+        "lead": _lead(found),
+        "profiles": _profiles(found, by_axis),
+        "bars": _bars(found, by_axis["time"]) if len(found.complete) > 1 else [],
+        "fails": _fails(found) if len(found.complete) > 1 else None,
+        "stands": [one._asdict() for one in found.stands],
+        "complete": len(found.complete),
+    }
+
+
+def _lead(found: Representatives) -> dict[str, Any] | None:
+    """One case with its moving picture, its diagram and the times to 1e-6 in a sentence; None without a default variant."""
+    run = found.run
+    rows = analysis.own(analysis.settings(run.timed))
+    rows = rows[~rows["status"].isin([*CANNOT_RUN, Status.SKIPPED])]
+    ready = [name for name in found.complete if name in set(rows["case"])] or list(rows["case"].unique())
+    if not ready:
+        return None
+    case = LEAD if LEAD in ready else ready[0]
+    rows = rows[rows["case"] == case]
+    names = chosen_for(found, case, list(rows["integrator_id"].unique()))
+    rows = rows[rows["integrator_id"].isin(names)]
+    if rows.empty:
+        return None
+    specs = [_diagram(rows, axis, width) for axis in AXES for width in (WIDE, NARROW)]
+    drawn = iter(stills(specs))
+    drawings = {axis: {width: next(drawn) for width in (WIDE, NARROW)} for axis in AXES}
+    known = next((one for one in run.cases if one.name == case), None)
+    return {
+        "case": case,
+        "title": run.titles[case],
+        "figure": figure(drawings, f"Work-precision diagram of the case {case}: error against time or evaluations"),
+        "said": {axis: _said(found, case, names, axis) for axis in AXES},
+        "conditioning": error_text(float(rows["conditioning"].max())),
+        "moving": None if known is None else Markup(kept((moving.__name__,), repr(known.numbers) + case, lambda: str(moving.moving(known)))),
+    }
+
+
+def _said(found: Representatives, case: str, names: Sequence[str], axis: str) -> str:
+    """The times or counts of a case at 1e-6 in one sentence, third parties first."""
+    equal = found.run.equal if axis == "time" else found.run.counted
+    at = analysis.own(equal[(equal["case"] == case) & (equal["target"] == AT) & equal["integrator_id"].isin(names)])
+    known = {row["integrator_id"]: row for row in analysis.records(at)}
+    counted_here = set(equal.loc[equal["case"] == case, "integrator_id"])
+    said: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
+    for name in sorted(names, key=lambda one: known[one][AXES[axis]] if one in known else math.inf):
+        of = next((one.division for one in found.stands if name in one.methods.values()), None) or _division(found.run, name)
+        if name in known:
+            value = known[name][AXES[axis]]
+            said[of].append(f"{label(name)} {time_text(value) if axis == 'time' else f'{value:.0f}'}")
+        elif axis == "time" or name in counted_here:
+            said[of].append(f"{label(name)} does not reach it")
+    parts = [join_text for of in (YOURS, THIRD) if (join_text := ", ".join(said[of]))]
+    text = "; ".join(parts)
+    if said[OWN]:
+        text += ("; and of gnomon’s own: " if text else "") + ", ".join(said[OWN])
+    return f"At an error of {power_text(AT)}: {text or 'nothing was counted'}{'' if axis == 'time' else ' evaluations of the equations' * bool(text)}."
+
+
+def _division(run: Run, name: str) -> str:
+    return str(run.equal.loc[run.equal["integrator_id"] == name, "division"].head(1).squeeze() or THIRD) if len(run.equal) else THIRD
+
+
+def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
+    """Error against time or evaluations: a line an integrator, a point a setting that gave an answer."""
+    column = {"time": "seconds", "calls": "rhs_calls"}[axis]
+    answered = rows[rows["status"].isin([Status.OK, Status.INACCURATE]) & (rows[column] > 0)]
+    points = pd.DataFrame(
+        {
+            "name": [label(one) for one in answered["integrator_id"]],
+            "own": (answered["library"] == profiles.OURS).to_numpy(),
+            "x": np.log10(answered[column].to_numpy(float)),
+            "y": np.clip(np.log10(np.maximum(answered["error_max"].to_numpy(float), 1e-300)), EXACT, MARGIN),
+            "setting": answered["setting"].to_numpy(float),
+        }
+    ).sort_values("setting", ascending=False)
+    names = {label(one.integrator_id): one.library for one in rows.drop_duplicates("integrator_id").itertuples()}
+    domain = list(dict.fromkeys(points["name"]))
+    colours = _distinct([names[name] for name in domain])
+    scale = alt.Scale(domain=domain, range=colours)
+    lowest = math.floor(float(points["y"].min())) if len(points) else EXACT
+    low, high = (float(points["x"].min()), float(points["x"].max())) if len(points) else (0.0, 1.0)
+    labels = {"time": SECONDS, "calls": COUNTS}[axis]
+    x = alt.X(
+        "x:Q",
+        title={"time": "time of one solve (less is better)", "calls": "evaluations of the equations (less is better)"}[axis],
+        scale=alt.Scale(domain=[low - 0.15, high + 0.15], nice=False, zero=False),
+        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=expression(labels)),
+    )
+    y = alt.Y(
+        "y:Q",
+        title="largest error (lower is better)",
+        scale=alt.Scale(domain=[min(lowest, -12) - 0.5, MARGIN], nice=False, zero=False),
+        axis=alt.Axis(tickMinStep=1, tickCount=6, labelExpr=ERRORS),
+    )
+    legend = alt.Legend(title=None, orient="bottom", columns=1 if width == NARROW else 3, symbolType="circle", labelLimit=320)
+    colour = alt.Color("name:N", scale=scale, legend=legend)
+    base = alt.Chart(alt.NamedData("points"))
+    lines = base.mark_line(strokeWidth=2).encode(x, y, colour, order=alt.Order("setting:Q", sort="descending"))
+    dots = base.mark_point(size=40, filled=True, opacity=1).encode(x, y, colour)
+    limit = float(rows["conditioning"].max())
+    rule = alt.Chart(alt.NamedData("limit")).mark_rule(color=QUIET, strokeDash=[4, 4]).encode(y="at:Q")
+    data = {"points": records(points), "limit": [{"at": math.log10(limit)}] if limit > 0 else []}
+    size = {"width": 560, "height": 330} if width == WIDE else {"width": 270, "height": 280}
+    found: dict[str, Any] = dressed(alt.layer(rule, lines, dots).properties(**size), data).to_dict(validate=False)
+    return found
+
+
+def _distinct(libraries: Sequence[str]) -> list[str]:
+    """A colour a line: of its library, if each library has one line here; else one of the hues in turn."""
+    if len(set(libraries)) == len(libraries):
+        return [hue(one) for one in libraries]
+    others = ["#b34700", "#1b7a3d", "#1f5fa8", "#c2186b", "#8a6d00", "#6a3d9a", INK]
+    return [OWN_GREY if one == profiles.OURS and len(set(libraries)) > 1 else others[k % len(others)] for k, one in enumerate(libraries)]
+
+
+def _profiles(found: Representatives, by_axis: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
+    """Performance profiles of the libraries at three errors, with the shares at their right ends; None with few cases."""
+    if len(found.complete) < FEWEST:
+        return None
+    specs, shares = [], {}
+    for axis, column in AXES.items():
+        parts = {target: _shares(found, by_axis[axis], target, column) for target in TARGETS}
+        shares[axis] = parts
+        specs += [_profile_chart(parts, axis, width) for width in (WIDE, NARROW)]
+    drawn = iter(stills(specs))
+    drawings = {axis: {width: next(drawn) for width in (WIDE, NARROW)} for axis in AXES}
+    return {"figure": figure(drawings, "Performance profiles of the libraries at errors of 1e-3, 1e-6 and 1e-9; the sentence below has the numbers"), "said": _reached(found, shares["time"][AT])}
+
+
+def _shares(found: Representatives, rows: pd.DataFrame, target: float, column: str) -> list[dict[str, Any]]:
+    """For each stand its share of all complete cases within each factor of the least third-party value, with its band.
+
+    gnomon's own methods never set the scale: where they take less than all third parties, they are at a factor of 1.
+    """
+    table = found.times(rows, target, column)
+    third = [one.name for one in found.stands if one.division == THIRD] or list(table)
+    least = table[third].min(axis=1)
+    ratio = table.div(least, axis=0).where(np.isfinite(table), np.inf).clip(lower=1.0)
+    ratio = ratio.mask(np.isinf(least), table.where(np.isinf(table), 1.0), axis=0)
+    known = {one.name: one for one in found.stands}
+    some = [name for name in ratio if np.isfinite(ratio[name]).any() or column == "seconds"]
+    return [
+        {"stand": known[one.name], "share": one.share, "low": one.low, "high": one.high}
+        for one in profiles.profiles(ratio[some], FACTORS.tolist())
+    ]
+
+
+def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str, width: str) -> dict[str, Any]:
+    """A diagram an error, beside each other or below: a line a library with its band, its share at the end."""
+    titles = [one["stand"].title for part in parts.values() for one in part]
+    domain = list(dict.fromkeys(titles))
+    stand = {one["stand"].title: one["stand"] for part in parts.values() for one in part}
+    scale = alt.Scale(domain=domain, range=[hue(stand[name].name.partition(":")[0]) for name in domain])
+    legend = alt.Legend(title=None, orient="bottom", columns=4 if width == WIDE else 2, symbolType="stroke", symbolStrokeWidth=3)
+    charts, data = [], {}
+    for target, part in parts.items():
+        rows = [
+            {"name": one["stand"].title, "x": x, "share": round(s, 4), "low": round(low, 4), "high": round(high, 4)}
+            for one in part
+            for x, s, low, high in zip(np.log10(FACTORS).round(3).tolist(), *(one[n].tolist() for n in ("share", "low", "high")), strict=True)
+        ]
+        named = f"p{len(data)}"
+        data[named] = rows
+        base = alt.Chart(alt.NamedData(named))
+        x = alt.X("x:Q", title={"time": "time", "calls": "evaluations"}[axis] + " / least third-party", scale=alt.Scale(domain=[0, 3], nice=False),
+                  axis=alt.Axis(values=[0, 1, 2, 3], labelExpr="pow(10, datum.value) + ' ×'", labelFlush=True))  # fmt: skip
+        shared = {"axis": alt.Axis(format=".0%", values=[0, 0.25, 0.5, 0.75, 1]), "scale": alt.Scale(domain=[0, 1])}
+        colour = alt.Color("name:N", scale=scale, legend=legend)
+        band = base.mark_area(opacity=0.14, interpolate="step-after").encode(x, alt.Y("low:Q", title="share of the cases" if not charts or width == NARROW else None, **shared), alt.Y2("high:Q"), colour)
+        line = base.mark_line(strokeWidth=2.2, interpolate="step-after").encode(x, alt.Y("share:Q", **shared), colour)
+        size = {"width": 215, "height": 190} if width == WIDE else {"width": 280, "height": 190}
+        charts.append(alt.layer(band, line).properties(title=f"to an error of {power_text(target)}", **size))
+    whole = alt.hconcat(*charts, spacing=18) if width == WIDE else alt.vconcat(*charts, spacing=14)
+    found: dict[str, Any] = dressed(whole, data).to_dict(validate=False)
+    found["config"]["title"] = found["config"].get("title", {}) | {"fontSize": 13}
+    return found
+
+
+def _reached(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
+    """How many cases each library reaches an error of 1e-6 on, in a sentence, third parties first, in falling order."""
+    total = len(found.complete)
+    ordered = sorted(part, key=lambda one: (one["stand"].division == OWN, -one["share"][-1]))
+    words = [f"{one['stand'].title} {round(one['share'][-1] * total)}" for one in ordered]
+    return f"Of {counted(total, 'case')}, within 1000 times the least time of a third party at {power_text(AT)}: {join_words(words)}."
+
+
+def _bars(found: Representatives, rows: pd.DataFrame) -> list[dict[str, Any]]:
+    """By error, on how many complete cases the times of third-party libraries separate a fastest one, and why not on others."""
+    bars = []
+    for target in TARGETS:
+        at = rows[(rows["target"] == target) & (rows["division"] == THIRD)]
+        counts = Counter(_outcome(part) for _, part in at.groupby("case"))
+        counts["none"] = len(found.complete) - counts.total()
+        bars.append({"target": power_text(target), "parts": [(kind, text, counts[kind]) for kind, text in MEANINGS.items() if counts[kind]]})
+    return bars
+
+
+def _outcome(cell: pd.DataFrame) -> str:
+    kind = cell["cell"].iloc[0]
+    if kind == RANKED:
+        return "ahead" if cell["leaders"].iloc[0] == 1 else "tie"
+    return {ONE_LAUNCH: "one launch", TOO_SHORT: "short", ALONE: "alone"}[kind]
+
+
+def _fails(found: Representatives) -> dict[str, Any]:
+    """By kind of system and library, on how many complete cases its method reaches 1e-6, runs, fails or cannot run."""
+    matrix = analysis.own(found.run.matrix)
+    known = {(row["case"], row["integrator_id"]): row for row in analysis.records(matrix)}
+    rows = []
+    for kind, cases in found.run.kinds.items():
+        inside = [case for case in cases if case in found.complete]
+        if not inside:
+            continue
+        cells = [
+            {"stand": one, "method": one.methods.get(kind), "counts": _counts(known, inside, one.methods.get(kind))}
+            for one in found.stands
+        ]
+        rows.append({"kind": kind, "cases": inside, "cells": cells})
+    return {"rows": rows, "meanings": FAILS}
+
+
+def _counts(known: Mapping[tuple[str, str], Mapping[str, Any]], cases: Sequence[str], method: str | None) -> list[tuple[str, int]]:
+    counts: Counter[str] = Counter()
+    for case in cases:
+        row = known.get((case, method or ""))
+        if row is None or row["verdict"] in CANNOT_RUN:
+            counts["cannot"] += 1
+        elif not row["settings_ok"]:
+            counts["fails"] += 1
+        else:
+            counts["reaches" if row["best"] <= AT else "rough"] += 1
+    return [(kind, counts[kind]) for kind in FAILS if counts[kind]]

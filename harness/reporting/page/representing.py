@@ -1,0 +1,114 @@
+"""The integrators that stand for their libraries: one a kind of system, chosen before the run.
+
+A best of 54 methods is never set against a best of 2, so each library has one method for each kind of system, which its
+manual names (harness/registry/representatives.toml).
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.registry.representatives import representative
+from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.results import rankings
+from gnomon.harness.results.analysis import own
+from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.rankings import OWN, THIRD, YOURS
+
+NAMED = 7
+"""The largest number of integrators in one picture: as many as there are colours that can be told apart."""
+
+
+class Stand(NamedTuple):
+    """A library, or an integrator that the run was given, with the method that stands for it in each kind of system."""
+
+    name: str
+    title: str
+    division: str
+    methods: Mapping[str, str | None]
+    """By kind, the integrator; None where the library takes no such system."""
+
+
+class Representatives:
+    """The libraries of a run, each with one method a kind, and the cases that every one of them has run."""
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+
+    @cached_property
+    def kind_of(self) -> dict[str, str]:
+        return {case: kind for kind, cases in self.run.kinds.items() for case in cases}
+
+    @cached_property
+    def stands(self) -> list[Stand]:
+        """Integrators that the run was given first, then third-party libraries, then gnomon."""
+        ran = self.run.frame
+        given = [
+            Stand(name, name.partition(":")[2] or name, YOURS, dict.fromkeys(self.run.kinds, name))
+            for name in ran.loc[ran["library"].map(rankings.division) == YOURS, "integrator_id"].unique()
+        ]
+        present = set(ran["library"])
+        found = []
+        for library in (*LIBRARIES, OURS):
+            chosen = {kind: representative(library, kind) for kind in self.run.kinds}
+            methods = {kind: one.id if one is not None else None for kind, one in chosen.items()}
+            if library in present and any(methods.values()):
+                division = OWN if library == OURS else THIRD
+                found.append(Stand(library, title(library), division, methods))
+        return [*given[:NAMED], *found]
+
+    @cached_property
+    def complete(self) -> list[str]:
+        """The cases of the run without outstanding trials: the others are not spoken of."""
+        lost = {row.case for row in self.run.outstanding.planned if row.measured < row.trials}
+        return [name for name in self.run.names if name not in lost]
+
+    def rows(self, equal: pd.DataFrame) -> pd.DataFrame:
+        """The rows of the default variants of complete cases by the method that stands for its library, with its `stand`.
+
+        Third parties are ranked among themselves (see `rankings.divisions`). `equal`: `Run.equal` or `Run.counted`.
+        """
+        rank = rankings.counted if equal is self.run.counted else rankings.ranked
+        rows = own(equal[equal["case"].isin(self.complete)])
+        by_pair = {
+            (case, method): one.name
+            for one in self.stands
+            for case, kind in self.kind_of.items()
+            if (method := one.methods[kind]) is not None
+        }
+        named = [by_pair.get(pair) for pair in zip(rows["case"], rows["integrator_id"], strict=True)]
+        rows = rows.assign(stand=named)
+        return rankings.divisions(rows[rows["stand"].notna()], rank)
+
+    def times(self, rows: pd.DataFrame, target: float, column: str) -> pd.DataFrame:
+        """The time (or count) to an error: a row for each complete case, a column for each stand; inf if not reached.
+
+        A method that is tied with the fastest of its division takes the least value. `rows`: from `rows`.
+        """
+        at = rows[rows["target"] == target]
+        at = at.assign(value=at[column].where(~at["tied"], at[column] / at["ratio"]))
+        table = at.pivot(index="case", columns="stand", values="value")
+        return table.reindex(index=self.complete, columns=[one.name for one in self.stands]).fillna(np.inf)
+
+
+def title(library: str) -> str:
+    """The name of a library in texts."""
+    return LIBRARIES[library].title if library in LIBRARIES else library
+
+
+def label(name: str) -> str:
+    """The name of an integrator in texts: of its library, then its own."""
+    library, _, own_name = name.partition(":")
+    return f"{title(library)} {own_name}" if own_name else name
+
+
+def chosen_for(found: Representatives, case: str, several: Sequence[str]) -> list[str]:
+    """The integrators in the picture of a case: all of `several` if they are few, else those that stand for libraries."""
+    if len(several) <= NAMED:
+        return list(several)
+    kind = found.kind_of.get(case)
+    names = [one.methods.get(kind) for one in found.stands] if kind else []
+    return [name for name in names if name in set(several)]

@@ -1,0 +1,39 @@
+"""Drawings that stand in the page itself, so that they are there at once, in print and without a script."""
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import vl_convert
+from gnomon.harness.reporting import images
+from gnomon.harness.reporting.kept_parts import kept
+from gnomon.harness.reporting.style import themed
+from markupsafe import Markup, escape
+
+WIDE, NARROW = "wide", "narrow"
+"""The two drawings of a figure; the style sheet shows the one that the width of the page has room for."""
+
+
+def stills(specifications: Sequence[dict[str, Any]]) -> list[str]:
+    """The drawings as SVG with the colours of the page; kept on disk, because drawing takes a tenth of a second each."""
+    found: list[str] = kept((__name__,), json.dumps(specifications), lambda: [_drawn(one) for one in specifications])
+    return found
+
+
+def _drawn(specification: Mapping[str, Any]) -> str:
+    svg = images.leaner(vl_convert.vegalite_to_svg(json.dumps(specification | {"background": None})))
+    return themed(svg)
+
+
+def figure(drawings: Mapping[str, Mapping[str, str]], label: str) -> Markup:
+    """The drawings of a figure by axis (`time`, `calls`) and by width; the style sheet shows one of them."""
+    parts = [
+        f'<div class="still {width}" data-axis="{axis}">{_labelled(svg, label)}</div>'
+        for axis, widths in drawings.items()
+        for width, svg in widths.items()
+    ]
+    return Markup("".join(parts))
+
+
+def _labelled(svg: str, label: str) -> str:
+    return svg.replace("<svg ", f'<svg role="img" aria-label="{escape(label)}" ', 1)
