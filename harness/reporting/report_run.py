@@ -17,7 +17,6 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import report_integrators, style, tables
 from gnomon.harness.results import analysis, rankings, store, summary
 from gnomon.harness.results.outstanding import Outstanding, outstanding
-from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.plan import NEAR_DUPLICATE
 from gnomon.harness.studies import model_hierarchy
 from gnomon.harness.studies.drift import rebuilt
@@ -159,18 +158,12 @@ class Run:
 
     @cached_property
     def hierarchies(self) -> pd.DataFrame:
-        """Model hierarchies. If the fastest integrator is in-house, third and third_seconds describe third parties."""
+        """Model hierarchies, with the shortest times of all integrators and of third parties."""
         # Only rows that a level can look up: it takes a twentieth of the time.
-        equal = self.equal[self.equal["target"] == model_hierarchy.COST_AT]
+        equal = self.equal_error[self.equal_error["target"] == model_hierarchy.COST_AT]
         default = self.timed[self.timed["variant"] == ""]
         spans = default.groupby("case", as_index=False)[["span", "time_scale"]].first().assign(variant="")
-        all_, third = (
-            model_hierarchy.hierarchies(self.cases, rows, spans) for rows in (equal, equal[equal["library"] != OURS])
-        )
-        if all_.empty:
-            return all_
-        ours = all_["fastest"].str.startswith(f"{OURS}:")
-        return all_.assign(third=third["fastest"].where(ours, ""), third_seconds=third["seconds"].where(ours))
+        return model_hierarchy.hierarchies(self.cases, equal, spans)
 
     @cached_property
     def policies(self) -> pd.DataFrame:

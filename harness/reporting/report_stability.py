@@ -97,7 +97,7 @@ def _colour(names: Sequence[str], channel: Any = alt.Color) -> Any:
 
 
 def _names(names: Sequence[str], labels: bool = True, grid: bool = True) -> alt.Y:
-    axis = alt.Axis(labels=labels, labelLimit=340, labelColor=INK, ticks=False, domain=False, grid=grid)
+    axis = alt.Axis(labels=labels, labelLimit=340, labelColor=INK, labelPadding=8, ticks=False, domain=False, grid=grid)
     return alt.Y("integrator:N", title=None, sort=list(names), axis=axis, scale=alt.Scale(domain=list(names)))
 
 

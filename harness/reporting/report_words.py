@@ -74,6 +74,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "launches": launches_text(run.timed),
         "scatter": scatter_text(run.timed),
         "waited": number_text.waited_text(*waits),
+        "waits": f"{100 * waits[1] / waits[0]:.0f} %" if waits[0] else "",
         "loaded": waits[1] > LOADED * waits[0],
         "first": first,
         "opened": first["lead"]["case"] if first["lead"] else str(run.frame["case"].iloc[0]),
@@ -288,8 +289,8 @@ def hierarchy_rows(levels: pd.DataFrame) -> list[dict[str, Any]]:
 
 def _shortest(level: Mapping[str, Any]) -> str:
     """The shortest time of a third party, then of a method of gnomon if it is shorter."""
-    pairs = [(level["third"], level["third_seconds"]), (level["fastest"], level["seconds"])]
-    return "; ".join(f"{name} {number_text.time_text(seconds)}" for name, seconds in pairs if name) or "–"
+    pairs = {level["third"]: level["third_seconds"], level["fastest"]: level["seconds"]}
+    return "; ".join(f"{name} {number_text.time_text(seconds)}" for name, seconds in pairs.items() if name) or "–"
 
 
 def engine_settings(frame: pd.DataFrame) -> list[dict[str, Any]]:

@@ -10,13 +10,15 @@ import pandas as pd
 from gnomon.cases.core.case import Case
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.results.analysis import own
+from gnomon.harness.results.profiles import OURS
 from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
 
 COST_AT = 1e-6
 """The error at which the times of models are compared."""
 
-NO_COST = {"ratio": math.nan, "integrators": 0, "fastest": "", "seconds": math.nan}
+NO_COST = {"ratio": math.nan, "integrators": 0} | dict.fromkeys(("third", "fastest"), "")
+NO_COST |= dict.fromkeys(("third_seconds", "seconds"), math.nan)
 """The columns of `cost` for a model that was not run."""
 
 
@@ -72,15 +74,19 @@ def times_of(equal: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, pd.Series]
 def cost(full: str, model: str, times: Mapping[str, pd.Series]) -> dict[str, Any]:
     """The computing time of a level's model and its ratio to the full model, at an error of 1e-6.
 
-    `seconds` is the least time of the model, by the integrator `fastest`. `ratio` is the median of model over full for
+    `seconds` is the least time of the model, by the integrator `fastest`; `third_seconds` and `third` are those of third
+    parties, and without gnomon's own methods the two are equal. `ratio` is the median of model over full for
     the `integrators` that reached the error on both, on one machine; nan without any. `times`: see `times_of`.
     """
-    found = dict(NO_COST)
+    found: dict[str, Any] = dict(NO_COST)
     if model not in times or full not in times:
         return found
     ratios = (times[model] / times[full]).dropna()
-    if len(times[model]):
-        found |= {"fastest": str(times[model].idxmin()[0]), "seconds": float(times[model].min())}
+    names = times[model].index.get_level_values("integrator_id")
+    third = times[model][~names.str.startswith(f"{OURS}:")]
+    for key, part in (("fastest", times[model]), ("third", third)):
+        if len(part):
+            found |= {key: str(part.idxmin()[0]), "third_seconds" if key == "third" else "seconds": float(part.min())}
     if len(ratios):
         found |= {"ratio": float(ratios.median()), "integrators": len(ratios)}
     return found

@@ -1,7 +1,7 @@
 """The table of a case: what each integrator takes to reach each error, in its division."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import pandas as pd
@@ -18,9 +18,9 @@ from gnomon.harness.results.rankings import OWN, RANKED, THIRD, YOURS
 from markupsafe import escape
 
 HEADS = {
-    YOURS: "yours: × is over the least time of a third party",
-    THIRD: "third-party libraries, ranked among themselves",
-    OWN: "gnomon’s own methods: × is over the least time of a third party",
+    YOURS: "yours: × is over the least of a third party",
+    THIRD: "third parties, ranked among themselves",
+    OWN: "gnomon’s own: × is over the least of a third party",
 }
 WAYS = {
     "compiled": "equations compiled in",
@@ -70,7 +70,9 @@ def _bodies(names: Mapping[str, str], cells: Mapping[str, Any], times: Mapping[s
         members = [name for name, of in names.items() if of == division]
         if not members:
             continue
-        yield f'<tbody class="{division}"><tr class="group"><th colspan="{1 + len(TARGETS)}">{head}</th></tr>'
+        yield f'<tbody class="{division}"><tr class="group"><th>{head}</th>'
+        yield "".join(f"<th>{_kind(cells[name][k] for name in members) if division == THIRD else ''}</th>" for k in range(len(TARGETS)))
+        yield "</tr>"
         for name in sorted(members, key=lambda one: _place(cells[one])):
             notes = [way(name), f"prepared in {time_text(times[name])}" if math.isfinite(times[name]) else ""]
             note = " · ".join(filter(None, notes))
@@ -78,6 +80,12 @@ def _bodies(names: Mapping[str, str], cells: Mapping[str, Any], times: Mapping[s
             yield "".join(_cell(*at) for at in cells[name])
             yield "</tr>"
         yield "</tbody>"
+
+
+def _kind(column: Iterable[Any]) -> str:
+    """Why the times of a column are not ranked; empty if they are, or if nobody reaches the error."""
+    kinds = {str(time["cell"]) for time, _ in column if time is not None}
+    return "".join(kinds - {RANKED})
 
 
 def _place(cells: Any) -> tuple[float, ...]:
@@ -90,7 +98,7 @@ def _cell(time: Mapping[str, Any] | None, calls: Mapping[str, Any] | None) -> st
         return '<td class="none">–</td>'
     bound = "≤ " if time["at_loosest"] else ""
     first = f'<b data-axis="time">{bound}{time_text(time["seconds"])}{_note(time)}</b>'
-    number = "not counted" if calls is None else f"{bound}{calls['calls']:.0f}{_note(calls)}"
+    number = "not counted" if calls is None else f"{bound}{calls['calls']:.0f}{_note(calls | {'null_share': 0.0})}"
     best = ' class="best"' if time["cell"] == RANKED and time["tied"] and time["division"] == THIRD else ""
     return f'<td{best}>{first}<b data-axis="calls">{number}</b></td>'
 
@@ -100,11 +108,9 @@ def _note(at: Mapping[str, Any]) -> str:
     words = []
     if at["division"] != THIRD:
         if math.isfinite(at["against"]):
-            words.append(f"{ratio_text(at['against'])} ×" + ("" if at["apart"] else " (not separated)"))
+            words.append(("" if at["apart"] else "≈ ") + f"{ratio_text(at['against'])} ×")
     elif at["cell"] == RANKED:
         words.append(f"{ratio_text(at['ratio'])} ×" if at["slower"] else "tied" if at["leaders"] > 1 else "fastest")
-    elif at["cell"] != rankings.ONE_LAUNCH:
-        words.append(str(at["cell"]))
     if at["null_share"] > rankings.LARGEST_NULL:
         words.append(share_text(at["null_share"]))
     return f"<small>{' · '.join(words)}</small>" if words else ""

@@ -8,6 +8,7 @@ from typing import Any
 import altair as alt
 import numpy as np
 import pandas as pd
+from altair.utils import schemapi
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.reporting.figures_work import COUNTS, ERRORS, EXACT, MARGIN, SECONDS, expression
 from gnomon.harness.reporting.kept_parts import kept
@@ -49,9 +50,11 @@ def first_screen(run: Run) -> dict[str, Any]:
     """The parts of the first screen: `lead`, `profiles` (None with few cases), `bars`, `fails`."""
     found = Representatives(run)
     by_axis = {"time": found.rows(run.equal), "calls": found.rows(run.counted)}
+    with schemapi.debug_mode(False):  # else Altair validates every part of a chart
+        lead, over_all = _lead(found), _profiles(found, by_axis)
     return {
-        "lead": _lead(found),
-        "profiles": _profiles(found, by_axis),
+        "lead": lead,
+        "profiles": over_all,
         "bars": _bars(found, by_axis["time"]) if len(found.complete) > 1 else [],
         "fails": _fails(found) if len(found.complete) > 1 else None,
         "stands": [one._asdict() for one in found.stands],
@@ -96,16 +99,17 @@ def _said(found: Representatives, case: str, names: Sequence[str], axis: str) ->
     said: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
     for name in sorted(names, key=lambda one: known[one][AXES[axis]] if one in known else math.inf):
         of = next((one.division for one in found.stands if name in one.methods.values()), None) or _division(found.run, name)
+        shown = label(name).removeprefix("gnomon ") if of == OWN else label(name)
         if name in known:
             value = known[name][AXES[axis]]
-            said[of].append(f"{label(name)} {time_text(value) if axis == 'time' else f'{value:.0f}'}")
+            said[of].append(f"{shown} {time_text(value) if axis == 'time' else f'{value:.0f}'}")
         elif axis == "time" or name in counted_here:
-            said[of].append(f"{label(name)} does not reach it")
-    parts = [join_text for of in (YOURS, THIRD) if (join_text := ", ".join(said[of]))]
-    text = "; ".join(parts)
+            said[of].append(f"{shown} does not reach it")
+    text = "; ".join(", ".join(said[of]) for of in (YOURS, THIRD) if said[of])
     if said[OWN]:
         text += ("; and of gnomon’s own: " if text else "") + ", ".join(said[OWN])
-    return f"At an error of {power_text(AT)}: {text or 'nothing was counted'}{'' if axis == 'time' else ' evaluations of the equations' * bool(text)}."
+    what = "At" if axis == "time" else "Evaluations of the equations at"
+    return f"{what} an error of {power_text(AT)}: {text or 'not counted'}."
 
 
 def _division(run: Run, name: str) -> str:
@@ -136,7 +140,7 @@ def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
         "x:Q",
         title={"time": "time of one solve (less is better)", "calls": "evaluations of the equations (less is better)"}[axis],
         scale=alt.Scale(domain=[low - 0.15, high + 0.15], nice=False, zero=False),
-        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=expression(labels)),
+        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=f"({expression(labels)})[datum.value] || ''"),
     )
     y = alt.Y(
         "y:Q",
@@ -152,7 +156,7 @@ def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
     limit = float(rows["conditioning"].max())
     rule = alt.Chart(alt.NamedData("limit")).mark_rule(color=QUIET, strokeDash=[4, 4]).encode(y="at:Q")
     data = {"points": records(points), "limit": [{"at": math.log10(limit)}] if limit > 0 else []}
-    size = {"width": 560, "height": 330} if width == WIDE else {"width": 270, "height": 280}
+    size = {"width": 560, "height": 300} if width == WIDE else {"width": 270, "height": 280}
     found: dict[str, Any] = dressed(alt.layer(rule, lines, dots).properties(**size), data).to_dict(validate=False)
     return found
 
@@ -203,7 +207,8 @@ def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str
     domain = list(dict.fromkeys(titles))
     stand = {one["stand"].title: one["stand"] for part in parts.values() for one in part}
     scale = alt.Scale(domain=domain, range=[hue(stand[name].name.partition(":")[0]) for name in domain])
-    legend = alt.Legend(title=None, orient="bottom", columns=4 if width == WIDE else 2, symbolType="stroke", symbolStrokeWidth=3)
+    legend = alt.Legend(title=None, orient="bottom", columns=7 if width == WIDE else 3, symbolType="stroke", symbolStrokeWidth=3)
+    without_legend = alt.Color("name:N", scale=scale, legend=None)
     charts, data = [], {}
     for target, part in parts.items():
         rows = [
@@ -218,11 +223,11 @@ def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str
                   axis=alt.Axis(values=[0, 1, 2, 3], labelExpr="pow(10, datum.value) + ' ×'", labelFlush=True))  # fmt: skip
         shared = {"axis": alt.Axis(format=".0%", values=[0, 0.25, 0.5, 0.75, 1]), "scale": alt.Scale(domain=[0, 1])}
         colour = alt.Color("name:N", scale=scale, legend=legend)
-        band = base.mark_area(opacity=0.14, interpolate="step-after").encode(x, alt.Y("low:Q", title="share of the cases" if not charts or width == NARROW else None, **shared), alt.Y2("high:Q"), colour)
+        band = base.mark_area(opacity=0.14, interpolate="step-after").encode(x, alt.Y("low:Q", title="share of the cases" if not charts or width == NARROW else None, **shared), alt.Y2("high:Q"), without_legend)
         line = base.mark_line(strokeWidth=2.2, interpolate="step-after").encode(x, alt.Y("share:Q", **shared), colour)
         size = {"width": 215, "height": 190} if width == WIDE else {"width": 280, "height": 190}
         charts.append(alt.layer(band, line).properties(title=f"to an error of {power_text(target)}", **size))
-    whole = alt.hconcat(*charts, spacing=18) if width == WIDE else alt.vconcat(*charts, spacing=14)
+    whole: Any = alt.hconcat(*charts, spacing=18) if width == WIDE else alt.vconcat(*charts, spacing=14)
     found: dict[str, Any] = dressed(whole, data).to_dict(validate=False)
     found["config"]["title"] = found["config"].get("title", {}) | {"fontSize": 13}
     return found

@@ -54,7 +54,7 @@ class Representatives:
         found = []
         for library in (*LIBRARIES, OURS):
             chosen = {kind: representative(library, kind) for kind in self.run.kinds}
-            methods = {kind: one.id if one is not None else None for kind, one in chosen.items()}
+            methods = {kind: one.integrator if one is not None else None for kind, one in chosen.items()}
             if library in present and any(methods.values()):
                 division = OWN if library == OURS else THIRD
                 found.append(Stand(library, title(library), division, methods))

@@ -124,7 +124,28 @@
   function otherSpec(figure) {
     const spec = charted(data.others[figure.dataset.chart]);
     if (typeof spec.width === "number") spec.width = "container";
+    if (!spec.hconcat && !spec.facet) spec.autosize = { type: "fit-x", contains: "padding" };
+    if (figure.clientWidth < 700) shorten(spec);
+    if (spec.hconcat && figure.clientWidth < 700) stack(spec, figure.clientWidth);
+    if (spec.facet && figure.clientWidth < 700) Object.assign(spec, { columns: 2 });
     return spec;
+  }
+
+  // Names take at most two fifths of a narrow page.
+  function shorten(node) {
+    if (!node || typeof node !== "object") return;
+    if (node.labelLimit > 150) node.labelLimit = 150;
+    Object.values(node).forEach(shorten);
+  }
+
+  // Columns that stand beside each other on a wide page stand below each other on a narrow one, each with its names.
+  function stack(spec, width) {
+    spec.vconcat = spec.hconcat;
+    delete spec.hconcat;
+    for (const part of spec.vconcat) {
+      part.width = Math.max(120, width - 190);
+      for (const layer of part.layer) if (layer.encoding?.y?.axis) Object.assign(layer.encoding.y.axis, { labels: true, labelLimit: 150 });
+    }
   }
 
   async function build(figure) {
@@ -150,7 +171,7 @@
 
   // Figures are built one by one while the browser has nothing else to do: a printed or captured page has them all.
   function buildNext() {
-    const figure = all(".chart").find((one) => !one.dataset.state && !one.hidden);
+    const figure = all(".chart").find((one) => !one.dataset.state && one.checkVisibility());
     if (!figure) return (state.all = true);
     const idle = window.requestIdleCallback ?? ((call) => setTimeout(call, 50));
     idle(async () => {
@@ -254,6 +275,7 @@
     };
     window.addEventListener("hashchange", opened);
     opened();
+    all("details").forEach((part) => part.addEventListener("toggle", () => part.open && buildNext()));
     window.addEventListener("beforeprint", () => all("details").forEach((part) => (part.open = true)));
   }
 
@@ -278,6 +300,7 @@
     const script = document.createElement("script");
     script.textContent = await unpacked("vega");
     document.head.append(script);
+    if (window.innerWidth < 700) all("details.panel").forEach((part) => (part.open = false));
     listen();
     if (!byRole("problem").value) showCase(data.first);
     state.ready = true;
