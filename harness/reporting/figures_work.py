@@ -148,7 +148,9 @@ def work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
         margin.mark_text(**small, dx=1, dy=-3).encode(y="high:Q", x=alt.value(0), text="text:N"),
         rules.mark_rule(color=QUIET, strokeDash=[2, 3], strokeWidth=1.3).encode(y="at:Q"),
         others.mark_line(strokeWidth=1).encode(x, y, detail="series:N", order=order, color=grey),
-        others.mark_point(size=14, filled=True, opacity=1).encode(x, y, color=grey, tooltip=tooltip).add_params(pointed),
+        others.mark_point(size=14, filled=True, opacity=1)
+        .encode(x, y, color=grey, tooltip=tooltip)
+        .add_params(pointed),
         first.mark_line(strokeWidth=2).encode(x, y, colour, strokeDash=dash, opacity=strength, order=order),
         first.mark_point(size=52, filled=True)
         .encode(x, y, colour, shape, opacity=strength, tooltip=tooltip)

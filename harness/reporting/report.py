@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.cases.core.case import Case
-from gnomon.harness.reporting import style
+from gnomon.harness.reporting import sidecars, style
 from gnomon.harness.reporting.report_charts import (
     page_charts,
     panel_charts,
@@ -25,6 +25,16 @@ from gnomon.reference.storage import diskcache
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+DATA = ("summary.md", "raw.json", "requirements.txt")
+"""Files beside a published page, with those of `sidecars.NAMES`."""
+DOCUMENTS = {
+    "repository": "README.md",
+    "documentation": "docs/index.md",
+    "every case with its source": "docs/cases.md",
+    "the settings of every adapter": "docs/libraries.md",
+    "a method of your own": "docs/integrator.md",
+}
+"""Pages of the repository, by the text of their links."""
 ABOUT = ("title", "section", "stresses", "unrun", "lacking", "span")
 """What the page's script knows of a case."""
 
@@ -53,6 +63,7 @@ def write_report(
         work = work_problems(run)
         charts = run_charts(run)
         words = page_words(run, beside or (run.path.parent, folder, folder.parent), work)
+        words["links"] = _links(folder)
         charts |= panel_charts(words["stability"])
     page = folder / "index.html"
     with diskcache.whole(page) as part:
@@ -75,7 +86,9 @@ def write_report(
 def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     """The page. Data of single cases are compressed, and shown when their case is chosen."""
     templates = PackageLoader("gnomon.harness.reporting", "templates")
-    environment = Environment(loader=templates, undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment = Environment(
+        loader=templates, undefined=StrictUndefined, autoescape=True, trim_blocks=True, lstrip_blocks=True
+    )
     environment.filters |= {
         "breakable": _breakable,
         "counted": number_text.counted,
@@ -94,7 +107,9 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         "first": words["opened"],
     }
     plain = Environment(undefined=StrictUndefined)
-    css = plain.from_string(_source("report.css")).render(dark=style.DARK, own_grey=style.OWN_GREY, colours=style.STATUS_COLOURS)
+    css = plain.from_string(_source("report.css")).render(
+        dark=style.DARK, own_grey=style.OWN_GREY, colours=style.STATUS_COLOURS
+    )
     return environment.get_template("report.html.j2").render(
         words,
         titles={case["name"]: case["title"] for case in words["cases"]},
@@ -105,6 +120,17 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         data=pack_json(style.themed_values(charts | carried)),
         vega=pack_vega(),
     )
+
+
+def _links(folder: Path) -> list[tuple[str, str]]:
+    """The files beside the page, and the documentation, if the page is in a copy of the repository: text and address."""
+    found = [(name, name) for name in (*DATA, *sidecars.NAMES) if (folder / name).is_file()]
+    parents = folder.resolve().parents
+    root = next((one for one in parents if (one / "docs" / "libraries.md").is_file()), None)
+    if root is not None:
+        up = "../" * len(folder.resolve().relative_to(root).parts)
+        found += [(text, up + path) for text, path in DOCUMENTS.items()]
+    return found
 
 
 def _breakable(name: str) -> Markup:

@@ -94,7 +94,9 @@ def _pair(row: dict[str, Any], claimed: bool) -> dict[str, str]:
     for side in ("first", "second"):
         words[side] = "–" if row[side] is None else number_text.time_text(row[side])
         prepare = row.get(f"{side}_prepare")
-        words[f"{side}_prepare"] = "" if prepare is None else f"prepared in {number_text.time_text(prepare)} with filled caches"
+        words[f"{side}_prepare"] = (
+            "" if prepare is None else f"prepared in {number_text.time_text(prepare)} with filled caches"
+        )
     missed = [str(row[f"{side}_name"]) for side in ("first", "second") if row[side] is None]
     if missed:
         return words | {"ratio": "–", "range": "", "note": f"not so accurate: {' and '.join(missed)}"}

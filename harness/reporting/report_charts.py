@@ -141,13 +141,17 @@ def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
 def _map(run: Run) -> dict[str, Any]:
     """The digits that each integrator reaches on every problem, and None without an ok setting: for the download."""
     series = list(run.look["series"])
-    table = run.matrix.drop_duplicates(["problem", "integrator_id"]).pivot(index="problem", columns="integrator_id", values="best")
+    table = run.matrix.drop_duplicates(["problem", "integrator_id"]).pivot(
+        index="problem", columns="integrator_id", values="best"
+    )
     table = table.reindex(columns=series)
     rows = []
     for one in run.problems.to_dict("records"):
         label = (one["variant"] or "default") + (f" ({one['formulation']})" if one["formulation"] else "")
         best = table.loc[one["problem"]].tolist() if one["problem"] in table.index else []
-        rows.append([one["case"], label, [None if math.isnan(error) else round(tables.digits(error), 1) for error in best]])
+        rows.append(
+            [one["case"], label, [None if math.isnan(error) else round(tables.digits(error), 1) for error in best]]
+        )
     return {"series": series, "rows": rows}
 
 

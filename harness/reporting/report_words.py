@@ -44,9 +44,6 @@ DIVISIONS = {
     "third": "Third-party libraries",
     "own": "gnomon’s own methods, in a division of their own",
 }
-LINKS = [
-    ("repository", "https://github.com/gnomon/gnomon"),
-]
 
 
 def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> dict[str, Any]:
@@ -84,7 +81,6 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "needs": None,
         "absent": [],
         "older": [],
-        "links": LINKS,
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,
         "multiples": multiples(run, orders),
@@ -99,8 +95,6 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
             "libraries": len(libraries),
             "not_installed": sorted(set(run.frame["library"]) - libraries),
             "trials": len(ran),
-            "ran": int((ran["status"] != Status.SKIPPED).sum()),
-            "measurements": int((~run.frame["status"].isin([*analysis.NEVER_RAN, Status.SKIPPED])).sum()),
         },
         "shares": tables.status_shares(run.reduced),
         "chapters": run.chapters,

@@ -26,12 +26,16 @@ MEANINGS = {name: each["meaning"] for name, each in STATUSES.items() if "meaning
 
 def hue(library: str) -> str:
     """The colour of a library; of one that the run was given, the colour of text."""
-    return HUES.get(library, INK)
+    return str(HUES.get(library, INK))
 
 
 def themed(text: str) -> str:
     """A drawing, or its specification as JSON, with the colours of `DARK` as variables of the page's style sheet."""
-    return re.sub("#[0-9a-fA-F]{6}", lambda found: f"var(--x{found[0][1:].lower()})" if found[0].lower() in DARK else found[0], text)
+    return re.sub(
+        "#[0-9a-fA-F]{6}",
+        lambda found: f"var(--x{found[0][1:].lower()})" if found[0].lower() in DARK else found[0],
+        text,
+    )
 
 
 def themed_values(value: Any) -> Any:

@@ -49,9 +49,15 @@ def case_tables(run: Run) -> Tables:
     found: Tables = {}
     for (case, variant, formulation), part in ran.groupby(PROBLEM, sort=False):
         label_ = (variant or "default") + (f" · {formulation}" if formulation else "")
-        names = {row.integrator_id: rankings.division(row.library) for row in part.drop_duplicates("integrator_id").itertuples()}
+        names = {
+            row.integrator_id: rankings.division(row.library)
+            for row in part.drop_duplicates("integrator_id").itertuples()
+        }
         cells = {
-            name: [[by_axis[axis].get((case, variant, formulation, name, target)) for axis in by_axis] for target in TARGETS]
+            name: [
+                [by_axis[axis].get((case, variant, formulation, name, target)) for axis in by_axis]
+                for target in TARGETS
+            ]
             for name in names
         }
         times = {name: preparing.get((case, variant, formulation, name), math.nan) for name in names}
@@ -71,7 +77,10 @@ def _bodies(names: Mapping[str, str], cells: Mapping[str, Any], times: Mapping[s
         if not members:
             continue
         yield f'<tbody class="{division}"><tr class="group"><th>{head}</th>'
-        yield "".join(f"<th>{_kind(cells[name][k] for name in members) if division == THIRD else ''}</th>" for k in range(len(TARGETS)))
+        yield "".join(
+            f"<th>{_kind(cells[name][k] for name in members) if division == THIRD else ''}</th>"
+            for k in range(len(TARGETS))
+        )
         yield "</tr>"
         for name in sorted(members, key=lambda one: _place(cells[one])):
             notes = [way(name), f"prepared in {time_text(times[name])}" if math.isfinite(times[name]) else ""]
@@ -98,7 +107,7 @@ def _cell(time: Mapping[str, Any] | None, calls: Mapping[str, Any] | None) -> st
         return '<td class="none">–</td>'
     bound = "≤ " if time["at_loosest"] else ""
     first = f'<b data-axis="time">{bound}{time_text(time["seconds"])}{_note(time)}</b>'
-    number = "not counted" if calls is None else f"{bound}{calls['calls']:.0f}{_note(calls | {'null_share': 0.0})}"
+    number = "not counted" if calls is None else f"{bound}{calls['calls']:.0f}{_note({**calls, 'null_share': 0.0})}"
     best = ' class="best"' if time["cell"] == RANKED and time["tied"] and time["division"] == THIRD else ""
     return f'<td{best}>{first}<b data-axis="calls">{number}</b></td>'
 

@@ -86,7 +86,9 @@ def _lead(found: Representatives) -> dict[str, Any] | None:
         "figure": figure(drawings, f"Work-precision diagram of the case {case}: error against time or evaluations"),
         "said": {axis: _said(found, case, names, axis) for axis in AXES},
         "conditioning": error_text(float(rows["conditioning"].max())),
-        "moving": None if known is None else Markup(kept((moving.__name__,), repr(known.numbers) + case, lambda: str(moving.moving(known)))),
+        "moving": None
+        if known is None
+        else Markup(kept((moving.__name__,), repr(known.numbers) + case, lambda: str(moving.moving(known)))),
     }
 
 
@@ -98,7 +100,9 @@ def _said(found: Representatives, case: str, names: Sequence[str], axis: str) ->
     counted_here = set(equal.loc[equal["case"] == case, "integrator_id"])
     said: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
     for name in sorted(names, key=lambda one: known[one][AXES[axis]] if one in known else math.inf):
-        of = next((one.division for one in found.stands if name in one.methods.values()), None) or _division(found.run, name)
+        of = next((one.division for one in found.stands if name in one.methods.values()), None) or _division(
+            found.run, name
+        )
         shown = label(name).removeprefix("gnomon ") if of == OWN else label(name)
         if name in known:
             value = known[name][AXES[axis]]
@@ -113,7 +117,11 @@ def _said(found: Representatives, case: str, names: Sequence[str], axis: str) ->
 
 
 def _division(run: Run, name: str) -> str:
-    return str(run.equal.loc[run.equal["integrator_id"] == name, "division"].head(1).squeeze() or THIRD) if len(run.equal) else THIRD
+    return (
+        str(run.equal.loc[run.equal["integrator_id"] == name, "division"].head(1).squeeze() or THIRD)
+        if len(run.equal)
+        else THIRD
+    )
 
 
 def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
@@ -138,7 +146,9 @@ def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
     labels = {"time": SECONDS, "calls": COUNTS}[axis]
     x = alt.X(
         "x:Q",
-        title={"time": "time of one solve (less is better)", "calls": "evaluations of the equations (less is better)"}[axis],
+        title={"time": "time of one solve (less is better)", "calls": "evaluations of the equations (less is better)"}[
+            axis
+        ],
         scale=alt.Scale(domain=[low - 0.15, high + 0.15], nice=False, zero=False),
         axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=f"({expression(labels)})[datum.value] || ''"),
     )
@@ -148,7 +158,9 @@ def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
         scale=alt.Scale(domain=[min(lowest, -12) - 0.5, MARGIN], nice=False, zero=False),
         axis=alt.Axis(tickMinStep=1, tickCount=6, labelExpr=ERRORS),
     )
-    legend = alt.Legend(title=None, orient="bottom", columns=1 if width == NARROW else 3, symbolType="circle", labelLimit=320)
+    legend = alt.Legend(
+        title=None, orient="bottom", columns=1 if width == NARROW else 3, symbolType="circle", labelLimit=320
+    )
     colour = alt.Color("name:N", scale=scale, legend=legend)
     base = alt.Chart(alt.NamedData("points"))
     lines = base.mark_line(strokeWidth=2).encode(x, y, colour, order=alt.Order("setting:Q", sort="descending"))
@@ -166,7 +178,10 @@ def _distinct(libraries: Sequence[str]) -> list[str]:
     if len(set(libraries)) == len(libraries):
         return [hue(one) for one in libraries]
     others = ["#b34700", "#1b7a3d", "#1f5fa8", "#c2186b", "#8a6d00", "#6a3d9a", INK]
-    return [OWN_GREY if one == profiles.OURS and len(set(libraries)) > 1 else others[k % len(others)] for k, one in enumerate(libraries)]
+    return [
+        OWN_GREY if one == profiles.OURS and len(set(libraries)) > 1 else others[k % len(others)]
+        for k, one in enumerate(libraries)
+    ]
 
 
 def _profiles(found: Representatives, by_axis: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
@@ -180,7 +195,13 @@ def _profiles(found: Representatives, by_axis: Mapping[str, pd.DataFrame]) -> di
         specs += [_profile_chart(parts, axis, width) for width in (WIDE, NARROW)]
     drawn = iter(stills(specs))
     drawings = {axis: {width: next(drawn) for width in (WIDE, NARROW)} for axis in AXES}
-    return {"figure": figure(drawings, "Performance profiles of the libraries at errors of 1e-3, 1e-6 and 1e-9; the sentence below has the numbers"), "said": _reached(found, shares["time"][AT])}
+    return {
+        "figure": figure(
+            drawings,
+            "Performance profiles of the libraries at errors of 1e-3, 1e-6 and 1e-9; the sentence below has the numbers",
+        ),
+        "said": _reached(found, shares["time"][AT]),
+    }
 
 
 def _shares(found: Representatives, rows: pd.DataFrame, target: float, column: str) -> list[dict[str, Any]]:
@@ -207,14 +228,19 @@ def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str
     domain = list(dict.fromkeys(titles))
     stand = {one["stand"].title: one["stand"] for part in parts.values() for one in part}
     scale = alt.Scale(domain=domain, range=[hue(stand[name].name.partition(":")[0]) for name in domain])
-    legend = alt.Legend(title=None, orient="bottom", columns=7 if width == WIDE else 3, symbolType="stroke", symbolStrokeWidth=3)
+    legend = alt.Legend(
+        title=None, orient="bottom", columns=7 if width == WIDE else 3, symbolType="stroke", symbolStrokeWidth=3
+    )
     without_legend = alt.Color("name:N", scale=scale, legend=None)
-    charts, data = [], {}
+    charts: list[alt.LayerChart] = []
+    data: dict[str, Any] = {}
     for target, part in parts.items():
         rows = [
             {"name": one["stand"].title, "x": x, "share": round(s, 4), "low": round(low, 4), "high": round(high, 4)}
             for one in part
-            for x, s, low, high in zip(np.log10(FACTORS).round(3).tolist(), *(one[n].tolist() for n in ("share", "low", "high")), strict=True)
+            for x, s, low, high in zip(
+                np.log10(FACTORS).round(3).tolist(), *(one[n].tolist() for n in ("share", "low", "high")), strict=True
+            )
         ]
         named = f"p{len(data)}"
         data[named] = rows
@@ -223,7 +249,12 @@ def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str
                   axis=alt.Axis(values=[0, 1, 2, 3], labelExpr="pow(10, datum.value) + ' ×'", labelFlush=True))  # fmt: skip
         shared = {"axis": alt.Axis(format=".0%", values=[0, 0.25, 0.5, 0.75, 1]), "scale": alt.Scale(domain=[0, 1])}
         colour = alt.Color("name:N", scale=scale, legend=legend)
-        band = base.mark_area(opacity=0.14, interpolate="step-after").encode(x, alt.Y("low:Q", title="share of the cases" if not charts or width == NARROW else None, **shared), alt.Y2("high:Q"), without_legend)
+        band = base.mark_area(opacity=0.14, interpolate="step-after").encode(
+            x,
+            alt.Y("low:Q", title="share of the cases" if not charts or width == NARROW else None, **shared),
+            alt.Y2("high:Q"),
+            without_legend,
+        )
         line = base.mark_line(strokeWidth=2.2, interpolate="step-after").encode(x, alt.Y("share:Q", **shared), colour)
         size = {"width": 215, "height": 190} if width == WIDE else {"width": 280, "height": 190}
         charts.append(alt.layer(band, line).properties(title=f"to an error of {power_text(target)}", **size))
@@ -248,7 +279,12 @@ def _bars(found: Representatives, rows: pd.DataFrame) -> list[dict[str, Any]]:
         at = rows[(rows["target"] == target) & (rows["division"] == THIRD)]
         counts = Counter(_outcome(part) for _, part in at.groupby("case"))
         counts["none"] = len(found.complete) - counts.total()
-        bars.append({"target": power_text(target), "parts": [(kind, text, counts[kind]) for kind, text in MEANINGS.items() if counts[kind]]})
+        bars.append(
+            {
+                "target": power_text(target),
+                "parts": [(kind, text, counts[kind]) for kind, text in MEANINGS.items() if counts[kind]],
+            }
+        )
     return bars
 
 
@@ -276,7 +312,9 @@ def _fails(found: Representatives) -> dict[str, Any]:
     return {"rows": rows, "meanings": FAILS}
 
 
-def _counts(known: Mapping[tuple[str, str], Mapping[str, Any]], cases: Sequence[str], method: str | None) -> list[tuple[str, int]]:
+def _counts(
+    known: Mapping[tuple[str, str], Mapping[str, Any]], cases: Sequence[str], method: str | None
+) -> list[tuple[str, int]]:
     counts: Counter[str] = Counter()
     for case in cases:
         row = known.get((case, method or ""))

@@ -29,17 +29,22 @@ def moving(case: Case) -> Markup:
     if case.name == PENDULUM:
         body = _pendulum(values[:, 0])
     elif bodies := planes(case):
-        body = _orbits([values[:, list(pair)] for pair in bodies.values()], [states[inside][:, list(p)] for p in bodies.values()])
+        body = _orbits(
+            [values[:, list(pair)] for pair in bodies.values()], [states[inside][:, list(p)] for p in bodies.values()]
+        )
     else:
         body = _trace(at, values[:, 0], times[inside], states[inside, 0])
     label = f"The exact motion of the case {case.name}, moving"
-    return Markup(f'<svg class="moving" viewBox="0 0 {SIZE:.0f} {SIZE:.0f}" role="img" aria-label="{escape(label)}">{body}</svg>')
+    return Markup(
+        f'<svg class="moving" viewBox="0 0 {SIZE:.0f} {SIZE:.0f}" role="img" aria-label="{escape(label)}">{body}</svg>'
+    )
 
 
 def _pendulum(angles: Floats) -> str:
     turns = [f"rotate({-np.degrees(angle):.1f}deg)" for angle in angles]
     trail = "".join(
-        f'<circle cx="{MIDDLE + 78 * np.sin(a):.0f}" cy="{MIDDLE + 78 * np.cos(a):.0f}" r="2" class="trail"/>' for a in angles[::2]
+        f'<circle cx="{MIDDLE + 78 * np.sin(a):.0f}" cy="{MIDDLE + 78 * np.cos(a):.0f}" r="2" class="trail"/>'
+        for a in angles[::2]
     )
     rod = f'<path d="M{MIDDLE:.0f} {MIDDLE:.0f}V188"/><circle cx="{MIDDLE:.0f}" cy="188" r="10"/>'
     return f'{trail}{_frames("m0", turns)}<g class="moves" style="animation-name:m0;transform-origin:{MIDDLE:.0f}px {MIDDLE:.0f}px">{rod}</g>'
@@ -49,7 +54,11 @@ def _orbits(frames: list[Floats], paths: list[Floats]) -> str:
     every = np.concatenate([*frames, *paths])
     middle, half = (every.max(axis=0) + every.min(axis=0)) / 2, float(np.ptp(every, axis=0).max()) / 2 or 1.0
     return "".join(
-        _moved(f"m{k}", MIDDLE + (path - middle) * [REACH, -REACH] / half, MIDDLE + (places - middle) * [REACH, -REACH] / half)
+        _moved(
+            f"m{k}",
+            MIDDLE + (path - middle) * [REACH, -REACH] / half,
+            MIDDLE + (places - middle) * [REACH, -REACH] / half,
+        )
         for k, (places, path) in enumerate(zip(frames, paths, strict=True))
     )
 

@@ -53,7 +53,9 @@ def multiples(run: Run, benched: Mapping[str, Any] | None) -> dict[str, list[dic
             "first": first_use_text(*uses[str(name)].values()) if str(name) in uses else "",
         }
         found.setdefault(rankings.division(str(part["library"].iloc[0])), []).append(row)
-    return {division: found[division] for division in (rankings.YOURS, rankings.THIRD, rankings.OWN) if division in found}
+    return {
+        division: found[division] for division in (rankings.YOURS, rankings.THIRD, rankings.OWN) if division in found
+    }
 
 
 def _picture(best: Sequence[float], most: Sequence[float]) -> Markup:
@@ -66,7 +68,9 @@ def _picture(best: Sequence[float], most: Sequence[float]) -> Markup:
 
 def _steps(values: Sequence[float]) -> str:
     step = WIDTH / max(len(values), 1)
-    return f"M0 {_height(values[0] if values else 0):.1f}" + "".join(f"V{_height(value):.1f}H{(k + 1) * step:.1f}" for k, value in enumerate(values))
+    return f"M0 {_height(values[0] if values else 0):.1f}" + "".join(
+        f"V{_height(value):.1f}H{(k + 1) * step:.1f}" for k, value in enumerate(values)
+    )
 
 
 def _height(value: float) -> float:

@@ -21,7 +21,7 @@ def stills(specifications: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def _drawn(specification: Mapping[str, Any]) -> str:
-    svg = images.leaner(vl_convert.vegalite_to_svg(json.dumps(specification | {"background": None})))
+    svg = images.leaner(vl_convert.vegalite_to_svg(json.dumps({**specification, "background": None})))
     return themed(svg)
 
 
