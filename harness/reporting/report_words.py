@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
+from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting import (
     report_benchmarks,
     report_checks,
@@ -16,11 +17,11 @@ from gnomon.harness.reporting import (
     style,
     tables,
 )
-from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting.page.case_tables import case_tables
 from gnomon.harness.reporting.page.first_screen import MEANINGS, first_screen
 from gnomon.harness.reporting.page.multiples import multiples
-from gnomon.harness.reporting.page.representing import title
+from gnomon.harness.reporting.page.need_cards import need_cards
+from gnomon.harness.reporting.page.representing import Representatives, title
 from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
@@ -59,7 +60,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
     growth, orders = (read(*folders) for read in (report_benchmarks.growth, report_benchmarks.orders))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
     libraries = set(ran["library"])
-    first = first_screen(run)
+    found = Representatives(run)
+    first = first_screen(found)
     waits = summary.waited(zip(run.frame["seconds_median"], run.frame["delay_seconds"], strict=True))
     return {
         "results": "/".join(run.path.resolve().parts[-2:]),
@@ -78,7 +80,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "outcomes": MEANINGS,
         "marks": MARKS,
         "chosen": chosen(first["stands"]),
-        "needs": None,
+        "needs": need_cards(run, found),
         "absent": [],
         "older": [],
         "both_divisions": OURS in libraries and len(libraries) > 1,

@@ -46,10 +46,9 @@ FAILS = {
 }
 
 
-def first_screen(run: Run) -> dict[str, Any]:
+def first_screen(found: Representatives) -> dict[str, Any]:
     """The parts of the first screen: `lead`, `profiles` (None with few cases), `bars`, `fails`."""
-    found = Representatives(run)
-    by_axis = {"time": found.rows(run.equal), "calls": found.rows(run.counted)}
+    by_axis = {"time": found.rows(found.run.equal), "calls": found.rows(found.run.counted)}
     with schemapi.debug_mode(False):  # else Altair validates every part of a chart
         lead, over_all = _lead(found), _profiles(found, by_axis)
     return {

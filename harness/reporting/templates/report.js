@@ -124,7 +124,7 @@
   function otherSpec(figure) {
     const spec = charted(data.others[figure.dataset.chart]);
     if (typeof spec.width === "number") spec.width = "container";
-    if (!spec.hconcat && !spec.facet) spec.autosize = { type: "fit-x", contains: "padding" };
+    if (spec.width === "container") spec.autosize = { type: "fit-x", contains: "padding" };
     if (figure.clientWidth < 700) shorten(spec);
     if (spec.hconcat && figure.clientWidth < 700) stack(spec, figure.clientWidth);
     if (spec.facet && figure.clientWidth < 700) Object.assign(spec, { columns: 2 });

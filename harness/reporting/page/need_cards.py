@@ -1,0 +1,89 @@
+"""What to use for a need, in words: a card for each need, a line for each library."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from gnomon.harness.registry import lookup
+from gnomon.harness.reporting.page.case_tables import way
+from gnomon.harness.reporting.page.representing import Representatives, label, title
+from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.results.needs import OWN, YOURS, Answer, Cost, Measurements, Need, needs
+from gnomon.harness.results.number_text import counted, join_words, power_text, short_text, time_text
+from gnomon.harness.running.own_equations import lines
+
+
+def need_cards(run: Run, found: Representatives) -> list[dict[str, Any]]:
+    """The needs with their answers in words; empty if the run has no complete case of any."""
+    whole = set(found.complete)
+    equal, timed = (table[table["case"].isin(whole)] for table in (run.equal, run.timed))
+    cards = [_card(one) for one in needs(Measurements(equal, timed, found.kind_of))]
+    return cards if any(card["systems"] for card in cards) else []
+
+
+def _card(need: Need) -> dict[str, Any]:
+    answers = [_line(one) for one in need.answers if one.methods or one.tried]
+    methods = dict.fromkeys(name for one in need.answers if one.recommended for name in one.methods)
+    known = lookup.everything()
+    code = {label(name): text for name in methods if name in known and (text := lines(known[name])) is not None}
+    return {
+        "key": need.subject.key,
+        "title": need.subject.title,
+        "about": need.subject.about,
+        "error": power_text(need.error),
+        "systems": need.systems,
+        "answers": answers,
+        "lines": code,
+        "costs": _costs(need.costs),
+    }
+
+
+def _line(one: Answer) -> dict[str, Any]:
+    methods = join_words([label(name).removeprefix(f"{title(one.library)} ") for name in one.methods])
+    row = {
+        "library": title(one.library),
+        "division": {OWN: "own", YOURS: "yours"}.get(one.division, "third"),
+        "method": methods,
+    }
+    row |= {"way": way(one.methods[0]) if one.methods else "", "why": one.why, "better": ""}
+    on = f"on {one.systems} of {counted(one.tried, 'system')}"
+    if one.systems:
+        between = f" ({time_text(one.low)} to {time_text(one.high)})" if one.systems > 1 else ""
+        row["time"] = f"{time_text(one.seconds)}{between}"
+        row["calls"] = (
+            f"{one.evaluations:.0f} evaluations" if math.isfinite(one.evaluations) else "evaluations not counted"
+        )
+        row["on"] = on + _setting(one)
+    else:
+        row |= {"time": "", "calls": "", "on": f"does not reach it {on}" if one.tried else ""}
+    if one.better is not None:
+        best = one.better
+        row["better"] = (
+            f"best of its {best.among} methods, found after the run: {join_words([label(n) for n in best.methods])}, {time_text(best.seconds)} on {best.systems} of {best.tried}; {best.how}"
+        )
+    return row
+
+
+def _setting(one: Answer) -> str:
+    if one.setting is None:
+        return ""
+    if one.setting.kind == "tolerance":
+        return f"; tolerance {power_text(one.setting.value)} in the median one ({power_text(one.loosest)} to {power_text(one.tightest)})"
+    return f"; step {short_text(one.setting.relative)} of the time scale in the median one"
+
+
+def _costs(costs: Sequence[Cost]) -> dict[str, Any] | None:
+    """The times of each method by stiffness: a row a method, a column a problem, in the order of the stiffness."""
+    if not costs:
+        return None
+    columns = sorted({(one.decays, one.case, one.variant) for one in costs})
+    by_pair = {(one.integrator, one.case, one.variant): one for one in costs}
+    rows = []
+    for name in dict.fromkeys(one.integrator for one in costs):
+        cells = [by_pair.get((name, case, variant)) for _, case, variant in columns]
+        rows.append({
+            "name": label(name), "division": "own" if name.startswith("gnomon:") else "third",
+            "time": ["" if one is None else time_text(one.seconds) if math.isfinite(one.seconds) else "✕" for one in cells],
+            "calls": ["" if one is None else f"{one.evaluations:.0f}" if math.isfinite(one.evaluations) else "✕" if not math.isfinite(one.seconds) else "–" for one in cells],
+        })  # fmt: skip
+    return {"heads": [(power_text(decays), f"{case}/{variant}") for decays, case, variant in columns], "rows": rows}
