@@ -90,14 +90,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "times": case_tables(run),
         "targets": [number_text.power_text(target) for target in TARGETS],
         "cases": _cases(run, work),
-        "counts": {
-            "cases": len(run.names),
-            "problems": len(run.problems),
-            "integrators": ran["integrator_id"].nunique(),
-            "libraries": len(libraries),
-            "not_installed": sorted(set(run.frame["library"]) - libraries),
-            "trials": len(ran),
-        },
+        "counts": _counts(run, ran),
         "shares": tables.status_shares(run.reduced),
         "chapters": run.chapters,
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
@@ -115,6 +108,18 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "orders": orders,
         "growth": growth,
         "stability": report_stability.stability(*folders),
+    }
+
+
+def _counts(run: Run, ran: pd.DataFrame) -> dict[str, Any]:
+    libraries = set(ran["library"])
+    return {
+        "cases": len(run.names),
+        "problems": len(run.problems),
+        "integrators": ran["integrator_id"].nunique(),
+        "libraries": len(libraries),
+        "not_installed": sorted(set(run.frame["library"]) - libraries),
+        "trials": len(ran),
     }
 
 

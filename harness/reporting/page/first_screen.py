@@ -19,7 +19,7 @@ from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.style import INK, OWN_GREY, QUIET, dressed, hue, records
 from gnomon.harness.results import analysis, profiles
 from gnomon.harness.results.number_text import counted, error_text, join_words, power_text, time_text
-from gnomon.harness.results.rankings import ALONE, ONE_LAUNCH, OWN, RANKED, THIRD, TOO_SHORT, YOURS
+from gnomon.harness.results.rankings import ALONE, ONE_LAUNCH, OWN, RANKED, THIRD, TOO_SHORT, YOURS, division
 from markupsafe import Markup
 
 LEAD = "pendulum_simple"
@@ -99,9 +99,7 @@ def _said(found: Representatives, case: str, names: Sequence[str], axis: str) ->
     counted_here = set(equal.loc[equal["case"] == case, "integrator_id"])
     said: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
     for name in sorted(names, key=lambda one: known[one][AXES[axis]] if one in known else math.inf):
-        of = next((one.division for one in found.stands if name in one.methods.values()), None) or _division(
-            found.run, name
-        )
+        of = division(name.partition(":")[0])
         shown = label(name).removeprefix("gnomon ") if of == OWN else label(name)
         if name in known:
             value = known[name][AXES[axis]]
@@ -113,14 +111,6 @@ def _said(found: Representatives, case: str, names: Sequence[str], axis: str) ->
         text += ("; and of gnomon’s own: " if text else "") + ", ".join(said[OWN])
     what = "At" if axis == "time" else "Evaluations of the equations at"
     return f"{what} an error of {power_text(AT)}: {text or 'not counted'}."
-
-
-def _division(run: Run, name: str) -> str:
-    return (
-        str(run.equal.loc[run.equal["integrator_id"] == name, "division"].head(1).squeeze() or THIRD)
-        if len(run.equal)
-        else THIRD
-    )
 
 
 def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:

@@ -35,7 +35,7 @@ TABLE = {
     "licence": "MIT",
     "modules": ["newest_adapter"],
     "quick": ["two"],
-    "calls": {"python": "the solvers of Newest"},
+    "calls": {"*": "python"},
     "colour": "#123456",
 }
 PROGRAM = f"""
@@ -49,7 +49,8 @@ exec({ADAPTER!r}, vars(adapter))
 
 from gnomon.harness.adapters import library_copies
 from gnomon.harness.registry import environment, lookup
-from gnomon.harness.reporting import report_words, style
+from gnomon.harness.reporting import style
+from gnomon.harness.reporting.page import case_tables
 from gnomon.harness.running import plan
 
 print(json.dumps({{
@@ -58,7 +59,7 @@ print(json.dumps({{
     "versions": environment.VERSIONS,
     "quick": plan.SUITES["quick"].integrators,
     "hues": style.HUES,
-    "calls": report_words.describe_calls()["python"],
+    "calls": case_tables.way("newest:one"),
     "page": library_copies.page(),
     "project": library_copies.project(sys.argv[1]),
 }}))
