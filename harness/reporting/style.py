@@ -17,6 +17,8 @@ OWN_GREY: str = STYLE["inks"]["own"]
 HUES: dict[str, str] = {name: one.colour for name, one in LIBRARIES.items() if one.colour} | {OURS: OWN_GREY}
 DARK: dict[str, str] = STYLE["dark"]
 """By colour, its counterpart on a dark page."""
+DRESS: dict[str, Any] = {**STYLE["config"], "view": {"stroke": None}}
+"""The common style as Vega-Lite's configuration: grey axes, no frame, one font."""
 FAMILIES: dict[str, dict[str, Any]] = STYLE["families"]
 STATUSES: dict[str, dict[str, str]] = declared("reporting", "templates/statuses.toml")
 STATUS_COLOURS = {name: each["colour"] for name, each in STATUSES.items()}

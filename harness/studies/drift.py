@@ -82,9 +82,17 @@ def _exponential(times: Floats, sizes: Floats) -> bool:
     if np.count_nonzero(late) < 8:
         return False
     t, logs = times[late], np.log(envelope[late])
-    (rate, _), (residual,), *_ = np.polyfit(t, logs, 1, full=True)
-    of_power = np.polyfit(np.log(t), logs, 1, full=True)[1][0]
+    rate, residual = _line(t, logs)
+    _, of_power = _line(np.log(t), logs)
     return bool(rate * (t[-1] - t[0]) > math.log(100) and CLEARLY_LESS * residual < of_power)
+
+
+def _line(x: Floats, y: Floats) -> tuple[float, float]:
+    """The slope of the line of least squares, and the sum of its squared residuals."""
+    x, y = x - np.mean(x), y - np.mean(y)
+    slope = float(x @ y) / float(x @ x)
+    rest = y - slope * x
+    return slope, float(rest @ rest)
 
 
 def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: float) -> Case:
@@ -128,7 +136,7 @@ def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping
         if isinstance(reference, str):
             continue  # the exact motion cannot be computed here, so the states have no errors
         scorer = Scorer(case, None, reference)
-        for trial in group.itertuples():
+        for trial in group[[*SERIES, "setting", "measurement"]].itertuples():
             states = sampled.get(trial.measurement)
             if states is None or states.shape != scorer.reference.exact.shape:
                 continue

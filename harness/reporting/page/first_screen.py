@@ -5,18 +5,15 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import altair as alt
 import numpy as np
 import pandas as pd
-from altair.utils import schemapi
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.reporting.figures_work import COUNTS, ERRORS, EXACT, MARGIN, SECONDS, expression
 from gnomon.harness.reporting.kept_parts import kept
 from gnomon.harness.reporting.page import moving
 from gnomon.harness.reporting.page.representing import Representatives, chosen_for, label
 from gnomon.harness.reporting.page.stills import NARROW, WIDE, figure, stills
-from gnomon.harness.reporting.report_run import Run
-from gnomon.harness.reporting.style import INK, OWN_GREY, QUIET, dressed, hue, records
+from gnomon.harness.reporting.style import DRESS, INK, OWN_GREY, QUIET, hue, records
 from gnomon.harness.results import analysis, profiles
 from gnomon.harness.results.number_text import counted, error_text, join_words, power_text, time_text
 from gnomon.harness.results.rankings import ALONE, ONE_LAUNCH, OWN, RANKED, THIRD, TOO_SHORT, YOURS, division
@@ -49,11 +46,9 @@ FAILS = {
 def first_screen(found: Representatives) -> dict[str, Any]:
     """The parts of the first screen: `lead`, `profiles` (None with few cases), `bars`, `fails`."""
     by_axis = {"time": found.rows(found.run.equal), "calls": found.rows(found.run.counted)}
-    with schemapi.debug_mode(False):  # else Altair validates every part of a chart
-        lead, over_all = _lead(found), _profiles(found, by_axis)
     return {
-        "lead": lead,
-        "profiles": over_all,
+        "lead": _lead(found),
+        "profiles": _profiles(found, by_axis),
         "bars": _bars(found, by_axis["time"]) if len(found.complete) > 1 else [],
         "fails": _fails(found) if len(found.complete) > 1 else None,
         "stands": [one._asdict() for one in found.stands],
@@ -128,38 +123,51 @@ def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
     ).sort_values("setting", ascending=False)
     names = {label(one.integrator_id): one.library for one in rows.drop_duplicates("integrator_id").itertuples()}
     domain = list(dict.fromkeys(points["name"]))
-    colours = _distinct([names[name] for name in domain])
-    scale = alt.Scale(domain=domain, range=colours)
     lowest = math.floor(float(points["y"].min())) if len(points) else EXACT
     low, high = (float(points["x"].min()), float(points["x"].max())) if len(points) else (0.0, 1.0)
-    labels = {"time": SECONDS, "calls": COUNTS}[axis]
-    x = alt.X(
-        "x:Q",
-        title={"time": "time of one solve (less is better)", "calls": "evaluations of the equations (less is better)"}[
-            axis
-        ],
-        scale=alt.Scale(domain=[low - 0.15, high + 0.15], nice=False, zero=False),
-        axis=alt.Axis(tickMinStep=1, labelOverlap=True, labelExpr=f"({expression(labels)})[datum.value] || ''"),
+    what = {"time": "time of one solve (less is better)", "calls": "evaluations of the equations (less is better)"}
+    named = f"({expression({'time': SECONDS, 'calls': COUNTS}[axis])})[datum.value] || ''"
+    x = _axis("x", what[axis], [low - 0.15, high + 0.15], {"tickMinStep": 1, "labelOverlap": True, "labelExpr": named})
+    y = _axis(
+        "y",
+        "largest error (lower is better)",
+        [min(lowest, -12) - 0.5, MARGIN],
+        {"tickMinStep": 1, "tickCount": 6, "labelExpr": ERRORS},
     )
-    y = alt.Y(
-        "y:Q",
-        title="largest error (lower is better)",
-        scale=alt.Scale(domain=[min(lowest, -12) - 0.5, MARGIN], nice=False, zero=False),
-        axis=alt.Axis(tickMinStep=1, tickCount=6, labelExpr=ERRORS),
-    )
-    legend = alt.Legend(
-        title=None, orient="bottom", columns=1 if width == NARROW else 3, symbolType="circle", labelLimit=320
-    )
-    colour = alt.Color("name:N", scale=scale, legend=legend)
-    base = alt.Chart(alt.NamedData("points"))
-    lines = base.mark_line(strokeWidth=2).encode(x, y, colour, order=alt.Order("setting:Q", sort="descending"))
-    dots = base.mark_point(size=40, filled=True, opacity=1).encode(x, y, colour)
+    legend = {"columns": 1 if width == NARROW else 3, "symbolType": "circle", "labelLimit": 320}
+    colour = _colours(domain, _distinct([names[name] for name in domain]), legend)
+    lines = {
+        "mark": {"type": "line", "strokeWidth": 2},
+        "encoding": {"x": x, "y": y, "color": colour, "order": {"field": "setting", "sort": "descending"}},
+    }
+    dots = {
+        "mark": {"type": "point", "size": 40, "filled": True, "opacity": 1},
+        "encoding": {"x": x, "y": y, "color": colour},
+    }
     limit = float(rows["conditioning"].max())
-    rule = alt.Chart(alt.NamedData("limit")).mark_rule(color=QUIET, strokeDash=[4, 4]).encode(y="at:Q")
-    data = {"points": records(points), "limit": [{"at": math.log10(limit)}] if limit > 0 else []}
+    at = [{"y": math.log10(limit)}] if limit > 0 else []
+    rule = {
+        "mark": {"type": "rule", "color": QUIET, "strokeDash": [4, 4]},
+        "encoding": {"y": y},
+        "data": {"values": at},
+    }
     size = {"width": 560, "height": 300} if width == WIDE else {"width": 270, "height": 280}
-    found: dict[str, Any] = dressed(alt.layer(rule, lines, dots).properties(**size), data).to_dict(validate=False)
-    return found
+    return {"layer": [rule, lines, dots], "data": {"values": records(points)}, "config": DRESS, **size}
+
+
+def _axis(field: str, title: str | None, domain: Sequence[float], axis: Mapping[str, Any]) -> dict[str, Any]:
+    scale = {"domain": list(domain), "nice": False, "zero": False}
+    return {"field": field, "type": "quantitative", "title": title, "scale": scale, "axis": axis}
+
+
+def _colours(names: Sequence[str], colours: Sequence[str], legend: Mapping[str, Any] | None) -> dict[str, Any]:
+    shown = None if legend is None else {"title": None, "orient": "bottom", **legend}
+    return {
+        "field": "name",
+        "type": "nominal",
+        "scale": {"domain": list(names), "range": list(colours)},
+        "legend": shown,
+    }
 
 
 def _distinct(libraries: Sequence[str]) -> list[str]:
@@ -216,41 +224,41 @@ def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str
     titles = [one["stand"].title for part in parts.values() for one in part]
     domain = list(dict.fromkeys(titles))
     stand = {one["stand"].title: one["stand"] for part in parts.values() for one in part}
-    scale = alt.Scale(domain=domain, range=[hue(stand[name].name.partition(":")[0]) for name in domain])
-    legend = alt.Legend(
-        title=None, orient="bottom", columns=7 if width == WIDE else 3, symbolType="stroke", symbolStrokeWidth=3
+    colours = [hue(stand[name].name.partition(":")[0]) for name in domain]
+    legend = {"columns": 7 if width == WIDE else 3, "symbolType": "stroke", "symbolStrokeWidth": 3}
+    what = {"time": "time", "calls": "evaluations"}[axis] + " / least third-party"
+    x = _axis(
+        "x", what, [0, 3], {"values": [0, 1, 2, 3], "labelExpr": "pow(10, datum.value) + ' ×'", "labelFlush": True}
     )
-    without_legend = alt.Color("name:N", scale=scale, legend=None)
-    charts: list[alt.LayerChart] = []
-    data: dict[str, Any] = {}
+    charts: list[dict[str, Any]] = []
     for target, part in parts.items():
+        title = None if charts and width == WIDE else "share of the cases"
+        y = _axis("share", title, [0, 1], {"format": ".0%", "values": [0, 0.25, 0.5, 0.75, 1]})
+        step = {"interpolate": "step-after"}
+        encoding = {
+            "x": x,
+            "y": y | {"field": "low"},
+            "y2": {"field": "high"},
+            "color": _colours(domain, colours, None),
+        }
+        band = {"mark": {"type": "area", "opacity": 0.14, **step}, "encoding": encoding}
+        line = {
+            "mark": {"type": "line", "strokeWidth": 2.2, **step},
+            "encoding": {"x": x, "y": y, "color": _colours(domain, colours, legend)},
+        }
         rows = [
-            {"name": one["stand"].title, "x": x, "share": round(s, 4), "low": round(low, 4), "high": round(high, 4)}
+            {"name": one["stand"].title, "x": at, "share": round(s, 4), "low": round(low, 4), "high": round(high, 4)}
             for one in part
-            for x, s, low, high in zip(
+            for at, s, low, high in zip(
                 np.log10(FACTORS).round(3).tolist(), *(one[n].tolist() for n in ("share", "low", "high")), strict=True
             )
         ]
-        named = f"p{len(data)}"
-        data[named] = rows
-        base = alt.Chart(alt.NamedData(named))
-        x = alt.X("x:Q", title={"time": "time", "calls": "evaluations"}[axis] + " / least third-party", scale=alt.Scale(domain=[0, 3], nice=False),
-                  axis=alt.Axis(values=[0, 1, 2, 3], labelExpr="pow(10, datum.value) + ' ×'", labelFlush=True))  # fmt: skip
-        shared = {"axis": alt.Axis(format=".0%", values=[0, 0.25, 0.5, 0.75, 1]), "scale": alt.Scale(domain=[0, 1])}
-        colour = alt.Color("name:N", scale=scale, legend=legend)
-        band = base.mark_area(opacity=0.14, interpolate="step-after").encode(
-            x,
-            alt.Y("low:Q", title="share of the cases" if not charts or width == NARROW else None, **shared),
-            alt.Y2("high:Q"),
-            without_legend,
+        size = {"width": 215 if width == WIDE else 280, "height": 190}
+        charts.append(
+            {"title": f"to an error of {power_text(target)}", "layer": [band, line], "data": {"values": rows}, **size}
         )
-        line = base.mark_line(strokeWidth=2.2, interpolate="step-after").encode(x, alt.Y("share:Q", **shared), colour)
-        size = {"width": 215, "height": 190} if width == WIDE else {"width": 280, "height": 190}
-        charts.append(alt.layer(band, line).properties(title=f"to an error of {power_text(target)}", **size))
-    whole: Any = alt.hconcat(*charts, spacing=18) if width == WIDE else alt.vconcat(*charts, spacing=14)
-    found: dict[str, Any] = dressed(whole, data).to_dict(validate=False)
-    found["config"]["title"] = found["config"].get("title", {}) | {"fontSize": 13}
-    return found
+    config = DRESS | {"title": DRESS["title"] | {"fontSize": 13}}
+    return {"hconcat" if width == WIDE else "vconcat": charts, "spacing": 18, "config": config}
 
 
 def _reached(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:

@@ -21,7 +21,13 @@ def stills(specifications: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def _drawn(specification: Mapping[str, Any]) -> str:
-    svg = images.leaner(vl_convert.vegalite_to_svg(json.dumps({**specification, "background": None})))
+    svg = images.leaner(
+        vl_convert.vegalite_to_svg(
+            json.dumps(
+                {**specification, "background": None, "$schema": "https://vega.github.io/schema/vega-lite/v6.json"}
+            )
+        )
+    )
     return themed(svg)
 
 
