@@ -1,9 +1,10 @@
-"""Writes the exact states that come with gnomon: `make solutions`.
+"""Writes the exact states and the errors of simpler models that come with gnomon: `make solutions`.
 
 They belong to all default cases and to the hard variants of the suite `standard`, in all formulations, and to the hard
 variants of the panel of digits.
 """
 
+import os
 import sys
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from gnomon.harness.measuring.reference_solution import CaseSpec, kept_entry, re
 from gnomon.harness.registry import selection
 from gnomon.harness.running import plan
 from gnomon.harness.stability.digits import every_variant
+from gnomon.harness.studies import model_hierarchy
+from gnomon.harness.system.supervisor import calls, require
 from gnomon.reference.storage import diskcache
 
 from gnomon import cases
@@ -26,7 +29,13 @@ def specs() -> list[CaseSpec]:
 def write(path: Path) -> None:
     """Write the file. Raises ValueError if a case has no reference solution."""
     found = reference_solutions(specs(), lambda: None)
-    diskcache.write_pack(path, dict(kept_entry(spec, solution) for spec, solution in found.items()))
+    entries = dict(kept_entry(spec, solution) for spec, solution in found.items())
+    every = [case for case, _ in selection.choose(cases.names(), False) if case.hierarchy]
+    workers = min(os.cpu_count() or 1, len(every))
+    for _, made in calls(model_hierarchy.kept_entry, every, workers):
+        key, entry = require(made)
+        entries[key] = entry
+    diskcache.write_pack(path, entries)
 
 
 if __name__ == "__main__":

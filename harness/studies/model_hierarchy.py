@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.cases.core.case import Case
-from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.reference_solution import PACK, CaseSpec
 from gnomon.harness.results.analysis import own
 from gnomon.harness.results.profiles import OURS
 from gnomon.reference.storage import diskcache
@@ -26,20 +26,36 @@ def model_errors(full: Case) -> list[dict[str, Any]]:
     """One row for each level, crudest first: the error of its exact motion, projected to the full case's coordinates.
 
     `error` is over the whole span, `early` over the first 2 pi characteristic times, about one period. `lacks` is the
-    effect that the next level adds, and that this level neglects. The rows are kept on disk until a source of a level
-    changes.
+    effect that the next level adds, and that this level neglects. The rows come with gnomon, and are kept on disk until a
+    source of a level changes.
     """
-    levels = full.hierarchy
-    if not levels:
+    if not full.hierarchy:
         return []
-    modules = sorted({type(case).__module__ for case in (full, *(level.case for level in levels))})
+    key = _key(full)
+    return _model_errors(full) if key is None else list(diskcache.cached(key, lambda: _entry(full), PACK).notes)
+
+
+def kept_entry(full: Case) -> tuple[str, diskcache.Entry]:
+    """The key and the content under which the rows of a case are kept. Raises ValueError without a key."""
+    key = _key(full)
+    if key is None:
+        raise ValueError(f"{full.name} has no source in a file")
+    return key, diskcache.load(key) or _entry(full)
+
+
+def _entry(full: Case) -> diskcache.Entry:
+    return diskcache.Entry(notes=_model_errors(full))
+
+
+def _key(full: Case) -> str | None:
+    """The key of the rows on disk; None if a source is not in a file, or was edited after it was loaded."""
+    modules = sorted({type(case).__module__ for case in (full, *(level.case for level in full.hierarchy))})
     code, own = closure(*modules), closure(__name__, within=())
     if code is None or own is None:
-        return _model_errors(full)
+        return None
     spec = CaseSpec.of(full)
     numbers = json.dumps([getattr(spec, name) for name in spec.__dataclass_fields__])
-    key = f"model hierarchy 1\n{code}{own}\n{numbers}"
-    return list(diskcache.cached(key, lambda: diskcache.Entry(notes=_model_errors(full))).notes)
+    return f"model hierarchy 1\n{code}{own}\n{numbers}"
 
 
 def _model_errors(full: Case) -> list[dict[str, Any]]:
