@@ -3,7 +3,7 @@
 The file is data that no measurement changes. Reading it imports no library.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -45,10 +45,17 @@ def reason(library: str, kind: str) -> str | None:
     return _read()[1].get((library, _known(kind)))
 
 
+@cache
 def kinds() -> tuple[str, ...]:
     """Every kind: those of systems, by their form, then STIFF and ROUGH."""
     groups = declared("registry", "representatives.toml")["groups"]
     return (*groups["events"], *groups["smooth"], STIFF, ROUGH)
+
+
+def expanded(names: Sequence[str]) -> list[str]:
+    """The kinds with these names, with the kinds of a group in the place of its name."""
+    groups = declared("registry", "representatives.toml")["groups"]
+    return [kind for name in names for kind in groups.get(name, [name])]
 
 
 def _known(kind: str) -> str:
@@ -65,16 +72,11 @@ def _read() -> tuple[dict[tuple[str, str], Representative], dict[tuple[str, str]
     for row in table["choice"]:
         one = Representative(row["integrator"], row["quote"], row["source"])
         library = one.integrator.partition(":")[0]
-        chosen |= {(library, kind): one for kind in _expanded(row["kinds"], table["groups"])}
+        chosen |= {(library, kind): one for kind in expanded(row["kinds"])}
     reasons = {
         (library, kind): row["reason"]
         for row in table["none"]
-        for kind in _expanded(row["kinds"], table["groups"])
+        for kind in expanded(row["kinds"])
         for library in row["libraries"]
     }
     return chosen, reasons
-
-
-def _expanded(names: list[str], groups: Mapping[str, list[str]]) -> list[str]:
-    """The kinds of a row, with the kinds of a group in the place of its name."""
-    return [kind for name in names for kind in groups.get(name, [name])]

@@ -238,15 +238,18 @@ SLOW = Charged(lambda t, state, p: (), fields=lambda t, place, p: ())
 """The form of a slow charge, which a method for relativistic charges declines."""
 
 
-def lines(integrator: Integrator) -> str | None:
-    """The lines for an integrator; None for an engine, which takes a scene in place of equations."""
+def lines(integrator: Integrator, setting: str | None = None) -> str | None:
+    """The lines for an integrator; None for an engine, which takes a scene in place of equations.
+
+    `setting`: the argument of `gnomon.solve` for the accuracy, as rtol=1e-9; by default a usual one.
+    """
     text = next((text for form, text in LINES.items() if form in integrator.accepts), None)
     if text is None:
         return None
     if text is CHARGED and integrator.unsupported(SLOW) is not None:
         text = RELATIVISTIC
     sweep = integrator.sweep
-    setting = "step=2**-7"
+    usual = "step=2**-7"
     if isinstance(sweep, Tolerance):
-        setting = f"rtol={min(max(TOLERANCE, sweep.tightest), sweep.loosest):g}"
-    return text.format(setting=setting, method=integrator.id)
+        usual = f"rtol={min(max(TOLERANCE, sweep.tightest), sweep.loosest):g}"
+    return text.format(setting=setting or usual, method=integrator.id)
