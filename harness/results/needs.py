@@ -73,6 +73,7 @@ SUBJECTS = {key: _subject(key, row) for key, row in declared("results", "needs.t
 class Setting:
     """The loosest setting with which a method holds an error on a problem."""
 
+    integrator: str
     case: str
     variant: str
     kind: str
@@ -222,7 +223,7 @@ class Measurements:
         calls = [one["calls"] for one in sweep]
         evaluations = time_at([one["error"] for one in sweep], calls, error)[0] if min(calls) > 0 else math.nan
         one = sweep[place]
-        setting = Setting(*problem, one["kind"], one["setting"], one["relative"], one["error"])
+        setting = Setting(integrator, *problem, one["kind"], one["setting"], one["relative"], one["error"])
         return _Reached(row["seconds"], row["null_share"], row["times"], evaluations, setting)
 
     def systems(

@@ -1,0 +1,102 @@
+"""Reads the table of recommendations, `recommendations.jsonl`, which publication writes into the package. Without pandas.
+
+Its first line says whose measurements these are: revision, machine, date. The next lines hold the code that runs each
+method; each further line is an answer of `needs`: a subject, an error, a library.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from gnomon.cases.core.numbers import nearest
+from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.contract.declared import declared
+
+NAME = "recommendations.jsonl"
+MOST_BYTES = 200_000
+"""The largest size of the table."""
+OURS = "gnomon"
+WORDS = {"jax": "diffrax", "cvode": "sksundae", "engine": "pybullet"}
+"""Further words for libraries."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """The table: its head, the code lines by method, and its answers."""
+
+    head: Mapping[str, Any]
+    lines: Mapping[str, str]
+    """By id, with {setting} in the place of the setting."""
+    rows: Sequence[Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The answers to a question: of the error in the table that is at most the one that was asked for."""
+
+    subject: str
+    title: str
+    about: str
+    error: float
+    rows: Sequence[Mapping[str, Any]]
+
+
+@cache
+def read() -> Table:
+    """The table that comes with gnomon."""
+    text = (files("gnomon.harness.results") / NAME).read_text("utf-8")
+    head, *parts = [json.loads(line) for line in text.splitlines()]
+    lines = {row["method"]: row["lines"] for row in parts if "method" in row}
+    return Table(head, lines, [row for row in parts if "subject" in row])
+
+
+def subjects() -> dict[str, tuple[str, str]]:
+    """The title and the description of each subject, by its key."""
+    return {key: (row["title"], row["about"]) for key, row in declared("results", "needs.toml").items()}
+
+
+def subject(word: str) -> str:
+    """The key of a subject by its key, its title or the kind of system that it stands for; ValueError for others."""
+    table = declared("results", "needs.toml")
+    known: dict[str, str] = {}
+    for key, row in table.items():
+        known |= {name.lower(): key for name in row.get("kinds", ()) if name not in ("smooth", "events")}
+        known |= {row["title"].lower(): key, key: key}
+    if word.lower() not in known:
+        raise ValueError(f"no need or kind of system is called {word!r}; {nearest(word.lower(), known)}")
+    return known[word.lower()]
+
+
+def library(word: str) -> str:
+    """The name of a library by its name, its title, its distribution, or a word of WORDS; ValueError for others."""
+    known: dict[str, str] = {OURS: OURS} | WORDS
+    for name, one in LIBRARIES.items():
+        known |= {text.lower(): name for text in (name, one.title, one.package)}
+    if word.lower() not in known:
+        raise ValueError(f"no library is called {word!r}; {nearest(word.lower(), known)}")
+    return known[word.lower()]
+
+
+def find(word: str, error: float | None = None, libraries: Sequence[str] = ()) -> Found:
+    """The answers for a need or a kind of system, at an error, of these libraries or of all.
+
+    Raises ValueError for an unknown subject or library, and for an error below those that were measured.
+    """
+    key, chosen = subject(word), {library(name) for name in libraries}
+    row, table = declared("results", "needs.toml")[key], read()
+    known = sorted({one["error"] for one in table.rows}, reverse=True)
+    wanted = row["error"] if error is None else error
+    if not wanted > 0:
+        raise ValueError(f"--error {wanted:g}: give a positive number, as 1e-6")
+    levels = [level for level in known if level <= wanted * (1 + 1e-9)]
+    if not levels:
+        raise ValueError(f"--error {wanted:g}: errors were measured down to {known[-1]:g}; ask for no less")
+    rows = [
+        one
+        for one in table.rows
+        if one["subject"] == key and one["error"] == levels[0] and (not chosen or one["library"] in chosen)
+    ]
+    return Found(key, row["title"], row["about"], levels[0], rows)

@@ -1,0 +1,116 @@
+"""Writes the table of `gnomon recommend` from a run: the answers of `needs` at every error, with the lines that run them."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from collections.abc import Set as AbstractSet
+from pathlib import Path
+from typing import Any, Protocol
+
+import pandas as pd
+from gnomon.harness.registry import lookup
+from gnomon.harness.registry.environment import DISTRIBUTIONS
+from gnomon.harness.results import store, summary
+from gnomon.harness.results.equal_error import TARGETS
+from gnomon.harness.results.needs import SUBJECTS, YOURS, Answer, Measurements, kind_of, needs
+from gnomon.harness.results.recommendations import MOST_BYTES
+from gnomon.harness.running.own_equations import lines
+from gnomon.reference.storage import diskcache
+
+FIGURES = 3
+PLACE = "{setting}"
+"""Stands in the lines for the setting."""
+
+
+class Run(Protocol):
+    """The parts of `report_run.Run` that the table is made from."""
+
+    @property
+    def path(self) -> Path: ...
+    @property
+    def equal(self) -> pd.DataFrame: ...
+    @property
+    def timed(self) -> pd.DataFrame: ...
+    @property
+    def forms(self) -> Mapping[str, AbstractSet[str]]: ...
+
+
+def write_table(run: Run, to: Path) -> Path:
+    """Write the table of a run and return its path. Equal measurements give equal files.
+
+    Raises ValueError if it is larger than MOST_BYTES, and for measurements from several revisions or machines, which one
+    head cannot name.
+    """
+    measured = Measurements(run.equal, run.timed, kind_of(run.forms))
+    found = needs(measured, list(SUBJECTS.values()), TARGETS)
+    rows = [
+        {"subject": need.subject.key, "error": need.error, **_row(answer)}
+        for need in found
+        for answer in need.answers
+        if answer.division != YOURS
+    ]
+    named = dict.fromkeys(name for row in rows for name in (*row["methods"], *row.get("better", {}).get("methods", ())))
+    known = lookup.own()
+    parts = [{"method": name, "lines": lines(known[name], PLACE)} for name in named]
+    text = "".join(json.dumps(part, ensure_ascii=False) + "\n" for part in (_head(run), *parts, *rows))
+    if len(text.encode()) > MOST_BYTES:
+        raise ValueError(f"{to}: the table takes {len(text.encode())} bytes, more than {MOST_BYTES}")
+    with diskcache.whole(to) as part:
+        part.write_text(text, encoding="utf-8")
+    return to
+
+
+def _head(run: Run) -> dict[str, Any]:
+    """Whose measurements these are."""
+    used = set(run.timed["run"])
+    runs = [one for one in store.runs(run.path) if one["run"] in used]
+    environments = [one["environment"] for one in runs]
+    same = {name: {one.get(name) for one in environments} for name in ("revision", "machine", "cpu", "cores", "python")}
+    for name in ("revision", "machine"):
+        if len(same[name]) > 1:
+            raise ValueError(f"{run.path}: measurements of several {name}s ({', '.join(map(str, same[name]))})")
+    timed = run.timed[run.timed["seconds_median"].notna()]
+    count, delayed, _ = summary.waited(zip(timed["seconds_median"], timed["delay_seconds"], strict=True))
+    return {
+        **{name: min(values, key=str) for name, values in same.items()},
+        "date": max(str(one["ended"] or one["started"]) for one in runs)[:10],
+        "suites": list(dict.fromkeys(one["suite"] for one in runs)),
+        "launches": int(run.timed["launch"].max()),
+        "timed": count,
+        "delayed": delayed,
+        "versions": {name: environments[-1][name] for name in DISTRIBUTIONS if name in environments[-1]},
+    }
+
+
+def _row(answer: Answer) -> dict[str, Any]:
+    """An answer as the table holds it: numbers to FIGURES figures, without what is not known."""
+    row: dict[str, Any] = {
+        "library": answer.library,
+        "methods": list(answer.methods),
+        "why": answer.why,
+        "tried": answer.tried,
+        "systems": answer.systems,
+        "launches": answer.launches,
+    }
+    names = ("seconds", "low", "high", "evaluations", "loosest", "tightest")
+    row |= dict(_known({name: getattr(answer, name) for name in names}))
+    if answer.setting is not None:
+        one = answer.setting
+        row["setting"] = {
+            "kind": one.kind,
+            "value": one.value,
+            "relative": _rounded(one.relative),
+            "problem": f"{one.case}/{one.variant or 'default'}",
+            "method": one.integrator,
+        }
+    if answer.better is not None:
+        row["better"] = _row(answer.better) | {"among": answer.better.among, "how": answer.better.how}
+    return row
+
+
+def _known(values: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+    return ((name, _rounded(value)) for name, value in values.items() if math.isfinite(value))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{FIGURES}g}")

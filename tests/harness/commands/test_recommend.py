@@ -1,0 +1,183 @@
+"""`gnomon recommend`: its table, what it refuses and admits; and what it recommends, tried at what it recommends."""
+
+import json
+import re
+import resource
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+import synthetic
+from command_line import gnomon
+from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.registry import lookup, representatives
+from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.results import needs, recommendations
+from gnomon.harness.results.equal_error import TARGETS
+from gnomon.harness.results.rankings import FEWEST
+from gnomon.harness.running.recommending import write_table
+from on_cases import solved
+
+from gnomon import cases
+
+TABLE = recommendations.read()
+RECOMMENDED = [row for row in TABLE.rows if not row["why"]]
+PANDAS_ABSENT = "import sys; sys.modules |= dict.fromkeys(('pandas', 'pyarrow', 'jinja2')); sys.argv = {argv}; "
+CALL = "from gnomon.harness.commands.cli import main; main()"
+
+
+def told(capfd: pytest.CaptureFixture[str], *words: str, code: int = 0) -> str:
+    assert gnomon("recommend", *words) == code
+    out, err = capfd.readouterr()
+    return out if code == 0 else err
+
+
+def test_the_table_answers_every_subject_error_and_library() -> None:
+    asked = {(key, error, name) for key in needs.SUBJECTS for error in TARGETS for name in (*LIBRARIES, "gnomon")}
+    assert {(row["subject"], row["error"], row["library"]) for row in TABLE.rows} == asked
+    assert len(TABLE.rows) == len(asked)
+
+
+def test_nothing_is_recommended_that_rests_on_few_systems_or_fails_on_most() -> None:
+    for row in TABLE.rows:
+        for one in filter(None, (row, row.get("better"))):
+            weak = one["systems"] < FEWEST or 2 * one["systems"] < one["tried"]
+            assert bool(one["why"]) >= weak, one
+    assert RECOMMENDED, "the table recommends nothing at all"
+
+
+def test_what_is_recommended_for_a_library_is_its_representative() -> None:
+    chosen = {(library, one.integrator) for (library, _), one in representatives.representatives().items()}
+    assert {(row["library"], name) for row in TABLE.rows for name in row["methods"]} <= chosen
+
+
+def test_lines_are_given_and_are_python() -> None:
+    for row in RECOMMENDED:
+        code = TABLE.lines[row["setting"]["method"]]
+        if code is None:
+            assert lookup.own()[row["setting"]["method"]].library == "pybullet"
+        else:
+            assert code.count("{setting}") == 1
+            compile(code.replace("{setting}", "rtol=1e-9"), "lines", "exec")
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return Run.read(synthetic.write(tmp_path_factory.mktemp("recommend") / "results.sqlite"))
+
+
+def test_equal_measurements_give_equal_tables(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first, second = (write_table(run, tmp_path / name).read_bytes() for name in ("one", "two"))
+    assert first == second
+    head, *rest = map(json.loads, first.splitlines())
+    assert head["cpu"] == "Invented CPU"
+    assert {row["library"] for row in rest if "subject" in row} == {*LIBRARIES, "gnomon"}
+    monkeypatch.setattr("gnomon.harness.running.recommending.MOST_BYTES", len(first) - 1)
+    with pytest.raises(ValueError, match=r"takes \d+ bytes"):
+        write_table(run, tmp_path / "one")
+    assert (tmp_path / "one").read_bytes() == first, "a table that is too large replaces nothing"
+
+
+def test_the_table_that_comes_with_gnomon_is_small() -> None:
+    path = Path(recommendations.__file__).with_name(recommendations.NAME)
+    assert path.stat().st_size <= recommendations.MOST_BYTES
+
+
+def test_it_says_whose_measurements_these_are(capfd: pytest.CaptureFixture[str]) -> None:
+    text = told(capfd, "accurate")
+    for name in ("revision", "date", "cpu", "python"):
+        assert TABLE.head[name] in text
+    assert ("not separated" in text) == (TABLE.head["launches"] == 1)
+
+
+def test_each_library_is_named_once_and_gnomon_last(capfd: pytest.CaptureFixture[str]) -> None:
+    text = told(capfd, "accurate", "--error", "1e-6")
+    heads = re.findall(r"^(\S+): ", text, re.M)
+    assert heads == [*(one.title for one in LIBRARIES.values()), "gnomon"]
+
+
+def test_one_library_has_its_lines_with_the_setting(capfd: pytest.CaptureFixture[str]) -> None:
+    (row,) = recommendations.find("accurate", 1e-6, ["scipy"]).rows
+    text = told(capfd, "accurate", "--error", "1e-6", "--library", "SciPy")
+    assert f'"{row["methods"][0]}", t_eval=times, rtol={row["setting"]["value"]:g})' in text
+
+
+def test_a_tighter_error_of_the_table_answers_and_never_a_looser_one() -> None:
+    assert recommendations.find("smooth", 5e-7).error == 1e-9
+    assert recommendations.find("smooth", 1e-6).error == 1e-6
+    assert recommendations.find("smooth", 0.1).error == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["stif"], "'stif'; did you mean stiff"),
+        (["events", "--library", "pybulet"], "'pybulet'; did you mean pybullet"),
+        (["events", "--error", "1e-15"], "--error 1e-15: errors were measured down to 1e-12"),
+        (["events", "--error", "0"], "--error 0: give a positive number"),
+    ],
+)
+def test_what_it_does_not_know_is_refused_with_the_way_out(
+    words: list[str], said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert said in " ".join(told(capfd, *words, code=2).split())
+
+
+@pytest.mark.parametrize("word", ["gravitation", "Gravitation", "bodies under gravitation"])
+def test_a_subject_is_found_by_its_key_its_title_and_its_kind(word: str) -> None:
+    assert recommendations.subject(word) == "gravitation"
+
+
+def test_it_answers_in_the_base_installation_within_a_second_of_processor_time() -> None:
+    """Of three calls the fastest: other processes share the caches of the processor."""
+    code = PANDAS_ABSENT.format(argv=["gnomon", "recommend", "accurate"]) + CALL
+    taken = []
+    for _ in range(3):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        assert done.returncode == 0, done.stderr
+        assert "scipy:" in done.stdout
+        taken.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    assert min(taken) < 1.0
+
+
+def promises() -> dict[str, tuple[Mapping[str, Any], float]]:
+    """What is recommended, each once: a setting on its median problem, with the smallest error that it promises."""
+    found: dict[str, tuple[Mapping[str, Any], float]] = {}
+    for row in RECOMMENDED:
+        for one in filter(None, (row, row.get("better"))):
+            setting = one["setting"]
+            name = f"{setting['method']} at {setting['value']:g} on {setting['problem']}"
+            found[name] = (setting, min(row["error"], found[name][1] if name in found else row["error"]))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("setting", "error"), promises().values(), ids=promises())
+def test_a_recommendation_keeps_its_promise(setting: Mapping[str, Any], error: float) -> None:
+    """Its method at its setting, on the median problem, is within the error for which it is recommended."""
+    method = lookup.own()[setting["method"]]
+    if (why := lookup.missing(method)) is not None:
+        pytest.skip(why)
+    name, _, variant = setting["problem"].partition("/")
+    case = cases.get(name, None if variant == "default" else variant).rounded()
+    steps = problem_of(case, method.accepts, None, False).interval / setting["value"]
+    assert solved(method, case, tolerance=setting["value"], steps=steps).error <= error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("row", RECOMMENDED[::7], ids=lambda row: f"{row['library']} {row['subject']} {row['error']:g}")
+def test_the_lines_run_with_the_recommended_setting(row: Mapping[str, Any]) -> None:
+    from gnomon.harness.commands.published.recommend import argument
+
+    code, method = TABLE.lines[row["setting"]["method"]], lookup.own()[row["setting"]["method"]]
+    if code is None or lookup.missing(method) is not None:
+        pytest.skip("an engine, or not installed")
+    made: dict[str, Any] = {}
+    exec(code.replace("{setting}", argument(row["setting"])), made)
+    assert made["found"].success
