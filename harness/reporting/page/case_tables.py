@@ -117,9 +117,13 @@ def _note(at: Mapping[str, Any]) -> str:
     words = []
     if at["division"] != THIRD:
         if math.isfinite(at["against"]):
-            words.append(("" if at["apart"] else "≈ ") + f"{ratio_text(at['against'])} ×")
+            words.append(("" if at["apart"] else "≈ ") + f"{_ratio(at['against'])} ×")
     elif at["cell"] == RANKED:
         words.append(f"{ratio_text(at['ratio'])} ×" if at["slower"] else "tied" if at["leaders"] > 1 else "fastest")
     if at["null_share"] > rankings.LARGEST_NULL:
         words.append(share_text(at["null_share"]))
     return f"<small>{' · '.join(words)}</small>" if words else ""
+
+
+def _ratio(value: float) -> str:
+    return ratio_text(value) if value >= 0.995 else f"{value:.2g}"

@@ -14,11 +14,11 @@ from gnomon.harness.running.own_equations import lines
 
 
 def need_cards(run: Run, found: Representatives) -> list[dict[str, Any]]:
-    """The needs with their answers in words; empty if the run has no complete case of any."""
+    """The needs with their answers in words; empty if the complete cases of the run carry no recommendation."""
     whole = set(found.complete)
     equal, timed = (table[table["case"].isin(whole)] for table in (run.equal, run.timed))
-    cards = [_card(one) for one in needs(Measurements(equal, timed, found.kind_of))]
-    return cards if any(card["systems"] for card in cards) else []
+    all_ = needs(Measurements(equal, timed, found.kind_of))
+    return [_card(one) for one in all_] if any(one.recommended for need in all_ for one in need.answers) else []
 
 
 def _card(need: Need) -> dict[str, Any]:
@@ -68,7 +68,7 @@ def _setting(one: Answer) -> str:
     if one.setting is None:
         return ""
     if one.setting.kind == "tolerance":
-        return f"; tolerance {power_text(one.setting.value)} in the median one ({power_text(one.loosest)} to {power_text(one.tightest)})"
+        return f"; tolerance {power_text(one.setting.value)} in the median problem ({power_text(one.loosest)} to {power_text(one.tightest)})"
     return f"; step {short_text(one.setting.relative)} of the time scale in the median one"
 
 
