@@ -12,7 +12,7 @@ EXTRAS ?= all,dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates solutions libraries publish test test-all mutants stability verification lint types unit bench catalogue docs clean
+.PHONY: report certificates solutions libraries publish test test-all mutants stability verification lint types unit bench catalogue other-languages docs clean
 
 # A first page within a minute of the installation, from the suite `quick`; the whole run then continues in the same file,
 # and writes its page again every two minutes, at its end and after Ctrl-C.
@@ -29,7 +29,8 @@ certificates: $(INSTALLED)
 solutions: $(INSTALLED)
 	$(BIN)/python -m gnomon.harness.running.kept_solutions harness/measuring/reference_solutions.zip
 
-# The copies of harness/adapters/libraries.toml, after a change of it: docs/libraries.md, and lines of pyproject.toml.
+# The copies of harness/adapters/libraries.toml and absent.toml, after a change of them: docs/libraries.md, lines of README.md
+# and pyproject.toml; docs/other_languages.md.
 libraries: $(INSTALLED)
 	$(BIN)/python -m gnomon.harness.adapters.library_copies
 
@@ -81,6 +82,10 @@ bench: $(INSTALLED)
 # docs/cases.md: all cases and checks with their files.
 catalogue: $(INSTALLED)
 	$(BIN)/python tests/helpers/catalogue.py
+
+# GSL and Boost's odeint on five cases, as programs: docs/other_languages.md. Needs both libraries and their compilers; 5 minutes.
+other-languages: $(INSTALLED)
+	$(BIN)/python tests/programs/measure_programs.py runs/programs
 
 # The documentation site, without a network: site/index.html.
 docs:

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from gnomon.harness.adapters import library_copies
+from gnomon.harness.adapters.absent import ABSENT
 from gnomon.harness.adapters.libraries import LIBRARIES
 
 ROOT = Path(__file__).parents[3]
@@ -108,9 +109,13 @@ def untyped(project: dict[str, Any]) -> set[str]:
     return {name for one in overrides if one.get("ignore_missing_imports") for name in one["module"]}
 
 
-def test_the_page_of_the_libraries_is_the_one_of_the_declarations() -> None:
-    """`make libraries` writes it."""
+def test_the_pages_of_the_libraries_are_those_of_the_declarations() -> None:
+    """`make libraries` writes them."""
+    readme = (ROOT / library_copies.README).read_text(encoding="utf-8")
     assert (ROOT / library_copies.PAGE).read_text(encoding="utf-8") == library_copies.page()
+    assert (ROOT / library_copies.OTHER_PAGE).read_text(encoding="utf-8") == library_copies.other_page()
+    assert readme == library_copies.readme(readme)
+    assert all(one.readme in readme for one in ABSENT if one.readme)
 
 
 def test_the_project_file_installs_each_library_as_it_is_declared() -> None:
