@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.adapters.absent import ABSENT
 from gnomon.harness.contract.status import Status
 from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting import (
@@ -81,7 +82,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "marks": MARKS,
         "chosen": chosen(first["stands"]),
         "needs": need_cards(run, found),
-        "absent": [],
+        "absent": ABSENT,
         "older": [],
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,
