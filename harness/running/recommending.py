@@ -52,7 +52,9 @@ def write_table(run: Run, to: Path) -> Path:
     named = dict.fromkeys(name for row in rows for name in (*row["methods"], *row.get("better", {}).get("methods", ())))
     known = lookup.own()
     parts = [{"method": name, "lines": lines(known[name], PLACE)} for name in named]
-    text = "".join(json.dumps(part, ensure_ascii=False) + "\n" for part in (_head(run), *parts, *rows))
+    launches = min((row["launches"] for row in rows if row["systems"]), default=0)
+    head = _head(run) | {"launches": launches}
+    text = "".join(json.dumps(part, ensure_ascii=False) + "\n" for part in (head, *parts, *rows))
     if len(text.encode()) > MOST_BYTES:
         raise ValueError(f"{to}: the table takes {len(text.encode())} bytes, more than {MOST_BYTES}")
     with diskcache.whole(to) as part:
@@ -75,7 +77,6 @@ def _head(run: Run) -> dict[str, Any]:
         **{name: min(values, key=str) for name, values in same.items()},
         "date": max(str(one["ended"] or one["started"]) for one in runs)[:10],
         "suites": list(dict.fromkeys(one["suite"] for one in runs)),
-        "launches": int(run.timed["launch"].max()),
         "timed": count,
         "delayed": delayed,
         "versions": {name: environments[-1][name] for name in DISTRIBUTIONS if name in environments[-1]},

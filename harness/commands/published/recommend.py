@@ -105,8 +105,8 @@ def cost_text(row: Mapping[str, Any]) -> str:
 def measured_by(table: Table) -> str:
     """Whose measurements these are, and what they can bear."""
     head = table.head
-    one = head["launches"] == 1
-    bears = "one launch: two times are not separated" if one else f"{head['launches']} launches at most"
+    one = head["launches"] <= 1
+    bears = "one launch: two times are not separated" if one else f"{head['launches']} launches or more"
     waited = f"{100 * head['delayed'] / max(head['timed'], 1):.0f} % of the calls waited for a processor"
     return (
         f"Measured by gnomon's authors at revision {head['revision']} on {head['date']}, on {head['cores']} cores of an"
