@@ -136,10 +136,13 @@ def divisions(equal: pd.DataFrame, rank: Callable[[pd.DataFrame], pd.DataFrame] 
     cost = "calls" if rank is counted else "seconds"
     keys = list(zip(*(table[name] for name in (*PROBLEM, "target")), strict=True))
     first: dict[tuple[Any, ...], dict[str, Any]] = {}
-    rows = list(records(table, ("division", cost, "times", "null_share")))
+    near: dict[tuple[Any, ...], int] = {}
+    rows = list(records(table, ("division", cost, "ratio", "times", "null_share")))
     for key, row in zip(keys, rows, strict=True):
-        if row["division"] == THIRD and (key not in first or row[cost] < first[key][cost]):
-            first[key] = row
+        if row["division"] == THIRD:
+            near[key] = near.get(key, 0) + (row["ratio"] < CONTENDER)
+            if key not in first or row[cost] < first[key][cost]:
+                first[key] = row
     ratio, p = np.full(len(table), math.nan), np.ones(len(table))
     for place, (key, row) in enumerate(zip(keys, rows, strict=True)):
         if row["division"] != THIRD and key in first:
@@ -147,7 +150,8 @@ def divisions(equal: pd.DataFrame, rank: Callable[[pd.DataFrame], pd.DataFrame] 
             ratio[place] = row[cost] / best[cost]
             if max(best["null_share"], row["null_share"]) <= LARGEST_NULL:
                 both = best["times"].keys() & row["times"].keys()
-                p[place] = paired([math.log(row["times"][n] / best["times"][n]) for n in both])
+                chosen = near[key] if ratio[place] > 1 else 1  # any of the contenders could have had the least time
+                p[place] = min(1.0, chosen * paired([math.log(row["times"][n] / best["times"][n]) for n in both]))
     other = np.isfinite(ratio)
     apart = np.zeros(len(table), dtype=bool)
     apart[other] = discoveries(p[other]) if rank is ranked else abs(np.log(ratio[other])) > math.log(SAME_COUNT)

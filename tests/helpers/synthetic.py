@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +31,24 @@ REVISION: str | None = None
 """The revision of the run, set by tests that need one."""
 
 
-def write(path: Path) -> Path:
-    """Write the file and return its path."""
+Values = dict[str, Any]
+Change = Callable[[Values, int, Values], Values | None]
+
+
+def _unchanged(trial: Values, launch: int, measurement: Values) -> Values | None:
+    return measurement
+
+
+def write(
+    path: Path,
+    cases: Mapping[str, tuple[str, str, int, Sequence[str]]] = CASES,
+    integrators: Sequence[tuple[Any, ...]] = INTEGRATORS,
+    change: Change = _unchanged,
+) -> Path:
+    """Write the file and return its path.
+
+    `change` of a trial, a launch and its measurement is what is written for it; None leaves the launch out.
+    """
     with Store(path) as store:
         environment: dict[str, Any] = {
             "cpu": "Invented CPU", "cores": 2, "python": "3.11.0", "git": "0000000", "numpy": "2.0.0",
@@ -39,24 +56,16 @@ def write(path: Path) -> Path:
         if REVISION is not None:
             environment["revision"] = REVISION
         run = store.begin_run("full", "gnomon run", environment)
-        for name, (title, section, dimension, variants) in CASES.items():
+        for name, (*words, variants) in cases.items():
             for variant in variants:
-                for integrator in INTEGRATORS:
-                    _series(store, run, name, title, section, dimension, variant, integrator)
+                for integrator in integrators:
+                    _series(store, run, (name, *words, variant), integrator, change)
         store.end_run(run)
     return path
 
 
-def _series(
-    store: Store,
-    run: int,
-    case: str,
-    title: str,
-    section: str,
-    dimension: int,
-    variant: str,
-    integrator: tuple[Any, ...],
-) -> None:
+def _series(store: Store, run: int, problem: tuple[Any, ...], integrator: tuple[Any, ...], change: Change) -> None:
+    case, title, section, dimension, variant = problem
     library, name, policy, order, kind, cost, conserves = integrator
     identity = f"{library}:{name}" + (f" [{policy}]" if policy else "")
     series = f"{case}/{variant} | standard | {identity}"
@@ -79,10 +88,13 @@ def _series(
             measurement, states = _measurement(row, launch, cost)
             if stopped:
                 measurement = {"status": "skipped", "reason": "predicted 2.4 s, limit 1 s"}
+            written = change(row, launch, measurement)
+            if written is None:
+                continue
             extra = {"bounceRestitution": "0"} if policy == "configured" else {}
-            scored = measurement["status"] in ("ok", "inaccurate")
+            scored = written["status"] in ("ok", "inaccurate")
             fixed = {"trial_key": row["trial_key"], "launch": launch, "limit_seconds": 1.0}
-            store.add(run, fixed | measurement, extra, states if scored else None)
+            store.add(run, fixed | written, extra, states if scored else None)
         stopped = stopped or measurement["status"] == "timeout"
 
 

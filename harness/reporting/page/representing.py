@@ -89,7 +89,8 @@ class Representatives:
         A method that is tied with the fastest of its division takes the least value. `rows`: from `rows`.
         """
         at = rows[rows["target"] == target]
-        at = at.assign(value=at[column].where(~at["tied"], at[column] / at["ratio"]))
+        least = at.groupby(["case", "division"])[column].transform("min")  # a quotient would lose ties to round-off
+        at = at.assign(value=at[column].where(~at["tied"], least))
         table = at.pivot(index="case", columns="stand", values="value")
         return table.reindex(index=self.complete, columns=[one.name for one in self.stands]).fillna(np.inf)
 

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 import synthetic
 from gnomon.harness.results import analysis, rankings, store
+from gnomon.harness.results.equal_error import reached
 from gnomon.harness.results.rankings import ALONE, ONE_LAUNCH, RANKED, TOO_SHORT, foremost, leading, ranked, solved
 from launches import measured
 
@@ -32,12 +33,12 @@ def exported(results: Path, folder: Path) -> list[Row]:
         return [row for row in csv.DictReader(file) if row["variant"] == "default" and row["formulation"] == "standard"]
 
 
-def independent_times(rows: list[Row], target: float) -> dict[tuple[str, str], float]:
-    """Seconds to an error by case and integrator, as the documentation defines them."""
+def independent_times(rows: list[Row], target: float, column: str = "seconds_median") -> dict[tuple[str, str], float]:
+    """Seconds, or another column, to an error by case and integrator, as the documentation defines them."""
     sweeps: dict[tuple[str, str], dict[int, list[tuple[float, float, float]]]] = {}
     for row in rows:
         if row["status"] in ("ok", "inaccurate", "diverged") and row["seconds_median"]:
-            time = float(row["seconds_median"])
+            time = float(row[column] or "nan")
             size = math.inf if row["status"] == "diverged" else float(row["error_max"] or "nan")
             launches = sweeps.setdefault((row["case"], row["integrator_id"]), {})
             launches.setdefault(int(row["launch"]), []).append((float(row["setting"]), size, time))
@@ -84,6 +85,35 @@ def test_times_and_ratios_are_those_that_other_code_finds_in_the_exported_rows(r
         assert dict(zip(keys, found["seconds"], strict=True)) == pytest.approx(base, rel=1e-12)
         ratios = {key: time / least[key[0]] for key, time in base.items()}
         assert dict(zip(keys, found["ratio"], strict=True)) == pytest.approx(ratios, rel=1e-12)
+
+
+def test_evaluations_at_an_error_are_those_that_other_code_finds_in_the_exported_rows(
+    results: Path, tmp_path: Path
+) -> None:
+    """Interpolated like times, so that both axes of a page compare the same settings; nan of who does not count."""
+    equal = analysis.equal_error(analysis.tidy(store.load(results)))
+    rows = exported(results, tmp_path)
+    for target in TARGETS:
+        base = independent_times(rows, target, "rhs_calls")
+        found = rankings.own(equal[equal["target"] == target])
+        keys = zip(found["case"], found["integrator_id"], strict=True)
+        counted = {key: calls for key, calls in zip(keys, found["calls"], strict=True) if not math.isnan(calls)}
+        assert counted == pytest.approx(base, rel=1e-12)
+        assert not any("pybullet" in name for _, name in counted), "it counts nothing"
+
+
+def test_evaluations_are_counted_in_the_first_launch_alone() -> None:
+    """At 1e-4, halfway in the logarithms from 1e-3 to 1e-5, are 30 calls, between 10 and 90."""
+    rows = [
+        {"run": 1, "launch": launch, "setting": error, "error_max": error, "null_seconds": 1e-9}
+        | {"seconds_median": seconds, "rhs_calls": calls if launch == 1 else None}
+        for launch in (1, 2, 3)
+        for error, seconds, calls in ((1e-3, 1.0, 10), (1e-5, 9.0, 90))
+    ]
+    at = {one.target: one.calls for one in reached(rows, (1e-2, 1e-4, 1e-5, 1e-6))}
+    assert at == pytest.approx({1e-2: 10, 1e-4: 30, 1e-5: 90})
+    without = [row | {"rhs_calls": None} for row in rows]
+    assert all(math.isnan(one.calls) for one in reached(without, (1e-4,)))
 
 
 def cells(times: dict[str, dict[str, list[float]]], null_share: float = 0.01) -> pd.DataFrame:
@@ -182,12 +212,110 @@ def test_undecided_are_contenders_that_more_launches_may_separate() -> None:
     assert rankings.undecided(ranked(cells({"several": several}, 0.5))) == [], "no launch makes a span longer"
 
 
-def test_without_in_house_integrators_third_parties_are_ranked_among_themselves() -> None:
-    seconds = {"gnomon:a": [1.0, 1.1, 1.0], "scipy:b": [20.0, 21.0, 20.0], "heyoka:c": [60.0, 66.0, 62.0]}
-    third = rankings.third_party(cells({"c": seconds})).set_index("library")
-    assert set(third.index) == {"scipy", "heyoka"}
-    assert third["ratio"].to_dict() == {"scipy": 1.0, "heyoka": pytest.approx(62 / 20)}
-    assert third["leaders"].tolist() == [1, 1]
+RANKS = ["case", "integrator_id", "ratio", "cell", "slower", "tied", "leaders"]
+
+
+def mixed(cases: int = 40) -> pd.DataFrame:
+    """Third parties that are identical or 1.5 times apart; gnomon's own as fast as the fastest, or far ahead; a user's own."""
+    rng = np.random.default_rng(7)
+    factors = {"scipy:a": 1.0, "heyoka:b": 1.0, "rebound:c": 1.5, "gnomon:same": 1.0, "gnomon:far": 0.01, "mine:d": 3.0}
+    table = cells({f"case {k}": drawn(rng, factors) for k in range(cases)})
+    return table.assign(calls=100.0 * table["integrator_id"].map(factors))
+
+
+@pytest.mark.parametrize("rank", [ranked, rankings.counted])
+@pytest.mark.parametrize("others", [["gnomon"], ["mine"], ["gnomon", "mine"]])
+def test_third_parties_are_ranked_as_if_nothing_else_had_run(rank: Any, others: list[str]) -> None:
+    """gnomon publishes the page: what it adds to a run must not change how others stand, not even by one rate for all."""
+    table = mixed()
+    alone = rankings.divisions(table[~table["library"].isin(others)], rank)
+    found = rankings.divisions(table, rank)
+    third = [rows.loc[rows["division"] == rankings.THIRD, RANKS].reset_index(drop=True) for rows in (found, alone)]
+    pd.testing.assert_frame_equal(*third)
+    assert 0 < third[0]["tied"].mean() < 1
+    assert (third[0].groupby("case")["ratio"].min() == 1).all(), "a third party sets the scale"
+
+
+def test_other_divisions_are_set_against_the_least_of_third_parties() -> None:
+    """Identical methods are not apart in more than 5 % of all cells; a hundred times is; the ratio is that of the medians."""
+    table = mixed()
+    least = table[table["library"].isin(["scipy", "heyoka", "rebound"])].groupby("case")["seconds"].min()
+    found = rankings.divisions(table).set_index(["integrator_id", "case"])
+    for name in ("gnomon:same", "gnomon:far", "mine:d"):
+        seconds = table[table["integrator_id"] == name].set_index("case")["seconds"]
+        pd.testing.assert_series_equal(
+            found.loc[name, "against"], seconds.div(least)[found.loc[name].index], check_names=False
+        )
+    apart = found["apart"].groupby("integrator_id").mean()
+    assert apart["gnomon:same"] <= 0.05
+    assert apart["gnomon:far"] == 1.0
+    assert apart["mine:d"] > 0.9
+    assert found["against"].isna().groupby("integrator_id").all()[["scipy:a", "heyoka:b", "rebound:c"]].all()
+
+
+def test_one_that_is_like_all_third_parties_is_not_slower_than_the_least_of_them() -> None:
+    """Of twenty identical ones some has the least time by chance; with many true differences a rate of 5 % claims more."""
+    rng = np.random.default_rng(5)
+    names = {f"scipy:{k}": 1.0 for k in range(20)} | {"mine:same": 1.0} | {f"gnomon:{k}": 30.0 for k in range(20)}
+    found = rankings.divisions(cells({f"case {k}": drawn(rng, names) for k in range(60)}))
+    assert found[found["library"] == "mine"]["apart"].mean() <= 0.03
+    assert found[found["library"] == "gnomon"]["apart"].all()
+
+
+def test_where_no_third_party_gets_there_nothing_is_set_against_it() -> None:
+    found = rankings.divisions(cells({"c": {"gnomon:a": [1.0, 1.1], "mine:b": [9.0, 9.1]}}))
+    assert found["against"].isna().all()
+    assert not found["apart"].any()
+
+
+@pytest.mark.parametrize(
+    ("own", "third", "share", "apart"),
+    [
+        ({0: 1.0, 1: 1.1, 2: 1.0}, {0: 9.0, 1: 9.1, 2: 9.3}, 0.05, True),
+        ({0: 1.0, 1: 1.1, 2: 1.0}, {0: 9.0, 1: 9.1, 2: 9.3}, 0.2, False),
+        ({0: 1.0}, {0: 9.0}, 0.05, False),
+        ({0: 1.0, 1: 1.1, 2: 1.0}, {7: 9.0, 8: 9.1, 9: 9.3}, 0.05, False),
+    ],
+)
+def test_divisions_are_apart_only_where_launches_and_span_allow_it(
+    own: dict[int, float], third: dict[int, float], share: float, apart: bool
+) -> None:
+    """Not by one launch, by launches of different runs, or where a null call is more than a tenth of the time."""
+    table = cells({"c": {"gnomon:a": [*own.values()], "scipy:b": [*third.values()]}}, share)
+    found = rankings.divisions(table.assign(times=[own, third])).set_index("library")
+    assert bool(found.loc["gnomon", "apart"]) == apart
+
+
+@pytest.mark.parametrize(
+    ("library", "division"),
+    [("gnomon", rankings.OWN), ("scipy", rankings.THIRD), ("pybullet", rankings.THIRD), ("mine", rankings.YOURS)],
+)
+def test_a_users_own_integrator_is_no_third_party(library: str, division: str) -> None:
+    """It may run in Python, and nobody else has it: neither a rank among libraries nor a best third party is made of it."""
+    found = rankings.divisions(cells({"c": {f"{library}:a": [1.0, 1.1]}}))
+    assert found["division"].tolist() == [rankings.division(library)] == [division]
+
+
+def test_without_rows_there_are_no_divisions() -> None:
+    empty = rankings.divisions(cells({"c": {"scipy:a": [1.0]}}).iloc[:0])
+    assert len(empty) == 0
+    assert {*RANKS, "division", "against", "apart"} <= set(empty.columns)
+
+
+def test_counts_are_compared_without_a_test_and_tie_within_a_tenth() -> None:
+    """A count is the same in every launch; between settings it is interpolated, so that a few per cent decide nothing."""
+    one = cells({"c": {f"scipy:{k}": [1.0] for k in "abcd"} | {"gnomon:e": [1.0], "gnomon:f": [1.0]}})
+    table = one.assign(calls=[100.0, 109.0, 112.0, math.nan, 50.0, 95.0])
+    found = rankings.divisions(table, rankings.counted).set_index("integrator_id")
+    assert "scipy:d" not in found.index, "it was not counted"
+    assert found["tied"].to_dict() == {
+        "scipy:a": True, "scipy:b": True, "scipy:c": False, "gnomon:e": True, "gnomon:f": False,
+    }  # fmt: skip
+    assert found.loc["scipy:a", ["ratio", "leaders", "cell"]].tolist() == [1.0, 2, RANKED]
+    assert found.loc[["gnomon:e", "gnomon:f"], "against"].tolist() == [0.5, 0.95]
+    assert found.loc[["gnomon:e", "gnomon:f"], "apart"].tolist() == [True, False]
+    alone = rankings.counted(table.iloc[:1])
+    assert alone["cell"].tolist() == [ALONE]
 
 
 def test_standings_count_separated_cells() -> None:

@@ -1,0 +1,364 @@
+"""Profiles, ranks and ties of the page again, from the exported rows alone, by code that has only numpy and scipy.
+
+The rules are those that the page states: time at equal error, interpolated between neighbouring settings; in each division
+the t test of logarithms paired by launch, with a least scatter of 0.1; Benjamini and Hochberg's rate of 5 %.
+"""
+
+import csv
+import math
+import re
+import statistics
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import invented_runs
+import numpy as np
+import pytest
+from command_line import gnomon
+from gnomon.harness import registry
+from gnomon.harness.reporting.page import first_screen
+from gnomon.harness.reporting.report_charts import work_problems
+from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.reporting.report_words import page_words
+from scipy import stats
+
+THIRD = {"scipy": "SciPy", "rebound": "REBOUND", "heyoka": "heyoka", "sksundae": "SUNDIALS"}
+EVERY = THIRD | {"gnomon": "gnomon", "mine": "stepper"}
+KIND = "Forces of position and time alone"
+"""The kind of all invented systems."""
+TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
+
+
+class Series(NamedTuple):
+    """Seconds by launch, their median, the share of the null call and the evaluations at an error; nan if not counted."""
+
+    times: dict[int, float]
+    seconds: float
+    null_share: float
+    calls: float
+
+
+Cells = dict[tuple[str, float], dict[str, Series]]
+"""By case and error the integrators that reach it."""
+
+
+class Place(NamedTuple):
+    """How the time of an integrator compares with the least of its cell."""
+
+    kind: str
+    ratio: float
+    tied: bool
+
+
+Places = dict[tuple[str, float], dict[str, Place]]
+
+
+def reached(sweep: Mapping[float, Mapping[str, Any]], values: Callable[[Any], float], target: float) -> float:
+    """The least value with which settings, by their size, reach an error; nan if none does, or it is not known."""
+    loosest_first = sorted(sweep, reverse=True)
+    errors = [sweep[setting]["error"] for setting in loosest_first]
+    found = [values(sweep[setting]) for setting in loosest_first]
+    finite = sorted(error for error in errors if math.isfinite(error))
+    if not finite:
+        return math.nan
+    floor = 3 * finite[min(1, len(finite) - 1)]
+    end = max(k for k, error in enumerate(errors) if error <= floor) + 1
+    held = [max(errors[k:end]) for k in range(end)]
+    inside = [k for k, error in enumerate(held) if error <= target]
+    if not inside:
+        return math.nan
+    k, there = inside[0], found[inside[0]]
+    if k and math.isfinite(held[k - 1]):
+        there = math.exp(np.interp(-math.log(target), -np.log(held[k - 1 : k + 1]), np.log(found[k - 1 : k + 1])))
+    return math.nan if math.isnan(there) else float(np.nanmin([there, *(found[n] for n in inside)]))
+
+
+def number(text: str) -> float:
+    return float(text) if text else math.nan
+
+
+def cells_of(path: Path) -> Cells:
+    """Every integrator at every error, from the exported rows of default variants."""
+    launches: dict[tuple[str, str], dict[int, dict[float, dict[str, Any]]]] = {}
+    with path.open(encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            scored = row["status"] in ("ok", "inaccurate", "diverged") and row["seconds_median"]
+            if not scored or (row["variant"], row["formulation"]) != ("default", "standard"):
+                continue
+            error = math.inf if row["status"] == "diverged" else float(row["error_max"])
+            one = {"error": error, "seconds": float(row["seconds_median"])}
+            one |= {"calls": number(row["rhs_calls"]), "null": float(row["null_seconds"])}
+            of = launches.setdefault((row["case"], row["integrator_id"]), {}).setdefault(int(row["launch"]), {})
+            of[float(row["setting"])] = one
+    cells: Cells = {}
+    for (case, name), by_launch in launches.items():
+        null = statistics.median(one["null"] for sweep in by_launch.values() for one in sweep.values())
+        for target in TARGETS:
+            times = {n: reached(sweep, lambda one: one["seconds"], target) for n, sweep in by_launch.items()}
+            times = {n: time for n, time in times.items() if not math.isnan(time)}
+            if times:
+                seconds = statistics.median(times.values())
+                calls = reached(by_launch[1], lambda one: one["calls"], target)
+                cells.setdefault((case, target), {})[name] = Series(times, seconds, null / seconds, calls)
+    return cells
+
+
+def p_value(logarithms: Sequence[float]) -> float:
+    """Two-sided, by Student's t, with a scatter of at least 0.1."""
+    if len(logarithms) < 2:
+        return 1.0
+    scatter = max(float(np.std(logarithms, ddof=1)), 0.1)
+    t = abs(float(np.mean(logarithms))) * math.sqrt(len(logarithms)) / scatter
+    return 2 * float(stats.t.sf(t, len(logarithms) - 1))
+
+
+def ranks(cells: Cells) -> Places:
+    """The places of integrators that are ranked together: one false discovery rate covers all their cells."""
+    places: Places = {}
+    claims: list[tuple[Any, str, float]] = []
+    for key, own in cells.items():
+        first = min(own, key=lambda name: own[name].seconds)
+        ratios = {name: one.seconds / own[first].seconds for name, one in own.items()}
+        near = [name for name, ratio in ratios.items() if ratio < 2]
+        common = {name: sorted(own[first].times.keys() & one.times.keys()) for name, one in own.items()}
+        kind = "ranked"
+        if len(own) == 1:
+            kind = "alone"
+        elif max(own[name].null_share for name in near) > 0.1:
+            kind = "short"
+        elif all(len(both) < 2 for name, both in common.items() if name != first):
+            kind = "one launch"
+        places[key] = {name: Place(kind, ratio, ratio < 2) for name, ratio in ratios.items()}
+        if kind == "ranked":
+            for name in own.keys() - {first}:
+                logs = [math.log(own[name].times[n] / own[first].times[n]) for n in common[name]]
+                claims.append((key, name, min(1.0, (len(near) - 1 or 1) * p_value(logs))))
+            places[key] = {name: Place(kind, ratio, True) for name, ratio in ratios.items()}
+    if claims:
+        held = stats.false_discovery_control([p for *_, p in claims]) <= 0.05
+        for (key, name, _), apart in zip(claims, held, strict=True):
+            places[key][name] = places[key][name]._replace(tied=not apart)
+    return places
+
+
+def stands() -> dict[str, str]:
+    """The method of each library for the invented systems, by the file that chooses it, and the user's own."""
+    file = Path(registry.__path__[0]) / "representatives.toml"
+    table = tomllib.loads(file.read_text(encoding="utf-8"))
+    chosen = {
+        row["integrator"].partition(":")[0]: row["integrator"]
+        for row in table["choice"]
+        if KIND in row["kinds"] or any(KIND in table["groups"].get(name, ()) for name in row["kinds"])
+    }
+    return {library: name for library, name in chosen.items() if library in EVERY} | {"mine": "mine:stepper"}
+
+
+def of_libraries(cells: Cells, libraries: Mapping[str, str], chosen: Mapping[str, str] | None = None) -> Cells:
+    """The integrators of these libraries; with `chosen` those that stand for them."""
+    names = set(chosen.values()) if chosen is not None else None
+    kept = {
+        key: {n: one for n, one in own.items() if n.partition(":")[0] in libraries and (names is None or n in names)}
+        for key, own in cells.items()
+    }
+    return {key: own for key, own in kept.items() if own}
+
+
+class Shown(NamedTuple):
+    """What the page is given: the specifications of its first diagrams, and its words."""
+
+    diagrams: list[dict[str, Any]]
+    words: dict[str, Any]
+    cells: Cells
+    cases: list[str]
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Shown:
+    folder = tmp_path_factory.mktemp("recomputed")
+    results = invented_runs.write(folder / "results.sqlite")
+    assert gnomon("export", str(results), "--out", str(folder / "rows.csv")) == 0
+    diagrams: list[dict[str, Any]] = []
+
+    def keep(specifications: Sequence[dict[str, Any]]) -> list[str]:
+        diagrams.extend(specifications)
+        return ["<svg />"] * len(specifications)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(first_screen, "stills", keep)
+        run = Run.read(results)
+        words = page_words(run, [folder], work_problems(run))
+    return Shown(diagrams, words, cells_of(folder / "rows.csv"), list(invented_runs.cases(16)))
+
+
+def profile_rows(shown: Shown, axis: str) -> dict[tuple[float, str], list[tuple[float, float, float, float]]]:
+    """Points of each curve that the page draws, by error and name: decade of the factor, share, and its band."""
+    wide = next(one for one in shown.diagrams if "hconcat" in one and axis in str(one["hconcat"][0]["layer"][0]))
+    found: dict[tuple[float, str], list[tuple[float, float, float, float]]] = {}
+    for part in wide["hconcat"]:
+        target = float(part["title"].split()[-1])
+        for row in part["data"]["values"]:
+            at = (row["x"], row["share"], row["low"], row["high"])
+            found.setdefault((target, row["name"]), []).append(at)
+    return found
+
+
+def expected_share(shown: Shown, target: float, library: str, factor: float, axis: str) -> float:
+    """The share of all cases on which a library is within a factor of the least third party; ties take the least."""
+    chosen = stands()
+    ranked = ranks(of_libraries(shown.cells, THIRD, chosen))
+    inside = 0
+    for case in shown.cases:
+        every = of_libraries({(case, target): shown.cells.get((case, target), {})}, EVERY, chosen).get(
+            (case, target), {}
+        )
+        third = {name: one for name, one in every.items() if name.partition(":")[0] in THIRD}
+        mine = every.get(chosen[library])
+        if mine is None or (axis == "evaluations" and math.isnan(mine.calls)):
+            continue
+        if axis == "evaluations":
+            least = min((one.calls for one in third.values() if not math.isnan(one.calls)), default=math.inf)
+            ratio = mine.calls / least if math.isfinite(least) else 1.0
+            ratio = 1.0 if library in THIRD and ratio <= 1.1 else ratio
+        else:
+            least = min((one.seconds for one in third.values()), default=math.inf)
+            place = ranked.get((case, target), {}).get(chosen[library])
+            ratio = 1.0 if place is not None and place.tied else mine.seconds / least if math.isfinite(least) else 1.0
+        inside += ratio <= factor * (1 + 1e-9)
+    return inside / len(shown.cases)
+
+
+@pytest.mark.parametrize("axis", ["time", "evaluations"])
+def test_profiles_are_those_that_other_code_finds_in_the_exported_rows(shown: Shown, axis: str) -> None:
+    """At three errors the share of every library at each factor up to 1000, the left and the right end among them."""
+    curves = profile_rows(shown, axis)
+    assert {target for target, _ in curves} == {1e-3, 1e-6, 1e-9}
+    names = {title for title in EVERY.values() if axis == "time" or title != "heyoka"}  # heyoka counts nothing here
+    assert {name for _, name in curves} == names
+    different = set()
+    for (target, name), points in curves.items():
+        library = next(key for key, title in EVERY.items() if title == name)
+        for decade, share, low, high in [points[0], *points[3:40:6], points[-1]]:
+            expected = expected_share(shown, target, library, 10 ** (round(decade * 20) / 20), axis)
+            assert share == pytest.approx(expected, abs=1e-4), (target, name, decade)
+            assert low <= share <= high
+            different.add(share)
+    assert len(different) > 8, "the run would be too easy to tell a wrong profile from a right one"
+
+
+def test_the_sentence_below_the_profiles_has_their_right_ends(shown: Shown) -> None:
+    said = shown.words["first"]["profiles"]["said"]
+    for library, title in EVERY.items():
+        count = round(16 * expected_share(shown, 1e-6, library, 1000.0, "time"))
+        assert re.search(rf"{title} {count}\b", said), (title, count, said)
+
+
+def test_the_bars_count_what_other_code_separates(shown: Shown) -> None:
+    places = ranks(of_libraries(shown.cells, THIRD, stands()))
+    kinds = set()
+    for bar in shown.words["first"]["bars"]:
+        counted: dict[str, int] = {}
+        for case in shown.cases:
+            own = list(places.get((case, float(bar["target"])), {}).values())
+            kind = own[0].kind if own else "none"
+            if kind == "ranked":
+                kind = "ahead" if sum(one.tied for one in own) == 1 else "tie"
+            counted[kind] = counted.get(kind, 0) + 1
+        assert {kind: count for kind, _, count in bar["parts"]} == counted, bar["target"]
+        kinds |= set(counted)
+    assert kinds == {"ahead", "tie", "one launch", "short", "alone", "none"}, "every outcome is in the run"
+
+
+class Table(HTMLParser):
+    """The rows of the table of a case: by integrator its cells, each with its class and the words of the axis of time."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.rows: dict[str, list[tuple[str, str]]] = {}
+        self.division, self.inside, self.skipped, self.small = "", "", False, False
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = {name: value or "" for name, value in attrs}
+        if tag in ("th", "td"):
+            self.inside, self.head = tag, ""
+        if tag == "td":
+            self.rows[self.name].append((given.get("class", ""), ""))
+        self.small = tag == "small" or (self.small and tag not in ("th", "td"))
+        if "data-axis" in given:
+            self.skipped = given["data-axis"] == "calls"
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag == "b":
+            self.skipped = False
+        if tag == "small":
+            self.small = False
+        if tag in ("th", "td"):
+            self.inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self.inside == "th" and not self.small:
+            self.name = data
+            self.rows[data] = []
+        elif self.inside == "td" and not self.skipped:
+            kind, text = self.rows[self.name][-1]
+            self.rows[self.name][-1] = (kind, f"{text} {data}".strip())
+
+
+def label(name: str) -> str:
+    library, _, own = name.partition(":")
+    return f"{THIRD.get(library, library)} {own}"
+
+
+def test_ranks_and_ties_of_every_case_are_those_that_other_code_finds(shown: Shown) -> None:
+    """In its table each third party that is tied for the least time is marked; all others have their ratio to it."""
+    third = of_libraries(shown.cells, THIRD)
+    places = ranks(third)
+    words = set()
+    for case in shown.cases:
+        table = Table(shown.words["times"][case]["default"]).rows
+        for k, target in enumerate(TARGETS):
+            own = places.get((case, target), {})
+            for name, place in own.items():
+                kind, text = table[label(name)][k]
+                assert (kind == "best") == (place.kind == "ranked" and place.tied), (case, target, name)
+                if place.kind != "ranked":
+                    continue
+                leaders = sum(one.tied for one in own.values())
+                note = f"{place.ratio:.1f} ×" if place.ratio < 9.95 else f"{place.ratio:.0f} ×"
+                note = note if not place.tied else "tied" if leaders > 1 else "fastest"
+                assert note in text, (case, target, name, text)
+                words.add(note)
+            others = {label(name) for name in third.get((case, target), {})}
+            reached = {name for name, row in table.items() if row and row[k][0] != "none"}
+            assert {name for name in reached if not name.startswith(("gnomon", "mine"))} == others
+    assert {"tied", "fastest"} < words
+
+
+@pytest.mark.parametrize("library", ["gnomon", "mine"])
+def test_other_divisions_stand_beside_the_least_of_third_parties(shown: Shown, library: str) -> None:
+    """Their ratio is to the least third-party time, with ≈ where the launches do not separate the two."""
+    third = of_libraries(shown.cells, THIRD)
+    of_other = of_libraries(shown.cells, {library: "", ("mine" if library == "gnomon" else "gnomon"): ""})
+    claims = []
+    for key, own in of_other.items():
+        if key in third:
+            best = min(third[key].values(), key=lambda one: one.seconds)
+            for name, one in own.items():
+                logs = [math.log(one.times[n] / best.times[n]) for n in one.times.keys() & best.times.keys()]
+                short = max(one.null_share, best.null_share) > 0.1
+                near = sum(other.seconds < 2 * best.seconds for other in third[key].values())
+                p = p_value(logs) * (near if one.seconds > best.seconds else 1)
+                claims.append((key, name, one.seconds / best.seconds, 1.0 if short else min(1.0, p)))
+    held = stats.false_discovery_control([p for *_, p in claims]) <= 0.05
+    seen = set()
+    for ((case, target), name, ratio, _), apart in zip(claims, held, strict=True):
+        if name.startswith(library):
+            text = Table(shown.words["times"][case]["default"]).rows[label(name)][TARGETS.index(target)][1]
+            ratio_text = f"{ratio:.1f}" if ratio < 9.95 else f"{ratio:.0f}"
+            assert ("" if apart else "≈ ") + ratio_text + " ×" in text, (case, target, name, text)
+            assert ("≈" in text) != apart
+            seen.add(bool(apart))
+    assert seen == {True, False}
