@@ -61,6 +61,7 @@ print(json.dumps({{
     "quick": plan.SUITES["quick"].integrators,
     "hues": style.HUES,
     "calls": case_tables.way("newest:one"),
+    "ways": case_tables.WAYS,
     "page": library_copies.page(),
     "project": library_copies.project(sys.argv[1]),
 }}))
@@ -92,7 +93,8 @@ def test_the_versions_of_a_new_library_are_recorded(lists: dict[str, Any]) -> No
 
 
 def test_the_page_names_a_new_library(lists: dict[str, Any]) -> None:
-    assert lists["calls"][-1] == "the solvers of Newest"
+    """By its colour, and by what a time of its integrators includes."""
+    assert lists["calls"] == lists["ways"]["python"]
     assert lists["hues"]["newest"] == "#123456"
 
 

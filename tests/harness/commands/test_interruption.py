@@ -186,8 +186,8 @@ def test_an_interrupted_run_leaves_the_page_of_what_was_measured(tmp_path: Path)
     measured = len(store.load(tmp_path / "results.sqlite"))
     planned = sum(one.trials for one in outstanding(tmp_path / "results.sqlite").planned)
     assert 0 < measured < planned
-    aside = page.partition('<aside class="missing"')[2].partition("</aside>")[0]
-    assert {str(planned - measured), str(planned)} <= set(numbers_in(aside))
+    warning = page.partition('<details class="warning"')[2].partition("</details>")[0]
+    assert {str(planned - measured), str(planned)} <= set(numbers_in(warning))
 
 
 def test_work_that_holds_an_interruption_back_is_ended_after_its_time(tmp_path: Path) -> None:

@@ -84,9 +84,10 @@ def test_every_figure_can_be_drawn_and_names_its_integrators(cells: bool) -> Non
     content = found(mark("imaginary", 0.7, 0.2, 0.9, "7/10 at 0.1"), mark("power", text="refused"), cells=cells)
     content["rows"][0]["data"] = {"region": euler_region(0.4)}
     charts = stability_charts(content)
-    assert set(charts) == {"stability_linear", "stability_regions", "stability_linear_others"}
+    assert set(charts) == {"stability_linear", "stability_regions"}
     drawn = {name: vl_convert.vegalite_to_svg(chart.to_dict()) for name, chart in charts.items()}
-    assert NAMES[0] not in drawn["stability_linear_others"]
+    names = [drawn["stability_linear"].index(f">{name}<") for name in NAMES]
+    assert names[1] < names[0], "third parties and a user's own are above gnomon's"
     assert all(name in drawn["stability_linear"] for name in NAMES)
     assert NAMES[0] in drawn["stability_regions"]
     assert "7/10" in drawn["stability_linear"] or not cells
@@ -100,4 +101,4 @@ def test_each_region_has_its_own_bars_only() -> None:
     content["rows"][0]["data"], content["rows"][1]["data"] = {"region": euler_region()}, {"region": small}
     drawn = vl_convert.vegalite_to_svg(stability_charts(content)["stability_regions"].to_dict())
     groups = re.findall(r'<g class="mark-rect [^>]*aria-roledescription="rect mark container">(.*?)</g>', drawn)
-    assert [group.count("<path") for group in groups] == [len(_bars(euler_region())), len(_bars(small))]
+    assert [group.count("<path") for group in groups] == [len(_bars(small)), len(_bars(euler_region()))]
