@@ -10,7 +10,7 @@ import pandas as pd
 from gnomon.cases.core.case import Case
 from gnomon.harness.measuring.reference_solution import PACK, CaseSpec
 from gnomon.harness.results.analysis import own
-from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.rankings import THIRD, division
 from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
 
@@ -91,15 +91,15 @@ def cost(full: str, model: str, times: Mapping[str, pd.Series]) -> dict[str, Any
     """The computing time of a level's model and its ratio to the full model, at an error of 1e-6.
 
     `seconds` is the least time of the model, by the integrator `fastest`; `third_seconds` and `third` are those of third
-    parties, and without gnomon's own methods the two are equal. `ratio` is the median of model over full for
-    the `integrators` that reached the error on both, on one machine; nan without any. `times`: see `times_of`.
+    parties. `ratio` is the median of model over full for the `integrators` that reached the error on both, on one
+    machine; nan without any. `times`: see `times_of`.
     """
     found: dict[str, Any] = dict(NO_COST)
     if model not in times or full not in times:
         return found
     ratios = (times[model] / times[full]).dropna()
     names = times[model].index.get_level_values("integrator_id")
-    third = times[model][~names.str.startswith(f"{OURS}:")]
+    third = times[model][[division(name.partition(":")[0]) == THIRD for name in names]]
     for key, part in (("fastest", times[model]), ("third", third)):
         if len(part):
             found |= {key: str(part.idxmin()[0]), "third_seconds" if key == "third" else "seconds": float(part.min())}

@@ -1,4 +1,4 @@
-"""The numbers and integrators that a sentence names, so that a test holds these and leaves the words free."""
+"""The numbers that a sentence names, so that a test holds these and leaves the words free."""
 
 import re
 
@@ -6,8 +6,3 @@ import re
 def numbers_in(text: str) -> list[str]:
     """In sequence, as they are printed."""
     return re.findall(r"(?<![\w.:])\d+(?:\.\d+)?(?:e-?\d+)?", text)
-
-
-def integrators_in(text: str) -> list[str]:
-    """The ids of planted libraries of one letter, in sequence."""
-    return re.findall(r"\b[a-z]:\w+", text)

@@ -9,18 +9,17 @@ import pandas as pd
 import pytest
 from gnomon.harness.registry.lookup import own
 from gnomon.harness.reporting import report_benchmarks
-from gnomon.harness.reporting.findings import findings
 from gnomon.harness.reporting.report_words import (
+    engines_text,
     hierarchy_rows,
     launches_text,
     machines_text,
     scatter_text,
     spans_text,
     together,
-)  # fmt: skip
-from gnomon.harness.results.rankings import ranked
-from launches import timed
-from said import integrators_in, numbers_in
+    tolerances_text,
+)
+from said import numbers_in
 
 
 def _launched(**launches: int) -> pd.DataFrame:
@@ -61,41 +60,16 @@ def test_environments_of_several_runs_are_joined() -> None:
 
 
 def test_levels_of_a_hierarchy_in_words() -> None:
-    level = {"error": 0.2, "early": 9e-4, "ratio": math.nan, "seconds": 2e-5, "third_seconds": math.nan}
+    """The shortest time is of a third party; gnomon's own stands behind it where it is shorter."""
+    level = {"error": 0.2, "early": 9e-4, "ratio": math.nan, "fastest": "gnomon:a", "seconds": 2e-5}
+    level |= {"third": "scipy:b", "third_seconds": 3e-5}
     (row,) = hierarchy_rows(pd.DataFrame([level]))
-    assert (row["error"], row["early"], row["cost"], row["seconds"]) == ("0.2", "9.0e-4", "–", "20.0 µs")
+    assert (row["error"], row["early"], row["cost"]) == ("0.2", "9.0e-4", "–")
+    assert row["shortest"] == "scipy:b 30.0 µs; gnomon:a 20.0 µs"
+    (row,) = hierarchy_rows(pd.DataFrame([level | {"third": "", "third_seconds": math.nan}]))
+    assert row["shortest"] == "gnomon:a 20.0 µs"
     (full,) = hierarchy_rows(pd.DataFrame([level | {"error": 0.0, "early": 0.0, "ratio": 1.254}]))
     assert (full["error"], full["early"], full["cost"]) == ("0", "0", "1.25")
-
-
-def _equal(**launches: int) -> pd.DataFrame:
-    """x:one and x:two tie on a, x:two is separated from all others on b; y:three is there on both, y:four on b."""
-    rows = [("a", "x:one", 1.0), ("a", "x:two", 1.1), ("a", "y:three", 3.0)]
-    rows += [("b", "x:two", 1.0), ("b", "y:three", 6.0), ("b", "y:four", 5.0)]
-    named = [{"case": case, "integrator_id": name, "seconds": x, "library": name[:1]} for case, name, x in rows]
-    return timed([row | {"target": 1e-6} for row in named], **launches)
-
-
-def test_who_is_separated_from_all_others_and_how_far_behind_the_others_are() -> None:
-    """Of two cases x:two is separated on one, and one is a tie; y is slower on both, by factors of 3 and 5."""
-    wins, behind = findings(_equal(), pd.DataFrame(), (), _reduced(), _trusted())
-    assert (numbers_in(wins), integrators_in(wins)) == (["1e-6", "2", "1", "1", "1"], ["x:two"])
-    assert numbers_in(behind) == ["1e-6", "2", "2", "4.0"]
-
-
-def test_no_sentence_ranks_what_one_launch_timed_or_a_span_that_is_too_short() -> None:
-    """No sentence ranks an integrator that has a case for itself. Each has the number of cases and the reason."""
-    frames = [_equal(launches=1), ranked(_equal().assign(null_share=0.2)), ranked(_equal().drop_duplicates("case"))]
-    texts = [text for frame in frames for text in findings(frame, pd.DataFrame(), (), _reduced(), _trusted())]
-    assert [numbers_in(text) for text in texts] == [["1e-6", "2", "2"]] * 3
-    assert len(set(texts)) == 3
-    assert not any(map(integrators_in, texts))
-
-
-def _reduced(*problems: tuple[str, str, str, float]) -> pd.DataFrame:
-    table = pd.DataFrame(problems, columns=["case", "variant", "integrator_id", "error_max"])
-    table = table.assign(formulation="", status="ok", setting=0.1, conditioning=1e-15).astype({"error_max": float})
-    return table.assign(status=table["status"].where(table["error_max"].notna(), "timeout"))
 
 
 def _trusted(*ratios: tuple[str, str, float]) -> pd.DataFrame:
@@ -103,35 +77,14 @@ def _trusted(*ratios: tuple[str, str, float]) -> pd.DataFrame:
     return table.assign(variant="", formulation="").astype({"over_tolerance": float})
 
 
-def test_who_solves_more_hard_variants_and_whose_tolerance_means_what_it_says() -> None:
-    """x:one solves half of sixteen hard variants, y:three all; an integrator that ran fewer than half is left out."""
-    names = [(case, kind) for kind in ("stiff", "long") for case in "abcdefgh"]
-    rows = [(*problem, "x:one", math.nan if problem[1].startswith("stiff") else 1e-9) for problem in names]
-    rows += [(*problem, "y:three", 1e-8) for problem in names]
-    reduced = _reduced(*rows, ("a", "long", "z:seldom", 1e-9), ("a", "", "x:one", math.nan))
-    trusted = _trusted(("a", "x:one", 0.5), ("b", "x:one", 0.9), ("a", "y:three", 30.0), ("b", "y:three", 50.0))
-    *_, sturdy, tolerance = findings(_equal(), pd.DataFrame(), (), reduced, trusted)
-    limits, integrators, variants = ["1e-6", "1000"], ["2"], ["16", "8"]
-    assert numbers_in(sturdy) == [*limits, *integrators, *variants, "16", "16", "8", "16"]
-    assert integrators_in(sturdy) == ["y:three", "y:three", "x:one"]
-    assert (numbers_in(tolerance), integrators_in(tolerance)) == (["1", "2", "40"], ["y:three"])
-
-
-def test_who_is_not_separated_on_hard_variants_is_not_more_reliable() -> None:
-    """Three of four differ from all of four by one variant; a variant that a rule left out is not a failure."""
-    problems = [(case, "hard") for case in "abcde"]
-    right = {"x:all": 5, "x:most": 4, "x:some": 3, "x:none": 0}
-    rows = [
-        (*problem, name, 1e-9 if k < count else math.nan)
-        for name, count in right.items()
-        for k, problem in enumerate(problems)
-    ]
-    rows += [(*problem, "x:half", 1e-9) for problem in problems[:3]]
-    said = findings(_equal(), pd.DataFrame(), (), _reduced(*rows), _trusted())[-1]
-    assert integrators_in(said) == ["x:all", "x:half", "x:most"] * 2
-    assert numbers_in(said)[-7:] == ["2", *("5", "5"), *("3", "3"), *("4", "5")], "two more are not separated"
-    one_case = [("a", case, *rest) for case, _, *rest in rows]
-    assert not any("x:half" in one for one in findings(_equal(), pd.DataFrame(), (), _reduced(*one_case), _trusted()))
+def test_how_many_keep_their_error_below_the_tolerance() -> None:
+    """By the median over cases, of those that accept at least half of the cases; of fewer than two nothing is said."""
+    trusted = _trusted(*[(case, name, off) for case in "abc" for name, off in (("x:one", 0.5), ("x:two", 7.0))])
+    trusted = pd.concat([trusted, _trusted(("a", "x:few", 0.1), ("a", "x:even", 0.1), ("b", "x:even", 0.1))])
+    assert numbers_in(tolerances_text(trusted)) == ["2", "3"]
+    hard = trusted.assign(variant="stiff", over_tolerance=0.1)
+    assert tolerances_text(pd.concat([trusted, hard])) == tolerances_text(trusted), "default variants alone count"
+    assert tolerances_text(trusted[trusted["integrator_id"] == "x:one"]) == ""
 
 
 def _policies(*errors: tuple[str, float, float]) -> pd.DataFrame:
@@ -143,34 +96,18 @@ def _policies(*errors: tuple[str, float, float]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def test_an_integrator_that_accepts_few_of_the_cases_is_not_among_those_that_exceed_their_tolerance() -> None:
-    """Fewer than half: the error of x:few exceeds its tolerance by more than the others, but on one case of three."""
-    trusted = _trusted(*[(case, name, off) for case in "abc" for name, off in (("x:one", 2.0), ("x:two", 7.0))])
-    trusted = pd.concat([trusted, _trusted(("a", "x:few", 99.0), ("a", "x:even", 0.1), ("b", "x:even", 0.1))])
-    said = findings(_equal(), pd.DataFrame(), (), _reduced(), trusted)[-1]
-    assert (numbers_in(said), integrators_in(said)) == (["1", "3", "7"], ["x:two"])
-
-
-def test_libraries_are_listed_by_the_factor_by_which_they_are_slower() -> None:
-    rows = [("a", "x:one", 1.0), ("a", "y:two", 7.0), ("a", "a:slow", 9.0), ("b", "x:one", 1.0), ("b", "y:two", 1.05)]
-    named = [{"case": case, "integrator_id": name, "seconds": x, "library": name[:1]} for case, name, x in rows]
-    said = findings(timed([row | {"target": 1e-6} for row in named]), pd.DataFrame(), (), _reduced(), _trusted())[1]
-    assert numbers_in(said) == ["1e-6", *("1", "2", "7.0"), *("1", "1", "9.0")], "y, then a"
-
-
 def test_engines_are_compared_at_the_step_of_most_problems_and_policies_by_their_best() -> None:
     policies = _policies(("a", 0.2, 0.1), ("b", 0.4, 0.1), ("b", 0.3, 0.2))
     other = _policies(("a", 0.9, 0.01)).assign(step=0.001)
-    said = findings(_equal(), pd.concat([other, policies]), (), _reduced(), _trusted())[-1]
-    assert numbers_in(said) == ["0.01", "2", "2", "2.5"]
+    assert numbers_in(engines_text(pd.concat([other, policies]))) == ["0.01", "2", "2", "2.5"]
 
 
 def test_the_effect_of_configuration() -> None:
     policies = _policies(("a", 0.2, 0.1), ("b", 0.05, 0.01), ("c", math.nan, 0.01))
-    said = findings(_equal(), policies, (), _reduced(), _trusted())[-1]
-    assert numbers_in(said) == ["0.01", "2", "3", "5.0"]
-    one = findings(_equal(), _policies(("a", math.nan, 0.1)), (), _reduced(), _trusted())[-1]
+    assert numbers_in(engines_text(policies)) == ["0.01", "2", "3", "5.0"]
+    one = engines_text(_policies(("a", math.nan, 0.1)))
     assert numbers_in(one) == ["0.01", "1", "1"], "nothing is divided by an error that is not a number"
+    assert engines_text(policies.iloc[:0]) == engines_text(policies[policies["policy"] == "configured"]) == ""
 
 
 @pytest.mark.parametrize(

@@ -60,6 +60,20 @@ def test_cost_is_per_characteristic_time_and_a_ratio_to_the_full_model() -> None
     assert (found["integrators"], found["fastest"], found["seconds"]) == (2, "a", 0.5)
 
 
+def test_the_shortest_time_of_third_parties_stands_beside_the_shortest_of_all() -> None:
+    """Neither gnomon's own methods nor one that a user gave are third parties, however fast they are."""
+    fixed = {"case": "full", "variant": "", "formulation": "", "target": 1e-6, "machine": "one"}
+    times = [("gnomon:a", 1.0), ("mine:b", 2.0), ("scipy:c", 8.0), ("heyoka:d", 4.0)]
+    equal = pd.DataFrame([{"integrator_id": name, "seconds": t, **fixed} for name, t in times])
+    spans = pd.DataFrame([{"case": "full", "span": 2.0, "time_scale": 1.0, "variant": ""}])
+    found = cost("full", "full", times_of(equal, spans))
+    assert (found["fastest"], found["seconds"]) == ("gnomon:a", 0.5)
+    assert (found["third"], found["third_seconds"]) == ("heyoka:d", 2.0)
+    without = cost("full", "full", times_of(equal[:2], spans))
+    assert without["third"] == ""
+    assert math.isnan(without["third_seconds"])
+
+
 def test_the_rows_of_a_hierarchy_end_with_the_full_model() -> None:
     """A level that is the case itself with other parameters has an error, but no time: it was not run."""
     full = cases.get("torpedo_firing_pin")
