@@ -25,7 +25,8 @@ from gnomon.reference.storage import diskcache
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-DATA = ("summary.md", "raw.json", "requirements.txt")
+SUMMARY = "summary.md"
+DATA = (SUMMARY, "raw.json", "requirements.txt")
 """Files beside a published page, with those of `sidecars.NAMES`."""
 DOCUMENTS = {
     "repository": "README.md",
@@ -63,7 +64,8 @@ def write_report(
         work = work_problems(run)
         charts = run_charts(run)
         words = page_words(run, beside or (run.path.parent, folder, folder.parent), work)
-        words["links"] = _links(folder)
+        up = _up(folder)
+        words |= {"up": up, "links": _links(folder, up)}
         charts |= panel_charts(words["stability"])
     page = folder / "index.html"
     with diskcache.whole(page) as part:
@@ -74,7 +76,7 @@ def write_report(
         "code": code,
         "joined": lambda words: Verbatim(number_text.join_words(words)),
     }
-    with diskcache.whole(folder / "summary.md") as part:
+    with diskcache.whole(folder / SUMMARY) as part:
         part.write_text(plain.from_string(_source("summary.md.j2")).render(words), encoding="utf-8")
     if figures:
         write_figures(run, work, charts, folder / "figures")
@@ -122,15 +124,18 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     )
 
 
-def _links(folder: Path) -> list[tuple[str, str]]:
-    """The files beside the page, and the documentation, if the page is in a copy of the repository: text and address."""
-    found = [(name, name) for name in (*DATA, *sidecars.NAMES) if (folder / name).is_file()]
-    parents = folder.resolve().parents
-    root = next((one for one in parents if (one / "docs" / "libraries.md").is_file()), None)
-    if root is not None:
-        up = "../" * len(folder.resolve().relative_to(root).parts)
-        found += [(text, up + path) for text, path in DOCUMENTS.items()]
-    return found
+def _links(folder: Path, up: str | None) -> list[tuple[str, str]]:
+    """The files beside the page, and the documentation, if it can be reached: text and address."""
+    beside = (*DATA, *sidecars.NAMES)
+    found = [(name, name) for name in beside if name == SUMMARY or (folder / name).is_file()]  # it is written last
+    return found + [(text, up + path) for text, path in DOCUMENTS.items() if up is not None]
+
+
+def _up(folder: Path) -> str | None:
+    """The way from the page to the root of the repository; None if it is not in a copy of the repository."""
+    own = folder.resolve()
+    root = next((one for one in own.parents if (one / "docs" / "libraries.md").is_file()), None)
+    return None if root is None else "../" * len(own.relative_to(root).parts)
 
 
 def _breakable(name: str) -> Markup:

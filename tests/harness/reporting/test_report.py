@@ -74,6 +74,26 @@ def test_page_is_one_small_file_without_references(written: Path) -> None:
     assert not re.search(r"@import|url\(", style)
 
 
+def test_the_documentation_is_linked_where_the_page_is_in_a_copy_of_the_repository(
+    written: Path, tmp_path: Path
+) -> None:
+    """And nowhere else: a link into nothing is worse than none. The summary is linked although it is written last."""
+    (tmp_path / "docs").mkdir()
+    for name in ("libraries", "index", "cases", "integrator", "solve"):
+        (tmp_path / "docs" / f"{name}.md").touch()
+    (tmp_path / "README.md").touch()
+    page = write_report(written.parent / "results.sqlite", tmp_path / "reports" / "mine")
+    found = _References()
+    found.feed(page.read_text(encoding="utf-8"))
+    files = {anchor for anchor in found.anchors if not anchor.startswith(("#", "https:"))}
+    assert {"summary.md", "../../README.md", "../../docs/libraries.md", "../../docs/solve.md"} <= files
+    assert all((page.parent / anchor).is_file() for anchor in files)
+    outside = _References()
+    outside.feed(written.read_text(encoding="utf-8"))
+    assert "summary.md" in outside.anchors
+    assert not any(anchor.startswith(("../", "docs/")) for anchor in outside.anchors)
+
+
 def test_the_parts_of_the_page_are_in_sequence_and_show_every_integrator(written: Path) -> None:
     """Pictures come before needs and cases, and how to reproduce them last, as the menu at the head says."""
     text = written.read_text(encoding="utf-8")
@@ -103,7 +123,7 @@ def test_the_first_pictures_stand_in_the_page_before_its_data_and_need_no_script
     """At once, in print, and without JavaScript: drawings, not figures that a script builds later."""
     text = written.read_text(encoding="utf-8")
     overview = text[text.index('<section id="overview">') : text.index('<section id="cases">')]
-    assert overview.count("<svg") >= 5, "the moving picture, and two axes for two widths of the page"
+    assert overview.count("<svg") == 4, "two axes, for two widths of the page"
     assert 'class="chart"' not in overview
     assert overview.index("<figure") < overview.index("<p class")
     assert text.index("</main>") < text.index('id="data"')

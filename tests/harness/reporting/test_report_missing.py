@@ -1,19 +1,26 @@
 """The words of a report about a run that is not complete."""
 
+import shutil
 import sqlite3
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
+import invented_runs
 import pytest
-from gnomon.harness.reporting import figures_profiles
-from gnomon.harness.reporting.report_charts import complete, run_charts, specifications
+from gnomon.harness.reporting.page import first_screen
+from gnomon.harness.reporting.report import write_report
+from gnomon.harness.reporting.report_charts import work_problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.reporting.report_words import page_words
 from gnomon.harness.results import schema
 from gnomon.harness.results.outstanding import outstanding
+from said import numbers_in
 
 
-def _without(results: Path, condition: str) -> int:
-    """Remove the measurements of the trials that meet a condition; returns the number of these trials."""
+def _without(results: Path, condition: str, planned: bool = False) -> int:
+    """Remove the measurements of the trials that meet a condition, or also their plan; returns the number of these trials."""
     with sqlite3.connect(results) as db:
         trials = f"SELECT trial_key FROM trials WHERE {condition}"
         ((count,),) = db.execute(f"SELECT count(*) FROM ({trials})")
@@ -23,6 +30,9 @@ def _without(results: Path, condition: str) -> int:
                 f" (SELECT measurement FROM measurements WHERE trial_key IN ({trials}))"
             )
         db.execute(f"DELETE FROM measurements WHERE trial_key IN ({trials})")
+        if planned:
+            db.execute(f"DELETE FROM planned WHERE series IN (SELECT series FROM trials WHERE {condition})")
+            db.execute(f"DELETE FROM trials WHERE {condition}")
     return int(count)
 
 
@@ -43,27 +53,86 @@ def test_cases_and_libraries_are_named(synthetic_results: Path) -> None:
         assert found["planned"] == db.execute("SELECT count(*) FROM planned").fetchone()[0]
 
 
-def test_an_outstanding_trial_is_no_failure_in_a_profile(
-    synthetic_results: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return invented_runs.write(tmp_path_factory.mktemp("missing") / "results.sqlite", launches=3)
+
+
+class Page:
+    """The first parts of a page as words, the needs, and the points that its diagrams were given."""
+
+    def __init__(self, results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.diagrams: list[Any] = []
+        monkeypatch.setattr(first_screen, "stills", self._keep)
+        self.run = Run.read(results)
+        self.words = page_words(self.run, [results.parent], work_problems(self.run))
+        self.first = self.words["first"]
+
+    def _keep(self, specifications: Sequence[Any]) -> list[str]:
+        self.diagrams += specifications
+        return ["<svg />"] * len(specifications)
+
+    @property
+    def of_all_cases(self) -> Any:
+        """All that is said over all cases."""
+        profiles = [one for one in self.diagrams if "layer" not in one]
+        cards = [{**card, "lines": None} for card in self.words["needs"]]
+        return profiles, self.first["bars"], self.first["fails"], (self.first["profiles"] or {}).get("said"), cards
+
+
+LOST = ("case_06", "case_11")
+
+
+def test_cases_with_outstanding_trials_count_nowhere_and_the_page_says_so(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Profiles count a missing time as a failure, so cases with outstanding trials of any library are left out of them."""
-    monkeypatch.setattr(figures_profiles, "FEWEST", 1)  # the invented run has few cases
-    whole = Run.read(synthetic_results)
-    assert len(complete(whole, whole.reduced)) == len(whole.reduced)
-    _without(synthetic_results, "\"case\" = 'kepler_orbit' AND library = 'scipy'")
-    run = Run.read(synthetic_results)
-    assert set(complete(run, run.reduced)["case"]) == set(whole.reduced["case"]) - {"kepler_orbit"}
-    others = figures_profiles.profile_charts(
-        *(rows[rows["case"] != "kepler_orbit"] for rows in (run.equal, run.reduced))
+    """A trial that has not run yet is no failure. The page is the same as one of a run that planned the complete cases only."""
+    for name in ("partly", "without"):
+        shutil.copy(whole, tmp_path / f"{name}.sqlite")
+    lost = _without(tmp_path / "partly.sqlite", f"\"case\" = '{LOST[0]}' AND library = 'scipy'")
+    lost += _without(tmp_path / "partly.sqlite", f"\"case\" = '{LOST[1]}'")
+    _without(tmp_path / "without.sqlite", f'"case" IN {LOST}', planned=True)
+    partly, without, before = (
+        Page(path, monkeypatch) for path in (tmp_path / "partly.sqlite", tmp_path / "without.sqlite", whole)
     )
-    charts = run_charts(run)
-    assert others
-    assert {name: charts[name] for name in others} == specifications(others)
+    assert repr(partly.of_all_cases) == repr(without.of_all_cases) != repr(before.of_all_cases)
+    assert partly.first["profiles"] is not None
+    assert (before.first["complete"], partly.first["complete"]) == (16, 14)
+    assert {name for row in partly.first["fails"]["rows"] for name in row["cases"]}.isdisjoint(LOST)
+    assert partly.words["missing"]["trials"] == lost
+    page = write_report(tmp_path / "partly.sqlite", tmp_path / "page").read_text(encoding="utf-8")
+    warning = page[page.index('<details class="warning"') : page.index('<section id="overview">')]
+    assert {str(lost), "14"} <= set(numbers_in(warning.replace("\N{NO-BREAK SPACE}", "")))
+    assert LOST[1] in warning.replace("<wbr>", "")
 
 
-def test_a_run_without_a_complete_case_has_no_profile(synthetic_results: Path) -> None:
-    _without(synthetic_results, "library = 'scipy'")
-    assert not any(name.startswith("profile") for name in run_charts(Run.read(synthetic_results)))
+def test_complete_cases_keep_their_tables_and_ranks(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is said of a case depends on no other case, but for the false discovery rate over all."""
+    path = shutil.copy(whole, tmp_path / "results.sqlite")
+    _without(path, "\"case\" = 'case_06' AND library = 'scipy'")
+    found, before = (Page(each, monkeypatch) for each in (path, whole))
+    assert set(found.words["times"]) == set(before.words["times"])
+    same = [name for name in before.words["times"] if found.words["times"][name] == before.words["times"][name]]
+    assert len(same) >= 14
+    assert "case_06" not in same
+
+
+def test_a_run_without_a_complete_case_has_no_profile_and_shows_a_case_that_is_under_way(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = shutil.copy(whole, tmp_path / "results.sqlite")
+    _without(path, "library = 'scipy'")
+    found = Page(path, monkeypatch)
+    assert (found.first["complete"], found.first["profiles"], found.first["bars"], found.first["fails"]) == (
+        0,
+        None,
+        [],
+        None,
+    )
+    assert found.words["needs"] == []
+    assert found.first["lead"] is not None
 
 
 def test_a_run_that_did_not_end_lacks_later_launches(synthetic_results: Path) -> None:
