@@ -86,8 +86,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "older": [],
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,
-        "multiples": multiples(run, orders),
-        "fastest": tables.fastest(run.equal, problems),
+        "multiples": multiples(run, orders, found.complete),
+        "fastest": tables.fastest(run.equal, problems, set(run.names) - set(found.complete)),
         "times": case_tables(run),
         "targets": [number_text.power_text(target) for target in TARGETS],
         "cases": _cases(run, work),
@@ -97,7 +97,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "failures": tables.failure_groups(analysis.failures(run.reduced)),
         "hierarchies": hierarchy_rows(run.hierarchies),
         "engine_settings": engine_settings(run.frame),
-        "tolerances": tolerances_text(run.trusted),
+        "tolerances": tolerances_text(run.trusted[run.trusted["case"].isin(found.complete)]),
         "engines": engines_text(run.policies),
         "python_call": PYTHON_CALL,
         "meanings": style.MEANINGS,
@@ -199,7 +199,7 @@ def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
 
 
 def _not_run(run: Run) -> tuple[dict[str, list[str]], dict[str, dict[str, str]]]:
-    """By case the variants that nobody ran, and for the other ones in words the libraries that did not run them."""
+    """By case the variants that nobody ran, and for other ones, and a case that is under way, in words what did not run."""
     matrix = run.matrix[run.matrix["formulation"] == ""]
     unrun: dict[str, list[str]] = {}
     lacking: dict[str, dict[str, str]] = {}
@@ -212,6 +212,13 @@ def _not_run(run: Run) -> tuple[dict[str, list[str]], dict[str, dict[str, str]]]
         if len(counts):
             words = ", ".join(f"{counted} of {title(str(name))}" for name, counted in counts.items())
             lacking.setdefault(str(case), {})[str(variant)] = f"Not run on this variant: {words}."
+    outstanding: dict[str, list[str]] = {}
+    for row in run.outstanding.planned:
+        if row.measured < row.trials:
+            outstanding.setdefault(row.case, []).append(f"{row.trials - row.measured} of {title(row.library)}")
+    for case, words_ in outstanding.items():
+        said = f"Trials of this case that have not run yet: {', '.join(words_)}. What they would reach is not known."
+        lacking.setdefault(case, {})["default"] = said
     return unrun, lacking
 
 

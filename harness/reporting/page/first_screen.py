@@ -99,7 +99,7 @@ def _said(found: Representatives, case: str, names: Sequence[str], axis: str) ->
         if name in known:
             value = known[name][AXES[axis]]
             said[of].append(f"{shown} {time_text(value) if axis == 'time' else f'{value:.0f}'}")
-        elif axis == "time" or name in counted_here:
+        elif case in found.complete and (axis == "time" or name in counted_here):
             said[of].append(f"{shown} does not reach it")
     text = "; ".join(", ".join(said[of]) for of in (YOURS, THIRD) if said[of])
     if said[OWN]:

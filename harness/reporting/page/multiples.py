@@ -20,14 +20,15 @@ WIDTH, HEIGHT, MOST = 200, 64, 16
 """Pixels of a picture, and the digits at its upper edge."""
 
 
-def multiples(run: Run, benched: Mapping[str, Any] | None) -> dict[str, list[dict[str, Any]]]:
-    """For each integrator in its division a picture and its numbers, over the default variants that it can run.
+def multiples(run: Run, benched: Mapping[str, Any] | None, cases: Sequence[str]) -> dict[str, list[dict[str, Any]]]:
+    """For each integrator in its division a picture and its numbers, over the default variants of `cases` that it can run.
 
     The picture has the digits at the best setting on each case, the most first, and behind it those that double precision
     allows. `benched`: the orders of gnomon's own integrators, measured by `make bench`.
     """
-    trusted, hard = own(run.trusted), solved(run.reduced)
-    slopes = {str(name): part for name, part in own(run.orders).groupby("integrator_id")}
+    trusted, reduced, orders = (part[part["case"].isin(cases)] for part in (run.trusted, run.reduced, run.orders))
+    trusted, hard = own(trusted), solved(reduced)
+    slopes = {str(name): part for name, part in own(orders).groupby("integrator_id")}
     bench = {f"gnomon:{row['name']}": row for row in (benched or {"rows": []})["rows"]}
     uses = first_uses(run.frame).to_dict("index")
     place = {name: k for k, name in enumerate(run.look["series"])}
