@@ -20,6 +20,7 @@ from gnomon.harness.commands.list import list_
 from gnomon.harness.commands.merge import merge
 from gnomon.harness.commands.options import out, problems
 from gnomon.harness.commands.plot import plot
+from gnomon.harness.commands.published.history import history
 from gnomon.harness.commands.report import report
 from gnomon.harness.commands.run import run
 from gnomon.harness.commands.show import show
@@ -54,7 +55,9 @@ def gnomon(
 
 
 app.command("list")(list_)
-for command in (show, exact, run, merge, ensemble, report, plot, compare, verify, stability, certify, export, doctor):
+for command in (
+    *(show, exact, run, merge, ensemble, report, plot, compare, verify, stability, certify, export, history, doctor),
+):
     app.command()(command)
 app.add_typer(baseline, name="baseline")
 
