@@ -49,6 +49,8 @@ def history(
         out.print(f"{len(entries)} publications, the last one {escape(entries[-1].label)}", highlight=False)
         return
     chosen = published.chosen(entries, name)
+    if drawing is not None and len(chosen) > MOST:
+        raise ValueError(f"--out {drawing}: {len(chosen)} numbers, of which {MOST} can be told apart; name fewer")
     rows = {each: published.values(entries, each) for each in chosen}
     out.print(numbers_table(entries, rows))
     apart = sum(each in entry.numbers for each in chosen for entry in entries) - sum(
@@ -87,8 +89,6 @@ def specification(entries: Sequence[Entry], rows: dict[str, list[float | None]])
     import altair  # slow to load: only a drawing needs it
     from gnomon.harness.reporting.style import dressed
 
-    if len(rows) > MOST:
-        raise ValueError(f"--out: {len(rows)} numbers, of which {MOST} can be told apart; name fewer")
     places = [f"{number + 1}: {entry.label}" for number, entry in enumerate(entries)]
     points = [
         {"publication": place, "number": each, "value": value}

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from gnomon.harness.reporting.publication import assembly
-from gnomon.harness.reporting.publication.parts import Part, Place, State, measure, named
+from gnomon.harness.reporting.publication.parts import Part, Place, State, measure
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Column, Table
@@ -34,7 +34,7 @@ def main(arguments: Iterable[str] | None = None) -> int:
             raise ValueError(f"--minutes {given.minutes:g}: a number above 0 is needed")
         if given.results is not None and not given.with_older:
             raise ValueError(f"--results {given.results}: only with --with-older")
-        chosen = named(given.part) if given.part else None
+        chosen = place.part(given.part) if given.part else None
         console.print(table([*place.states()]))
         if given.list:
             return 0
@@ -84,12 +84,12 @@ def _measured(chosen: Sequence[Part] | None, place: Place, minutes: float | None
         if state.word == "done" or (chosen is not None and part not in chosen):
             continue
         left = None if ends is None else (ends - time.monotonic()) / 60.0
-        if left is not None and left < (LEAST_MINUTES if part.resumes else part.minutes):
+        if left is not None and left < (LEAST_MINUTES if part.resumes else state.minutes):
             console.print(
-                f"{part.name} is not begun: it takes about {part.minutes:g} minutes, and {max(0.0, left):.0f} are left"
+                f"{part.name} is not begun: it takes about {state.minutes:.0f} minutes, and {max(0.0, left):.0f} are left"
             )
             break
-        console.print(f"{part.name}: about {part.minutes:g} minutes on two cores")
+        console.print(f"{part.name}: about {state.minutes:.0f} minutes on two cores")
         if not measure(part, place, ends):
             break
     else:
@@ -101,9 +101,9 @@ def _measured(chosen: Sequence[Part] | None, place: Place, minutes: float | None
 def _remaining(place: Place, console: Console) -> None:
     """What is left to do, in one line."""
     left = [state for state in place.states() if state.word != "done"]
-    minutes = sum(state.part.minutes for state in left)
+    minutes = sum(state.minutes for state in left)
     console.print(
-        f"remaining: {', '.join(state.part.name for state in left)}; at most about {minutes:g} minutes;"
+        f"remaining: {', '.join(state.part.name for state in left)}; about {minutes:.0f} minutes;"
         " the same command goes on"
         if left
         else "all parts are done; the same command assembles them"
@@ -112,14 +112,16 @@ def _remaining(place: Place, console: Console) -> None:
 
 def table(states: Sequence[State]) -> Table:
     """The parts: whether each is done, of which revision and day, and its time, predicted and measured."""
-    found = Table(Column("part", no_wrap=True), "state", "revision", "date", "minutes", "took", box=SIMPLE_HEAD, padding=(0, 1))
+    found = Table(
+        Column("part", no_wrap=True), "state", "revision", "date", "minutes", "took", box=SIMPLE_HEAD, padding=(0, 1)
+    )
     for each in states:
         took = "" if each.took is None else f"{each.took:.1f}"
         by = [each.by.get(name, "") for name in ("revision", "date")]
-        found.add_row(each.part.name, each.word, *by, f"{each.part.minutes:g}", took)
-    left = sum(each.part.minutes for each in states if each.word != "done")
+        found.add_row(each.part.name, each.word, *by, f"{each.minutes:.0f}", took)
+    left = sum(each.minutes for each in states if each.word != "done")
     found.add_row(
-        "all", f"{sum(each.word == 'done' for each in states)} of {len(states)} done", "", "", f"{left:g} left", ""
+        "all", f"{sum(each.word == 'done' for each in states)} of {len(states)} done", "", "", f"{left:.0f} left", ""
     )
     return found
 

@@ -9,13 +9,12 @@ from typing import Any
 from gnomon.harness.registry import environment
 from gnomon.harness.reporting import provenance, report, sidecars
 from gnomon.harness.reporting.publication import numbers, whole
-from gnomon.harness.reporting.publication.parts import PARTS, RESULTS, Place, named
+from gnomon.harness.reporting.publication.parts import RESULTS, Place
 from gnomon.harness.results import history, store, study_file
 from gnomon.reference.storage import diskcache
 
 RAW, MOST_BYTES = Path("runs/raw.parquet"), 20_000_000
 """The raw results as a table, and the largest size of this file."""
-FILES = tuple(name for part in PARTS for name in part.files if name != RESULTS)
 
 
 @dataclass(frozen=True)
@@ -31,12 +30,12 @@ class Found:
         """The environment of the last run of the results."""
         found = store.runs(self.results)[-1]
         made_by = {name: value for name, value in found["environment"].items() if value is not None}
-        return made_by | {"date": str(found["started"])[:10]}
+        return {"sources": "", "machine": ""} | made_by | {"date": str(found["started"])[:10]}
 
 
 def present(place: Place) -> Found:
     """The parts of these sources on this machine. Raises ValueError if one is not done, or not of the others' kind."""
-    records = {part.name: place.record(part) for part in PARTS}
+    records = {part.name: place.record(part) for part in place.parts}
     lacking = [name for name, record in records.items() if record is None]
     if lacking:
         raise ValueError(
@@ -51,7 +50,9 @@ def present(place: Place) -> Found:
                 f"{name}: measured with another version of {other} than {next(iter(records))};"
                 f" install one version, and remove {place.folder / 'done' / name}.json"
             )
-    found = Found(place.folder / RESULTS, {name: place.folder / name for name in dict.fromkeys(FILES)}, installed[0])
+    found = Found(
+        place.folder / RESULTS, {name: place.folder / name for name in place.files if name != RESULTS}, installed[0]
+    )
     for path in (found.results, *found.files.values()):
         whole.require_whole(path)
     made_by = {name: provenance.environment_of(sidecars.read(path)) for name, path in found.files.items()}
@@ -73,20 +74,19 @@ def older(place: Place, to: Path, results: Path | None = None) -> Found:
     `results`: the results file to take in any case. Raises ValueError without a results file, or if a file is nowhere.
     """
     folders = [place.folder, *place.others()]
-    by_file = {name: [part for part in PARTS if name in part.files] for name in (RESULTS, *FILES)}
 
     def newest(name: str) -> Path | None:
-        done = (one for one in folders if all(place.record(part, one) is not None for part in by_file[name]))
+        done = (one for one in folders if all(place.record(part, one) is not None for part in place.files[name]))
         return next((one / name for one in done), to / name if (to / name).is_file() else None)
 
     database = store.results_file(results) if results is not None else newest(RESULTS)
     if database is None:
         raise ValueError("no results to assemble: measure --part full, or name a results file with --results")
-    files = {name: newest(name) for name in dict.fromkeys(FILES)}
+    files = {name: newest(name) for name in place.files if name != RESULTS}
     lacking = [name for name, path in files.items() if path is None]
     if lacking:
         raise ValueError(f"{', '.join(lacking)}: not measured at all; `make publication` goes on")
-    record = place.record(named(whole.SUITE), database.parent)
+    record = place.record(place.files[RESULTS][-1], database.parent) if results is None else None
     made_by = store.runs(database)[-1]["environment"]
     recorded = {name: made_by[name] for name in environment.DISTRIBUTIONS if made_by.get(name)}
     current = environment.installed()
@@ -109,7 +109,8 @@ def assemble(found: Found, to: Path, raw: Path = RAW) -> Path:
     study_file.write(told, to / "raw.json")
     diskcache.replace(to / "requirements.txt", requirements(found.installed, made_by).encode())
     page = report.write_report(found.results, to, beside=(to,), figures=True)
-    files = {name: sidecars.read(to / name) for name in found.files}
+    older_ = {one.file for one in provenance.origins([to], made_by) if one.older}
+    files = {name: sidecars.read(to / name) for name in found.files if name not in older_}
     numbers_ = numbers.of_publication(found.results, files)
     history.append(to / history.FILE.name, history.Entry(made_by, numbers_))
     return page
