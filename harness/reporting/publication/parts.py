@@ -249,7 +249,7 @@ def _called(command: list[str], ends: float | None) -> int:
         _ended(process)
         raise
     _ended(process)
-    return INTERRUPTED
+    return INTERRUPTED if process.returncode else 0
 
 
 def _ended(process: subprocess.Popen[bytes]) -> None:

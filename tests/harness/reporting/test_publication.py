@@ -183,6 +183,7 @@ def test_a_part_is_interrupted_in_time_and_goes_on(place: Place) -> None:
         assert not parts.measure(part, own, time.monotonic() + 2)
     finally:
         signal.signal(signal.SIGINT, ignored)
+    assert Path("once").exists()
     assert words(own) == {"growth": "begun"}
     spent = own.spent(part)
     assert spent is not None
@@ -198,7 +199,7 @@ def test_ctrl_c_tells_what_remains(place: Place, capsys: pytest.CaptureFixture[s
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(command, "Place", patched)
         patch.setattr(parts, "_ended", lambda process: process.kill())  # a terminal would send Ctrl-C to it too
-        threading.Timer(1.0, signal.raise_signal, [signal.SIGINT]).start()
+        threading.Timer(1.0, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT]).start()
         assert command.main([]) == 130
     assert "remaining: growth" in capsys.readouterr().out
 
