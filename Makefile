@@ -1,18 +1,18 @@
 # On a fresh machine with Python 3.11, `make report` and `make test` do all the set-up themselves.
-# Measurements go to runs/ and $(LOCAL), which git ignores; only `make publish` writes what is tracked in reports/.
+# Measurements go to runs/ and $(LOCAL), which git ignores; only `make publication` writes what is tracked in reports/.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 UV := $(shell command -v uv 2>/dev/null)
 SOURCES := $(shell find reference cases harness src -type f -not -path '*/__pycache__/*')
-# The suite to report on. `make publish` takes SUITE=full: five launches and near-duplicate methods too
+# The suite to report on
 SUITE ?= standard
 # The optional libraries to compare with: make report EXTRAS=all,dev,peers
 EXTRAS ?= all,dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates solutions libraries publish test test-all mutants stability verification lint types unit bench catalogue other-languages docs clean
+.PHONY: report certificates solutions libraries publication test test-all mutants stability verification lint types unit bench catalogue other-languages docs clean
 
 # A first page within a minute of the installation, from the suite `quick`; the whole run then continues in the same file,
 # and writes its page again every two minutes, at its end and after Ctrl-C.
@@ -34,9 +34,13 @@ solutions: $(INSTALLED)
 libraries: $(INSTALLED)
 	$(BIN)/python -m gnomon.harness.adapters.library_copies
 
-# Measures nothing; refuses with one line if something is missing or was made with other sources than these.
-publish: $(INSTALLED)
-	$(BIN)/python -m gnomon.harness.reporting.publication runs/full.sqlite --from $(LOCAL) --out reports
+# Everything under reports/ from one revision, with all libraries: five hours in parts, each within 75 minutes of 2 cores.
+# The same command goes on. PUBLICATION="--minutes 75" stops in time, --list shows the parts, --part NAME measures one alone,
+# --with-older assembles at once.
+PUBLICATION ?=
+publication:
+	$(MAKE) $(VENV)/installed-all,dev,peers EXTRAS=all,dev,peers
+	$(BIN)/python -m gnomon.harness.reporting.publication --out reports $(PUBLICATION)
 
 test: lint types unit
 
@@ -62,8 +66,8 @@ mutants: $(INSTALLED)
 stability: $(INSTALLED)
 	$(BIN)/gnomon stability --depth high --out $(LOCAL)/stability.json
 
-# What `gnomon verify` finds of planted faults, and whether it fails what is right. Hours, in parts of minutes; the same command
-# resumes. Right integrators on a loaded machine: python tests/detection/measure.py --load 8.
+# What `gnomon verify` finds of all planted faults, and whether it fails what is right. Hours, in parts of minutes; the same
+# command resumes. Right integrators on a loaded machine: python tests/detection/measure.py --load 8.
 verification: $(INSTALLED)
 	$(BIN)/python tests/detection/measure.py --out $(LOCAL)/verification.json
 

@@ -104,9 +104,10 @@ def _note(case: Case, ways: dict[str, float]) -> str:
 
 
 def write(certificates: Iterable[Certificate], path: Path) -> None:
-    """Write the certificates as JSON for the report: one object for each, with the revision of the sources."""
-    revision = environment.describe().get("revision")
-    study_file.write([asdict(c) | {"passed": c.passed, "revision": revision} for c in certificates], path)
+    """Write the certificates as JSON for the report: one row for each, with the revision of the sources."""
+    made_by = environment.recorded()
+    rows = [asdict(c) | {"passed": c.passed, "revision": made_by.get("revision")} for c in certificates]
+    study_file.write({"environment": made_by, "rows": rows}, path)
 
 
 def _random_times(case: Case) -> list[Fraction]:

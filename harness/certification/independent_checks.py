@@ -66,9 +66,8 @@ def everything() -> list[Check]:
 
 
 def write(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
-    """Write the rows as JSON for the report: one object for each row, with the revision of the sources."""
-    revision = environment.describe().get("revision")
-    study_file.write([{**row, "revision": revision} for row in rows], path)
+    """Write the rows as JSON for the report, with the environment of their measurement."""
+    study_file.write({"environment": environment.recorded(), "rows": [*rows]}, path)
 
 
 def _measure(check: Check, computation: IndependentComputation, repeats: int) -> list[tuple[Any, ...]]:

@@ -20,6 +20,7 @@ from gnomon.harness.commands.list import list_
 from gnomon.harness.commands.merge import merge
 from gnomon.harness.commands.options import out, problems
 from gnomon.harness.commands.plot import plot
+from gnomon.harness.commands.published.history import history
 from gnomon.harness.commands.published.recommend import recommend
 from gnomon.harness.commands.report import report
 from gnomon.harness.commands.run import run
@@ -56,7 +57,7 @@ def gnomon(
 
 app.command("list")(list_)
 for command in (
-    *(show, exact, run, merge, ensemble, report, plot, recommend, compare, verify, stability, certify, export, doctor),
+    *(show, exact, run, merge, ensemble, report, plot, recommend, compare, verify, stability, certify, export, history, doctor),
 ):
     app.command()(command)
 app.add_typer(baseline, name="baseline")

@@ -6,8 +6,10 @@ import os
 import platform
 import subprocess
 import sys
+from collections.abc import Mapping
+from datetime import UTC, datetime
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, distributions, version
 from pathlib import Path
 
 import cpuinfo
@@ -32,6 +34,22 @@ def describe() -> dict[str, str]:
     }
     revision = _revision()
     return found | versions() | ({"revision": revision} if revision else {})
+
+
+def recorded() -> dict[str, str]:
+    """`describe` with the day in UTC, as a file of measurements holds it."""
+    return describe() | {"date": datetime.now(UTC).date().isoformat()}
+
+
+def comparable(found: Mapping[str, str]) -> dict[str, str]:
+    """What must be equal for measurements to go on in one file: all but the day, and the revision of equal sources."""
+    return {name: value for name, value in found.items() if name not in ("date", "revision")}
+
+
+def installed() -> dict[str, str]:
+    """The version of every installed distribution but gnomon, by its name."""
+    found = {one.name.lower().replace("_", "-"): one.version for one in distributions()}
+    return {name: found[name] for name in sorted(found) if name != "gnomon"}
 
 
 @cache

@@ -49,13 +49,18 @@ def certificate_rows(*folders: Path) -> list[dict[str, Any]]:
     """The certificates by case, the default variant first."""
     found: dict[tuple[str, str], dict[str, Any]] = {}
     for folder in reversed(folders):
-        for row in sidecars.first("certificates.json", folder) or ():
+        for row in _rows("certificates.json", folder):
             variant = row["variant"] or "default"
             found[row["case"], variant] = (
                 {"required": None, "worst": "", "note": "", "revision": ""} | row | {"variant": variant}
             )
     order = {case: position for position, case in enumerate(dict.fromkeys(case for case, _ in found))}
     return sorted(found.values(), key=lambda row: (order[row["case"]], row["variant"] != "default"))
+
+
+def _rows(name: str, folder: Path) -> list[dict[str, Any]]:
+    found = sidecars.first(name, folder)
+    return [] if found is None else list(found["rows"])
 
 
 def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -74,7 +79,7 @@ def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def computation_rows(*folders: Path) -> list[dict[str, str]]:
     """A row for each independent computation of a check: its worst quantity on the default and on the hard variants."""
-    found: list[dict[str, Any]] = next(filter(None, (sidecars.first("checks.json", folder) for folder in folders)), [])
+    found: list[dict[str, Any]] = next(filter(None, (_rows("checks.json", folder) for folder in folders)), [])
     groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     for row in found:
         groups.setdefault((row["check"], row["computation"], row["library"]), []).append(row)

@@ -16,6 +16,8 @@ from jsonschema import Draft202012Validator
 MOST_BYTES = 1 << 26
 _SCHEMA = json.loads((files("gnomon.harness.reporting") / "templates" / "sidecars.schema.json").read_text("utf-8"))
 
+FORMERLY_LISTS = ("certificates.json", "checks.json")
+"""Files of earlier revisions had the rows of these alone, without an environment."""
 NAMES: tuple[str, ...] = tuple(name for name in _SCHEMA["$defs"] if name.endswith(".json"))
 """The files that may lie beside a page."""
 
@@ -41,6 +43,8 @@ def _validated(path: Path, content: bytes) -> Any:
     except (ValueError, RecursionError) as error:
         told = "nested too deep" if isinstance(error, RecursionError) else str(error)
         raise ValueError(f"{path}: no JSON of gnomon's ({told}); make it again, or remove it") from None
+    if path.name in FORMERLY_LISTS and isinstance(found, list):
+        found = {"environment": {}, "rows": found}
     validator = Draft202012Validator(_SCHEMA | {"$ref": f"#/$defs/{path.name}"})
     wrong = next(validator.iter_errors(found), None)
     if wrong is not None:

@@ -149,7 +149,8 @@ def kept(path: Path, depth: str, again: Set[tuple[str, str]] | None = None) -> l
         own, made_by = lookup.own(), found["environment"]["sources"]
         rows = [Row(**{"sources": made_by} | row) for row in found["rows"]]
         rows = [row for row in rows if row.integrator in own and row.panel in panels()]
-        made, here = (found["schema"], found["depth"], found["environment"]), environment.describe()
+        here = environment.comparable(environment.describe())
+        made = found["schema"], found["depth"], environment.comparable(found["environment"])
     except (ValueError, TypeError, KeyError, RecursionError):
         raise ValueError(f"{path}: no result of `gnomon stability`; name another file with --out") from None
     if again is not None and made[2].get("machine") == here["machine"]:
@@ -178,7 +179,7 @@ def write(rows: Sequence[Row], depth: str, path: Path) -> None:
 def as_json(rows: Sequence[Row], depth: str) -> str:
     """The rows as JSON, with the version of its schema, the revision of gnomon and the machine."""
     titles = {name: panel.title for name, panel in panels().items() if any(row.panel == name for row in rows)}
-    whole = {"schema": SCHEMA, "depth": depth, "panel_seconds": DEPTHS[depth], "environment": environment.describe()}
+    whole = {"schema": SCHEMA, "depth": depth, "panel_seconds": DEPTHS[depth], "environment": environment.recorded()}
     figures = {
         name: {"cells": panel.cells, "columns": [asdict(column) for column in panel.columns]}
         for name, panel in panels().items()

@@ -29,7 +29,7 @@ def gathered(launches: Sequence[Path]) -> dict[str, Any]:
             for row in benchmark["extra_info"].get("rows", []):
                 found.setdefault(tuple(row.get(name) for name in NAMED), []).append(row)
     rows = [dict(zip(NAMED, key, strict=True)) | reduced(members) for key, members in found.items()]
-    return {"launches": len(launches), "environment": environment.describe(), "rows": rows}
+    return {"launches": len(launches), "environment": environment.recorded(), "rows": rows}
 
 
 def reduced(members: Sequence[dict[str, Any]]) -> dict[str, Any]:

@@ -24,7 +24,7 @@ def test_every_row_is_there():
 
 
 def test_the_page_of_cases_lists_every_case_with_its_files() -> None:
-    """The charts may change: `make publish` adds them."""
+    """The charts may change: `make publication` adds them."""
     known, written = (re.sub(r"`reports/.*?`", "", text) for text in (catalogue.page(), catalogue.PAGE.read_text()))
     assert written == known, "write docs/cases.md again: make catalogue"
 

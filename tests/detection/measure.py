@@ -3,6 +3,7 @@
     make verification                                       everything, resumed where it ended; hours
     python tests/detection/measure.py --only "mutant rk4"   rows with the word in "kind name condition depth"
     python tests/detection/measure.py --depth low           mutants and defects at one of the two depths
+    python tests/detection/measure.py --draw 90             so many mutants, a random draw with the published SEED
     python tests/detection/measure.py --load 8              right integrators alone, beside 8 busy processes
 
 Each fault is verified at both depths until a claim fails. A mutant that changes no state beyond conditioning and round-off
@@ -56,6 +57,8 @@ DRAWN = 240
 RUNS = 204
 """Runs of right integrators: each under the first condition, the others by a seeded draw. If no case has a form that an
 integrator takes, nothing is checked: such runs do not count, and 200 others are wanted."""
+SEED = 41
+"""Of a draw of mutants. A larger draw contains a smaller one."""
 CONDITIONS: dict[str, dict[str, str]] = {
     "plain": {},
     "loaded machine": {},
@@ -209,8 +212,13 @@ def faulty() -> list[mutants.Mutant]:
     return [*mutants.drawn(DRAWN), *planted_faults.planted()]
 
 
-def tasks(load: int = 0) -> list[Task]:
-    """Everything that is measured, the sum of all kinds; beside a load right integrators alone."""
+def some(mutants: Sequence[str], count: int | None) -> list[str]:
+    """A random draw of so many mutants with SEED; all for None."""
+    return random.Random(SEED).sample(mutants, len(mutants))[:count] if count is not None else [*mutants]
+
+
+def tasks(load: int = 0, count: int | None = None) -> list[Task]:
+    """Everything that is measured, the sum of all kinds, with a draw of `count` mutants; beside a load right ones alone."""
     draw = random.Random(20)
     names = [name for name, integrator in lookup.everything().items() if lookup.missing(integrator) is None]
     names += [f"{method} of right_methods.py" for method in right()]
@@ -220,7 +228,8 @@ def tasks(load: int = 0) -> list[Task]:
     runs = [Task("right", name) for name in names] + more[: max(0, RUNS - len(names))]
     if load:
         return [replace(task, load=load) for task in runs]
-    faults = [*(("defect", defect.link) for defect in DEFECTS), *(("mutant", mutant.id) for mutant in faulty())]
+    mutants_ = some([mutant.id for mutant in faulty()], count)
+    faults = [*(("defect", defect.link) for defect in DEFECTS), *(("mutant", name) for name in mutants_)]
     return [*(Task(*fault, depth=depth) for depth in FAULT_DEPTHS for fault in faults), *runs]
 
 
@@ -273,13 +282,18 @@ def in_process(begun: Measured) -> Measured:
 
 
 def measure(chosen: Sequence[Task], known: dict[Task, Measured], file: Path, sources: str, workers: int) -> None:
-    """Add rows to `known`, and each part to the file, until each task is whole; loaded machines come last, one at a time."""
-    lock = threading.Lock()
+    """Add rows to `known`, and each part to the file, until each task is whole; loaded machines come last, one at a time.
+
+    An interruption lets the parts that run come to their ends, and then is raised.
+    """
+    lock, interrupted = threading.Lock(), threading.Event()
 
     def complete(task: Task) -> None:
         row = known.get(task) or Measured(**asdict(task), sources=sources)
-        while not row.whole:
+        while not row.whole and not interrupted.is_set():
             row = in_process(row)
+            if row.error is not None and interrupted.is_set():  # Ctrl-C ends the process of a part too
+                return
             with lock, file.open("a") as rows:
                 known[task] = row
                 rows.write(json.dumps(asdict(row)) + "\n")
@@ -288,10 +302,15 @@ def measure(chosen: Sequence[Task], known: dict[Task, Measured], file: Path, sou
 
     waiting = [task for task in chosen if task not in known or not known[task].whole]
     loaded = [task for task in waiting if task.condition.startswith("loaded")]
-    for some, count in (([task for task in waiting if task not in loaded], workers), (loaded, 1)):
+    for tasks_, count in (([task for task in waiting if task not in loaded], workers), (loaded, 1)):
         with ThreadPoolExecutor(count) as pool:
-            for future in [pool.submit(complete, task) for task in some]:
-                future.result()
+            try:
+                for future in [pool.submit(complete, task) for task in tasks_]:
+                    future.result()
+            except KeyboardInterrupt:
+                interrupted.set()
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
 
 
 def read(file: Path, sources: str, keep_found: bool) -> dict[Task, Measured]:
@@ -309,6 +328,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--only", action="append", default=[], help="a part of `kind name condition depth`; repeatable")
     parser.add_argument("--depth", choices=FAULT_DEPTHS, help="of mutants and defects; by default both")
+    parser.add_argument("--draw", type=int, help="so many mutants, drawn with the published seed; by default all")
     parser.add_argument("--load", type=int, default=0, help="right integrators alone, beside so many busy processes")
     parser.add_argument("--rows", type=Path, default=Path("runs/verification.jsonl"))
     parser.add_argument("--out", type=Path, default=Path("reports/local/verification.json"))
@@ -326,14 +346,26 @@ def main() -> int:
     given.rows.parent.mkdir(parents=True, exist_ok=True)
     given.rows.touch()
     known = read(given.rows, sources, given.keep_found)
-    chosen = [task for task in tasks(given.load) if not given.only or any(word in str(task) for word in given.only)]
+    if given.draw is not None and not 0 < given.draw <= len(faulty()):
+        parser.error(f"--draw {given.draw}: there are {len(faulty())} mutants to draw from")
+    wanted = tasks(count=given.draw)
+    chosen = [
+        task
+        for task in (tasks(given.load) if given.load else wanted)
+        if not given.only or any(word in str(task) for word in given.only)
+    ]
     chosen = [task for task in chosen if given.depth in (None, task.depth)]
     if not chosen:
         parser.error(f"--only {' '.join(given.only)}: nothing that is measured has this in its name")
-    with busy(given.load):
-        measure(chosen, known, given.rows, sources, given.workers)
-    rows = [known[task] for task in [*tasks(), *tasks(given.load)] if task in known and known[task].whole]
-    found = published([asdict(row) for row in dict.fromkeys(rows)], FAULT_DEPTHS, RIGHT_DEPTH)
+    try:
+        with busy(given.load):
+            measure(chosen, known, given.rows, sources, given.workers)
+    except KeyboardInterrupt:
+        print("interrupted; the same command continues")
+        return 130
+    rows = [known[task] for task in [*wanted, *tasks(given.load)] if task in known and known[task].whole]
+    draw = given.draw and {"seed": SEED, "mutants": given.draw, "of": len(faulty())}
+    found = published([asdict(row) for row in dict.fromkeys(rows)], FAULT_DEPTHS, RIGHT_DEPTH, draw)
     given.out.parent.mkdir(parents=True, exist_ok=True)
     given.out.write_text(json.dumps(found, indent=1) + "\n")
     print(found["text"])

@@ -1,12 +1,13 @@
 """The rows of `make verification` as published: shares and their populations, survivors with reasons, false alarms."""
 
 import math
-import subprocess
 import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+from gnomon.harness.registry import environment
 
 HERE = Path(__file__).parent
 NEEDED = {"mutants": 0.97, "mutants_at_low": 0.92, "defects": 0.95}
@@ -25,21 +26,34 @@ TRUE_ALARMS: dict[str, str] = _WORDS["true_alarms"]
 Rows = Sequence[Mapping[str, Any]]
 
 
-def most_alarms(alarms: int, runs: int) -> float:
-    """The upper bound at 95 %, one-sided (Clopper and Pearson), of a rate of which so many of independent runs show one."""
+def most_alarms(alarms: int, runs: int, beyond: float = 0.05) -> float:
+    """The upper bound (Clopper and Pearson), by default at 95 %, of a rate of which so many of independent runs show one."""
     if alarms >= runs:
         return 1.0
     low, high = alarms / runs, 1.0
     for _ in range(60):
         middle = (low + high) / 2
         few = sum(math.comb(runs, k) * middle**k * (1 - middle) ** (runs - k) for k in range(alarms + 1))
-        low, high = (middle, high) if few > 0.05 else (low, middle)
+        low, high = (middle, high) if few > beyond else (low, middle)
     return high
+
+
+def interval(found: int, of: int) -> tuple[float, float]:
+    """The interval at 95 % (Clopper and Pearson) of the share of which a random draw found so many."""
+    return 1.0 - most_alarms(of - found, of, 0.025), most_alarms(found, of, 0.025)
 
 
 def share(rows: Rows) -> dict[str, Any]:
     found = sum(row["claim"] is not None for row in rows)
     return {"found": found, "of": len(rows), "share": round(found / len(rows), 4) if rows else 0.0}
+
+
+def of_drawn(rows: Rows, draw: Mapping[str, int] | None) -> dict[str, Any]:
+    """The share of mutants; where they are a draw, also its seed, its population, and the interval of the share in that."""
+    found = share(rows)
+    if draw is None or not rows:
+        return found
+    return found | {"draw": draw, "interval": [round(x, 4) for x in interval(found["found"], found["of"])]}
 
 
 def alarm(row: Mapping[str, Any]) -> str:
@@ -59,8 +73,13 @@ def by(rows: Rows, part: int) -> dict[str, Any]:
     return {name: share(some) for name, some in groups.items()}
 
 
-def published(rows: Rows, depths: Sequence[str], right_depth: str) -> dict[str, Any]:
-    """The whole of reports/verification.json; `depths` of the faults, the lowest first. Only the last has details."""
+def published(
+    rows: Rows, depths: Sequence[str], right_depth: str, draw: Mapping[str, int] | None = None
+) -> dict[str, Any]:
+    """The whole of reports/verification.json; `depths` of the faults, the lowest first. Only the last has details.
+
+    `draw`: the seed, number and population of a draw of mutants; None for all.
+    """
     measured = [row for row in rows if row["error"] is None]
     at = {depth: [row for row in measured if row["kind"] != "right" and row["depth"] == depth] for depth in depths}
     low, mutants = ([row for row in at[depth] if row["kind"] == "mutant"] for depth in (depths[0], depths[-1]))
@@ -75,14 +94,14 @@ def published(rows: Rows, depths: Sequence[str], right_depth: str) -> dict[str, 
     alive = [row["name"] for row in [*changed, *defects] if row["claim"] is None]
     integrators, alarming = ({row["name"] for row in some} for some in (right, alarms))
     found = {
-        "revision": revision(),
+        "environment": environment.recorded(),
         "rows_by_sources": dict(Counter(row["sources"] for row in measured)),
         "population": POPULATION,
         "depth": depths[-1],
         "depth_of_right_integrators": right_depth,
         "seconds": round(sum(row["seconds"] for row in measured)),
-        "mutants": share(changed),
-        f"mutants_at_{depths[0]}": share([row for row in low if row["name"] in changing]),
+        "mutants": of_drawn(changed, draw),
+        f"mutants_at_{depths[0]}": of_drawn([row for row in low if row["name"] in changing], draw),
         "by_method": by(changed, 0),
         "by_fault": by(changed, 1),
         "by_claim": dict(Counter(row["claim"] for row in [*changed, *defects] if row["claim"]).most_common()),
@@ -108,10 +127,3 @@ def published(rows: Rows, depths: Sequence[str], right_depth: str) -> dict[str, 
 
 def condition(row: Mapping[str, Any]) -> str:
     return row["condition"] + (f", load {row['load']}" if row["load"] else "")
-
-
-def revision() -> str:
-    """The commit of the sources; with + where files differ from it, and unknown outside git."""
-    command = ["git", "-C", str(HERE), "describe", "--always", "--dirty=+", "--abbrev=12"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    return done.stdout.strip() or "unknown"

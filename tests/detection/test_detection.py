@@ -2,6 +2,9 @@
 
 import json
 import math
+import signal
+import threading
+import time
 from collections import Counter
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -143,3 +146,51 @@ def test_a_survivor_without_a_reason_and_a_false_alarm_are_published() -> None:
     assert found["false_alarms"] == ["x: order on two_body (plain, load 8)"]
     assert list(found["true_alarms"]) == ["scipy:LSODA [events]: events on bouncing_ball"]
     assert (found["mutants"]["share"], found["mutants_at_low"]["share"], found["defects"]["share"]) == (0.0, 1.0, 1.0)
+
+
+def test_a_draw_of_mutants_is_the_same_each_time_and_is_published_with_its_interval() -> None:
+    """A larger draw goes on with a smaller one. All defects and right integrators are measured with any draw."""
+    few, more = (measure.tasks(count=count) for count in (5, 20))
+    assert set(few) < set(more) < set(measure.tasks())
+    assert {task for task in few if task.kind != "mutant"} == {
+        task for task in measure.tasks() if task.kind != "mutant"
+    }
+    rows = [
+        ROW
+        | {
+            "kind": "mutant",
+            "name": f"rk4: sign, line {k} column 2: a",
+            "depth": depth,
+            "claim": "order" if k else None,
+        }
+        for k in range(20)
+        for depth in measure.FAULT_DEPTHS
+    ]
+    draw = {"seed": measure.SEED, "mutants": 20, "of": 300}
+    found = summary.published(rows, measure.FAULT_DEPTHS, "low", draw)["mutants"]
+    assert found["draw"] == draw
+    assert found["interval"] == pytest.approx([0.7513, 0.9987], abs=1e-4), "Clopper and Pearson for 19 of 20"
+    assert "interval" not in summary.published(rows, measure.FAULT_DEPTHS, "low")["mutants"], "all are no sample"
+
+
+def test_an_interruption_keeps_the_parts_that_have_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No part is begun after it, also of tasks that wait."""
+    begun: list[measure.Measured] = []
+
+    def part(row: measure.Measured) -> measure.Measured:
+        begun.append(row)
+        time.sleep(0.1)
+        return replace(row, parts=row.parts + 1)
+
+    monkeypatch.setattr(measure, "in_process", part)
+    file = tmp_path / "rows.jsonl"
+    file.touch()
+    threading.Timer(0.5, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT]).start()
+    tasks = [measure.Task("right", f"integrator {k}") for k in range(5)]
+    with pytest.raises(KeyboardInterrupt):
+        measure.measure(tasks, {}, file, "now", 2)
+    count = len(begun)
+    assert {row.name for row in begun} <= {"integrator 0", "integrator 1"}
+    assert len(file.read_text().splitlines()) == count
+    time.sleep(0.3)
+    assert len(begun) == count

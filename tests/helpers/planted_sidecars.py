@@ -40,10 +40,10 @@ STABILITY = {
 
 def files(revisions: Mapping[str, str | None] = {}) -> dict[str, Any]:
     """The contents of each file, with its revision where one is given."""
-    at = {name: {"revision": revisions[name]} if name in revisions else {} for name in (*ROWS, *LISTS)}
-    return {name: content | {"environment": at[name]} for name, content in ROWS.items()} | {
-        name: [row | at[name] for row in rows] for name, rows in LISTS.items()
-    }
+    at = {name: {"revision": revisions[name]} if name in revisions else {} for name in ROWS}
+    found = {name: content | {"environment": at[name]} for name, content in ROWS.items()}
+    found["certificates.json"]["rows"] = [CERTIFICATE | at["certificates.json"]]
+    return found
 
 
 ROWS: dict[str, dict[str, Any]] = {
@@ -51,8 +51,10 @@ ROWS: dict[str, dict[str, Any]] = {
     "growth.json": {"rows": [LAW]},
     "orders.json": {"rows": [ORDER]},
     "stability.json": STABILITY,
+    "certificates.json": {"rows": [CERTIFICATE]},
+    "checks.json": {"rows": [COMPUTATION]},
+    "verification.json": {"not_measured": {}, "survivors_without_reason": []},
 }
-LISTS: dict[str, list[dict[str, Any]]] = {"certificates.json": [CERTIFICATE], "checks.json": [COMPUTATION]}
 
 
 def write(folder: Path, revisions: Mapping[str, str | None] = {}) -> None:

@@ -27,8 +27,8 @@ INTEGRATORS = (
 FLOOR, CONDITIONING, SPAN = 5e-17, 3e-15, 62.8
 NULL_SECONDS = 2e-7
 """The null call of every integrator: a tenth of 2 microseconds, which only the fastest calls take."""
-REVISION: str | None = None
-"""The revision of the run, set by tests that need one."""
+MADE_BY: dict[str, str] = {}
+"""More of the environment of the run, set by tests that need it."""
 
 
 Values = dict[str, Any]
@@ -53,9 +53,7 @@ def write(
         environment: dict[str, Any] = {
             "cpu": "Invented CPU", "cores": 2, "python": "3.11.0", "git": "0000000", "numpy": "2.0.0",
         }  # fmt: skip
-        if REVISION is not None:
-            environment["revision"] = REVISION
-        run = store.begin_run("full", "gnomon run", environment)
+        run = store.begin_run("full", "gnomon run", environment | MADE_BY)
         for name, (*words, variants) in cases.items():
             for variant in variants:
                 for integrator in integrators:

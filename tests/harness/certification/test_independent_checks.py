@@ -100,6 +100,6 @@ def test_failures_are_rows_with_their_status(tmp_path: Path) -> None:
     found = independent_checks.run_checks([get_check("com_rigid_body")], [failing(kind) for kind in kinds], repeats=1)
     assert [row["status"] for row in found] == ["refused", "crashed", "diverged", "inaccurate", "not_installed"]
     independent_checks.write(found, tmp_path / "checks.json")
-    rows = json.loads((tmp_path / "checks.json").read_text())
+    rows = json.loads((tmp_path / "checks.json").read_text())["rows"]
     assert [row["reason"] for row in rows][:2] == ["no such shape", "RuntimeError: broken"]
     assert rows[2]["error"] is None

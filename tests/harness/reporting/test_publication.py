@@ -1,174 +1,338 @@
-"""The published report: written only by `make publish`, and only from measurements of the sources in the working tree."""
+"""The published report: made part by part, resumed, and written only from files of one state of the sources."""
 
+import hashlib
 import json
 import re
 import shutil
+import signal
 import subprocess
-from collections.abc import Callable
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import planted
 import planted_sidecars
+import pyarrow.parquet
 import pytest
 import synthetic
 from gnomon.cases import check_names, names
-from gnomon.harness.registry import lookup, selection
-from gnomon.harness.reporting import publication, report
-from gnomon.harness.results import store
+from gnomon.harness.registry import environment, lookup, selection
+from gnomon.harness.reporting import provenance, report
+from gnomon.harness.reporting.publication import __main__ as command
+from gnomon.harness.reporting.publication import assembly, parts, whole
+from gnomon.harness.reporting.publication.parts import Part, Place
+from gnomon.harness.results import history, store
 from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
+from packaging.requirements import Requirement
 
 ROOT = Path(__file__).parents[3]
-MAKE, GIT = shutil.which("make"), shutil.which("git")
-needs_git = pytest.mark.skipif(GIT is None, reason="git is not installed")
-
-
-def git(*arguments: str) -> str:
-    assert GIT is not None
-    identity = ("-c", "user.name=Invented", "-c", "user.email=invented@example.org")
-    done = subprocess.run([GIT, *identity, *arguments], capture_output=True, text=True, check=True)
-    return done.stdout.strip()
-
-
-def commit(text: str) -> str:
-    Path("harness/contract").mkdir(parents=True, exist_ok=True)
-    Path("harness/contract/sources.py").write_text(text)
-    git("add", "harness")
-    git("commit", "--quiet", "-m", text)
-    return git("rev-parse", "--short=12", "HEAD")
-
-
-LOCAL, REPORTS = Path("reports/local"), Path("reports")
-WANTED = {
+MAKE = shutil.which("make")
+RESULTS, REPORTS = parts.RESULTS, Path("reports")
+WANTED: whole.Subjects = {
     "certificates.json": {("kepler_orbit", "default")},
     "checks.json": {("inertia_tensor_special_bodies", "default", "cubature")},
-    "stability.json": {("gnomon:RK4",)},
+    "stability.json": {("gnomon:RK4", "linear")},
 }
 """The subjects of the planted files."""
-VERIFIED: dict[str, list[str]] = {"not_measured": [], "survivors_without_reason": []}
+NOW = {
+    "revision": "abc123abc123",
+    "sources": environment.sources(),
+    "machine": environment.machine(),
+    "cpu": "Invented",
+}
+COPY = "import shutil, sys; [shutil.copy(f'made/{one}', sys.argv[1]) for one in sys.argv[2:]]"
+"""In place of a measurement."""
 
 
-def sidecars(revision: str | None, **others: str) -> None:
-    """The files that were measured, of one revision or of others, and the findings of `gnomon verify`."""
-    revisions = dict.fromkeys(publication.MADE_BY, revision)
-    planted_sidecars.write(LOCAL, revisions | {f"{name}.json": other for name, other in others.items()})
-    (LOCAL / "verification.json").write_text(json.dumps(VERIFIED))
+def tiny(name: str, *files: str, **more: Any) -> Part:
+    return Part(name, files[0], 2, (f"python copy.py {{}} {' '.join(files)}",), files[1:], **more)
+
+
+PARTS = (
+    tiny("begun", RESULTS, resumes=True),
+    tiny("full", RESULTS, resumes=True),
+    tiny("certificates", "certificates.json", "checks.json"),
+    *(tiny(name, f"{name}.json") for name in ("benchmarks", "orders", "growth", "stability", "verification")),
+)
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A working tree with results of its own revision."""
+    """What the commands of the parts find."""
     folder = tmp_path_factory.mktemp("made")
     with pytest.MonkeyPatch.context() as patched:
-        patched.chdir(folder)
-        git("init", "--quiet")
-        revision = commit("a = 1")
-        Path("runs").mkdir()
-        patched.setattr(synthetic, "REVISION", revision)
-        synthetic.write(Path("runs/full.sqlite"))
-        sidecars(revision)
+        patched.setattr(synthetic, "MADE_BY", NOW)
+        synthetic.write(folder / RESULTS)
+    plant(folder, **NOW)
     return folder
 
 
+def plant(folder: Path, **made_by: str) -> None:
+    """The files beside the results, of an environment."""
+    for name, content in planted_sidecars.files().items():
+        (folder / name).write_text(json.dumps(content | {"environment": made_by}))
+
+
 @pytest.fixture
-def tree(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """The current folder is a copy of that tree; returns its revision."""
-    shutil.copytree(made, tmp_path / "tree")
-    monkeypatch.chdir(tmp_path / "tree")
-    return git("rev-parse", "--short=12", "HEAD")
-
-
-def publish(wanted: publication.Subjects = WANTED) -> Path:
-    return publication.publish(Path("runs/full.sqlite"), LOCAL, REPORTS, wanted)
-
-
-@needs_git
-def test_what_was_measured_is_published_with_its_revision(tree: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The page names the revision of each file. A file that takes hours may stand in reports/ already, and stays."""
+def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Place:
+    """Parts that take no time, in the current folder."""
+    shutil.copytree(made, tmp_path / "made")
+    (tmp_path / "copy.py").write_text(COPY)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(parts, "ready", lambda: None)
+    monkeypatch.setattr(whole, "CONTINUED", ("begun",))
+    monkeypatch.setattr(whole, "all_subjects", lambda: WANTED)
     monkeypatch.setattr(report, "write_figures", lambda *_: None)  # they take most of the time, and tests of their own
-    Path("README.md").write_text("documents may change after the measurement")
-    revisions = {"orders": tree[:8], "growth": tree[:9], "certificates": tree[:10]}
-    sidecars(tree, **revisions)
-    (LOCAL / "verification.json").rename(REPORTS / "verification.json")
-    page = publish().read_text()
-    assert all(re.search(rf"\b{revision}\b", page) for revision in revisions.values())
-    for name in (*publication.MADE_BY, "stability.json"):
-        assert (REPORTS / name).read_bytes() == (LOCAL / name).read_bytes()
-    assert (REPORTS / "verification.json").exists()
+    here = Place(Path("runs/publication"), PARTS)
+    monkeypatch.setattr(command, "Place", PlaceOf(here))
+    return here
 
 
-def unfinished() -> None:
-    with Store(Path("runs/full.sqlite")) as results:
-        results.begin_run("catalogue", "gnomon run", {"revision": git("rev-parse", "--short=12", "HEAD")})
+class PlaceOf:
+    """In place of the class `Place`: its folder of all publications, and tiny parts."""
+
+    root = Place.root
+
+    def __init__(self, place: Place) -> None:
+        self.place = place
+
+    def __call__(self, root: Path) -> Place:
+        return replace(self.place, root=root)
 
 
-def replaced(name: str, text: str) -> Callable[[], object]:
-    return lambda: (LOCAL / name).write_text(text)
+def words(place: Place) -> dict[str, str]:
+    return {state.part.name: state.word for state in place.states()}
 
 
-@needs_git
+def test_all_parts_are_measured_once_and_assembled_with_their_origin(
+    place: Place, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each published file names revision, sources, machine and versions; the raw results have the hash that is published."""
+    assert command.main([]) == 0
+    assert set(words(place).values()) == {"done"}
+    for name in provenance.MADE_BY:
+        assert (REPORTS / name).read_bytes() == (Path("made") / name).read_bytes()
+    origins = provenance.origins([REPORTS], NOW)
+    assert {one.file for one in origins} == set(provenance.MADE_BY)
+    assert not any(one.older for one in origins)
+    raw, told = Path("runs/raw.parquet").read_bytes(), json.loads((REPORTS / "raw.json").read_text())
+    assert (told["sha256"], told["bytes"]) == (hashlib.sha256(raw).hexdigest(), len(raw))
+    again = Path("again.parquet")
+    store.export(place.folder / RESULTS, again, "parquet")
+    assert again.read_bytes() == raw, "anyone who has the results file makes the same bytes"
+    for line in (REPORTS / "requirements.txt").read_text().splitlines():
+        assert line.startswith("#") or re.fullmatch(r"[\w.-]+==[^\s=]+", line)
+        assert line.startswith("#") or Requirement(line).specifier
+    (entry,) = history.read(REPORTS / "history.json")
+    assert entry.numbers["order/gnomon:RK4"] == 3.9487
+    assert entry.numbers["trials/ok"] > 0
+    before = (place.folder / RESULTS).stat().st_mtime_ns
+    capsys.readouterr()
+    assert command.main([]) == 0, "a second call measures nothing"
+    assert (place.folder / RESULTS).stat().st_mtime_ns == before
+    assert len(history.read(REPORTS / "history.json")) == 1
+
+
+def test_the_schema_of_the_raw_results_names_type_unit_and_meaning(made: Path, tmp_path: Path) -> None:
+    """A column without values has its type too."""
+    store.export(made / RESULTS, tmp_path / "raw.parquet", "parquet")
+    schema = pyarrow.parquet.read_schema(tmp_path / "raw.parquet")
+    assert {str(field.type) for field in schema} <= {"string", "double", "int64"}
+    assert str(schema.field("turned_starts").type) == "int64"
+    assert all(field.metadata[b"meaning"] for field in schema)
+
+
+def test_one_part_is_measured_alone_and_a_list_measures_nothing(
+    place: Place, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command.main(["--list"]) == 0
+    assert set(words(place).values()) == {"missing"}
+    listed = capsys.readouterr().out
+    assert all(part.name in listed for part in PARTS)
+    assert command.main(["--part", "growth"]) == 0
+    assert {name for name, word in words(place).items() if word == "done"} == {"growth"}
+    assert not REPORTS.exists()
+
+
+def test_the_time_of_a_sitting_is_kept(place: Place, capsys: pytest.CaptureFixture[str]) -> None:
+    """A part that cannot be resumed is not begun if it would take longer; what remains is told."""
+    assert command.main(["--minutes", "1.5"]) == 1
+    assert {name for name, word in words(place).items() if word == "done"} == {"begun", "full"}
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert all(part.name in last for part in PARTS[2:])
+
+
+def test_a_part_is_interrupted_in_time_and_goes_on(place: Place) -> None:
+    """The command hears Ctrl-C, even where a shell's background job would ignore it; its time counts on."""
+    Path("wait.py").write_text(
+        "import sys, time, pathlib\n"
+        "try:\n    time.sleep(0 if pathlib.Path('once').exists() else 60)\n"
+        "except KeyboardInterrupt:\n    pathlib.Path('once').touch(); sys.exit(130)\n"
+        "import shutil; shutil.copy('made/growth.json', sys.argv[1])"
+    )
+    part = Part("growth", "growth.json", 2, ("python wait.py {}",), resumes=True)
+    own = replace(place, parts=(part,))
+    ignored = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        assert not parts.measure(part, own, time.monotonic() + 2)
+    finally:
+        signal.signal(signal.SIGINT, ignored)
+    assert Path("once").exists()
+    assert words(own) == {"growth": "begun"}
+    spent = own.spent(part)
+    assert spent is not None
+    assert spent >= 1
+    assert parts.measure(part, own)
+    assert words(own) == {"growth": "done"}
+
+
+def test_ctrl_c_tells_what_remains(place: Place, capsys: pytest.CaptureFixture[str]) -> None:
+    slow = Part("growth", "growth.json", 2, ("python sleep.py",), resumes=True)
+    Path("sleep.py").write_text("import time; time.sleep(60)")
+    patched = PlaceOf(replace(place, parts=(slow,)))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(command, "Place", patched)
+        patch.setattr(parts, "_ended", lambda process: process.kill())  # a terminal would send Ctrl-C to it too
+        threading.Timer(1.0, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT]).start()
+        assert command.main([]) == 130
+    assert "remaining: growth" in capsys.readouterr().out
+
+
+def failing(name: str) -> Callable[[Place], object]:
+    return lambda place: Path("copy.py").write_text(f"import sys; sys.exit('{name}.json' in sys.argv)")
+
+
+def replaced(name: str, **keys: Any) -> Callable[[Place], object]:
+    def change(place: Place) -> None:
+        path = Path("made") / name
+        path.write_text(json.dumps(json.loads(path.read_text()) | keys))
+
+    return change
+
+
+def unfinished(place: Place) -> None:
+    with Store(Path("made") / RESULTS) as results:
+        results.begin_run("catalogue", "gnomon run", NOW)
+
+
+def lacks(name: str) -> Callable[[Place], object]:
+    return lambda place: (Path("made") / name).unlink()
+
+
 @pytest.mark.parametrize(
-    ("spoil", "words"),
+    ("spoil", "told"),
     [
-        *(
-            ((LOCAL / name).unlink, (name, "missing", command))
-            for name, command in (publication.MADE_BY | publication.KEPT).items()
-        ),
-        (Path("runs/full.sqlite").unlink, ("full.sqlite", "no results here")),
-        (unfinished, ("full.sqlite", "no finished run")),
-        (
-            lambda: Path("harness/contract/sources.py").write_text("a = 2"),
-            ("full.sqlite", "these sources have another"),
-        ),
-        (lambda: commit("a = 3"), ("full.sqlite", "these sources have another")),
-        (lambda: sidecars(git("rev-parse", "HEAD") + "+"), ("benchmarks.json", "these sources have another")),
-        (lambda: sidecars(None), ("benchmarks.json", "of revision unknown")),
-        (replaced("checks.json", "[1]"), ("checks.json", "make it again")),
-        (replaced("growth.json", "{}"), ("growth.json", "make it again")),
-        *(
-            (replaced("verification.json", json.dumps(VERIFIED | {key: ["a"]})), ("verification.json", key))
-            for key in VERIFIED
-        ),
+        *((lacks(name), (name.removesuffix(".json"),)) for name in ("growth.json", "certificates.json")),
+        (failing("growth"), ("results.sqlite",)),
+        (unfinished, (RESULTS, "no finished run")),
+        (replaced("growth.json", rows=[{}]), ("growth.json", "make it again")),
+        (replaced("certificates.json", rows=[]), ("certificates.json", "lacks 1 of 1", "kepler_orbit/default")),
+        (replaced("checks.json", rows=[]), ("checks.json", "lacks 1 of 1")),
+        (replaced("stability.json", rows=[]), ("stability.json", "lacks 1 of 1")),
+        (replaced("verification.json", not_measured={"a": "b"}), ("verification.json", "not_measured")),
+        (replaced("verification.json", survivors_without_reason=["a"]), ("verification.json", "survivors")),
+        (replaced("orders.json", environment=NOW | {"sources": "others"}), ("orders.json", "other sources")),
+        (replaced("orders.json", environment={}), ("orders.json", "other sources")),
     ],
 )
-def test_what_is_missing_or_of_another_revision_is_refused_and_nothing_is_written(
-    spoil: Callable[[], object], words: tuple[str, ...], tree: str
+def test_what_is_missing_or_of_other_sources_is_refused_in_one_line_and_nothing_is_written(
+    spoil: Callable[[Place], object], told: Sequence[str], place: Place, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    spoil()
-    refused(WANTED, words)
+    spoil(place)
+    assert command.main([]) == 2
+    (line,) = [one for one in capsys.readouterr().err.splitlines() if one.startswith("error: ")]
+    assert all(word in line for word in told), line
+    assert not REPORTS.exists()
 
 
-@needs_git
-@pytest.mark.parametrize("name", WANTED)
-def test_a_file_that_lacks_a_subject_is_refused_and_nothing_is_written(name: str, tree: str) -> None:
-    """A case, a check or an integrator that came after the measurement."""
-    more = tuple(f"new {key}" for key in publication.PARTS[name])
-    command = (publication.MADE_BY | publication.KEPT)[name]
-    refused(WANTED | {name: WANTED[name] | {more}}, (name, "lacks 1 of 2", "/".join(more), command))
+def test_older_parts_are_named_and_their_numbers_are_not_of_this_revision(place: Place) -> None:
+    """A file that was measured with other sources, or that stands in reports/ already, is published again, if asked."""
+    assert command.main(["--with-older"]) == 2, "without results there is nothing to publish"
+    for name in ("begun", "full", "growth"):
+        assert command.main(["--part", name]) == 0
+    elsewhere = place.root / "othersources-machine"
+    shutil.copytree("made", elsewhere)
+    plant(elsewhere, **NOW | {"revision": "def456", "sources": "others", "date": "2026-01-02"})
+    for part in PARTS[2:]:
+        if part.name not in ("orders", "growth"):
+            (elsewhere / "done").mkdir(exist_ok=True)
+            record = {"environment": {"revision": "def456"}, "installed": {}, "seconds": 600, "done": True}
+            (elsewhere / "done" / f"{part.name}.json").write_text(json.dumps(record))
+    assert words(place)["stability"] == "older"
+    assert {state.part.name: state.minutes for state in place.states()}["stability"] == 10, "as it took before"
+    REPORTS.mkdir()
+    (REPORTS / "orders.json").write_text(json.dumps({"environment": {}, "rows": [planted_sidecars.ORDER]}))
+    assert command.main(["--with-older"]) == 0
+    origins = {one.file: one for one in provenance.origins([REPORTS], NOW)}
+    assert {name for name, one in origins.items() if not one.older} == {"growth.json"}
+    assert (origins["stability.json"].revision, origins["stability.json"].date) == ("def456", "2026-01-02")
+    (entry,) = history.read(REPORTS / "history.json")
+    assert not any(name.startswith(("order/", "certificates/")) for name in entry.numbers)
 
 
-def refused(wanted: publication.Subjects, words: tuple[str, ...]) -> None:
-    with pytest.raises(ValueError, match=re.escape(words[0])) as error:
-        publish(wanted)
-    assert all(word in str(error.value) for word in words)
-    assert [path.name for path in REPORTS.iterdir()] == ["local"]
+def test_raw_results_that_are_too_large_are_refused(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(assembly, "MOST_BYTES", 1000)
+    assert command.main([]) == 2
+    assert not REPORTS.exists()
 
 
-@needs_git
-def test_the_command_refuses_in_one_line(tree: str, capsys: pytest.CaptureFixture[str]) -> None:
-    Path("runs/full.sqlite").unlink()
-    assert publication.main(["runs/full.sqlite", "--from", str(LOCAL), "--out", str(REPORTS)]) == 2
+def test_packages_of_several_versions_are_refused(place: Place, capsys: pytest.CaptureFixture[str]) -> None:
+    for part in PARTS:
+        assert command.main(["--part", part.name]) == 0
+    path = place.folder / "done" / "growth.json"
+    record = json.loads(path.read_text())
+    path.write_text(json.dumps(record | {"installed": record["installed"] | {"numpy": "0.1"}}))
+    assert command.main([]) == 2
+    assert "another version of numpy" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [["--part", "nothing"], ["--minutes", "0"], ["--results", "a.sqlite"]])
+def test_bad_input_is_told_in_one_line(arguments: list[str], place: Place, capsys: pytest.CaptureFixture[str]) -> None:
+    assert command.main(arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("error: ")
+    assert arguments[1] in line
+
+
+def test_a_library_that_lacks_and_sources_without_a_revision_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A published time names its revision; and all libraries of the README take part."""
+    monkeypatch.setattr(environment, "describe", lambda: {"revision": "abc123+"})
+    with pytest.raises(ValueError, match=r"abc123\+: commit"):
+        parts.ready()
+    monkeypatch.setattr(environment, "describe", lambda: {"revision": "abc123"})
+    monkeypatch.setattr(lookup, "missing", lambda one: "not here" if one.library == "rebound" else None)
+    with pytest.raises(ValueError, match=r"^rebound: not installed"):
+        parts.ready()
+
+
+def test_every_part_takes_at_most_75_minutes_and_all_take_five_hours() -> None:
+    assert max(part.minutes for part in parts.PARTS) <= 75
+    assert sum(part.minutes for part in parts.PARTS) <= 300
+    assert {name for name in Place().files if name != RESULTS} == set(provenance.MADE_BY)
+
+
+def test_every_command_of_a_part_is_one_that_gnomon_has() -> None:
+    """Each names a program of PROGRAMS, and files or modules that exist."""
+    for part in parts.PARTS:
+        for each in part.commands:
+            words = parts.arguments(each, Path("folder"))
+            assert words[0] == sys.executable
+            assert str(Path("folder") / part.file) in words or any("launch_" in word for word in words)
+            for word in each.split():
+                assert (ROOT / word).is_file() or not word.startswith("tests/"), word
 
 
 def test_every_case_check_and_integrator_must_be_published() -> None:
-    subjects = publication.all_subjects()
+    subjects = whole.all_subjects()
     assert {name for name, _ in subjects["certificates.json"]} == {*names(), *check_names()}
     assert {name for name, *_ in subjects["checks.json"]} <= {*check_names()}
-    assert {name for (name,) in subjects["stability.json"]} == lookup.own().keys()
+    assert {name for name, _ in subjects["stability.json"]} == lookup.own().keys()
 
 
 @pytest.mark.slow
@@ -196,8 +360,8 @@ def planned(target: str) -> list[list[str]]:
 
 
 @pytest.mark.skipif(MAKE is None, reason="make is not installed")
-@pytest.mark.parametrize("target", ["report", "bench", "certificates", "publish"])
-def test_only_publish_writes_what_is_tracked_in_reports(target: str) -> None:
+@pytest.mark.parametrize("target", ["report", "bench", "certificates", "publication"])
+def test_only_publication_writes_what_is_tracked_in_reports(target: str) -> None:
     """Every file that a command of make writes is named on its line."""
     ignored = (ROOT / ".gitignore").read_text().splitlines()
     assert {"runs/", "reports/local/"} <= {*ignored}
@@ -206,7 +370,7 @@ def test_only_publish_writes_what_is_tracked_in_reports(target: str) -> None:
     ]
     assert written
     tracked = [path for path in written if not path.startswith(("runs/", "reports/local"))]
-    assert tracked == (["reports"] if target == "publish" else [])
+    assert tracked == (["reports"] if target == "publication" else [])
 
 
 @pytest.mark.skipif(MAKE is None, reason="make is not installed")

@@ -19,7 +19,7 @@ def found() -> dict[str, Any]:
 
 
 def test_each_of_its_integrators_has_a_row_of_each_of_its_panels_at_the_full_grids(found: dict[str, Any]) -> None:
-    """The file is of the revision that made it: integrators registered since then are not in it, see `make publish`."""
+    """The file is of the revision that made it: integrators registered since then are not in it, see `make publication`."""
     assert found["depth"] == "high"
     measured = {(row["integrator"], row["panel"]) for row in found["rows"]}
     assert measured == {(name, panel) for name, _ in measured for panel in found["panels"]}

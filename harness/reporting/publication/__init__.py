@@ -1,0 +1,1 @@
+"""The published report: its parts, their commands, and its assembly."""

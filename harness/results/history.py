@@ -1,0 +1,101 @@
+"""The numbers of all publications: a file with an entry for each, of its revision, day, machine, versions and numbers.
+
+A number has a name with slashes: what it is, and of which integrator or case. Times, whose names begin with `TIMES`, are
+comparable on one machine only.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from gnomon.cases.core.numbers import is_pattern, matching, nearest
+from gnomon.harness.results import study_file
+from gnomon.harness.results.visible import visible
+
+FILE = Path("reports/history.json")
+SCHEMA = 1
+TIMES = "seconds"
+DIGITS = 6
+"""Significant digits of a number in the file."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A publication: the environment of its results, and its numbers by name."""
+
+    environment: Mapping[str, str]
+    numbers: Mapping[str, float]
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """What publications of one revision on one machine have in common."""
+        return self.environment["sources"], self.environment["machine"]
+
+    @property
+    def label(self) -> str:
+        return f"{self.environment.get('date', '')} {self.environment.get('revision', '')[:8]}".strip()
+
+
+def read(path: Path) -> list[Entry]:
+    """All entries, the first one first. Raises ValueError without a file, or if it holds something else."""
+    if not path.is_file():
+        raise ValueError(
+            f"{path}: no publication has been recorded here; `make publication` does, or name another file with --from"
+        )
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if found["schema"] != SCHEMA:
+            raise ValueError(f"schema {found['schema']}, not {SCHEMA}")
+        return [_entry(one) for one in found["entries"]]
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        why = visible(f"{type(error).__name__}: {error}")
+        raise ValueError(f"{path}: no history of gnomon's ({why}); name another file with --from") from None
+
+
+def _entry(one: Any) -> Entry:
+    made_by = {visible(str(name)): visible(str(value)) for name, value in one["environment"].items()}
+    return Entry(
+        made_by | {name: made_by[name] for name in ("sources", "machine")},  # these it must have
+        {visible(str(name)): float(value) for name, value in one["numbers"].items()},
+    )
+
+
+def append(path: Path, entry: Entry) -> None:
+    """Add an entry to the file; it replaces one of the same sources and machine."""
+    former = read(path) if path.exists() else []
+    rounded = {name: float(f"{value:.{DIGITS}g}") for name, value in sorted(entry.numbers.items())}
+    entries = [*(one for one in former if one.key != entry.key), Entry(entry.environment, rounded)]
+    study_file.write({"schema": SCHEMA, "entries": [asdict(one) for one in entries]}, path)
+
+
+def names(entries: Sequence[Entry]) -> list[str]:
+    """The names of all numbers."""
+    return sorted({name for entry in entries for name in entry.numbers})
+
+
+def chosen(entries: Sequence[Entry], wanted: Sequence[str]) -> list[str]:
+    """The names that are wanted, patterns resolved. Raises ValueError for an unknown one."""
+    known, found = names(entries), []
+    for name in wanted:
+        if not is_pattern(name) and name not in known:
+            raise ValueError(f"no number is called {name!r}; {nearest(name, known)}; without a name, all are listed")
+        found += matching(name, known) if is_pattern(name) else [name]
+    return list(dict.fromkeys(found))
+
+
+def is_time(name: str) -> bool:
+    return name.startswith(TIMES)
+
+
+def values(entries: Sequence[Entry], name: str) -> list[float | None]:
+    """A number of each entry, None where it lacks. Of times, only those of the machine of the last one count."""
+    held = [entry for entry in entries if name in entry.numbers]
+    machine = held[-1].environment["machine"] if held else None
+    return [
+        entry.numbers[name]
+        if entry in held and (not is_time(name) or entry.environment["machine"] == machine)
+        else None
+        for entry in entries
+    ]
