@@ -57,7 +57,23 @@ def gnomon(
 
 app.command("list")(list_)
 for command in (
-    *(show, exact, run, merge, ensemble, report, plot, recommend, compare, verify, stability, certify, export, history, doctor),
+    *(
+        show,
+        exact,
+        run,
+        merge,
+        ensemble,
+        report,
+        plot,
+        recommend,
+        compare,
+        verify,
+        stability,
+        certify,
+        export,
+        history,
+        doctor,
+    ),
 ):
     app.command()(command)
 app.add_typer(baseline, name="baseline")

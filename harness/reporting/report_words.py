@@ -12,6 +12,7 @@ from gnomon.harness.adapters.absent import ABSENT
 from gnomon.harness.contract.status import Status
 from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting import (
+    provenance,
     report_benchmarks,
     report_checks,
     report_stability,
@@ -60,6 +61,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
     ]
     growth, orders = (read(*folders) for read in (report_benchmarks.growth, report_benchmarks.orders))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
+    environments = [each["environment"] for each in runs]
+    parts = provenance.origins(folders, environments[-1])
     libraries = set(ran["library"])
     found = Representatives(run)
     first = first_screen(found)
@@ -69,7 +72,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "runs": runs,
         "missing": missing(run.outstanding),
         "history": runs[-1],
-        "environment": together([each["environment"] for each in runs]),
+        "environment": together(environments),
         "machines": machines_text(run.frame),
         "launches": launches_text(run.timed),
         "scatter": scatter_text(run.timed),
@@ -83,7 +86,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "chosen": chosen(first["stands"]),
         "needs": need_cards(run, found),
         "absent": ABSENT,
-        "older": [],
+        "older": [_origin_text(one) for one in parts if one.older],
+        "processors": provenance.processors_text([*environments, *(one.environment for one in parts)]),
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,
         "multiples": multiples(run, orders, found.complete),
@@ -110,6 +114,12 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "growth": growth,
         "stability": report_stability.stability(*folders),
     }
+
+
+def _origin_text(one: provenance.Origin) -> str:
+    """A part of the page that other sources made."""
+    said = [f"revision {one.revision}" if one.revision else "revision unknown", one.date[:10]]
+    return f"{one.part} ({', '.join(filter(None, said))}; {one.command} makes it again)"
 
 
 def _counts(run: Run, ran: pd.DataFrame) -> dict[str, Any]:

@@ -11,9 +11,9 @@ import pandas as pd
 from gnomon.harness.registry import lookup
 from gnomon.harness.registry.environment import DISTRIBUTIONS
 from gnomon.harness.results import store, summary
+from gnomon.harness.results.advice.needs import SUBJECTS, YOURS, Answer, Measurements, kind_of, needs
+from gnomon.harness.results.advice.recommendations import MOST_BYTES
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.needs import SUBJECTS, YOURS, Answer, Measurements, kind_of, needs
-from gnomon.harness.results.recommendations import MOST_BYTES
 from gnomon.harness.running.own_equations import lines
 from gnomon.reference.storage import diskcache
 

@@ -11,7 +11,7 @@ from gnomon.harness.commands.options import out
 from rich.markup import escape
 
 if TYPE_CHECKING:
-    from gnomon.harness.results.recommendations import Table
+    from gnomon.harness.results.advice.recommendations import Table
 
 
 def recommend(
@@ -30,7 +30,7 @@ def recommend(
     recommended below five independent systems.
     """
     # Imported here and not above: `gnomon --help` starts without the modules that read the table.
-    from gnomon.harness.results import recommendations
+    from gnomon.harness.results.advice import recommendations
 
     if subject is None:
         for key, (title, about) in recommendations.subjects().items():

@@ -8,7 +8,7 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.reporting.page.case_tables import way
 from gnomon.harness.reporting.page.representing import Representatives, label, title
 from gnomon.harness.reporting.report_run import Run
-from gnomon.harness.results.needs import OWN, YOURS, Answer, Cost, Measurements, Need, needs
+from gnomon.harness.results.advice.needs import OWN, YOURS, Answer, Cost, Measurements, Need, needs
 from gnomon.harness.results.number_text import counted, join_words, power_text, short_text, time_text
 from gnomon.harness.running.own_equations import lines
 

@@ -16,7 +16,7 @@ from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, representatives
 from gnomon.harness.reporting.report_run import Run
-from gnomon.harness.results import needs, recommendations
+from gnomon.harness.results.advice import needs, recommendations
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.rankings import FEWEST
 from gnomon.harness.running.recommending import write_table

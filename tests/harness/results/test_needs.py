@@ -11,7 +11,7 @@ import pytest
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.results import analysis, needs, rankings
-from gnomon.harness.results.needs import SUBJECTS, Answer, Measurements
+from gnomon.harness.results.advice.needs import SUBJECTS, Answer, Measurements
 
 from gnomon import cases
 

@@ -47,7 +47,7 @@ class Found:
 @cache
 def read() -> Table:
     """The table that comes with gnomon."""
-    text = (files("gnomon.harness.results") / NAME).read_text("utf-8")
+    text = (files("gnomon.harness.results.advice") / NAME).read_text("utf-8")
     head, *parts = [json.loads(line) for line in text.splitlines()]
     lines = {row["method"]: row["lines"] for row in parts if "method" in row}
     return Table(head, lines, [row for row in parts if "subject" in row])
@@ -55,12 +55,12 @@ def read() -> Table:
 
 def subjects() -> dict[str, tuple[str, str]]:
     """The title and the description of each subject, by its key."""
-    return {key: (row["title"], row["about"]) for key, row in declared("results", "needs.toml").items()}
+    return {key: (row["title"], row["about"]) for key, row in declared("results", "advice/needs.toml").items()}
 
 
 def subject(word: str) -> str:
     """The key of a subject by its key, its title or the kind of system that it stands for; ValueError for others."""
-    table = declared("results", "needs.toml")
+    table = declared("results", "advice/needs.toml")
     known: dict[str, str] = {}
     for key, row in table.items():
         known |= {name.lower(): key for name in row.get("kinds", ()) if name not in ("smooth", "events")}
@@ -86,7 +86,7 @@ def find(word: str, error: float | None = None, libraries: Sequence[str] = ()) -
     Raises ValueError for an unknown subject or library, and for an error below those that were measured.
     """
     key, chosen = subject(word), {library(name) for name in libraries}
-    row, table = declared("results", "needs.toml")[key], read()
+    row, table = declared("results", "advice/needs.toml")[key], read()
     known = sorted({one["error"] for one in table.rows}, reverse=True)
     wanted = row["error"] if error is None else error
     if not wanted > 0:

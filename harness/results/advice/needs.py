@@ -66,7 +66,7 @@ def _subject(key: str, row: Mapping[str, Any]) -> Subject:
     return Subject(key, **{**row, **lists})
 
 
-SUBJECTS = {key: _subject(key, row) for key, row in declared("results", "needs.toml").items()}
+SUBJECTS = {key: _subject(key, row) for key, row in declared("results", "advice/needs.toml").items()}
 
 
 @dataclass(frozen=True)
