@@ -15,7 +15,7 @@ from rich.markup import escape
 from rich.table import Column, Table
 
 if TYPE_CHECKING:
-    from gnomon.harness.results.history import Entry
+    from gnomon.harness.results.publications import Entry
 
 SHOWN = 6
 """The number of publications in a table: the last ones."""
@@ -35,23 +35,23 @@ def history(
 ) -> None:
     """Follow numbers over the published revisions: errors and counts; times on one machine only."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.results import history as published
+    from gnomon.harness.results import publications
 
     if drawing is not None:
         if not name:
             raise ValueError(f"--out {drawing}: name the numbers to draw")
         options.ensure_drawing(drawing, "--out")
-    entries = published.read(source)
+    entries = publications.read(source)
     if not entries:
         raise ValueError(f"{source}: holds no publication; `make publication` records one")
     if not name:
-        out.print(kinds_table(published.names(entries)))
+        out.print(kinds_table(publications.names(entries)))
         out.print(f"{len(entries)} publications, the last one {escape(entries[-1].label)}", highlight=False)
         return
-    chosen = published.chosen(entries, name)
+    chosen = publications.chosen(entries, name)
     if drawing is not None and len(chosen) > MOST:
         raise ValueError(f"--out {drawing}: {len(chosen)} numbers, of which {MOST} can be told apart; name fewer")
-    rows = {each: published.values(entries, each) for each in chosen}
+    rows = {each: publications.values(entries, each) for each in chosen}
     out.print(numbers_table(entries, rows))
     apart = sum(each in entry.numbers for each in chosen for entry in entries) - sum(
         value is not None for values in rows.values() for value in values

@@ -10,7 +10,7 @@ from gnomon.harness.registry import environment
 from gnomon.harness.reporting import provenance, report, sidecars
 from gnomon.harness.reporting.publication import numbers, whole
 from gnomon.harness.reporting.publication.parts import RESULTS, Place
-from gnomon.harness.results import history, store, study_file
+from gnomon.harness.results import publications, store, study_file
 from gnomon.reference.storage import diskcache
 
 RAW, MOST_BYTES = Path("runs/raw.parquet"), 20_000_000
@@ -112,7 +112,7 @@ def assemble(found: Found, to: Path, raw: Path = RAW) -> Path:
     older_ = {one.file for one in provenance.origins([to], made_by) if one.older}
     files = {name: sidecars.read(to / name) for name in found.files if name not in older_}
     numbers_ = numbers.of_publication(found.results, files)
-    history.append(to / history.FILE.name, history.Entry(made_by, numbers_))
+    publications.append(to / publications.FILE.name, publications.Entry(made_by, numbers_))
     return page
 
 

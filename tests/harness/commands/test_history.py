@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 from command_line import gnomon
-from gnomon.harness.commands.published import history as command
-from gnomon.harness.results import history
-from gnomon.harness.results.history import Entry
+from gnomon.harness.commands.published.history import specification
+from gnomon.harness.results import publications
+from gnomon.harness.results.publications import Entry
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def file(tmp_path: Path) -> Path:
     for sources, machine, number in (("a", "old", 5.0), ("b", "new", 7.0), ("c", "new", 9.0)):
         made_by = {"sources": sources, "machine": machine, "revision": f"{sources}" * 12, "date": "2026-01-02"}
         numbers = {f"digits/x:{k}": number + k for k in range(8)} | {"seconds_1e-6/y/x:0": number / 1000}
-        history.append(path, Entry(made_by, numbers))
+        publications.append(path, Entry(made_by, numbers))
     return path
 
 
@@ -40,8 +40,8 @@ def test_a_figure_has_a_line_for_each_number_over_all_publications(file: Path, t
     picture = tmp_path / "h.svg"
     assert gnomon("history", "digits/x:0", "digits/x:1", "--from", str(file), "--out", str(picture)) == 0
     assert picture.read_text().startswith("<svg")
-    entries = history.read(file)
-    drawn = command.specification(entries, {"seconds_1e-6/y/x:0": history.values(entries, "seconds_1e-6/y/x:0")})
+    entries = publications.read(file)
+    drawn = specification(entries, {"seconds_1e-6/y/x:0": publications.values(entries, "seconds_1e-6/y/x:0")})
     assert [point["value"] for point in drawn["datasets"]["history"]] == [0.007, 0.009]
     assert len(drawn["encoding"]["x"]["scale"]["domain"]) == len(entries), (
         "a publication without the number has its place"

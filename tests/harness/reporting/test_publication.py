@@ -22,10 +22,9 @@ import synthetic
 from gnomon.cases import check_names, names
 from gnomon.harness.registry import environment, lookup, selection
 from gnomon.harness.reporting import provenance, report
-from gnomon.harness.reporting.publication import __main__ as command
-from gnomon.harness.reporting.publication import assembly, parts, whole
+from gnomon.harness.reporting.publication import __main__, assembly, parts, whole
 from gnomon.harness.reporting.publication.parts import Part, Place
-from gnomon.harness.results import history, store
+from gnomon.harness.results import publications, store
 from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
@@ -90,7 +89,7 @@ def place(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Place:
     monkeypatch.setattr(whole, "all_subjects", lambda: WANTED)
     monkeypatch.setattr(report, "write_figures", lambda *_: None)  # they take most of the time, and tests of their own
     here = Place(Path("runs/publication"), PARTS)
-    monkeypatch.setattr(command, "Place", PlaceOf(here))
+    monkeypatch.setattr(__main__, "Place", PlaceOf(here))
     return here
 
 
@@ -114,7 +113,7 @@ def test_all_parts_are_measured_once_and_assembled_with_their_origin(
     place: Place, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Each published file names revision, sources, machine and versions; the raw results have the hash that is published."""
-    assert command.main([]) == 0
+    assert __main__.main([]) == 0
     assert set(words(place).values()) == {"done"}
     for name in provenance.MADE_BY:
         assert (REPORTS / name).read_bytes() == (Path("made") / name).read_bytes()
@@ -129,14 +128,14 @@ def test_all_parts_are_measured_once_and_assembled_with_their_origin(
     for line in (REPORTS / "requirements.txt").read_text().splitlines():
         assert line.startswith("#") or re.fullmatch(r"[\w.-]+==[^\s=]+", line)
         assert line.startswith("#") or Requirement(line).specifier
-    (entry,) = history.read(REPORTS / "history.json")
+    (entry,) = publications.read(REPORTS / "history.json")
     assert entry.numbers["order/gnomon:RK4"] == 3.9487
     assert entry.numbers["trials/ok"] > 0
     before = (place.folder / RESULTS).stat().st_mtime_ns
     capsys.readouterr()
-    assert command.main([]) == 0, "a second call measures nothing"
+    assert __main__.main([]) == 0, "a second call measures nothing"
     assert (place.folder / RESULTS).stat().st_mtime_ns == before
-    assert len(history.read(REPORTS / "history.json")) == 1
+    assert len(publications.read(REPORTS / "history.json")) == 1
 
 
 def test_the_schema_of_the_raw_results_names_type_unit_and_meaning(made: Path, tmp_path: Path) -> None:
@@ -151,18 +150,18 @@ def test_the_schema_of_the_raw_results_names_type_unit_and_meaning(made: Path, t
 def test_one_part_is_measured_alone_and_a_list_measures_nothing(
     place: Place, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert command.main(["--list"]) == 0
+    assert __main__.main(["--list"]) == 0
     assert set(words(place).values()) == {"missing"}
     listed = capsys.readouterr().out
     assert all(part.name in listed for part in PARTS)
-    assert command.main(["--part", "growth"]) == 0
+    assert __main__.main(["--part", "growth"]) == 0
     assert {name for name, word in words(place).items() if word == "done"} == {"growth"}
     assert not REPORTS.exists()
 
 
 def test_the_time_of_a_sitting_is_kept(place: Place, capsys: pytest.CaptureFixture[str]) -> None:
     """A part that cannot be resumed is not begun if it would take longer; what remains is told."""
-    assert command.main(["--minutes", "1.5"]) == 1
+    assert __main__.main(["--minutes", "1.5"]) == 1
     assert {name for name, word in words(place).items() if word == "done"} == {"begun", "full"}
     last = capsys.readouterr().out.splitlines()[-1]
     assert all(part.name in last for part in PARTS[2:])
@@ -197,10 +196,10 @@ def test_ctrl_c_tells_what_remains(place: Place, capsys: pytest.CaptureFixture[s
     Path("sleep.py").write_text("import time; time.sleep(60)")
     patched = PlaceOf(replace(place, parts=(slow,)))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(command, "Place", patched)
+        patch.setattr(__main__, "Place", patched)
         patch.setattr(parts, "_ended", lambda process: process.kill())  # a terminal would send Ctrl-C to it too
         threading.Timer(1.0, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT]).start()
-        assert command.main([]) == 130
+        assert __main__.main([]) == 130
     assert "remaining: growth" in capsys.readouterr().out
 
 
@@ -245,7 +244,7 @@ def test_what_is_missing_or_of_other_sources_is_refused_in_one_line_and_nothing_
     spoil: Callable[[Place], object], told: Sequence[str], place: Place, capsys: pytest.CaptureFixture[str]
 ) -> None:
     spoil(place)
-    assert command.main([]) == 2
+    assert __main__.main([]) == 2
     (line,) = [one for one in capsys.readouterr().err.splitlines() if one.startswith("error: ")]
     assert all(word in line for word in told), line
     assert not REPORTS.exists()
@@ -253,9 +252,9 @@ def test_what_is_missing_or_of_other_sources_is_refused_in_one_line_and_nothing_
 
 def test_older_parts_are_named_and_their_numbers_are_not_of_this_revision(place: Place) -> None:
     """A file that was measured with other sources, or that stands in reports/ already, is published again, if asked."""
-    assert command.main(["--with-older"]) == 2, "without results there is nothing to publish"
+    assert __main__.main(["--with-older"]) == 2, "without results there is nothing to publish"
     for name in ("begun", "full", "growth"):
-        assert command.main(["--part", name]) == 0
+        assert __main__.main(["--part", name]) == 0
     elsewhere = place.root / "othersources-machine"
     shutil.copytree("made", elsewhere)
     plant(elsewhere, **NOW | {"revision": "def456", "sources": "others", "date": "2026-01-02"})
@@ -268,33 +267,33 @@ def test_older_parts_are_named_and_their_numbers_are_not_of_this_revision(place:
     assert {state.part.name: state.minutes for state in place.states()}["stability"] == 10, "as it took before"
     REPORTS.mkdir()
     (REPORTS / "orders.json").write_text(json.dumps({"environment": {}, "rows": [planted_sidecars.ORDER]}))
-    assert command.main(["--with-older"]) == 0
+    assert __main__.main(["--with-older"]) == 0
     origins = {one.file: one for one in provenance.origins([REPORTS], NOW)}
     assert {name for name, one in origins.items() if not one.older} == {"growth.json"}
     assert (origins["stability.json"].revision, origins["stability.json"].date) == ("def456", "2026-01-02")
-    (entry,) = history.read(REPORTS / "history.json")
+    (entry,) = publications.read(REPORTS / "history.json")
     assert not any(name.startswith(("order/", "certificates/")) for name in entry.numbers)
 
 
 def test_raw_results_that_are_too_large_are_refused(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(assembly, "MOST_BYTES", 1000)
-    assert command.main([]) == 2
+    assert __main__.main([]) == 2
     assert not REPORTS.exists()
 
 
 def test_packages_of_several_versions_are_refused(place: Place, capsys: pytest.CaptureFixture[str]) -> None:
     for part in PARTS:
-        assert command.main(["--part", part.name]) == 0
+        assert __main__.main(["--part", part.name]) == 0
     path = place.folder / "done" / "growth.json"
     record = json.loads(path.read_text())
     path.write_text(json.dumps(record | {"installed": record["installed"] | {"numpy": "0.1"}}))
-    assert command.main([]) == 2
+    assert __main__.main([]) == 2
     assert "another version of numpy" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments", [["--part", "nothing"], ["--minutes", "0"], ["--results", "a.sqlite"]])
 def test_bad_input_is_told_in_one_line(arguments: list[str], place: Place, capsys: pytest.CaptureFixture[str]) -> None:
-    assert command.main(arguments) == 2
+    assert __main__.main(arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("error: ")
     assert arguments[1] in line
