@@ -99,7 +99,8 @@ def _cpu() -> str:
 def _revision() -> str | None:
     """The git revision from which gnomon runs, with + if files differ from it; None outside a working tree.
 
-    Changes in reports/ are ignored: a run writes there.
+    Changes in reports/ and of the table of recommendations are ignored: what is measured is written there, and neither
+    is among the `sources`.
     """
 
     def git(*words: str) -> str:
@@ -111,7 +112,8 @@ def _revision() -> str | None:
 
     try:
         head = git("rev-parse", "--short=12", "HEAD")
-        changed = git("status", "--porcelain", "-uno", "--", ":/", ":(exclude,top)reports")
+        written = [f":(exclude,top){name}" for name in ("reports", "harness/results/recommendations.jsonl")]
+        changed = git("status", "--porcelain", "-uno", "--", ":/", *written)
     except (OSError, subprocess.SubprocessError):
         return None
     return f"{head}{'+' if changed else ''}"

@@ -14,6 +14,9 @@ from gnomon.harness.results import store, summary
 from gnomon.harness.results.advice.needs import SUBJECTS, YOURS, Answer, Measurements, kind_of, needs
 from gnomon.harness.results.advice.recommendations import MOST_BYTES
 from gnomon.harness.results.equal_error import TARGETS
+from gnomon.harness.results.advice.needs import SUBJECTS, YOURS, Answer, Measurements, kind_of, needs
+from gnomon.harness.results.outstanding import outstanding
+from gnomon.harness.results.advice.recommendations import MOST_BYTES
 from gnomon.harness.running.own_equations import lines
 from gnomon.reference.storage import diskcache
 
@@ -71,12 +74,15 @@ def _head(run: Run) -> dict[str, Any]:
     for name in ("revision", "machine"):
         if len(same[name]) > 1:
             raise ValueError(f"{run.path}: measurements of several {name}s ({', '.join(map(str, same[name]))})")
+    missing = outstanding(run.path)
     timed = run.timed[run.timed["seconds_median"].notna()]
     count, delayed, _ = summary.waited(zip(timed["seconds_median"], timed["delay_seconds"], strict=True))
     return {
         **{name: min(values, key=str) for name, values in same.items()},
         "date": max(str(one["ended"] or one["started"]) for one in runs)[:10],
         "suites": list(dict.fromkeys(one["suite"] for one in runs)),
+        "planned": sum(one.trials for one in missing.planned),
+        "outstanding": missing.trials,
         "timed": count,
         "delayed": delayed,
         "versions": {name: environments[-1][name] for name in DISTRIBUTIONS if name in environments[-1]},

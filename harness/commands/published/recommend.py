@@ -108,6 +108,8 @@ def measured_by(table: Table) -> str:
     one = head["launches"] <= 1
     bears = "one launch: two times are not separated" if one else f"{head['launches']} launches or more"
     waited = f"{100 * head['delayed'] / max(head['timed'], 1):.0f} % of the calls waited for a processor"
+    if head["outstanding"]:
+        waited += f"; {head['outstanding']} of {head['planned']} planned trials had not been run"
     return (
         f"Measured by gnomon's authors at revision {head['revision']} on {head['date']}, on {head['cores']} cores of an"
         f" {head['cpu']}, Python {head['python']} ({bears}; {waited}). Medians over the systems that each method reaches:"

@@ -25,7 +25,7 @@ from gnomon.harness.registry.lookup import STIFF
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records, settings
 from gnomon.harness.results.equal_error import credited, time_at
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import FEWEST, LARGEST_NULL
+from gnomon.harness.results.rankings import EXACT, FEWEST, LARGEST_NULL
 from gnomon.harness.results.separation import discoveries, paired, signs
 
 THIRD, OWN, YOURS = "third-party", "gnomon", "yours"
@@ -226,6 +226,11 @@ class Measurements:
         setting = Setting(integrator, *problem, one["kind"], one["setting"], one["relative"], one["error"])
         return _Reached(row["seconds"], row["null_share"], row["times"], evaluations, setting)
 
+    def exact(self, problem: Problem, integrator: str) -> bool:
+        """Whether a series is exact by construction (`rankings.EXACT`): its loosest setting has an error of round-off."""
+        sweep = self._sweeps.get((*problem, integrator))
+        return sweep is not None and sweep[0]["error"] <= EXACT
+
     def systems(
         self, problems: Iterable[Problem], methods: Mapping[str, str] | str, error: float
     ) -> dict[str, _System]:
@@ -382,9 +387,10 @@ def _claim(
 
     It is better if it reaches the error on more systems (sign test over the systems), or on no fewer ones and faster:
     the t test of the logarithms' differences, one a system, each the mean over common launches, of which there are two
-    at least, on spans long enough to rank.
+    at least, on spans long enough to rank. Systems on which it is exact by construction show nothing about it.
     """
-    systems = measured.systems(problems, name, error)
+    exact = {problem[0] for problem in problems if measured.exact(problem, name)}
+    systems = measured.systems([problem for problem in problems if problem[0] not in exact], name, error)
     both = [case for case in systems if case in base]
     if len(both) < FEWEST:
         return None

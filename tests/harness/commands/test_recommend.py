@@ -3,6 +3,7 @@
 import json
 import re
 import resource
+import runpy
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -172,12 +173,11 @@ def test_a_recommendation_keeps_its_promise(setting: Mapping[str, Any], error: f
 
 @pytest.mark.slow
 @pytest.mark.parametrize("row", RECOMMENDED[::7], ids=lambda row: f"{row['library']} {row['subject']} {row['error']:g}")
-def test_the_lines_run_with_the_recommended_setting(row: Mapping[str, Any]) -> None:
+def test_the_lines_run_with_the_recommended_setting(row: Mapping[str, Any], tmp_path: Path) -> None:
     from gnomon.harness.commands.published.recommend import argument
 
     code, method = TABLE.lines[row["setting"]["method"]], lookup.own()[row["setting"]["method"]]
     if code is None or lookup.missing(method) is not None:
         pytest.skip("an engine, or not installed")
-    made: dict[str, Any] = {}
-    exec(code.replace("{setting}", argument(row["setting"])), made)
-    assert made["found"].success
+    (tmp_path / "lines.py").write_text(code.replace("{setting}", argument(row["setting"])))
+    assert runpy.run_path(str(tmp_path / "lines.py"))["found"].success

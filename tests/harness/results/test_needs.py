@@ -190,6 +190,16 @@ def test_a_method_that_reaches_the_error_on_more_systems_is_better_even_in_one_l
     assert answer(lossy).better is None
 
 
+def test_a_method_that_is_exact_by_construction_is_not_better() -> None:
+    """As WHFast on two bodies: that it is exact there says nothing about other systems."""
+    rows: list[Row] = []
+    for k in range(20):
+        rows += constant(f"case {k}", "rebound:BS [ODE mode]", 1e-3)
+        rows += constant(f"case {k}", "rebound:WHFast", 1e-4, error=1e-14)
+    assert answer(rows, "rebound").better is None
+    assert answer(rows, "rebound").systems == 20
+
+
 def test_identical_methods_are_hardly_ever_separated() -> None:
     """Of forty in-house methods as fast as the representative, the fastest by chance is not better."""
     rng, wrong = np.random.default_rng(7), 0
