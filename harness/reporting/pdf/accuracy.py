@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import typst
 from altair.utils import schemapi
@@ -71,7 +71,7 @@ def contents(subject: Subject, folders: Sequence[Path]) -> dict[str, Any]:
     }
 
 
-def typeset(content: Mapping[str, Any], made: datetime, form: str = "pdf") -> Any:
+def typeset(content: Mapping[str, Any], made: datetime, form: Literal["pdf", "png"] = "pdf") -> Any:
     """The document as bytes; as a list of pictures, a page each, if `form` is png. Only fonts of typst are used."""
     template = (files("gnomon.harness.reporting.pdf") / "templates" / "accuracy.typ").read_bytes()
     compiler = typst.Compiler(template, ignore_system_fonts=True, sys_inputs={"data": json.dumps(content)})

@@ -52,10 +52,14 @@ def _asked(subject: Subject) -> list[str]:
     else:
         sizes = int(table_.groupby("case")["setting"].nunique().max())
         sweep = f"up to {counted(sizes, 'step size')} a case, from coarse to fine"
-    given = "a scene of bodies, joints and contacts" if subject.engine else "the equations of motion and the initial state"
+    given = (
+        "a scene of bodies, joints and contacts" if subject.engine else "the equations of motion and the initial state"
+    )
     hard = subject.ran[subject.ran["variant"] != ""].drop_duplicates(["case", "variant"])
     variants = f", and on {counted(len(hard), 'hard variant')} of them" if len(hard) else ""
-    refused = f" It does not accept {counted(len(subject.refused), 'other case')} of the run." if subject.refused else ""
+    refused = (
+        f" It does not accept {counted(len(subject.refused), 'other case')} of the run." if subject.refused else ""
+    )
     tried = counted(len(subject.accepted), "case")
     return [
         f"How accurately does the {taken} {subject.name} compute motions of classical mechanics, what does this cost, and"
@@ -85,7 +89,10 @@ def _one_by_one(subject: Subject) -> list[str]:
         for taken in [time_at(subject, str(case), MIDDLE)]
     ]
     number = counted(len(subject.cases), "case")
-    return [f"{'; '.join(said)}.", f"This run measured {number} with default numbers, which shows nothing about others."]
+    return [
+        f"{'; '.join(said)}.",
+        f"This run measured {number} with default numbers, which shows nothing about others.",
+    ]
 
 
 def _accuracy(subject: Subject) -> list[str]:
@@ -124,7 +131,9 @@ def _setting(subject: Subject) -> str:
     if found.empty:
         return f"On no case do the errors lie on a line from which an order could be measured{said}."
     low, high = found["order"].min(), found["order"].max()
-    number = f"{found['order'].iloc[0]:.2f}" if len(found) == 1 else f"{low:.2f} to {high:.2f}"
+    number = f"{low:.2f}" if len(found) == 1 else f"{low:.2f} to {high:.2f}"
+    if len(found) >= FEWEST:
+        number += f", {median(found['order']):.2f} in the median"
     return f"The order measured on {counted(len(found), 'case')} is {number}{said}."
 
 
@@ -153,17 +162,21 @@ def _time(subject: Subject) -> str:
     if not rows:
         return "" if subject.times else "No time was recorded."
     seconds = pd.Series([row["seconds"] for row in rows], dtype=float)
-    return (
-        f"One solve to an error of {power_text(MIDDLE)} takes {time_text(seconds.min())} to {time_text(seconds.max())} on"
-        f" the {counted(len(rows), 'case')} that reach it, {time_text(median(seconds))} in the median."
-    )
+    first = f"One solve to an error of {power_text(MIDDLE)} takes"
+    if len(rows) == 1:
+        return f"{first} {time_text(seconds[0])} on the only case that reaches it."
+    middle = f", {time_text(median(seconds))} in the median" if len(rows) >= FEWEST else ""
+    return f"{first} {time_text(seconds.min())} to {time_text(seconds.max())} on the {len(rows)} cases that reach it{middle}."
 
 
 def _rank(subject: Subject) -> str:
     division = "gnomon's own integrators" if subject.library == OURS else "integrators that do not come with gnomon"
     rows = subject.equal[(subject.equal["cell"] == RANKED) & (subject.equal["target"] == MIDDLE)]
     if rows.empty:
-        return f"Times are not ranked: at {power_text(MIDDLE)} no case of this run separates it from other {division}."
+        return (
+            f"Times are not ranked: at {power_text(MIDDLE)} no case of this run has several {division} that were timed in"
+            " several launches over a long enough span."
+        )
     alone = int((rows["tied"] & (rows["leaders"] == 1)).sum())
     tied = int((rows["tied"] & (rows["leaders"] > 1)).sum())
     return (
@@ -185,9 +198,9 @@ def _kinds(subject: Subject) -> Part:
         middle = f"{good.median():.1f}" if len(good) >= FEWEST else "–"
         solved = f"{variants.sum():.0f} of {len(variants)}" if len(variants) else "–"
         reached = str(int((own["best"] <= MIDDLE).sum()))
-        rows.append([kind, str(len(own)), reached, middle, spread, solved])
-    heads = ["<>kind of system", ">cases", f">error ≤ {power_text(MIDDLE)}", ">median digits", ">digits, fewest – most",
-             ">hard variants solved"]  # fmt: skip
+        rows.append([kind, str(len(own)), reached, middle, spread, *([solved] if len(hard) else [])])
+    heads = ["<>kind of system", ">cases", f">error ≤ {power_text(MIDDLE)}", ">median digits", ">digits, fewest – most"]
+    heads += [">hard variants solved"] if len(hard) else []
     note = f"Digits at the best setting of each case; no median is given of fewer than {FEWEST} cases."
     return table(heads, rows, note, "By kind of system")
 
@@ -227,7 +240,9 @@ def _of_errors(subject: Subject) -> list[str]:
     number = counted(len(answered), "case")
     turned = int((answered["turned_starts"] > 0).sum())
     if turned:
-        found.append(f"On {turned} of {number} the error is the median over turned orientations, with its range in the table.")
+        found.append(
+            f"On {turned} of {number} the error is the median over turned orientations, with its range in the table."
+        )
     if turned < len(answered):
         found.append(
             f"On {len(answered) - turned} of {number} the error is that of one start: it has no range, and another start"
@@ -258,7 +273,9 @@ def _of_times(subject: Subject) -> list[str]:
         return []
     launches = report_words.launches_text(timed)
     scatter = report_words.scatter_text(timed)
-    waited = waited_text(*summary.waited(zip(subject.frame["seconds_median"], subject.frame["delay_seconds"], strict=True)))
+    waited = waited_text(
+        *summary.waited(zip(subject.frame["seconds_median"], subject.frame["delay_seconds"], strict=True))
+    )
     single = " One launch gives no range of a time." if launches == "from one launch" else ""
     return [
         f"Times are {launches}, of whole calls on one processor model ({cut(subject.environment.get('cpu', 'not recorded'), 80)}).{single}"
@@ -294,7 +311,9 @@ def growth_words(subject: Subject) -> str:
     found = pd.Series([law.law for _, law in subject.grown.values()], dtype=object)
     if found.empty:
         return ""
-    clear = found[found != ""].replace({"t": "as t", "t^2": "as t²", "sqrt t": "as √t", "t^1.5": "as t√t"}).value_counts()
+    clear = (
+        found[found != ""].replace({"t": "as t", "t^2": "as t²", "sqrt t": "as √t", "t^1.5": "as t√t"}).value_counts()
+    )
     said = join_words([f"{law} on {number}" for law, number in clear.items()])
     open_ = int((found == "").sum())
     rest = f"on {open_} its interval admits several laws" if open_ else ""

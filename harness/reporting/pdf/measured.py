@@ -1,6 +1,7 @@
 """The figures and tables of an accuracy report."""
 
 import math
+import re
 from typing import Any
 
 import pandas as pd
@@ -13,22 +14,23 @@ from gnomon.harness.reporting.pdf.subject import Subject
 from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import analysis
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.number_text import counted, error_text, power_text, short_text, time_text
+from gnomon.harness.results.number_text import counted, power_text, short_text, time_text
 from gnomon.harness.results.rankings import RANKED
 from gnomon.harness.studies.drift import CLEAR
 
 MOST_ROWS = 140
 """Of the table by case: it fills three pages."""
 MOST_FAILURES = 16
+NOTHING = "–"
+NUMBER = re.compile(r"(?<![\w.])-?[0-9][0-9.]*(e[+-]?[0-9]+)?(?!\w)")
 
 
 def chapters(subject: Subject) -> list[dict[str, Any]]:
     """The figures and the tables."""
-    shown = [_work(subject), _growth(subject)]
     return [
-        chapter("Figures", *shown, new_page=True),
+        chapter("Growth and cost of the error", _growth(subject), _work(subject)),
         chapter("Digits and failures", _digits(subject), _kinds(subject), new_page=True),
-        chapter("Tables", _speed(subject), _cases(subject), _failures(subject), new_page=True),
+        chapter("Tables", _speed(subject), _failures(subject), _cases(subject), new_page=True),
     ]
 
 
@@ -45,7 +47,7 @@ def _work(subject: Subject) -> Part:
         f"{chosen} One mark is one setting: its largest error against the exact motion, and its time (right-hand sides where"
         f" no time was recorded); lower and further left is better. In colour {cut(subject.name, 60)}, in grey the other"
         " integrators of the run that gave an answer. Letters in the upper margin are failed settings: I inaccurate, D"
-        " diverged, R refused, T over the time limit, S not started, C crashed. Dashed: the floor and the conditioning of"
+        " diverged, R refused, T over the time limit, S not started, C crashed. Dotted: the floor and the conditioning of"
         " the case."
     )
     across = 1 if number == 1 else 2
@@ -54,7 +56,7 @@ def _work(subject: Subject) -> Part:
 
 def _growth(subject: Subject) -> Part:
     caption = (
-        f"The error over the span of the motion on the same cases, at the setting with an error nearest"
+        f"The error over the span of the motion on the cases of the diagrams that follow, at the setting with an error nearest"
         f" {power_text(CLEAR)}. {growth_words(subject)}"
     )
     return figures(pictures.drawings([pictures.growth_chart(subject)]), caption, 1, 0.92, "Growth of the error")
@@ -63,7 +65,11 @@ def _growth(subject: Subject) -> Part:
 def _digits(subject: Subject) -> Part:
     charts = pictures.digit_charts(subject)
     drawn = min(len(subject.cases), 2 * pictures.ROWS)
-    spread = " A line through a point is the range over turned orientations." if (subject.cases["turned_starts"] > 0).any() else ""
+    spread = (
+        " A line through a point is the range over turned orientations."
+        if (subject.cases["turned_starts"] > 0).any()
+        else ""
+    )
     caption = (
         f"{counted(drawn, 'case')} with default numbers, the most digits first. Point: digits of the largest error at the"
         " best setting. Tick: the digits that half a unit in the last place of input or output leaves; a point right of it"
@@ -105,60 +111,79 @@ def _speed(subject: Subject) -> Part:
 
 
 def _cases(subject: Subject) -> Part:
-    rows = [_case_row(subject, str(case), row) for case, row in subject.cases.head(MOST_ROWS).iterrows()]
-    by = "error / tolerance" if subject.by_tolerance else "order"
-    heads = ["<>case", ">digits", ">error", ">range over orientations", ">at " + ("tolerance" if subject.by_tolerance else "step"),
-             ">attainable", f">{by}", ">growth", f">time at {power_text(1e-6)}"]  # fmt: skip
+    shown = [_case_row(subject, str(case), row) for case, row in subject.cases.head(MOST_ROWS).iterrows()]
+    # A column in which no case has a value, as the range over orientations, is left out.
+    heads = [head for head in shown[0] if any(row[head] != NOTHING for row in shown)]
     meaning = (
-        "Error over tolerance: median over the settings, and the worst"
+        "Error / tolerance: median over the settings, and the worst."
         if subject.by_tolerance
-        else "Order: slope of the error with the step, with half of its 95 % interval; – where errors lie on no line"
+        else "Order: slope of the error with the step, and half of its 95 % interval; – where errors lie on no line."
     )
     note = (
         "Digits and error: at the best ok setting, the largest error over 64 samples; “≥” where the error is below the floor."
-        " Attainable: the effect of half a unit in the last place of input or output, the conditioning of the error."
-        f" {meaning}. Growth: the law of the error over time if the 95 % interval of its power, in brackets, admits one only."
-        " Time: of one solve at this error, with the range over launches if there are several; “≤” where the loosest setting"
-        " reaches it already."
+        " Attainable: the larger effect of half a unit in the last place of input (the conditioning) or output (the floor)."
+        f" {meaning} Growth: the law of the error over time, if the 95 % interval of its power, in brackets, admits one"
+        " only. Time: of one solve at this error, with the range over launches if there are several; “≤” where the loosest"
+        " setting reaches it already."
     )
     if len(subject.cases) > MOST_ROWS:
         note += f" {len(subject.cases) - MOST_ROWS} cases are left out: they follow in the order of digits."
-    return table(heads, rows, note, "Every case", 7)
+    sides = ["<>case", *(f">{head}" for head in heads[1:])]
+    return table(sides, [[row[head] for head in heads] for row in shown], note, "Every case", 7)
 
 
-def _case_row(subject: Subject, case: str, row: pd.Series) -> list[str]:
-    formulation = f" ({row['formulation']})" if row["formulation"] else ""
+def _case_row(subject: Subject, case: str, row: pd.Series) -> dict[str, str]:
+    """The cells of a case by their heads."""
+    answered, turned = math.isfinite(row["best"]), row["turned_starts"] > 0
     law = subject.grown[case][1] if case in subject.grown else None
-    grows = "–" if law is None else LAWS.get(law.law, law.law) or "unclear"
+    grows = NOTHING if law is None else LAWS.get(law.law, law.law) or "unclear"
     if law is not None and law.law and math.isfinite(law.power):
         grows += f" ({law.low:.1f} – {law.high:.1f})"
+    over, at = row["over_tolerance"], NOTHING
     if subject.by_tolerance:
-        known = math.isfinite(row["over_tolerance"])
-        by = f"{short_text(row['over_tolerance'])}, {short_text(row['worst_over_tolerance'])}" if known else "–"
+        knob, by = "tolerance", f"{short_text(over)}, {short_text(row['worst_over_tolerance'])}"
+        head, known = "error / tolerance", math.isfinite(over)
     else:
-        by = f"{row['order']:.2f} ± {row['margin']:.2f}" if math.isfinite(row["order"]) else "–"
-    if not math.isfinite(row["best"]):
-        return [cut(case + formulation), "–", str(row["failure"]).replace("_", " "), "–", "–", size_text(row["attainable"]),
-                by, grows, "–"]  # fmt: skip
-    turned = row["turned_starts"] > 0
-    spread = f"{size_text(row['error_low'])} – {size_text(row['error_high'])} ({row['turned_starts']:.0f})" if turned else "–"
-    at = power_text(row["at"]) if subject.by_tolerance else f"{short_text(row['at'])} s"
-    return [cut(case + formulation), digits_text(row), size_text(row["best"]), spread, at, error_text(row["attainable"]),
-            by, grows, time_at(subject, case, 1e-6) or "–"]  # fmt: skip
+        knob, by = "step", f"{row['order']:.2f} ± {row['margin']:.2f}"
+        head, known = "order", math.isfinite(row["order"])
+    if answered:
+        at = power_text(row["at"]) if subject.by_tolerance else f"{short_text(row['at'])} s"
+    spread = f"{size_text(row['error_low'])} – {size_text(row['error_high'])} ({row['turned_starts']:.0f})"
+    return {
+        "case": cut(case + (f" ({row['formulation']})" if row["formulation"] else "")),
+        "digits": digits_text(row),
+        "error": size_text(row["best"]) if answered else str(row["failure"]).replace("_", " ") or "left out",
+        "range (orientations)": spread if answered and turned else NOTHING,
+        f"at {knob}": at,
+        "attainable": size_text(row["attainable"]),
+        head: by if known else NOTHING,
+        "growth": grows,
+        f"time at {power_text(1e-6)}": time_at(subject, case, 1e-6) or NOTHING,
+    }
 
 
 def _failures(subject: Subject) -> Part:
-    failed = analysis.failures(subject.reduced)
-    failed = failed[~failed["status"].isin([*CANNOT_RUN, Status.SKIPPED])]
+    lost = subject.reduced[~subject.reduced["status"].isin([*CANNOT_RUN, Status.SKIPPED])]
+    # Reasons that differ in their numbers alone are one row.
+    failed = analysis.failures(lost.assign(reason=[NUMBER.sub("…", reason) for reason in lost["reason"]]))
     failed = failed.sort_values("trials", ascending=False, kind="stable")
     rows = [
-        [str(row["status"]).replace("_", " "), str(row["trials"]), cut(row["reason"] or "–", 150), named(row["where"], 3)]
+        [
+            str(row["status"]).replace("_", " "),
+            str(row["trials"]),
+            cut(row["reason"] or NOTHING, 150),
+            named(row["where"], 3),
+        ]
         for row in failed.head(MOST_FAILURES).to_dict("records")
     ]
-    note = "Settings that are not ok, of default and hard variants; those that were not started for lack of time are left out."
+    note = (
+        "Settings that are not ok, of default and hard variants, without those that the time limit kept from starting;"
+    )
+    note += " … stands for numbers that differ."
     if len(failed) > MOST_FAILURES:
-        note += f" {len(failed) - MOST_FAILURES} rarer ones are in the results file (gnomon export)."
+        note += f" {len(failed) - MOST_FAILURES} rarer reasons are in the results file (gnomon export)."
     refused = analysis.failures(subject.reduced[subject.reduced["status"].isin(CANNOT_RUN)])
+    refused = refused.sort_values("trials", ascending=False, kind="stable")
     for row in refused.head(3).to_dict("records"):
-        note += f" Not accepted ({cut(row['reason'], 120)}): {counted(len(row['where']), 'problem')}."
+        note += f" Not accepted ({cut(row['reason'], 120)}): {counted(row['trials'], 'problem')}."
     return table(["status", ">settings", "<>reason", "<>where"], rows, note, "Failures", 8)

@@ -31,9 +31,13 @@ def terms(rows: Sequence[Sequence[str]], title: str = "") -> Part:
     return {"shows": "terms", "title": title, "rows": rows}
 
 
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]], note: str = "", title: str = "", size: float = 9) -> Part:
+def table(
+    heads: Sequence[str], rows: Sequence[Sequence[str]], note: str = "", title: str = "", size: float = 9
+) -> Part:
     """A table. A head with a leading ">" stands over a column of numbers, one with "<>" over the widest column."""
-    columns = [{"head": head.lstrip("<>"), "right": head.startswith(">"), "wide": head.startswith("<>")} for head in heads]
+    columns = [
+        {"head": head.lstrip("<>"), "right": head.startswith(">"), "wide": head.startswith("<>")} for head in heads
+    ]
     return {"shows": "table", "title": title, "columns": columns, "rows": rows, "note": note, "size": size}
 
 

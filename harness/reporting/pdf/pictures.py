@@ -45,20 +45,29 @@ def work_diagrams(subject: Subject) -> list[dict[str, Any]]:
     mine = points["series"] == subject.name
     axis = "time" if np.isfinite(points.loc[mine, "time"]).any() else "calls"
     points = points[mine | ~points["failed"]].assign(front=lambda table: table["series"] == subject.name)
-    found = []
+    found, specification = [], work_precision(run.look, axis)
     for case in subject.telling:
         own = points[points["case"] == case].drop(columns=["case", "variant", "formulation"])
-        # Only the integrators of this case: a scale with all of them would have the colours of absent ones.
-        look = run.look[run.look["series"].isin(set(own["series"]))]
         place = subject.cases.loc[case]
         limits = {CONDITIONING: float(place["attainable"]), FLOOR: float(place["floor"])}
         if limits[CONDITIONING] <= limits[FLOOR]:
             del limits[CONDITIONING]
-        diagram = drawn(work_precision(look, axis), own, limits)
-        title = {"text": cut(run.titles[case]), "subtitle": case, "fontSize": 13, "subtitleFontSize": 11}
-        config = diagram["config"] | {"legend": {"disable": True}}
-        found.append(diagram | {"title": title, "width": 300, "height": 215, "config": config})
+        diagram = drawn(specification, own, limits)
+        title = {"text": cut(run.titles[case], 56), "subtitle": case, "fontSize": 13, "subtitleFontSize": 11}
+        found.append(_without_legend(diagram | {"title": title, "width": 300, "height": 205}))
     return found
+
+
+def _without_legend(node: Any) -> Any:
+    """A copy of a specification without legends; its configuration stays."""
+    if isinstance(node, list):
+        return [_without_legend(each) for each in node]
+    if not isinstance(node, dict):
+        return node
+    return {
+        name: None if name == "legend" else value if name in ("config", "datasets") else _without_legend(value)
+        for name, value in node.items()
+    }
 
 
 def growth_chart(subject: Subject) -> dict[str, Any] | None:
@@ -84,7 +93,10 @@ def growth_chart(subject: Subject) -> dict[str, Any] | None:
     halves = "datum.value == 0 ? 'span' : datum.value == -1 ? 'span / 10' : ''"
     x = alt.X("time:Q", title="time", axis=alt.Axis(values=[-1, 0], labelExpr=halves, labelFlush=False))
     y = alt.Y(
-        "error:Q", title="error", scale=alt.Scale(zero=False), axis=alt.Axis(tickMinStep=1, tickCount=6, labelExpr=ERRORS)
+        "error:Q",
+        title="error",
+        scale=alt.Scale(zero=False),
+        axis=alt.Axis(tickMinStep=1, tickCount=6, labelExpr=ERRORS),
     )
     chart = alt.Chart(alt.NamedData("points")).mark_line(strokeWidth=1.6).encode(x, y, **encoded)
     found: dict[str, Any] = dressed(chart.properties(width=400, height=190), {"points": rows}).to_dict(validate=False)
@@ -97,10 +109,10 @@ def digit_charts(subject: Subject) -> list[dict[str, Any]]:
     columns = 1 if len(table) <= ROWS // 2 else 2
     each = math.ceil(min(len(table), 2 * ROWS) / columns)
     parts = [table.iloc[i * each : (i + 1) * each] for i in range(columns)]
-    return [_digits(part, subject, each if columns == 2 else len(part)) for part in parts]
+    return [_digits(part, subject, 150 if columns == 2 else 330) for part in parts]
 
 
-def _digits(part: pd.DataFrame, subject: Subject, rows: int) -> dict[str, Any]:
+def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
     with np.errstate(divide="ignore"):
         data = [
             {
@@ -117,15 +129,17 @@ def _digits(part: pd.DataFrame, subject: Subject, rows: int) -> dict[str, Any]:
         if not math.isfinite(one["digits"]):
             one["digits"] = None
     colour = subject.run.look.set_index("series").at[subject.name, "colour"]
+    wide = 5.8 * max(len(cut(str(case))) for case in subject.cases.index) + 8
+    extent = {"minExtent": wide, "maxExtent": wide, "labelLimit": wide}  # both columns have one scale
     base = alt.Chart(alt.NamedData("rows")).encode(
         y=alt.Y(
             "case:N",
             title=None,
             sort=None,
-            axis=alt.Axis(grid=True, ticks=False, domain=False, labelLimit=250, labelFontSize=9.5, labelColor=INK),
+            axis=alt.Axis(grid=True, ticks=False, domain=False, labelFontSize=10.5, labelColor=INK, **extent),
         )
     )
-    axis = alt.Axis(values=[0, 3, 6, 9, 12, 15], orient="top", titlePadding=4)
+    axis = alt.Axis(values=[0, 5, 10, 15], orient="top", titlePadding=4, labelOverlap=False)
     scale = alt.Scale(domain=[0, 17], nice=False)
     layers = [
         base.mark_tick(color=QUIET, thickness=1.2, size=9).encode(x=alt.X("limit:Q")),
@@ -134,10 +148,10 @@ def _digits(part: pd.DataFrame, subject: Subject, rows: int) -> dict[str, Any]:
             x=alt.X("digits:Q", title="correct digits", axis=axis, scale=scale)
         ),
         base.transform_filter("datum.verdict")
-        .mark_text(align="left", color="#8c2d3a", fontSize=9.5, dx=3)
+        .mark_text(align="left", color="#8c2d3a", fontSize=10.5, dx=3)
         .encode(x=alt.datum(0), text="verdict:N"),
     ]
-    chart = alt.layer(*layers).properties(width=190 if rows > ROWS // 2 else 380, height={"step": 11.5})
+    chart = alt.layer(*layers).properties(width=width, height={"step": 12})
     found: dict[str, Any] = dressed(chart, {"rows": data}).to_dict(validate=False)
     return found
 
@@ -154,7 +168,7 @@ def failure_chart(subject: Subject) -> dict[str, Any]:
     order = [kind for kind in dict.fromkeys([*subject.kind_of.values(), "Other systems"]) if kind in set(table["kind"])]
     colour = alt.Color(
         "verdict:N",
-        legend=alt.Legend(title=None, orient="top", columns=5, symbolType="square"),
+        legend=alt.Legend(title=None, orient="top", columns=3, symbolType="square"),
         scale=alt.Scale(domain=[verdict_words(name) for name in present], range=[STATUS_COLOURS[n] for n in present]),
     )
     bars = (
@@ -175,7 +189,11 @@ def failure_chart(subject: Subject) -> dict[str, Any]:
 
 def verdict_words(verdict: str) -> str:
     """The words of a verdict on a sweep."""
-    words = {Status.OK.value: "every setting ok", "partly": "some settings ok", Status.UNSUPPORTED.value: "not accepted"}
+    words = {
+        Status.OK.value: "every setting ok",
+        "partly": "some settings ok",
+        Status.UNSUPPORTED.value: "not accepted",
+    }
     return words.get(verdict, "no setting ok: " + verdict.replace("_", " "))
 
 

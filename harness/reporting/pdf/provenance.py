@@ -95,7 +95,9 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
     lacking = f" {bare} of them have no certificate here." if bare else ""
     failed = f" Not confirmed: {named(bad, 8)}: errors against these are not certified." if bad else ""
     made = sorted({str(row["revision"]) for row in rows if row["revision"]})
-    revisions = f" The certificates are of revision {join_words(made)}, this run is of {_revision(subject)}." if made else ""
+    revisions = (
+        f" The certificates are of revision {join_words(made)}, this run is of {_revision(subject)}." if made else ""
+    )
     said = words(
         f"{len(good)} of the {motions} of this report are confirmed by computations that share no formula with them;"
         f" the fewest digits are {float(least['digits']):.1f} ({_motion(least)}), where binary64 has 16."
@@ -139,7 +141,13 @@ def _revision(subject: Subject) -> str:
 
 
 def _versions(subject: Subject) -> Part:
-    rows = [(cut(name, 60), cut(value, 60)) for name, value in subject.environment.items() if value]
+    known = {name: value for name, value in subject.environment.items() if value}
+    first = [
+        name
+        for name in ("gnomon", "revision", "sources", "python", "system", "cpu", "cores", "machine")
+        if name in known
+    ]
+    rows = [(cut(name, 60), cut(known[name], 60)) for name in (*first, *sorted(known.keys() - {*first}))]
     half = (len(rows) + 1) // 2
     rows += [("", "")] * (2 * half - len(rows))
     pairs = [[*rows[i], *rows[half + i]] for i in range(half)]
