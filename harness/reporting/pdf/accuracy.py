@@ -41,6 +41,7 @@ def write_accuracy(
         with schemapi.debug_mode(False):  # else Altair validates every part of a chart
             content = contents(subject, folders)
     started = datetime.fromisoformat(subject.history[0]["started"])
+    file.parent.mkdir(parents=True, exist_ok=True)
     with diskcache.whole(file) as part:
         part.write_bytes(typeset(content, started))
     return file

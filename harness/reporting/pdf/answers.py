@@ -104,9 +104,9 @@ def _accuracy(subject: Subject) -> list[str]:
     return [
         f"Of {counted(len(rows), 'case')} with default numbers, the smallest error over the sweep is at most"
         f" {join_words(reached)}.",
-        f"At its best setting the integrator has {median(answered['digits']):.1f} correct digits in the median of the"
-        f" {len(answered)} cases with an ok setting, {digits_text(most)} at most ({most.name}) and {digits_text(fewest)}"
-        f" at least ({fewest.name}).",
+        f"At its best setting it has {median(answered['digits']):.1f} correct digits in the median of the"
+        f" {counted(len(answered), 'case')} with an ok setting, from {digits_text(fewest)} ({fewest.name}) to"
+        f" {digits_text(most)} ({most.name}).",
     ]
 
 
@@ -170,7 +170,7 @@ def _time(subject: Subject) -> str:
 
 
 def _rank(subject: Subject) -> str:
-    division = "gnomon's own integrators" if subject.library == OURS else "integrators that do not come with gnomon"
+    division = "integrators of gnomon" if subject.library == OURS else "integrators that do not come with gnomon"
     rows = subject.equal[(subject.equal["cell"] == RANKED) & (subject.equal["target"] == MIDDLE)]
     if rows.empty:
         return (

@@ -167,9 +167,8 @@ def _commands(subject: Subject) -> list[Part]:
     if subject.library in {OURS, *LIBRARIES}:
         parts.append(code(*_again(subject), title="In a clone of gnomon, with pip"))
         parts.append(words(
-            "Errors and counts of evaluations are the same on each machine with the same versions, but for the last digits of"
-            " libraries that choose instructions by processor; times are not. compare reports each error, order, count"
-            " and status that became worse.",
+            "Errors and counts of evaluations do not depend on the speed of a machine; times, and settings that the time"
+                " limit ended, do. compare reports each error, order, count and status that became worse.",
         ))  # fmt: skip
     else:
         parts.append(words(
@@ -182,7 +181,7 @@ def _again(subject: Subject) -> list[str]:
     quoted, environment = shlex.quote(subject.name), subject.environment
     library = LIBRARIES.get(subject.library)
     extras = ",".join(filter(None, ("report", library.extra if library else None)))
-    wanted = ["numpy", *(library.versions if library else ())]
+    wanted = ["numpy", "llvmlite", *(library.versions if library else ())]
     pins = [shlex.quote(f"{name}=={environment[name]}") for name in dict.fromkeys(wanted) if environment.get(name)]
     suite = str(subject.history[-1]["suite"])
     planned = {row.case for row in subject.run.outstanding.planned}
