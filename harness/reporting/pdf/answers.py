@@ -1,7 +1,7 @@
 """The question, the answer and the limits of an accuracy report in sentences, each carried by the rows of its run."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import pandas as pd
 from gnomon.harness.contract.status import Status
@@ -9,6 +9,7 @@ from gnomon.harness.reporting import report_words
 from gnomon.harness.reporting.pdf.parts import Part, answer, chapter, points, table, words
 from gnomon.harness.reporting.pdf.pictures import cut
 from gnomon.harness.reporting.pdf.subject import Subject, median
+from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import summary
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import (
@@ -60,13 +61,13 @@ def _asked(subject: Subject) -> list[str]:
     refused = (
         f" It does not accept {counted(len(subject.refused), 'other case')} of the run." if subject.refused else ""
     )
-    tried = counted(len(subject.accepted), "case")
+    tried, all_ = counted(len(subject.accepted), "case"), len(run.names)
+    of = "of the run" if len(subject.accepted) == all_ else f"of the {all_} in the run"
     return [
         f"How accurately does the {taken} {subject.name} compute motions of classical mechanics, what does this cost, and"
         " where does it fail?",
         f"It was given {given} of each case, and ran at {sweep}. Its states at 64 times were compared with the exact"
-        f" motion, which is known to many more digits than binary64 has. It ran on {tried} of the"
-        f" {len(run.names)} in the run{variants}.{refused}",
+        f" motion, which is known to many more digits than binary64 has. It ran on {tried} {of}{variants}.{refused}",
     ]
 
 
@@ -119,8 +120,8 @@ def _setting(subject: Subject) -> str:
         worst = found.loc[found["worst_over_tolerance"].idxmax()]
         middle = f"is {short_text(median(found['over_tolerance']))} times its tolerance in the median of"
         if len(found) < FEWEST:
-            low, high = (short_text(x) for x in (found["over_tolerance"].min(), found["over_tolerance"].max()))
-            middle = f"is {low} to {high} times its tolerance (median over the settings) on"
+            spread = range_text(found["over_tolerance"], short_text, " to ")
+            middle = f"is {spread} times its tolerance (median over the settings) on"
         return (
             f"The error {middle} {counted(len(found), 'case')}, and {short_text(worst['worst_over_tolerance'])} times at"
             f" the worst setting of all ({worst.name})."
@@ -130,8 +131,7 @@ def _setting(subject: Subject) -> str:
     said = f" (declared: {declared.iloc[0]:.0f})" if declared.nunique() == 1 else ""
     if found.empty:
         return f"On no case do the errors lie on a line from which an order could be measured{said}."
-    low, high = found["order"].min(), found["order"].max()
-    number = f"{low:.2f}" if len(found) == 1 else f"{low:.2f} to {high:.2f}"
+    number = range_text(found["order"], "{:.2f}".format, " to ")
     if len(found) >= FEWEST:
         number += f", {median(found['order']):.2f} in the median"
     return f"The order measured on {counted(len(found), 'case')} is {number}{said}."
@@ -194,7 +194,7 @@ def _kinds(subject: Subject) -> Part:
         if own.empty:
             continue
         good, variants = own["digits"].dropna(), hard[hard.index == kind]
-        spread = f"{good.min():.1f} – {good.max():.1f}" if len(good) else "–"
+        spread = range_text(good, "{:.1f}".format)
         middle = f"{good.median():.1f}" if len(good) >= FEWEST else "–"
         solved = f"{variants.sum():.0f} of {len(variants)}" if len(variants) else "–"
         reached = str(int((own["best"] <= MIDDLE).sum()))
@@ -296,6 +296,13 @@ def size_text(error: float) -> str:
     return "0" if error == 0 else error_text(error)
 
 
+def range_text(values: pd.Series, text: Callable[[float], str], between: str = " – ") -> str:
+    """The least and the greatest value in words; the value alone if they read the same."""
+    if values.empty:
+        return "–"
+    return between.join(dict.fromkeys((text(float(values.min())), text(float(values.max())))))
+
+
 def time_at(subject: Subject, case: str, target: float) -> str:
     """The time at an error on a case, with its range over launches; empty if the error is not reached."""
     row = subject.times.get((case, target))
@@ -311,9 +318,7 @@ def growth_words(subject: Subject) -> str:
     found = pd.Series([law.law for _, law in subject.grown.values()], dtype=object)
     if found.empty:
         return ""
-    clear = (
-        found[found != ""].replace({"t": "as t", "t^2": "as t²", "sqrt t": "as √t", "t^1.5": "as t√t"}).value_counts()
-    )
+    clear = found[found != ""].map(lambda law: LAWS.get(law, law)).value_counts()
     said = join_words([f"{law} on {number}" for law, number in clear.items()])
     open_ = int((found == "").sum())
     rest = f"on {open_} its interval admits several laws" if open_ else ""

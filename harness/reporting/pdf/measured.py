@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.reporting.pdf import pictures
-from gnomon.harness.reporting.pdf.answers import digits_text, growth_words, named, size_text, time_at
+from gnomon.harness.reporting.pdf.answers import digits_text, growth_words, named, range_text, size_text, time_at
 from gnomon.harness.reporting.pdf.parts import Part, chapter, figures, table
 from gnomon.harness.reporting.pdf.pictures import cut
 from gnomon.harness.reporting.pdf.subject import Subject
@@ -28,7 +28,8 @@ NUMBER = re.compile(r"(?<![\w.])-?[0-9][0-9.]*(e[+-]?[0-9]+)?(?!\w)")
 def chapters(subject: Subject) -> list[dict[str, Any]]:
     """The figures and the tables."""
     return [
-        chapter("Growth and cost of the error", _growth(subject), _work(subject)),
+        # Without stored states there is no figure of growth to share the page of the method.
+        chapter("Growth and cost of the error", _growth(subject), _work(subject), new_page=not subject.grown),
         chapter("Digits and failures", _digits(subject), _kinds(subject), new_page=True),
         chapter("Tables", _speed(subject), _failures(subject), _cases(subject), new_page=True),
     ]
@@ -98,7 +99,7 @@ def _speed(subject: Subject) -> Part:
         at = subject.equal[(subject.equal["target"] == target) & (subject.equal["cell"] == RANKED)]
         alone, tied = at["tied"] & (at["leaders"] == 1), at["tied"] & (at["leaders"] > 1)
         counts = [str(len(at)), *(str(int(each.sum())) for each in (alone, tied, at["slower"]))]
-        spread = f"{time_text(seconds.min())} – {time_text(seconds.max())}"
+        spread = range_text(seconds, time_text)
         rows.append([power_text(target), str(len(own)), spread, *(counts if len(at) else ["0", "–", "–", "–"])])
     heads = [">error", ">cases that reach it", "<>time of one solve, least – greatest case", ">ranked cases", ">fastest", ">tied",
              ">slower"]  # fmt: skip

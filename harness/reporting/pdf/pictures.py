@@ -135,7 +135,7 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
         if not math.isfinite(one["digits"]):
             one["digits"] = None
     colour = subject.run.look.set_index("series").at[subject.name, "colour"]
-    wide = 5.8 * max(len(cut(str(case))) for case in subject.cases.index) + 8
+    wide = 6.6 * max(len(cut(str(case))) for case in subject.cases.index) + 8
     extent = {"minExtent": wide, "maxExtent": wide, "labelLimit": wide}  # both columns have one scale
     base = alt.Chart(alt.NamedData("rows")).encode(
         y=alt.Y(
@@ -177,11 +177,13 @@ def failure_chart(subject: Subject) -> dict[str, Any]:
         legend=alt.Legend(title=None, orient="top", columns=3, symbolType="square"),
         scale=alt.Scale(domain=[verdict_words(name) for name in present], range=[STATUS_COLOURS[n] for n in present]),
     )
+    most = int(counts.groupby("kind")["problems"].sum().max())
+    whole = {"values": list(range(most + 1))} if most < 8 else {"tickMinStep": 1}
     bars = (
         alt.Chart(alt.NamedData("rows"))
         .mark_bar(stroke="#8d8a82", strokeWidth=0.5, size=14)
         .encode(
-            x=alt.X("problems:Q", title="problems", axis=alt.Axis(tickMinStep=1, format="d")),
+            x=alt.X("problems:Q", title="problems", axis=alt.Axis(format="d", **whole)),
             y=alt.Y("kind:N", title=None, sort=order, axis=alt.Axis(labelLimit=300, labelColor=INK, ticks=False)),
             color=colour,
             order=alt.Order("place:Q"),

@@ -99,7 +99,7 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
         f" The certificates are of revision {join_words(made)}, this run is of {_revision(subject)}." if made else ""
     )
     said = words(
-        f"{len(good)} of the {motions} of this report are confirmed by computations that share no formula with them;"
+        f"Confirmed: {len(good)} of the {motions} of this report, by computations that share no formula with them;"
         f" the fewest digits are {float(least['digits']):.1f} ({_motion(least)}), where binary64 has 16."
         f"{lacking}{failed}{revisions}",
         "Required are 45 digits of a closed form, and 30 where the exact motion is itself an integration, each by at least"
@@ -157,8 +157,10 @@ def _versions(subject: Subject) -> Part:
 def dates(subject: Subject) -> str:
     """The dates of the runs."""
     first, last = subject.history[0], subject.history[-1]
-    ended = f"ended {last['ended'][:16].replace('T', ' ')}" if last["ended"] else "not ended"
-    return f"started {first['started'][:16].replace('T', ' ')} UTC, {ended}"
+    day, started, ended = first["started"][:10], first["started"][11:16], "not ended"
+    if last["ended"]:
+        ended = f"ended {last['ended'][:16].replace('T', ' ').removeprefix(day).strip()}"
+    return f"started {day} {started} UTC, {ended}"
 
 
 def _commands(subject: Subject) -> list[Part]:
@@ -191,8 +193,10 @@ def _again(subject: Subject) -> list[str]:
     if suite not in SUITES or planned != {name.partition("/")[0] for name in SUITES[suite].names()}:
         run += [f"--case {shlex.quote(name)}" for name in sorted(planned)]
     others = subject.run.frame["integrator_id"].nunique() > 1
+    revision = environment.get("revision", "")
+    changed = "  # the run was made with changes that this revision lacks" if revision.endswith("+") else ""
     return [
-        f"git checkout {shlex.quote(environment['revision'])}" if environment.get("revision") else "",
+        f"git checkout {shlex.quote(revision.rstrip('+'))}{changed}" if revision else "",
         " ".join([f"pip install '.[{extras}]'", *pins]),
         " ".join([*run, f"--integrator {quoted}", "--out again.sqlite"]),
         f"gnomon compare {shlex.quote(subject.run.path.name)} again.sqlite" + (" --allow-missing" if others else ""),

@@ -56,6 +56,7 @@ def test_names_are_text_also_on_one_case(tmp_path: Path) -> None:
     assert b"/URI" not in found, "no link is made of the text of a run"
 
 
+@pytest.mark.slow
 def test_as_many_cases_as_the_catalogue_has_fit_on_ten_pages(tmp_path: Path) -> None:
     path = invented(
         tmp_path / "run.sqlite", "DOP853", [f"case_{place}_with_a_name_of_many_words" for place in range(MANY)]
