@@ -34,7 +34,7 @@ def chapters(subject: Subject) -> list[dict[str, object]]:
     return [
         chapter("What was asked", words(*_asked(subject))),
         chapter("Answer", answer(*_answer(subject)), _kinds(subject)),
-        chapter("Limits of this answer", points(*_limits(subject))),
+        chapter("Limits of this answer", points(*_limits(subject)), whole=True),
     ]
 
 
@@ -141,10 +141,10 @@ def _failed(subject: Subject) -> str:
     lost = subject.cases[subject.cases["best"].isna()]
     if lost.empty:
         return "" if len(subject.cases) == 1 else "On each of these cases some setting is ok."
-    why = lost["failure"].str.replace("_", " ").value_counts()
-    kinds = join_words([f"{word or 'left out'} {number}" for word, number in why.items()])
+    why = lost["verdict"].str.replace("_", " ").value_counts()
+    kinds = join_words([f"{word or 'left out'} on {number}" for word, number in why.items()])
     names = named(list(lost.index))
-    return f"No setting is ok on {counted(len(lost), 'case')} ({names}); the first failures are: {kinds}."
+    return f"No setting is ok on {counted(len(lost), 'case')} ({names}); mostly: {kinds}."
 
 
 def _hard(subject: Subject) -> str:

@@ -29,9 +29,11 @@ def chapters(subject: Subject) -> list[dict[str, Any]]:
     """The figures and the tables."""
     return [
         # Without stored states there is no figure of growth to share the page of the method.
-        chapter("Growth and cost of the error", _growth(subject), _work(subject), new_page=not subject.grown),
-        chapter("Digits and failures", _digits(subject), _kinds(subject), new_page=True),
-        chapter("Tables", _speed(subject), _failures(subject), _cases(subject), new_page=True),
+        chapter(
+            "Growth and cost of the error", _growth(subject), _work(subject), begins="" if subject.grown else "page"
+        ),
+        chapter("Digits and failures", _digits(subject), _kinds(subject), begins="page"),
+        chapter("Tables", _speed(subject), _failures(subject), _cases(subject), begins="page"),
     ]
 
 
@@ -52,7 +54,8 @@ def _work(subject: Subject) -> Part:
         " the case."
     )
     across = 1 if number == 1 else 2
-    return figures(drawings, caption, across, 0.7 if across == 1 else 1.0, "Error against cost")
+    heads = [(cut(subject.run.titles[case], 52), cut(case)) for case in subject.telling]
+    return figures(drawings, caption, across, 0.7 if across == 1 else 1.0, "Error against cost", heads)
 
 
 def _growth(subject: Subject) -> Part:
@@ -153,7 +156,7 @@ def _case_row(subject: Subject, case: str, row: pd.Series) -> dict[str, str]:
     return {
         "case": cut(case + (f" ({row['formulation']})" if row["formulation"] else "")),
         "digits": digits_text(row),
-        "error": size_text(row["best"]) if answered else str(row["failure"]).replace("_", " ") or "left out",
+        "error": size_text(row["best"]) if answered else str(row["verdict"]).replace("_", " ") or "left out",
         "range (orientations)": spread if answered and turned else NOTHING,
         f"at {knob}": at,
         "attainable": size_text(row["attainable"]),

@@ -41,14 +41,27 @@ def table(
     return {"shows": "table", "title": title, "columns": columns, "rows": rows, "note": note, "size": size}
 
 
-def figures(drawings: Sequence[str], caption: str, across: int = 1, width: float = 1.0, title: str = "") -> Part:
-    """Drawings in SVG, so many across the page, with one caption; `width` is their share of a column."""
+def figures(
+    drawings: Sequence[str],
+    caption: str,
+    across: int = 1,
+    width: float = 1.0,
+    title: str = "",
+    heads: Sequence[Sequence[str]] = (),
+) -> Part:
+    """Drawings in SVG, so many across the page, with one caption; `width` is their share of a column.
+
+    `heads`: a title and a subtitle over each drawing.
+    """
     return {
-        "shows": "figures", "title": title, "drawings": drawings, "caption": caption, "across": across, "width": width
+        "shows": "figures", "title": title, "drawings": drawings, "caption": caption, "across": across, "width": width, "heads": heads
     }  # fmt: skip
 
 
-def chapter(title: str, *parts: Part, new_page: bool = False) -> dict[str, Any]:
-    """A chapter; parts without texts, rows or drawings are left out."""
+def chapter(title: str, *parts: Part, begins: str = "", whole: bool = False) -> dict[str, Any]:
+    """A chapter; parts without texts, rows or drawings are left out.
+
+    `begins`: a "page", or the "second page" unless an earlier chapter reaches it. `whole`: no page ends within it.
+    """
     kept = [part for part in parts if part.get("texts") or part.get("rows") or part.get("drawings")]
-    return {"title": title, "parts": kept, "new_page": new_page}
+    return {"title": title, "parts": kept, "begins": begins, "whole": whole}

@@ -53,14 +53,7 @@ def work_diagrams(subject: Subject) -> list[dict[str, Any]]:
         if limits[CONDITIONING] <= limits[FLOOR]:
             del limits[CONDITIONING]
         diagram = drawn(specification, own, limits)
-        title = {
-            "text": cut(run.titles[case], 56),
-            "subtitle": cut(case),
-            "fontSize": 13,
-            "subtitleFontSize": 11,
-            "limit": 340,
-        }
-        found.append(_without_legend(diagram | {"title": title, "width": 300, "height": 205}))
+        found.append(_without_legend(diagram | {"width": 300, "height": 205}))
     return found
 
 

@@ -58,7 +58,7 @@ def method(subject: Subject) -> dict[str, Any]:
          " its axis: one start may have a small error by chance."),
         ("Time", " ".join(("The median of repeated calls in a worker process of its own, from the call to the last sample.", *_calls(subject)))),
     ]  # fmt: skip
-    return chapter("Method", terms(rows), new_page=True)
+    return chapter("Method", terms(rows), begins="second page")
 
 
 def _calls(subject: Subject) -> list[str]:
@@ -74,7 +74,7 @@ def _calls(subject: Subject) -> list[str]:
 def chapters(subject: Subject, folders: Sequence[Path]) -> list[dict[str, Any]]:
     """Certificates, versions, and how to reproduce the report."""
     return [
-        chapter("Certificates of the exact motions", *_certificates(subject, folders), new_page=True),
+        chapter("Certificates of the exact motions", *_certificates(subject, folders), begins="page"),
         chapter("Versions", _versions(subject)),
         chapter("How to reproduce", *_commands(subject)),
     ]

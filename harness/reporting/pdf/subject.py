@@ -93,11 +93,11 @@ class Subject:
 
         To the columns of `analysis.trust` come: `floor`, `digits` (nan without an ok setting, and no more than the floor
         allows), `at_floor` (whether they are limited so), `tightest` (whether the best setting is the last one of the
-        sweep), `order`, `margin`, `kind`, `verdict` and `reason` of the first failure.
+        sweep), `declared`, `order`, `margin`, `kind` and `verdict`.
         """
         rows = self.defaults
         table = analysis.trust(rows).set_index("case")
-        matrix = analysis.status_matrix(rows).set_index("case")[["verdict", "failure", "reason"]]
+        matrix = analysis.status_matrix(rows).set_index("case")[["verdict"]]
         ordered = analysis.orders(rows).set_index("case").reindex(table.index)[["order", "margin"]]
         by_case = rows.groupby("case")
         table = table.join(matrix).join(ordered)
