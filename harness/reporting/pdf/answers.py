@@ -85,7 +85,7 @@ def _one_by_one(subject: Subject) -> list[str]:
         f"{case}: the smallest error is {size_text(row['best'])} ({digits_text(row)} digits)"
         + (f", and one solve to an error of {power_text(MIDDLE)} takes {taken}" if taken else "")
         if math.isfinite(row["digits"])
-        else f"{case}: no setting is ok ({str(row['failure']).replace('_', ' ')})"
+        else f"{case}: no setting is ok ({str(row['verdict']).replace('_', ' ')})"
         for case, row in subject.cases.iterrows()
         for taken in [time_at(subject, str(case), MIDDLE)]
     ]

@@ -38,9 +38,9 @@ def cut(text: str, most: int = LONGEST) -> str:
 def work_diagrams(subject: Subject) -> list[dict[str, Any]]:
     """Error against time, or right-hand sides if no time was recorded, on the telling cases; others are grey."""
     run, names = subject.run, set(subject.telling)
-    used = {(case, subject.cases.at[case, "formulation"]) for case in names}
-    rows = run.reduced[(run.reduced["variant"] == "") & run.reduced["case"].isin(names)]
-    rows = rows[[pair in used for pair in rows[["case", "formulation"]].itertuples(index=False, name=None)]]
+    if not names:
+        return []
+    rows = subject.used(run.reduced[run.reduced["case"].isin(names)])
     points = work_points(rows, run.look)
     mine = points["series"] == subject.name
     axis = "time" if np.isfinite(points.loc[mine, "time"]).any() else "calls"

@@ -14,8 +14,6 @@ from gnomon.harness.results import analysis, rankings, store
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.studies.drift import Growth, Sampled, growth, sampled
 
-KEY = ["case", "formulation"]
-
 
 @dataclass(frozen=True)
 class Subject:
@@ -114,6 +112,11 @@ class Subject:
             tightest=table["at"] <= table["last"],
         ).sort_values("digits", ascending=False, kind="stable", na_position="last")
 
+    def used(self, rows: pd.DataFrame) -> pd.DataFrame:
+        """The rows of default variants in the formulations of `cases`."""
+        formulations = rows["case"].map(self.cases["formulation"])
+        return rows[(rows["variant"] == "") & (rows["formulation"] == formulations)]
+
     @cached_property
     def answered(self) -> pd.DataFrame:
         """The rows of `cases` with an ok setting."""
@@ -150,17 +153,13 @@ class Subject:
     @cached_property
     def times(self) -> dict[tuple[str, float], dict[str, Any]]:
         """The rows of `equal` in the formulations of `cases`, by case and error."""
-        used = set(self.cases.reset_index()[KEY].itertuples(index=False, name=None))
-        rows = analysis.records(self.equal)
-        return {(row["case"], row["target"]): row for row in rows if (row["case"], row["formulation"]) in used}
+        rows = analysis.records(self.used(self.equal))
+        return {(row["case"], row["target"]): row for row in rows}
 
     @cached_property
     def grown(self) -> dict[str, tuple[Sampled, Growth]]:
         """By case the sizes of the error over time, at a setting with an error near 1e-5, and their law."""
-        used = set(self.cases.reset_index()[KEY].itertuples(index=False, name=None))
-        own = self.frame[self.frame["variant"] == ""]
-        own = own[[pair in used for pair in own[KEY].itertuples(index=False, name=None)]]
-        found = sampled(self.run.path, own, self.run.classes)
+        found = sampled(self.run.path, self.used(self.frame), self.run.classes)
         return {one.trial.case: (one, growth(one.times, one.sizes["error"])) for one in found}
 
     @cached_property

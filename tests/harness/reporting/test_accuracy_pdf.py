@@ -1,13 +1,17 @@
 """The accuracy report: its pages, its text as data, and statements that the run carries."""
 
+import math
 import re
 from collections.abc import Iterable
+from dataclasses import replace
+from datetime import datetime
 from html import escape
 from pathlib import Path
 
 import pytest
 import synthetic
-from gnomon.harness.reporting.pdf.accuracy import contents, file_name, write_accuracy
+from gnomon.harness.contract.status import Status
+from gnomon.harness.reporting.pdf.accuracy import contents, file_name, typeset, write_accuracy
 from gnomon.harness.reporting.pdf.subject import Subject
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import store
@@ -97,3 +101,14 @@ def test_few_cases_have_no_median_and_what_is_missing_is_said(run: Path) -> None
 def test_a_file_name_is_plain_for_any_id() -> None:
     for name in (f"mine:{EVIL}", "..", "", "a/b", "C:\\x", "x" * 300):
         assert re.fullmatch(r"\w[\w.-]{0,79}", file_name(name)), name
+
+
+def test_a_report_of_nothing_but_failures_says_so(run: Path) -> None:
+    """No figure of errors, no digits, no time: each case is named with its failure."""
+    read = Run.read(run)
+    lost = read.reduced.assign(status=Status.DIVERGED, error_max=math.nan, seconds=math.nan)
+    subject = Subject.of(replace(read, reduced=lost, timed=read.timed.iloc[:0]), METHOD)
+    content = contents(subject, [run.parent])
+    found = {chapter["title"]: chapter["parts"] for chapter in content["chapters"]}
+    assert found["Answer"][0]["texts"][0].count("diverged") == len(synthetic.CASES)
+    assert 6 <= pages(typeset(content, datetime.fromisoformat("2026-01-01T00:00:00+00:00"))) <= 10
