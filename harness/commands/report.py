@@ -11,7 +11,9 @@ from rich.markup import escape
 
 def report(
     run: options.ResultsFile,
-    to: Annotated[Path, options.path_option("The folder to write to.", "--out")] = Path("reports/local"),
+    to: Annotated[
+        Path, options.path_option("The folder to write to; with --pdf also the file, FILE.pdf.", "--out")
+    ] = Path("reports/local"),
     case: Annotated[
         list[str] | None,
         typer.Option(
@@ -19,8 +21,14 @@ def report(
         ),
     ] = None,
     figures: Annotated[bool, typer.Option("--figures", help="Write every figure as SVG and PNG too: slower.")] = False,
+    pdf: Annotated[
+        str | None,
+        typer.Option(
+            "--pdf", metavar="INTEGRATOR", help="Write only the accuracy report of this integrator of the run, as PDF."
+        ),
+    ] = None,
 ) -> None:
-    """Write the report of a run: one offline page and a summary."""
+    """Write the report of a run: one offline page and a summary; or, as a PDF, the accuracy of one integrator."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.system import extras
 
@@ -34,8 +42,15 @@ def report(
     database, given = results_file(run), {name: case_class(name) for name in case or ()}
     with opening.reading(database, ()):
         pass  # raises, before a folder is made, if the file does not hold results of gnomon
-    options.ensure_folder(to, "--out")
-    if figures:
+    file = pdf is not None and to.suffix.lower() == ".pdf"
+    options.ensure_folder(to.parent if file else to, "--out", to if file else None)
+    if pdf is not None:
+        if figures:
+            raise ValueError("--figures: a PDF has its figures in it; give --figures or --pdf")
+        from gnomon.harness.reporting.pdf.accuracy import write_accuracy
+
+        page = write_accuracy(database, pdf, to, given)
+    elif figures:
         from gnomon.harness.reporting.report import write_report
 
         page = write_report(database, to, given, figures=True)

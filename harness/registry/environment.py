@@ -112,7 +112,7 @@ def _revision() -> str | None:
 
     try:
         head = git("rev-parse", "--short=12", "HEAD")
-        written = [f":(exclude,top){name}" for name in ("reports", "harness/results/recommendations.jsonl")]
+        written = [f":(exclude,top){name}" for name in ("reports", "harness/results/advice/recommendations.jsonl")]
         changed = git("status", "--porcelain", "-uno", "--", ":/", *written)
     except (OSError, subprocess.SubprocessError):
         return None

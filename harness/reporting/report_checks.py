@@ -8,12 +8,15 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting import sidecars
 from gnomon.harness.results import number_text
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
+WAYS: dict[str, str] = declared("reporting", "templates/ways.toml")
+"""The ways in which an exact motion is confirmed: what it agrees with."""
 SEVERITY = (Status.OK, Status.NOT_INSTALLED, Status.REFUSED, Status.INACCURATE, Status.DIVERGED, Status.CRASHED)
 
 
@@ -24,6 +27,7 @@ def certified(*folders: Path) -> Markup:
     rows = certificate_rows(*folders)
     return Markup(
         environment.from_string(source).render(
+            ways=WAYS,
             parts=[part for part in _parts(rows) if part["rows"]],
             used={way for row in rows for way in row["ways"]},
             revisions=sorted({row["revision"] for row in rows if row["revision"]}),

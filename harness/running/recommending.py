@@ -14,9 +14,7 @@ from gnomon.harness.results import store, summary
 from gnomon.harness.results.advice.needs import SUBJECTS, YOURS, Answer, Measurements, kind_of, needs
 from gnomon.harness.results.advice.recommendations import MOST_BYTES
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.advice.needs import SUBJECTS, YOURS, Answer, Measurements, kind_of, needs
 from gnomon.harness.results.outstanding import outstanding
-from gnomon.harness.results.advice.recommendations import MOST_BYTES
 from gnomon.harness.running.own_equations import lines
 from gnomon.reference.storage import diskcache
 

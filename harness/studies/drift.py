@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import astuple, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -112,17 +112,24 @@ def rebuilt(kind: type[Case], variant: str, numbers: Mapping[str, str], span: fl
     )
 
 
-def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping[str, type[Case]]) -> pd.DataFrame:
-    """Growth laws: a row for each series and quantity ("error" or an invariant), at a setting of error near 1e-5.
+class Sampled(NamedTuple):
+    """A trial of a run with its sizes over time: the error, by the name "error", and the drift of each invariant."""
 
-    Such an error is well above round-off, and small enough to follow its law. `frame` holds the store's rows of the
-    file; `chosen` marks the rows to use. Cases that are not `known` by name have no laws.
+    trial: Any
+    """The row of the store's frame, as `itertuples` gives it."""
+    times: Floats
+    sizes: dict[str, Floats]
+
+
+def sampled(path: Path, frame: pd.DataFrame, known: Mapping[str, type[Case]]) -> Iterator[Sampled]:
+    """Of each series the trial with an error nearest 1e-5: well above round-off, and small enough to follow its law.
+
+    `frame` holds the store's rows of the file that are to be used. Cases that are not `known` by name are left out.
     """
-    wanted = frame[(frame["status"] == Status.OK) & chosen & (frame["error_max"] > 0) & frame["case"].isin(list(known))]
+    wanted = frame[(frame["status"] == Status.OK) & (frame["error_max"] > 0) & frame["case"].isin(list(known))]
     wanted = wanted.assign(away=np.abs(np.log10(wanted["error_max"] / CLEAR))).sort_values(["launch", "away"])
     wanted = wanted.groupby(SERIES, dropna=False).head(1)
-    sampled = store.states(path, wanted["measurement"].tolist())
-    rows: list[tuple[Any, ...]] = []
+    stored = store.states(path, wanted["measurement"].tolist())
     cases: list[tuple[Case, pd.DataFrame]] = []
     for (name, variant), group in wanted.groupby(["case", "variant"]):
         first = group.iloc[0]
@@ -137,13 +144,23 @@ def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping
             continue  # the exact motion cannot be computed here, so the states have no errors
         scorer = Scorer(case, None, reference)
         for trial in group[[*SERIES, "setting", "measurement"]].itertuples():
-            states = sampled.get(trial.measurement)
+            states = stored.get(trial.measurement)
             if states is None or states.shape != scorer.reference.exact.shape:
                 continue
             sizes = {"error": scorer.metric.distance(states, scorer.reference.exact)} | scorer.drift(states)
-            key = [getattr(trial, column) for column in SERIES]
-            rows += [
-                (*key, trial.setting, quantity, *astuple(growth(reference.times, s)), float(np.max(s)))
-                for quantity, s in sizes.items()
-            ]
+            yield Sampled(trial, reference.times, sizes)
+
+
+def laws(path: Path, frame: pd.DataFrame, chosen: pd.Series[Any], known: Mapping[str, type[Case]]) -> pd.DataFrame:
+    """Growth laws: a row for each series and quantity ("error" or an invariant), from `sampled` trials.
+
+    `frame` holds the store's rows of the file; `chosen` marks the rows to use.
+    """
+    rows: list[tuple[Any, ...]] = []
+    for trial, times, sizes in sampled(path, frame[chosen], known):
+        key = [getattr(trial, column) for column in SERIES]
+        rows += [
+            (*key, trial.setting, quantity, *astuple(growth(times, size)), float(np.max(size)))
+            for quantity, size in sizes.items()
+        ]
     return pd.DataFrame(rows, columns=[*SERIES, "setting", "quantity", "law", "power", "low", "high", "size"])

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from importlib.util import find_spec
 
 EXTRAS: Mapping[str, tuple[str, ...]] = {
-    "report": ("altair", "jinja2", "jsonschema", "pandas", "PIL", "pyarrow", "vl_convert"),
+    "report": ("altair", "jinja2", "jsonschema", "pandas", "PIL", "pyarrow", "typst", "vl_convert"),
     "cluster": ("dask", "distributed"),
     "test": ("pytest",),
 }

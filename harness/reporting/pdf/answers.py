@@ -1,0 +1,328 @@
+"""The question, the answer and the limits of an accuracy report in sentences, each carried by the rows of its run."""
+
+import math
+from collections.abc import Callable, Sequence
+
+import pandas as pd
+from gnomon.harness.contract.status import Status
+from gnomon.harness.reporting import report_words
+from gnomon.harness.reporting.pdf.parts import Part, answer, chapter, points, table, words
+from gnomon.harness.reporting.pdf.pictures import cut
+from gnomon.harness.reporting.pdf.subject import Subject, median
+from gnomon.harness.reporting.tables import LAWS
+from gnomon.harness.results import summary
+from gnomon.harness.results.equal_error import TARGETS
+from gnomon.harness.results.number_text import (
+    counted,
+    error_text,
+    join_words,
+    power_text,
+    short_text,
+    time_text,
+    waited_text,
+)
+from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.rankings import CONDITIONED, FEWEST, RANKED, SOLVED
+from gnomon.harness.studies.drift import CLEAR
+
+MIDDLE = 1e-6
+"""The error at which the answer gives a time."""
+
+
+def chapters(subject: Subject) -> list[dict[str, object]]:
+    """What was asked, the answer, and its limits."""
+    return [
+        chapter("What was asked", words(*_asked(subject))),
+        chapter("Answer", answer(*_answer(subject)), _kinds(subject)),
+        chapter("Limits of this answer", points(*_limits(subject)), whole=True),
+    ]
+
+
+def named(names: Sequence[str], most: int = 4) -> str:
+    """Names as a sentence lists them; of many the first ones, and the number of the others."""
+    shown = [cut(name, 60) for name in names[:most]]
+    return join_words([*shown, f"{len(names) - most} more"]) if len(names) > most else join_words(shown)
+
+
+def _asked(subject: Subject) -> list[str]:
+    run, table_ = subject.run, subject.defaults
+    taken = "physics engine" if subject.engine else "integrator"
+    low, high = table_["setting"].min(), table_["setting"].max()
+    if subject.by_tolerance:
+        sweep = f"relative tolerances from {power_text(high)} down to {power_text(low)}"
+    else:
+        sizes = int(table_.groupby("case")["setting"].nunique().max())
+        sweep = f"up to {counted(sizes, 'step size')} a case, from coarse to fine"
+    given = (
+        "a scene of bodies, joints and contacts" if subject.engine else "the equations of motion and the initial state"
+    )
+    hard = subject.ran[subject.ran["variant"] != ""].drop_duplicates(["case", "variant"])
+    variants = f", and on {counted(len(hard), 'hard variant')} of them" if len(hard) else ""
+    refused = (
+        f" It does not accept {counted(len(subject.refused), 'other case')} of the run." if subject.refused else ""
+    )
+    tried, all_ = counted(len(subject.accepted), "case"), len(run.names)
+    of = "of the run" if len(subject.accepted) == all_ else f"of the {all_} in the run"
+    return [
+        f"How accurately does the {taken} {subject.name} compute motions of classical mechanics, what does this cost, and"
+        " where does it fail?",
+        f"It was given {given} of each case, and ran at {sweep}. Its states at 64 times were compared with the exact"
+        f" motion, which is known to many more digits than binary64 has. It ran on {tried} {of}{variants}.{refused}",
+    ]
+
+
+def _answer(subject: Subject) -> list[str]:
+    few = len(subject.cases) < FEWEST
+    first = _one_by_one(subject) if few else _accuracy(subject)
+    second = [_setting(subject), _failed(subject), _hard(subject)]
+    third = [] if few else [_time(subject)]
+    return [" ".join(filter(None, part)) for part in (first, second, [*third, _rank(subject)])]
+
+
+def _one_by_one(subject: Subject) -> list[str]:
+    """Each case of a run of few: they show nothing about others."""
+    said = [
+        f"{case}: the smallest error is {size_text(row['best'])} ({digits_text(row)} digits)"
+        + (f", and one solve to an error of {power_text(MIDDLE)} takes {taken}" if taken else "")
+        if math.isfinite(row["digits"])
+        else f"{case}: no setting is ok ({str(row['verdict']).replace('_', ' ')})"
+        for case, row in subject.cases.iterrows()
+        for taken in [time_at(subject, str(case), MIDDLE)]
+    ]
+    number = counted(len(subject.cases), "case")
+    return [
+        f"{'; '.join(said)}.",
+        f"This run measured {number} with default numbers, which shows nothing about others.",
+    ]
+
+
+def _accuracy(subject: Subject) -> list[str]:
+    rows, answered = subject.cases, subject.answered
+    if answered.empty:
+        return [f"On none of {counted(len(rows), 'case')} with default numbers is a setting ok."]
+    reached = [f"{power_text(target)} on {int((answered['best'] <= target).sum())}" for target in TARGETS]
+    most, fewest = answered.iloc[0], answered.iloc[-1]
+    return [
+        f"Of {counted(len(rows), 'case')} with default numbers, the smallest error over the sweep is at most"
+        f" {join_words(reached)}.",
+        f"At its best setting it has {median(answered['digits']):.1f} correct digits in the median of the"
+        f" {counted(len(answered), 'case')} with an ok setting, from {digits_text(fewest)} ({fewest.name}) to"
+        f" {digits_text(most)} ({most.name}).",
+    ]
+
+
+def _setting(subject: Subject) -> str:
+    """Error over tolerance, or the order, over the cases."""
+    if subject.by_tolerance:
+        found = subject.cases[subject.cases["over_tolerance"].notna()]
+        if found.empty:
+            return ""
+        worst = found.loc[found["worst_over_tolerance"].idxmax()]
+        middle = f"is {short_text(median(found['over_tolerance']))} times its tolerance in the median of"
+        if len(found) < FEWEST:
+            spread = range_text(found["over_tolerance"], short_text, " to ")
+            middle = f"is {spread} times its tolerance (median over the settings) on"
+        return (
+            f"The error {middle} {counted(len(found), 'case')}, and {short_text(worst['worst_over_tolerance'])} times at"
+            f" the worst setting of all ({worst.name})."
+        )
+    found = subject.cases[subject.cases["order"].notna()]
+    declared = subject.cases["declared"].dropna()
+    said = f" (declared: {declared.iloc[0]:.0f})" if declared.nunique() == 1 else ""
+    if found.empty:
+        return f"On no case do the errors lie on a line from which an order could be measured{said}."
+    number = range_text(found["order"], "{:.2f}".format, " to ")
+    if len(found) >= FEWEST:
+        number += f", {median(found['order']):.2f} in the median"
+    return f"The order measured on {counted(len(found), 'case')} is {number}{said}."
+
+
+def _failed(subject: Subject) -> str:
+    lost = subject.cases[subject.cases["best"].isna()]
+    if lost.empty:
+        return "" if len(subject.cases) == 1 else "On each of these cases some setting is ok."
+    why = lost["verdict"].str.replace("_", " ").value_counts()
+    kinds = join_words([f"{word or 'left out'} on {number}" for word, number in why.items()])
+    names = named(list(lost.index))
+    return f"No setting is ok on {counted(len(lost), 'case')} ({names}); mostly: {kinds}."
+
+
+def _hard(subject: Subject) -> str:
+    known = len(subject.hard)
+    if not known:
+        return ""
+    return (
+        f"Of {counted(known, 'hard variant')} with a known result it solves {int(subject.hard.sum())}: an error of at most"
+        f" {power_text(SOLVED)}, or {CONDITIONED:.0f} times the conditioning if that is larger."
+    )
+
+
+def _time(subject: Subject) -> str:
+    rows = [row for (_, target), row in subject.times.items() if target == MIDDLE]
+    if not rows:
+        return "" if subject.times else "No time was recorded."
+    seconds = pd.Series([row["seconds"] for row in rows], dtype=float)
+    first = f"One solve to an error of {power_text(MIDDLE)} takes"
+    if len(rows) == 1:
+        return f"{first} {time_text(seconds[0])} on the only case that reaches it."
+    middle = f", {time_text(median(seconds))} in the median" if len(rows) >= FEWEST else ""
+    return f"{first} {time_text(seconds.min())} to {time_text(seconds.max())} on the {len(rows)} cases that reach it{middle}."
+
+
+def _rank(subject: Subject) -> str:
+    division = "integrators of gnomon" if subject.library == OURS else "integrators that do not come with gnomon"
+    rows = subject.equal[(subject.equal["cell"] == RANKED) & (subject.equal["target"] == MIDDLE)]
+    if rows.empty:
+        return (
+            f"Times are not ranked: at {power_text(MIDDLE)} no case of this run has several {division} that were timed in"
+            " several launches over a long enough span."
+        )
+    alone = int((rows["tied"] & (rows["leaders"] == 1)).sum())
+    tied = int((rows["tied"] & (rows["leaders"] > 1)).sum())
+    return (
+        f"At {power_text(MIDDLE)}, among {division}, it is the fastest on {alone} of {counted(len(rows), 'ranked case')},"
+        f" tied for it on {tied}, and slower on {int(rows['slower'].sum())}."
+    )
+
+
+def _kinds(subject: Subject) -> Part:
+    """A table with a row for each kind of system."""
+    hard = pd.Series(subject.hard.to_numpy(), [subject.kind_of.get(str(case), "") for case, _ in subject.hard.index])
+    rows = []
+    for kind in dict.fromkeys([*subject.kind_of.values(), "Other systems"]):
+        own = subject.cases[subject.cases["kind"] == kind]
+        if own.empty:
+            continue
+        good, variants = own["digits"].dropna(), hard[hard.index == kind]
+        spread = range_text(good, "{:.1f}".format)
+        middle = f"{good.median():.1f}" if len(good) >= FEWEST else "–"
+        solved = f"{variants.sum():.0f} of {len(variants)}" if len(variants) else "–"
+        reached = str(int((own["best"] <= MIDDLE).sum()))
+        rows.append([kind, str(len(own)), reached, middle, spread, *([solved] if len(hard) else [])])
+    heads = ["<>kind of system", ">cases", f">error ≤ {power_text(MIDDLE)}", ">median digits", ">digits, fewest – most"]
+    heads += [">hard variants solved"] if len(hard) else []
+    note = f"Digits at the best setting of each case; no median is given of fewer than {FEWEST} cases."
+    return table(heads, rows, note, "By kind of system")
+
+
+def _limits(subject: Subject) -> list[str]:
+    return [text for text in (*_of_run(subject), *_of_errors(subject), *_of_times(subject)) if text]
+
+
+def _of_run(subject: Subject) -> list[str]:
+    found = [
+        f"It holds for the {counted(len(subject.accepted), 'case')} of this report and their numbers. Other motions may"
+        " behave otherwise; the cases are not a random sample of anybody's problems."
+    ]
+    planned = [row for row in subject.run.outstanding.planned if row.library == subject.library]
+    lost = sum(row.trials - row.measured for row in planned)
+    if lost:
+        found.append(
+            f"The run is not complete: {lost} of the {sum(row.trials for row in planned)} trials planned for the library"
+            f" {subject.library} have no measurement. Cases, and settings of cases, may be missing."
+        )
+    skipped = subject.ran[subject.ran["status"].isin([Status.SKIPPED, Status.TIMEOUT])]
+    limits = subject.ran["limit_seconds"].dropna()
+    if len(skipped) and len(limits):
+        low, high = f"{limits.min():g}", f"{limits.max():g}"
+        most = f"{low} s" if low == high else f"{low} to {high} s, according to the case,"
+        found.append(
+            f"A trial may take {most} here: {counted(len(skipped), 'setting')} passed this limit or"
+            " were not started because of it. With more time, errors may be smaller."
+        )
+    return found
+
+
+def _of_errors(subject: Subject) -> list[str]:
+    answered, found = subject.answered, []
+    if answered.empty:
+        return []
+    number = counted(len(answered), "case")
+    turned = int((answered["turned_starts"] > 0).sum())
+    if turned:
+        found.append(
+            f"On {turned} of {number} the error is the median over turned orientations, with its range in the table."
+        )
+    if turned < len(answered):
+        found.append(
+            f"On {len(answered) - turned} of {number} the error is that of one start: it has no range, and another start"
+            " may give a larger or smaller error."
+        )
+    tight = int((answered["tightest"] & ~answered["at_floor"]).sum())
+    if tight:
+        found.append(
+            f"On {tight} of {number} the best setting is the finest that ran: a finer one may give more digits, so the"
+            " digits are a lower bound there."
+        )
+    lost = int((answered["attainable"] > MIDDLE).sum())
+    if lost:
+        found.append(
+            f"On {lost} of {number} half a unit in the last place of the input changes the exact motion by more than"
+            f" {power_text(MIDDLE)}: no method can be trusted beyond that there."
+        )
+    found.append(
+        "Errors are measured at 64 times of each motion: between them, and after the last one, nothing was measured. An"
+        " error smaller than the floor, half a unit in the last place of the exact states, counts as the floor."
+    )
+    return found
+
+
+def _of_times(subject: Subject) -> list[str]:
+    timed = subject.run.timed[subject.run.timed["integrator_id"] == subject.name]
+    if not timed["seconds_median"].notna().any():
+        return []
+    launches = report_words.launches_text(timed)
+    scatter = report_words.scatter_text(timed)
+    waited = waited_text(
+        *summary.waited(zip(subject.frame["seconds_median"], subject.frame["delay_seconds"], strict=True))
+    )
+    single = " One launch gives no range of a time." if launches == "from one launch" else ""
+    return [
+        f"Times are {launches}, of whole calls on one processor model ({cut(subject.environment.get('cpu', 'not recorded'), 80)}).{single}"
+        + (f" Of this integrator, {scatter}." if scatter else "")
+        + f" {waited[:1].upper()}{waited[1:]}."
+    ]
+
+
+def digits_text(row: pd.Series) -> str:
+    """The digits of a row of `Subject.cases`; with a sign if only a bound was measured."""
+    if not math.isfinite(row["digits"]):
+        return "–"
+    return f"≥ {row['digits']:.1f}" if row["at_floor"] else f"{row['digits']:.1f}"
+
+
+def size_text(error: float) -> str:
+    """An error to two figures; 0 if it is zero."""
+    return "0" if error == 0 else error_text(error)
+
+
+def range_text(values: pd.Series, text: Callable[[float], str], between: str = " – ") -> str:
+    """The least and the greatest value in words; the value alone if they read the same."""
+    if values.empty:
+        return "–"
+    return between.join(dict.fromkeys((text(float(values.min())), text(float(values.max())))))
+
+
+def time_at(subject: Subject, case: str, target: float) -> str:
+    """The time at an error on a case, with its range over launches; empty if the error is not reached."""
+    row = subject.times.get((case, target))
+    if row is None:
+        return ""
+    bound = "≤ " if row["at_loosest"] else ""
+    spread = f" ({time_text(row['low'])} – {time_text(row['high'])})" if row["launches"] > 1 else ""
+    return f"{bound}{time_text(row['seconds'])}{spread}"
+
+
+def growth_words(subject: Subject) -> str:
+    """On how many cases the error grows by which law."""
+    found = pd.Series([law.law for _, law in subject.grown.values()], dtype=object)
+    if found.empty:
+        return ""
+    clear = found[found != ""].map(lambda law: LAWS.get(law, law)).value_counts()
+    said = join_words([f"{law} on {number}" for law, number in clear.items()])
+    open_ = int((found == "").sum())
+    rest = f"on {open_} its interval admits several laws" if open_ else ""
+    return (
+        f"Of {counted(len(found), 'case')} with stored states, at a setting with an error near {power_text(CLEAR)}, the"
+        f" growth of the error is: {'; '.join(filter(None, [said, rest]))}."
+    )
