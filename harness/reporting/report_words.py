@@ -41,7 +41,7 @@ TIMED = [
 
 LOADED = 0.05
 """Share of timed measurements with a wait above which the page says at its head that the machine was busy."""
-MARKS = {"reaches": "●", "rough": "◐", "fails": "✕", "cannot": "–"}
+MARKS = {"reaches": "●", "rough": "◐", "fails": "✕", "cannot": "–", "unrun": "○"}
 DIVISIONS = {
     "yours": "Yours",
     "third": "Third-party libraries",
@@ -57,7 +57,9 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
     ran = run.reduced[~run.reduced["status"].isin(analysis.NEVER_RAN)]
     own = ran[ran["variant"] == ""].drop_duplicates(["case", "formulation"])
     problems = [
-        (name, formulation) for name in run.names for formulation in own.loc[own["case"] == name, "formulation"]
+        (name, formulation)
+        for name in run.names
+        for formulation in own.loc[own["case"] == name, "formulation"].tolist() or [""]
     ]
     growth, orders = (read(*folders) for read in (report_benchmarks.growth, report_benchmarks.orders))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
@@ -66,6 +68,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
     libraries = set(ran["library"])
     found = Representatives(run)
     first = first_screen(found)
+    unknown = dict.fromkeys(set(run.names) - set(own["case"]), "default variant not run")
+    unknown |= dict.fromkeys(set(run.names) - set(found.complete), "not all has run yet")
     waits = summary.waited(zip(run.frame["seconds_median"], run.frame["delay_seconds"], strict=True))
     return {
         "results": "/".join(run.path.resolve().parts[-2:]),
@@ -91,7 +95,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,
         "multiples": multiples(run, orders, found.complete),
-        "fastest": tables.fastest(run.equal, problems, set(run.names) - set(found.complete)),
+        "fastest": tables.fastest(run.equal, problems, unknown),
         "times": case_tables(run),
         "targets": [number_text.power_text(target) for target in TARGETS],
         "cases": _cases(run, work),

@@ -1,7 +1,7 @@
 """The rows of the report's tables, in words: numbers with their units, statuses with their reasons."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,11 +77,11 @@ class Row:
     note: str = ""
 
 
-def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]], under_way: Collection[str] = ()) -> list[Row]:
+def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]], unknown: Mapping[str, str] = {}) -> list[Row]:
     """Per case and formulation, at each error, the fastest third-party integrator if it is separated, or the tied ones.
 
     A cell that is not ranked says why, with the shortest times. Without third parties the rows are of the integrators
-    that there are. `equal`: `rankings.divisions`; `under_way`: cases of which nothing is said, because trials are missing.
+    that there are. `equal`: `rankings.divisions`; `unknown`: cases of which nothing is said, and why.
     """
     default = equal[equal["variant"] == ""].sort_values("seconds")
     third = default[default["division"] == THIRD]
@@ -90,9 +90,9 @@ def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]], under_way:
         found.setdefault((row["case"], row["formulation"], row["target"]), []).append(row)
     rows = []
     for case, formulation in problems:
-        without = Cell("not all has run yet" if case in under_way else "not reached", kind="none")
+        without = Cell(unknown.get(case, "not reached"), kind="none")
         at = [found.get((case, formulation, target)) for target in TARGETS]
-        cells = [_first_of(one) if one and case not in under_way else without for one in at]
+        cells = [_first_of(one) if one and case not in unknown else without for one in at]
         rows.append(Row(case, cells, note=formulation))
     return rows
 

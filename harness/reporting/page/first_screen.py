@@ -40,6 +40,7 @@ FAILS = {
     "rough": "runs, but not to 1e-6",
     "fails": "fails at every setting within the time limit",
     "cannot": "cannot state the case",
+    "unrun": "not in this run",
 }
 
 
@@ -49,7 +50,7 @@ def first_screen(found: Representatives) -> dict[str, Any]:
     return {
         "lead": _lead(found),
         "profiles": _profiles(found, by_axis),
-        "bars": _bars(found, by_axis["time"]) if len(found.complete) > 1 else [],
+        "bars": _bars(found, by_axis["time"]) if len(found.complete) > 1 and found.third else [],
         "fails": _fails(found) if len(found.complete) > 1 else None,
         "stands": [one._asdict() for one in found.stands],
         "complete": len(found.complete),
@@ -182,8 +183,11 @@ def _distinct(libraries: Sequence[str]) -> list[str]:
 
 
 def _profiles(found: Representatives, by_axis: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
-    """Performance profiles of the libraries at three errors, with the shares at their right ends; None with few cases."""
-    if len(found.complete) < FEWEST:
+    """Performance profiles of the libraries at three errors, with the shares at their right ends.
+
+    None with few cases, or without a third party, which sets the scale.
+    """
+    if len(found.complete) < FEWEST or not found.third:
         return None
     specs, shares = [], {}
     for axis, column in AXES.items():
@@ -207,8 +211,7 @@ def _shares(found: Representatives, rows: pd.DataFrame, target: float, column: s
     gnomon's own methods never set the scale: where they take less than all third parties, they are at a factor of 1.
     """
     table = found.times(rows, target, column)
-    third = [one.name for one in found.stands if one.division == THIRD] or list(table)
-    least = table[third].min(axis=1)
+    least = table[found.third].min(axis=1)
     ratio = table.div(least, axis=0).where(np.isfinite(table), np.inf).clip(lower=1.0)
     ratio = ratio.mask(np.isinf(least), table.where(np.isinf(table), 1.0), axis=0)
     known = {one.name: one for one in found.stands}
@@ -315,8 +318,10 @@ def _counts(
     counts: Counter[str] = Counter()
     for case in cases:
         row = known.get((case, method or ""))
-        if row is None or row["verdict"] in CANNOT_RUN:
+        if method is None or (row is not None and row["verdict"] in CANNOT_RUN):
             counts["cannot"] += 1
+        elif row is None:
+            counts["unrun"] += 1
         elif not row["settings_ok"]:
             counts["fails"] += 1
         else:

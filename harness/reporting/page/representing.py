@@ -66,6 +66,19 @@ class Representatives:
         lost = {row.case for row in self.run.outstanding.planned if row.measured < row.trials}
         return [name for name in self.run.names if name not in lost]
 
+    @cached_property
+    def whole(self) -> list[Stand]:
+        """The stands that ran on every complete case: of the others, it is not known what they would reach there."""
+        default = own(self.run.frame)
+        ran = set(default[["case", "integrator_id"]].itertuples(index=False, name=None))
+        pairs = {one.name: [(case, one.methods[self.kind_of[case]]) for case in self.complete] for one in self.stands}
+        return [one for one in self.stands if all(pair in ran or pair[1] is None for pair in pairs[one.name])]
+
+    @cached_property
+    def third(self) -> list[str]:
+        """The third-party libraries among `whole`."""
+        return [one.name for one in self.whole if one.division == THIRD]
+
     def rows(self, equal: pd.DataFrame) -> pd.DataFrame:
         """The rows of the default variants of complete cases by the method that stands for its library, with its `stand`.
 
@@ -75,7 +88,7 @@ class Representatives:
         rows = own(equal[equal["case"].isin(self.complete)])
         by_pair = {
             (case, method): one.name
-            for one in self.stands
+            for one in self.whole
             for case, kind in self.kind_of.items()
             if (method := one.methods[kind]) is not None
         }
@@ -92,7 +105,7 @@ class Representatives:
         least = at.groupby(["case", "division"])[column].transform("min")  # a quotient would lose ties to round-off
         at = at.assign(value=at[column].where(~at["tied"], least))
         table = at.pivot(index="case", columns="stand", values="value")
-        return table.reindex(index=self.complete, columns=[one.name for one in self.stands]).fillna(np.inf)
+        return table.reindex(index=self.complete, columns=[one.name for one in self.whole]).fillna(np.inf)
 
 
 def title(library: str) -> str:
