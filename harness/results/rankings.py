@@ -16,7 +16,10 @@ from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, hard, own, recor
 from gnomon.harness.results.contenders import ALONE as ALONE
 from gnomon.harness.results.contenders import CONTENDER as CONTENDER
 from gnomon.harness.results.contenders import LARGEST_NULL as LARGEST_NULL
-from gnomon.harness.results.contenders import MOST_LAUNCHES, ONE_LAUNCH, RANKED, TOO_SHORT, kind, p_values
+from gnomon.harness.results.contenders import MOST_LAUNCHES, kind, p_values
+from gnomon.harness.results.contenders import ONE_LAUNCH as ONE_LAUNCH
+from gnomon.harness.results.contenders import RANKED as RANKED
+from gnomon.harness.results.contenders import TOO_SHORT as TOO_SHORT
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.separation import discoveries, signs
 

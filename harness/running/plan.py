@@ -98,6 +98,8 @@ class Suite:
     0: only the launches above."""
     minutes_with_peers: float = 0.0
     """The same if a library of the extra `peers` takes part."""
+    asked: bool = False
+    """Whether the user gave the minutes: undecided comparisons then run even if an earlier run has spent its own."""
     timed: bool = True
     """Whether times are recorded; else a run has only errors."""
     shard: tuple[int, int] = (1, 1)
