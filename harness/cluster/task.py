@@ -99,6 +99,12 @@ class _Recorder:
     def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None:
         """Do nothing: the client records pairs that cannot run."""
 
+    def note(self, run: int, name: str, value: str) -> None:
+        """Do nothing: a task has no rounds of repeated launches."""
+
+    def timed(self) -> list[dict[str, Any]]:
+        return []
+
     def add(self, run: int, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None:
         row = {name: v.item() if isinstance(v, np.generic) else v for name, v in measurement.items()}
         content = {"row": row, "options": options}

@@ -80,9 +80,7 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "machines": machines_text(run.frame),
         "launches": launches_text(run.timed),
         "scatter": scatter_text(run.timed),
-        "waited": number_text.waited_text(*waits),
-        "waits": f"{100 * waits[1] / waits[0]:.0f} %" if waits[0] else "",
-        "loaded": waits[1] > LOADED * waits[0],
+        **_load(waits),
         "first": first,
         "opened": first["lead"]["case"] if first["lead"] else str(run.frame["case"].iloc[0]),
         "outcomes": MEANINGS,
@@ -118,6 +116,12 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "growth": growth,
         "stability": report_stability.stability(*folders),
     }
+
+
+def _load(waits: tuple[int, int, int]) -> dict[str, Any]:
+    timed, delayed, _ = waits
+    share = f"{100 * delayed / timed:.0f} %" if timed else ""
+    return {"waited": number_text.waited_text(*waits), "waits": share, "loaded": delayed > LOADED * timed}
 
 
 def _origin_text(one: provenance.Origin) -> str:

@@ -41,6 +41,16 @@ SELECT value FROM environment AS own WHERE name = '{SHARD}' AND (
         EXCEPT SELECT series FROM planned WHERE planned.run > own.run AND planned.run IN whole))
 """
 """The shards of all runs, except those whose series a later run of a whole plan has also planned."""
+_COMPLETE = f"""
+WITH done AS (
+    SELECT trial_key FROM measurements WHERE launch = 1 AND measurement IN (
+        SELECT max(measurement) FROM measurements WHERE launch = 1 GROUP BY trial_key)
+    AND status != '{Status.INTERRUPTED.value}')
+SELECT "case", variant FROM (
+    SELECT "case", variant, series, setting, max(trial_key IN done) AS measured
+    FROM trials WHERE trial_key IN ({LAST_PLANNED}) GROUP BY series, setting)
+GROUP BY "case", variant HAVING min(measured) = 1
+"""
 _TEXT = re.compile(r"([0-9]{1,7})/([0-9]{1,7}) of ([0-9a-f]{8})")
 
 Shards = dict[tuple[str, int], set[int]]
@@ -100,6 +110,16 @@ def outstanding(path: str | Path) -> Outstanding:
         rows = [Planned(visible(case), visible(library), *counts) for case, library, *counts in db.execute(_PLANNED)]
         last = db.execute("SELECT ended FROM runs ORDER BY run DESC LIMIT 1").fetchone()
         return Outstanding(rows, _missing(shards(db)), last is None or last[0] is not None)
+
+
+def complete(path: str | Path) -> set[tuple[str, str]]:
+    """The cases and variants, as rows name them, of which every planned trial has a measurement of its first launch.
+
+    On these everything ran that was planned, so that a page of an unfinished run ranks nothing that is missing. A
+    series over a timing span is a variant of its own. Raises ValueError as `load` does.
+    """
+    with opening.reading(path, ["trials", "planned", "measurements"]) as db:
+        return {(visible(case), visible(variant)) for case, variant in db.execute(_COMPLETE)}
 
 
 def shard_text(place: int, count: int, plan: str) -> str:

@@ -12,6 +12,7 @@ import pandas as pd
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.status import Status
 from gnomon.harness.results.analysis import hard, own
+from gnomon.harness.results.contenders import OURS as OURS
 
 DRAWS = 1000
 SEED = 20260101
@@ -19,7 +20,6 @@ LEVEL = 0.95
 """Bands hold pointwise at this level, over bootstrap samples of the cases, whose variants stay together."""
 LARGEST_DIGITS = 16.0
 THIRD_PARTY = "best third-party"
-OURS = "gnomon"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ number.
 """
 
 import math
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping
 from collections.abc import Set as AbstractSet
 from typing import Any, NamedTuple, TypeVar
 
@@ -15,22 +15,22 @@ import pandas as pd
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import NOT_BROKEN, Status
 from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, hard, own, records
+from gnomon.harness.results.contenders import ALONE as ALONE
+from gnomon.harness.results.contenders import CONTENDER as CONTENDER
+from gnomon.harness.results.contenders import LARGEST_NULL as LARGEST_NULL
+from gnomon.harness.results.contenders import MOST_LAUNCHES, kind, p_values
+from gnomon.harness.results.contenders import ONE_LAUNCH as ONE_LAUNCH
+from gnomon.harness.results.contenders import RANKED as RANKED
+from gnomon.harness.results.contenders import TOO_SHORT as TOO_SHORT
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.separation import discoveries, paired, signs
 
 MOST = 1e3
 """The largest ratio of a performance profile."""
-CONTENDER = 2.0
-"""Largest ratio to the least time for a contender: single launches of one program may be as far apart."""
-LARGEST_NULL = 0.1
-"""The largest share of the null call in the time of a contender with which a cell is ranked."""
 SAME_COUNT = 1.1
 """Largest ratio of two counts of evaluations that are tied: counts are interpolated between settings of a sweep."""
 THIRD, YOURS, OWN = "third", "yours", "own"
 """Divisions: third-party libraries, integrators that the run was given, and gnomon's own methods."""
-MOST_LAUNCHES = 10
-"""Number of launches after which an undecided pair is a tie."""
-
 EXACT = 1e-12
 """An error at the loosest setting of at most this, or CONDITIONED times the conditioning, is round-off. The method is
 then exact by construction, as on Kepler's orbits a method that moves bodies on them."""
@@ -38,10 +38,6 @@ FEWEST = 5
 """Smallest number of cases for a statement about integrators, as variants of one case are not independent."""
 SOLVED, CONDITIONED = 1e-6, 1e3
 """A setting solves a hard variant if its error is at most SOLVED, or CONDITIONED times a larger conditioning."""
-
-RANKED, ONE_LAUNCH, TOO_SHORT, ALONE = "ranked", "not separated", "too short to rank", "one integrator"
-"""Kinds of cells. A ranked cell has several integrators, timed in several launches on a span that is long enough: one
-launch cannot separate integrators."""
 
 
 def ranked(equal: pd.DataFrame) -> pd.DataFrame:
@@ -57,9 +53,9 @@ def ranked(equal: pd.DataFrame) -> pd.DataFrame:
     every = list(records(table, ("ratio", "times", "null_share")))
     for places in table.groupby([*PROBLEM, "target"]).indices.values():
         rows = [every[place] for place in places.tolist()]
-        cells[places] = _cell(rows)
+        cells[places] = kind(rows)
         if cells[places[0]] == RANKED:
-            p[places] = _values(rows)
+            p[places] = p_values(rows)
     tested = cells == RANKED
     slower = np.zeros(len(table), dtype=bool)
     others = tested & (table["ratio"].to_numpy() > 1)
@@ -67,28 +63,6 @@ def ranked(equal: pd.DataFrame) -> pd.DataFrame:
     tied = np.where(tested, ~slower, table["ratio"] < CONTENDER)
     table = table.assign(cell=cells, slower=slower, tied=tied.astype(bool))
     return table.assign(leaders=table.groupby([*PROBLEM, "target"])["tied"].transform("sum"))
-
-
-def _cell(rows: Sequence[Mapping[str, Any]]) -> str:
-    contenders = [row for row in rows if row["ratio"] < CONTENDER]
-    if len(rows) == 1:
-        return ALONE
-    if not all(row["null_share"] <= LARGEST_NULL for row in contenders):
-        return TOO_SHORT
-    first, *others = sorted(rows, key=lambda row: row["ratio"])
-    several = any(len(first["times"].keys() & row["times"].keys()) > 1 for row in others)
-    return RANKED if several else ONE_LAUNCH
-
-
-def _values(rows: Sequence[Mapping[str, Any]]) -> list[float]:
-    """The p value of each row's claim that the integrator with the least time is faster."""
-    first = min(rows, key=lambda row: row["ratio"])["times"]
-    chosen = max(sum(row["ratio"] < CONTENDER for row in rows) - 1, 1)
-    found = []
-    for row in rows:
-        both = first.keys() & row["times"].keys()
-        found.append(min(1.0, chosen * paired([math.log(row["times"][n] / first[n]) for n in both])))
-    return found
 
 
 def undecided(table: pd.DataFrame) -> list[tuple[str, str, str, float, str, str]]:

@@ -15,6 +15,7 @@ from gnomon.harness.contract.status import SCORED, STOPPED, Status, from_outside
 from gnomon.harness.results import opening, schema
 from gnomon.harness.results.export import export as export
 from gnomon.harness.results.opening import results_file as results_file
+from gnomon.harness.results.reading import NOT_SUPERSEDED
 from gnomon.harness.results.reading import load as load
 from gnomon.harness.results.reading import runs as runs
 from gnomon.harness.results.reading import states as states
@@ -23,6 +24,13 @@ from gnomon.harness.system.locks import lock_results, release_results
 TO_REPEAT = "to be run again: --repeat"
 """The reason of a trial that is recorded as interrupted because a run repeats it. Results files hold this text: it must
 not change."""
+
+
+_TIMED = (
+    *("trial_key", "run", "launch", "status", "reason", "error_max", "rhs_calls", "steps", "turned_starts"),
+    *("seconds_median", "null_seconds", "null_work", "delay_seconds"),
+)
+"""The columns of measurements in `Store.timed`."""
 
 
 class Known(NamedTuple):
@@ -121,6 +129,28 @@ class Store:
         with self._connection as db:
             db.execute("UPDATE runs SET ended = ? WHERE run = ?", (_now(), run))
             schema.seal(db, "runs", run)
+
+    def note(self, run: int, name: str, value: str) -> None:
+        """Add a line to the environment of a run."""
+        with self._connection as db:
+            _insert(db, "environment", {"run": run, "name": name, "value": value})
+
+    def noted(self, suite: str, name: str) -> str | None:
+        """The last line of this name in the environment of the last run of a suite that ended; None without it."""
+        query = "SELECT value FROM environment WHERE name = ? AND run = (SELECT max(run) FROM runs WHERE suite = ?)"
+        found = self._connection.execute(query, (name, suite)).fetchone()
+        return None if found is None else found[0]
+
+    def timed(self) -> list[dict[str, Any]]:
+        """The timed measurements that count, of default variants in the case's own formulation, for `contenders`."""
+        names = ("case", "variant", "formulation", "library", "integrator_id", "setting", "machine")
+        chosen = ", ".join([*(f'trials."{name}"' for name in names), *(f"measurements.{name}" for name in _TIMED)])
+        cursor = self._connection.execute(
+            f"SELECT {chosen} FROM measurements JOIN trials USING (trial_key) WHERE {NOT_SUPERSEDED}"
+            " AND seconds_median > 0 AND formulation = 'standard' AND variant LIKE 'default%'"
+            " ORDER BY trials.rowid, measurements.launch"
+        )
+        return [dict(zip((*names, *_TIMED), row, strict=True)) for row in cursor]
 
     def plan(self, run: int, trials: Iterable[Mapping[str, Any]]) -> None:
         """Record the trials of a run, rows with the TRIAL_COLUMNS; trials already in the file are not changed."""

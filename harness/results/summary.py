@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
@@ -23,6 +23,10 @@ ERRORS = [
     *("turns", "invariant_drift"),
 ]
 """Columns to ignore in later launches of a trial if its first launch has the median over turned starts."""
+UNDER_LOAD = 0.05
+"""Share of delayed measurements above which a machine was under load. A call that waits is repeated up to five times, so
+that on a quiet machine only long calls, which the system interrupts now and then, stay delayed: some per cent at most.
+Above one in twenty, medians over a few calls and launches contain waits, which no ranking of times survives."""
 NOT_RUN = "not_run"
 """The verdict of a hard variant that was not run with an integrator that accepts its case. No trial has this status."""
 NEVER_RAN = (*CANNOT_RUN, NOT_RUN)
@@ -91,6 +95,20 @@ def waited(times: Iterable[tuple[float | None, float | None]]) -> tuple[int, int
     known = [(seconds, delay) for seconds, delay in timed if _known(delay)]
     delayed = sum(delay > DELAYED * seconds for seconds, delay in known)  # type: ignore[operator]
     return len(timed), delayed, len(timed) - len(known)
+
+
+class Load(NamedTuple):
+    """The share of timed measurements that waited for a processor, nan if unknown, and whether it is `high`."""
+
+    share: float
+    high: bool
+
+
+def load_of(times: Iterable[tuple[float | None, float | None]]) -> Load:
+    """Whether the machine was under load, from the seconds and the delay of each measurement."""
+    timed, delayed, unknown = waited(times)
+    share = delayed / (timed - unknown) if timed > unknown else math.nan
+    return Load(share, share > UNDER_LOAD)
 
 
 def _known(value: float | None) -> bool:

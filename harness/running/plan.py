@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 import secrets
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cache, cached_property
@@ -93,6 +93,13 @@ class Suite:
     """Whether the first use of each integrator is timed, once, which takes some seconds each."""
     timing_spans: bool = False
     """Whether default variants are launched repeatedly over timing spans, not their own spans (see `lengthened`)."""
+    minutes: float = 0.0
+    """Minutes of a run after which no repeated launch begins; until then the undecided comparisons are launched again.
+    0: only the launches above."""
+    minutes_with_peers: float = 0.0
+    """The same if a library of the extra `peers` takes part."""
+    asked: bool = False
+    """Whether the user gave the minutes: undecided comparisons then run even if an earlier run has spent its own."""
     timed: bool = True
     """Whether times are recorded; else a run has only errors."""
     shard: tuple[int, int] = (1, 1)
@@ -125,8 +132,19 @@ class Suite:
     def untimed(self) -> Suite:
         """A copy for errors alone: each series is launched once, and each trial is one call of `solve`."""
         return replace(
-            self, timed=False, launches=1, timing_spans=False, repeats=1, rest=self.rest and self.rest.untimed()
+            self.once(), timed=False, launches=1, timing_spans=False, repeats=1, rest=self.rest and self.rest.untimed()
         )
+
+    def once(self) -> Suite:
+        """A copy without further launches of undecided comparisons, and without the timing spans that serve them."""
+        if not self.minutes:
+            return self
+        return replace(self, minutes=0.0, minutes_with_peers=0.0, timing_spans=False)
+
+    def budget(self, integrators: Iterable[Integrator]) -> float:
+        """Minutes of a run with these integrators after which no repeated launch begins."""
+        found = {LIBRARIES[one.library].extra for one in integrators if one.library in LIBRARIES}
+        return self.minutes_with_peers if "peers" in found else self.minutes
 
     def limit(self, case: Case) -> float:
         """The time limit of one trial of a case (s); longer if a variant's span is longer than 1000 time scales."""

@@ -2,11 +2,12 @@
 
 import shlex
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from time import monotonic
 from typing import Any, Protocol
 
 from gnomon.cases import Case
@@ -21,12 +22,14 @@ from gnomon.harness.measuring.reference_solution import (
 )
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import declaration, environment, lookup, references
+from gnomon.harness.registry.selection import DEFAULT
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
-from gnomon.harness.running import plan
+from gnomon.harness.running import order, plan, rounds
 from gnomon.harness.running.call_cost import described as python_calls
 from gnomon.harness.running.cost import launch_seconds, shard, shard_named
 from gnomon.harness.running.plan import Repeat, Series, Suite, Trial
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
+from gnomon.harness.running.rounds import Rounds
 from gnomon.harness.running.sweep import Sweep
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.progress import Progress
@@ -58,10 +61,12 @@ def run(
     of a case cannot be computed.
     """
     need_fork()
+    began = monotonic()
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     progress, at_once = progress or Progress(quiet=True), suite.launches > 1
     with open_run(path, suite, chosen, integrators, progress, near_duplicates, at_once) as run_:
-        method = references.start_method(integrators)
+        method, minutes = references.start_method(integrators), suite.budget(integrators)
+        run_.further = Rounds(run_.results.timed, minutes, began) if minutes else None
         Pool(workers, method, prepare_seconds).run(run_.sweeps(), run_.progress.interlude)
     return path
 
@@ -93,8 +98,10 @@ def open_run(
         first, later = (series, []) if at_once else _in_two(series)
         known, broken = _reference_solutions(first, progress)
         calls = python_calls() if any(one.library == "scipy" for one in integrators) else {}
+        ended = results.noted(suite.name, rounds.NAME)
         number = results.begin_run(suite.name, shlex.join(sys.argv), environment.describe() | calls | named)
         run_ = PlannedRun(results, number, suite, known, progress, near_duplicates, named, later=later, broken=broken)
+        run_.ended = None if suite.asked else ended
         run_.plan(first)
         yield run_
         results.end_run(number)
@@ -129,6 +136,12 @@ def _reference_solutions(
     return known, {spec: exact for spec, exact in found.items() if isinstance(exact, str)}
 
 
+def _named(series: Series) -> tuple[str, str, str] | None:
+    """A series as `Rounds.next` names it; None in another formulation of its case."""
+    variant = "" if series.variant == DEFAULT else series.variant
+    return None if series.formulation is not None else (series.case.name, variant, series.integrator.id)
+
+
 class Results(Protocol):
     """The part of a `Store` that a run needs, and that other classes have too."""
 
@@ -141,6 +154,10 @@ class Results(Protocol):
     def add(self, run: int, measurement: Mapping[str, Any], options: Any = None, states: Any = None) -> None: ...
 
     def add_all(self, run: int, measurements: Iterable[Mapping[str, Any]]) -> None: ...
+
+    def note(self, run: int, name: str, value: str) -> None: ...
+
+    def timed(self) -> list[dict[str, Any]]: ...
 
 
 @dataclass
@@ -163,6 +180,12 @@ class PlannedRun:
     """Series that `sweeps` plans after the others have run, because their exact motions are computed first."""
     broken: dict[CaseSpec, str] = field(default_factory=dict)
     """The error messages of the cases without an exact motion."""
+    further: Rounds | None = None
+    """The rounds of repeated launches after the launches of the suite."""
+    ended: str | None = None
+    """The record of the rounds of the suite's last run in the file."""
+    measured: int = 0
+    """The number of trials that this run has measured."""
 
     def __post_init__(self) -> None:
         self.history = self.results.history()
@@ -193,13 +216,13 @@ class PlannedRun:
         self.results.add_all(self.number, left_out)
 
     def sweeps(self) -> Iterator[Sweep | None]:
-        """Every launch of every series that has trials to run. All series are launched once before any is repeated.
+        """Every launch of every series that has trials to run, in the order of `order.places`.
 
-        A launch begins after the previous launch of its series, whose settings it repeats. None is a pause, while all
-        launches that are left have to wait.
+        All series are launched once before any is repeated. A launch begins after the previous launch of its series,
+        whose settings it repeats. None is a pause, while all launches that are left have to wait.
         """
         under_way = set[str]()
-        yield from self._sweeps(self.work, under_way)
+        yield from self._sweeps(self._launches(self.work), under_way)
         if self.later:
             while under_way:  # computing exact motions would disturb their times
                 yield None
@@ -208,19 +231,50 @@ class PlannedRun:
             self.broken |= broken
             planned = len(self.work)
             self.plan(self.later)
-            yield from self._sweeps(self.work[planned:], under_way)
+            yield from self._sweeps(self._launches(self.work[planned:]), under_way)
+        if self.further is not None:
+            yield from self._rounds(self.further, under_way)
 
-    def _sweeps(self, works: Sequence[Work], under_way: set[str]) -> Iterator[Sweep | None]:
+    def _launches(self, works: Sequence[Work]) -> list[tuple[int, Series, tuple[Trial, ...], Scorer]]:
+        """The launches of these series in their order."""
+        places = order.places(one for one, *_ in works)
         launches = [(launch, *work) for work in works for launch in self.launches(work[0])]
-        launches.sort(key=lambda item: item[0])
+        return sorted(launches, key=lambda item: (item[0], places[item[1].id]))
+
+    def _rounds(self, further: Rounds, under_way: set[str]) -> Iterator[Sweep | None]:
+        """Further launches where ranks are undecided, each round after the one before, until the time is spent.
+
+        A run that measured nothing new begins none if the last run of the suite has a record of its rounds.
+        """
+        while under_way:
+            yield None
+        if self.ended is not None and not self.measured:
+            self.results.note(self.number, rounds.NAME, self.ended)
+            return
+        while (found := further.next()) is not None:
+            launch, chosen = found
+            works = [work for work in self.work if _named(work[0]) in chosen]
+            yield from self._sweeps([(launch, *work) for work in works], under_way, further.over)
+            while under_way:
+                yield None
+        self.results.note(self.number, rounds.NAME, further.record())
+
+    def _sweeps(
+        self,
+        launches: Sequence[tuple[int, Series, tuple[Trial, ...], Scorer]],
+        under_way: set[str],
+        over: Callable[[], bool] = lambda: False,
+    ) -> Iterator[Sweep | None]:
+        """The launches that have trials to run, until the time is `over`."""
         pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
-        self.progress.begin("series", len(pending), sum(launch_seconds(one, self.suite, n) for n, one, *_ in pending))
+        work = sum(launch_seconds(one, self.suite, n) for n, one, *_ in pending)
+        self.progress.begin("series", len(pending), work)
 
         def finished(one: Series, cost: float) -> None:
             under_way.remove(one.id)
             self.progress.advance(cost)
 
-        while pending:
+        while pending and not over():
             place = next((k for k, (_, one, *_) in enumerate(pending) if one.id not in under_way), None)
             if place is None:
                 yield None
@@ -267,5 +321,6 @@ class PlannedRun:
         return self.scorers[spec]
 
     def _record(self, measurement: Mapping[str, Any], options: Any, states: Any) -> None:
+        self.measured += 1
         self.results.add(self.number, measurement, options, states)
         self.history[measurement["trial_key"], measurement["launch"]] = Known.of(measurement)

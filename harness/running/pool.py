@@ -3,10 +3,11 @@
 import math
 import tempfile
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from signal import Signals
+from time import monotonic
 from typing import Protocol
 
 from gnomon.harness.contract.status import Status
@@ -84,6 +85,11 @@ class _Slot:
     """The number of attempts at this request, the current one included."""
     held: bool = False
     """Whether the request is held back until an interlude has ended; the worker waits for it."""
+    late: bool = False
+    """Whether the request has passed its deadline and the worker may still answer, as a new one would cost more."""
+    began: float = field(default_factory=monotonic)
+    costs: float | None = None
+    """Seconds from the start of the process to the end of its first preparation: the cost of a new process."""
 
 
 class Pool:
@@ -149,6 +155,7 @@ class Pool:
 
     def _send(self, slot: _Slot, request: Request) -> None:
         self._requested += 1
+        slot.late = False
         slot.request = replace(request, number=self._requested)
         slot.held = self._pausing
         if slot.held:
@@ -163,9 +170,10 @@ class Pool:
         for slot in self._slots.values():
             self._send(slot, slot.request)
 
-    def _stage(self, slot: _Slot, stage: str) -> None:
+    def _stage(self, slot: _Slot, stage: str, times: int = 1) -> None:
+        """Give the worker its time for a stage; `times`: the number of deadlines of a run that it may take."""
         slot.stage, limit = stage, slot.job.limit_seconds
-        seconds, why = limit + GRACE_SECONDS, f"no answer within {limit:g} s"
+        seconds, why = times * (limit + GRACE_SECONDS), f"no answer within {limit:g} s"
         if stage == "prepare":
             seconds, why = self.prepare_seconds, f"not prepared within {self.prepare_seconds:g} s"
         slot.child.limit = Limit(slot.child.process.pid, seconds, why)
@@ -186,8 +194,20 @@ class Pool:
                 self._fail(slot, Status.CRASHED, FLOODED)
 
     def _ended(self, slot: _Slot, end: Ended) -> None:
-        """The worker passed its deadline, ended by itself or by a signal from outside, or lost the fork server."""
-        if end.late and slot.stage == "run" and slot.tries < TRIES and slot.job.limit_seconds < RETRY_SECONDS:
+        """The worker passed its deadline, ended by itself or by a signal from outside, or lost the fork server.
+
+        While tries are left, a worker that costs more than the time of these tries gets that time to answer: a call
+        that does not end within it is no stall, and a call that does end is tried again in the same worker.
+        """
+        again = slot.stage == "run" and slot.tries < TRIES and slot.job.limit_seconds < RETRY_SECONDS
+        left = TRIES - slot.tries
+        if end.late and slot.late:
+            slot.tries = TRIES
+            self._fail(slot, Status.TIMEOUT, f"no answer within {slot.job.limit_seconds:g} s")
+        elif end.late and again and (slot.costs or 0.0) > left * (slot.job.limit_seconds + GRACE_SECONDS):
+            self._stage(slot, "run", times=left)
+            slot.late = True
+        elif end.late and again:
             self._end(slot)
             self._launch(slot.job, slot.request, again=slot.again, tries=slot.tries + 1)
         elif end.late:
@@ -205,6 +225,12 @@ class Pool:
     def _handle(self, slot: _Slot, message: Message) -> None:
         """Act on one message."""
         stage = message.stage
+        if stage == "prepared" and slot.costs is None:
+            slot.costs = monotonic() - slot.began
+        if slot.late and stage != "compiling":
+            slot.tries += 1
+            self._send(slot, slot.request)  # an answer to the request before has another number
+            return
         if stage in STAGES:
             slot.interrupted = slot.interrupted or (stage == "compiling" and slot.stage == "run")
             self._stage(slot, STAGES[stage])

@@ -1,0 +1,65 @@
+"""Rounds of repeated launches: those of the integrators between which the ranks are undecided."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from time import monotonic
+from typing import Any
+
+from gnomon.harness.results import contenders
+from gnomon.harness.results.contenders import MOST_LAUNCHES
+
+NAME = "repeated launches"
+"""The name of a run's record of its rounds in its environment."""
+DECIDED = "no comparison is undecided"
+SPENT = "the time was spent"
+EXHAUSTED = "further launches of them fail"
+LARGEST = 2 * MOST_LAUNCHES
+"""The largest number of a launch: an integrator whose repeated launches fail stays undecided."""
+
+
+@dataclass
+class Rounds:
+    """When further launches run, and which.
+
+    `rows` reads the timed rows of the file; `minutes` is the budget of the run, from `began` on the clock `monotonic`.
+    """
+
+    rows: Callable[[], Iterable[Mapping[str, Any]]]
+    minutes: float
+    began: float
+
+    def __post_init__(self) -> None:
+        self.begun = 0
+        """The number of rounds that have begun."""
+
+    def over(self) -> bool:
+        """Whether the time is spent."""
+        return monotonic() > self.began + 60 * self.minutes
+
+    def next(self) -> tuple[int, set[tuple[str, str, str]]] | None:
+        """The launch of the next round and its series, as (case, variant, integrator id); None without a further round.
+
+        All series of a round have one launch, so that their times are paired. A launch that an earlier run began is not
+        used again: its times are from another hour.
+        """
+        if self.over():
+            return None
+        times = contenders.times(self.rows())
+        left = contenders.undecided(times)
+        series = {(one.case, one.variant, name) for one in left for name in (one.first, one.contender)}
+        keys = [key for one in times if (one.case, one.variant, one.integrator_id) in series for key in one.times]
+        launch = 1 + max((launch for _, launch in keys), default=LARGEST)
+        if not series or launch > LARGEST:
+            return None
+        self.begun += 1
+        return launch, series
+
+    def record(self) -> str:
+        """What is undecided at the end, for the environment of the run and for its last lines."""
+        left = contenders.undecided(contenders.times(self.rows()))
+        done = f"{self.begun} round{'s' * (self.begun != 1)} of repeated launches"
+        if not left:
+            return f"{done}; {DECIDED}"
+        cells = len({(one.case, one.variant, one.target) for one in left})
+        why = f"{SPENT}: {self.minutes:g} min" if self.over() else EXHAUSTED
+        return f"{done}; {len(left)} comparisons in {cells} cells (a case at one error) are undecided; {why}"
