@@ -144,7 +144,7 @@ def _failed(subject: Subject) -> str:
     why = lost["verdict"].str.replace("_", " ").value_counts()
     kinds = join_words([f"{word or 'left out'} on {number}" for word, number in why.items()])
     names = named(list(lost.index))
-    return f"No setting is ok on {counted(len(lost), 'case')} ({names}); mostly: {kinds}."
+    return f"No setting is ok on {counted(len(lost), 'case')} ({names}): {kinds}."
 
 
 def _hard(subject: Subject) -> str:

@@ -17,7 +17,7 @@ from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import store
 
 METHOD = "gnomon:DOP853"
-EVIL = '../*b* #panic("owned") $x$ <l> @r [c] `r` \\ #import "@preview/a:1.0.0" <script>alert(1)</script>'
+EVIL = '../b *b* #panic("owned") $x$ <l> @r [c] `r` \\ #import "@preview/a:1.0.0" <script>alert(1)</script>'
 MANY = 126
 """The number of cases of the catalogue that move."""
 
