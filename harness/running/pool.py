@@ -14,6 +14,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.measuring.outcome import Outcome
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running.messages import Message, decode
+from gnomon.harness.running.sweep import GRACE_SECONDS as GRACE_SECONDS
 from gnomon.harness.running.worker import (
     FLOODED,
     MOST_PRINTED,
@@ -31,8 +32,6 @@ from gnomon.harness.system.supervisor import NEVER, Child, Ended, Garbled, Limit
 
 PREPARE_SECONDS = 60.0
 """The deadline of one preparation: compiling with cold caches on a busy machine takes several seconds."""
-GRACE_SECONDS = 0.15
-"""Seconds beyond the trial's limit before a worker is killed, for the start of the call, its message and scheduling."""
 LOOK_SECONDS = 0.1
 """Longest time between two comparisons of the workers' output with the size that they may print."""
 RETRY_SECONDS = 0.5
