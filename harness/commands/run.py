@@ -79,7 +79,8 @@ def run(
     began = monotonic()
     options.validate_workers(workers)
     named = bool(case or integrator or command)
-    chosen_suite = part(_further(_suite(suite, case, limit), minutes, named or bool(shard or dask)), shard, timing)
+    chosen_suite = _further(_suite(suite, case, limit), minutes, named, bool(shard or dask))
+    chosen_suite = part(chosen_suite, shard, timing)
     if repeat:
         again = plan.Repeat.ALL if integrator or command or library else plan.Repeat.FROM_OUTSIDE
         chosen_suite = replace(chosen_suite, repeat=again)
@@ -210,11 +211,19 @@ def _same_command(suite: Suite) -> str:
     return f"the same command{' without --repeat' if suite.repeat else ''}"
 
 
-def _further(suite: Suite, minutes: float | None, partial: bool) -> Suite:
-    """The suite with the minutes that the user gave; without any, a partial run repeats nothing."""
+def _further(suite: Suite, minutes: float | None, named: bool, divided: bool) -> Suite:
+    """The suite with the minutes that the user gave; without any, a run of named cases or integrators repeats nothing.
+
+    Raises ValueError for minutes in a divided run.
+    """
+    if minutes and divided:
+        raise ValueError(
+            f"--minutes {minutes:g}: repeated launches need all series on one machine; give it without --shard and"
+            " --dask, with --out for the merged file"
+        )
     if minutes is not None:
         return replace(suite, minutes=minutes, minutes_with_peers=minutes, asked=True)
-    return suite.once() if partial else suite
+    return suite.once() if named or divided else suite
 
 
 def _tell_end(path: Path, rows: Sequence[Row], suite: Suite, page: LivePage | None, began: float) -> None:
