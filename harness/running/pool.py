@@ -3,7 +3,7 @@
 import math
 import tempfile
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from signal import Signals
@@ -86,7 +86,7 @@ class _Slot:
     """Whether the request is held back until an interlude has ended; the worker waits for it."""
     late: bool = False
     """Whether the request has passed its deadline and the worker may still answer, as a new one would cost more."""
-    began: float = field(default_factory=monotonic)
+    began: float = 0.0
     costs: float | None = None
     """Seconds from the start of the process to the end of its first preparation: the cost of a new process."""
 
@@ -149,7 +149,7 @@ class Pool:
         memory = int(min(worker_bytes(self.workers), self.memory))
         task = job.task = replace(job.task, output=str(path), memory_bytes=memory)
         child = self._supervisor.start(partial(serve, task), decode, task.output, memory, task.spec.in_main)
-        slot = self._slots[child] = _Slot(job, child, request, again=again, tries=tries)
+        slot = self._slots[child] = _Slot(job, child, request, again=again, tries=tries, began=monotonic())
         self._send(slot, request)
 
     def _send(self, slot: _Slot, request: Request) -> None:
