@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from time import monotonic
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness.commands import interruption, options
@@ -21,12 +22,17 @@ if TYPE_CHECKING:
     from gnomon.harness.reporting.live_page import LivePage
     from gnomon.harness.running.plan import Suite
 
+Row = Mapping[str, Any]
 TABLE_WIDTH = 150
 LAST_PAGE_SECONDS = 120.0
 """Seconds that the page of an interrupted run may take; for a standard run it takes some 10 s of processor time."""
 SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
 """Seconds: about the resolution of a clock, and eleven days."""
 WORKERS = "Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal shares."
+MINUTES = (
+    "Minutes within which undecided comparisons are launched again, up to ten times, after all else; 0 for none. By default"
+    " those of the suite if no case and no integrator is named, once for a file."
+)
 REPEAT = (
     "Run again all trials, also those in the file, of the integrators that --integrator, --command or --library names; with"
     " none named, those that a cause outside ended (memory, again and again a signal)."
@@ -58,6 +64,7 @@ def run(
     timing: TimingOption = Timing.full,
     dask: Dask = None,
     report: options.Report = None,
+    minutes: Annotated[float | None, typer.Option(help=MINUTES, min=0.0)] = None,
     repeat: Annotated[bool, typer.Option("--repeat", help=REPEAT)] = False,
     allow_missing: Annotated[bool, typer.Option("--allow-missing", help=options.OUTSTANDING)] = False,
 ) -> None:
@@ -69,8 +76,11 @@ def run(
     from gnomon.harness.registry import selection
     from gnomon.harness.running import plan
 
+    began = monotonic()
     options.validate_workers(workers)
-    chosen_suite = part(_suite(suite, case, limit), shard, timing)
+    named = bool(case or integrator or command)
+    chosen_suite = _further(_suite(suite, case, limit), minutes, named, bool(shard or dask))
+    chosen_suite = part(chosen_suite, shard, timing)
     if repeat:
         again = plan.Repeat.ALL if integrator or command or library else plan.Repeat.FROM_OUTSIDE
         chosen_suite = replace(chosen_suite, repeat=again)
@@ -78,11 +88,10 @@ def run(
     chosen = options.chosen(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
     chosen = selection.cases_of(chosen, family, kind)
     options.ensure_results(out_path)
-    named = bool(case or integrator or command)
     chosen = plan.with_timing_spans(chosen, chosen_suite)
     page = _page(report, out_path, chosen)
     path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, named, page)
-    _summarize(path, chosen, integrators, chosen_suite, page, allow_missing)
+    _summarize(path, chosen, integrators, chosen_suite, page, allow_missing, began)
 
 
 def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:
@@ -202,6 +211,38 @@ def _same_command(suite: Suite) -> str:
     return f"the same command{' without --repeat' if suite.repeat else ''}"
 
 
+def _further(suite: Suite, minutes: float | None, named: bool, divided: bool) -> Suite:
+    """The suite with the minutes that the user gave; without any, a run of named cases or integrators repeats nothing.
+
+    Raises ValueError for minutes in a divided run.
+    """
+    if minutes and divided:
+        raise ValueError(
+            f"--minutes {minutes:g}: repeated launches need all series on one machine; give it without --shard and"
+            " --dask, with --out for the merged file"
+        )
+    if minutes is not None:
+        return replace(suite, minutes=minutes, minutes_with_peers=minutes, asked=True)
+    return suite.once() if named or divided else suite
+
+
+def _tell_end(path: Path, rows: Sequence[Row], suite: Suite, page: LivePage | None, began: float) -> None:
+    """Print what is undecided, whether the machine was under load, and the times of the run."""
+    from gnomon.harness.results import reading, summary
+    from gnomon.harness.results.number_text import duration_text, load_text
+    from gnomon.harness.running import rounds
+
+    record = reading.runs(path)[-1]["environment"].get(rounds.NAME) if suite.minutes else None
+    if record is not None:
+        out.print(escape(record), highlight=False)
+    load = load_text(summary.load_of((row["seconds_median"], row["delay_seconds"]) for row in rows))
+    if load is not None:
+        problems.print(load, highlight=False)
+    first = page.first_seconds if page is not None else None
+    text = "" if first is None else f"first page after {duration_text(first)}; "
+    out.print(f"{text}complete after {duration_text(monotonic() - began)}", highlight=False)
+
+
 def _summarize(
     path: Path,
     chosen: Sequence[tuple[Case, str]],
@@ -209,6 +250,7 @@ def _summarize(
     suite: Suite,
     page: LivePage | None,
     allow_missing: bool,
+    began: float,
 ) -> None:
     """Print the results of the run, and its missing trials; the exit code says whether the run failed."""
     from gnomon.harness.commands.run_table import ended_from_outside, interrupted, run_table, shortcomings, statuses
@@ -226,6 +268,7 @@ def _summarize(
     out.print(f"{len(rows)} measurements: {counts}", highlight=False)
     waits = summary.waited((row["seconds_median"], row["delay_seconds"]) for row in rows)
     out.print(waited_text(*waits), highlight=False)
+    _tell_end(path, rows, suite, page, began)
     outstanding, outside = interrupted(rows), ended_from_outside(rows)
     if outstanding:
         reasons = ", ".join([*dict.fromkeys(str(row["reason"]) for row in outstanding)][:3])

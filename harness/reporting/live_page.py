@@ -27,9 +27,12 @@ class LivePage:
     ) -> None:
         self.database, self.folder = database, folder
         self._tell, self._cases = tell, cases
-        self._next = monotonic() + FIRST_SECONDS
+        self._began = monotonic()
+        self._next = self._began + FIRST_SECONDS
         self.written: Path | None = None
         """The page, once it was written."""
+        self.first_seconds: float | None = None
+        """Seconds from the beginning to the first page."""
 
     def due(self) -> bool:
         return monotonic() > self._next
@@ -45,6 +48,7 @@ class LivePage:
         began = monotonic()
         try:
             self.written = refreshed(self.database, self.folder, self._cases)
+            self.first_seconds = self.first_seconds or monotonic() - self._began
         except (ValueError, OSError) as error:
             self._tell(f"no page was written: {error}")
         finally:

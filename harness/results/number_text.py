@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from gnomon.harness.results.summary import Load
 from gnomon.harness.results.values import DELAYED
 
 
@@ -63,6 +64,24 @@ def waited_text(timed: int, delayed: int, unknown: int) -> str:
         f"{delayed} of {counted(timed, 'timed measurement')} include more than {DELAYED:.0%} of waiting for a processor"
     )
     return text.replace("%", " %") + (f"; of {unknown} it is not known" if unknown else "")
+
+
+def load_text(load: Load) -> str | None:
+    """A warning if the machine was under load; None if it was not."""
+    if not load.high:
+        return None
+    return (
+        f"the machine was under load: {100 * load.share:.0f} % of the timed measurements waited for a processor, on a quiet machine"
+        " some 2 %; errors are right, times may not be: run again on a quiet machine to compare times"
+    )
+
+
+def duration_text(seconds: float) -> str:
+    """A duration to the second: "41 s", "14 min 20 s", "1 h 5 min"."""
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes >= 60:
+        return f"{minutes // 60} h {minutes % 60} min"
+    return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
 def ratio_text(ratio: float) -> str:

@@ -23,6 +23,7 @@ from gnomon.harness.measuring.reference_solution import (
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import declaration, environment, lookup, references
 from gnomon.harness.registry.selection import DEFAULT
+from gnomon.harness.results.number_text import counted, duration_text
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
 from gnomon.harness.running import order, plan, rounds
 from gnomon.harness.running.call_cost import described as python_calls
@@ -66,6 +67,7 @@ def run(
     progress, at_once = progress or Progress(quiet=True), suite.launches > 1
     with open_run(path, suite, chosen, integrators, progress, near_duplicates, at_once) as run_:
         method, minutes = references.start_method(integrators), suite.budget(integrators)
+        run_.workers = workers
         run_.further = Rounds(run_.results.timed, minutes, began) if minutes else None
         Pool(workers, method, prepare_seconds).run(run_.sweeps(), run_.progress.interlude)
     return path
@@ -184,6 +186,7 @@ class PlannedRun:
     """The rounds of repeated launches after the launches of the suite."""
     ended: str | None = None
     """The record of the rounds of the suite's last run in the file."""
+    workers: int = WORKERS
     measured: int = 0
     """The number of trials that this run has measured."""
 
@@ -222,6 +225,7 @@ class PlannedRun:
         whose settings it repeats. None is a pause, while all launches that are left have to wait.
         """
         under_way = set[str]()
+        self._predict()
         yield from self._sweeps(self._launches(self.work), under_way)
         if self.later:
             while under_way:  # computing exact motions would disturb their times
@@ -234,6 +238,21 @@ class PlannedRun:
             yield from self._sweeps(self._launches(self.work[planned:]), under_way)
         if self.further is not None:
             yield from self._rounds(self.further, under_way)
+
+    def _predict(self) -> None:
+        """Print the predicted time of what the file does not have yet."""
+        pending = [
+            launch_seconds(one, self.suite, launch)
+            for one, trials, _ in self.work
+            for launch in self.launches(one)
+            if any((trial.key, launch) not in self.history for trial in trials)
+        ]
+        pending += [launch_seconds(one, self.suite, 1) for one in self.later if one.left_out is None]
+        text = f"predicted: {len(pending)} series, "
+        text += f"{duration_text(sum(pending) / self.workers)} on {counted(self.workers, 'quiet core')}"
+        if self.further is not None:
+            text += f"; then repeated launches where ranks are undecided, until {self.further.minutes:g} min at most"
+        self.progress.tell(text)
 
     def _launches(self, works: Sequence[Work]) -> list[tuple[int, Series, tuple[Trial, ...], Scorer]]:
         """The launches of these series in their order."""

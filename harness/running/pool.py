@@ -3,7 +3,7 @@
 import math
 import tempfile
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from signal import Signals
@@ -14,6 +14,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.measuring.outcome import Outcome
 from gnomon.harness.results.values import TRIES
 from gnomon.harness.running.messages import Message, decode
+from gnomon.harness.running.sweep import GRACE_SECONDS as GRACE_SECONDS
 from gnomon.harness.running.worker import (
     FLOODED,
     MOST_PRINTED,
@@ -31,8 +32,6 @@ from gnomon.harness.system.supervisor import NEVER, Child, Ended, Garbled, Limit
 
 PREPARE_SECONDS = 60.0
 """The deadline of one preparation: compiling with cold caches on a busy machine takes several seconds."""
-GRACE_SECONDS = 0.15
-"""Seconds beyond the trial's limit before a worker is killed, for the start of the call, its message and scheduling."""
 LOOK_SECONDS = 0.1
 """Longest time between two comparisons of the workers' output with the size that they may print."""
 RETRY_SECONDS = 0.5
@@ -87,7 +86,7 @@ class _Slot:
     """Whether the request is held back until an interlude has ended; the worker waits for it."""
     late: bool = False
     """Whether the request has passed its deadline and the worker may still answer, as a new one would cost more."""
-    began: float = field(default_factory=monotonic)
+    began: float = 0.0
     costs: float | None = None
     """Seconds from the start of the process to the end of its first preparation: the cost of a new process."""
 
@@ -150,7 +149,7 @@ class Pool:
         memory = int(min(worker_bytes(self.workers), self.memory))
         task = job.task = replace(job.task, output=str(path), memory_bytes=memory)
         child = self._supervisor.start(partial(serve, task), decode, task.output, memory, task.spec.in_main)
-        slot = self._slots[child] = _Slot(job, child, request, again=again, tries=tries)
+        slot = self._slots[child] = _Slot(job, child, request, again=again, tries=tries, began=monotonic())
         self._send(slot, request)
 
     def _send(self, slot: _Slot, request: Request) -> None:

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 
 TIMES_THE_LIMIT = 3.0
 """A setting is left out if its predicted time is at least this multiple of the limit."""
+GRACE_SECONDS = 0.15
+"""Seconds beyond the trial's limit before a worker is killed, for the start of the call, its message and scheduling."""
 TIMEOUTS_IN_A_ROW = 3
 """Number of successive timeouts that end a sweep. One does not: a loose tolerance may hang, as near a pericentre."""
 REPEATED_SECONDS = 0.001
@@ -137,23 +139,29 @@ class Sweep:
     def _predicted(self, setting: float) -> str | None:
         """Why a setting would exceed the limit by far; None if it would not, or if nothing was counted or timed.
 
-        Counts are extrapolated by their smallest growth, and multiplied by the least time for one in this series so far.
+        Counts are extrapolated by their smallest growth, a factor for each setting since the last counted one, and
+        multiplied by the least time for one in this series so far. After a timeout a prediction above the deadline
+        suffices: what did not end there in any try need not be seen to do so again.
         """
         if self.launch > 1 or not math.isfinite(self._fastest):
             return None
-        before, work = self._counted[-1]
+        (before, work), since = self._counted[-1], 0
         ratios = [after / count for (_, count), (_, after) in itertools.pairwise(self._counted[-3:])]
         if isinstance(self.series.integrator.sweep, Steps):  # the work is proportional to the number of steps
             ratios.append(before / setting)
         elif len(ratios) < 2:  # the first solution may have missed a pericentre
             ratios.append(1.0)
-        expected = work * max(min(ratios), 1.0)
-        seconds = expected * self._fastest
-        if seconds < TIMES_THE_LIMIT * self.limit_seconds:
+        if not isinstance(self.series.integrator.sweep, Steps):
+            since = len(self._timeouts)
+        expected = work * max(min(ratios), 1.0) ** (since + 1)
+        seconds, times = expected * self._fastest, TIMES_THE_LIMIT
+        if self._timeouts:
+            times = (self.limit_seconds + GRACE_SECONDS) / self.limit_seconds
+        if seconds < min(times, TIMES_THE_LIMIT) * self.limit_seconds:
             return None
         what = "right-hand sides" if self.series.integrator.counts_rhs else "steps"
         return (
-            f"predicted {seconds:.3g} s, at least {TIMES_THE_LIMIT:g} times the limit of {self.limit_seconds:g} s:"
+            f"predicted {seconds:.3g} s, at least {min(times, TIMES_THE_LIMIT):.2g} times the limit of {self.limit_seconds:g} s:"
             f" {expected:.3g} {what}, by their smallest growth, of {self._fastest:.3g} s each, the fastest measured"
         )
 

@@ -65,6 +65,11 @@ class Progress:
             self._bars.stop()
             self._bars = None
 
+    def tell(self, text: str) -> None:
+        """Print a line, unless this is quiet."""
+        if not self.quiet:
+            self.console.print(text, highlight=False, markup=False)
+
     def begin(self, name: str, total: int, work: float | None = None) -> None:
         """Begin a phase of `total` pieces, with their `work` in all; by default the work of each is 1."""
         self._name, self._total, self._count = name, total, 0

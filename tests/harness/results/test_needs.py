@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.registry import lookup, selection
-from gnomon.harness.results import analysis, needs, rankings
+from gnomon.harness.results import analysis, rankings
+from gnomon.harness.results.advice import needs
 from gnomon.harness.results.advice.needs import SUBJECTS, Answer, Measurements
 
 from gnomon import cases

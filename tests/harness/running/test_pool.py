@@ -116,6 +116,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Iterator[Clock]:
     hears, says = os.pipe()
     clock = Clock(hears, says)
     monkeypatch.setattr(supervisor, "monotonic", lambda: clock.now)
+    monkeypatch.setattr(pool, "monotonic", lambda: clock.now)
     monkeypatch.setattr(supervisor, "wait", clock.wait)
     monkeypatch.setattr(pool, "LOOK_SECONDS", math.inf)
     monkeypatch.setattr(supervisor, "queued_seconds", lambda _guard: 0.0)
@@ -199,6 +200,55 @@ def test_a_stall_costs_no_trial(ran: Any, tmp_path: Path) -> None:
 
     assert ran(script, Job(2, SHORT)) == ["done", "done"]
     assert stalled.exists()
+
+
+@pytest.fixture
+def costly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A new process costs more than all tries of a trial together, as one that compiles for seconds."""
+    monkeypatch.setattr(pool, "monotonic", iter(range(0, 10**6, 100)).__next__)
+
+
+def test_a_costly_worker_that_hangs_is_replaced_once(ran: Any, clock: Any, costly: None, tmp_path: Path) -> None:
+    """It has the time of all tries, so that no library gets less than another, but compiles anew only once."""
+
+    def script(worker: Worker) -> None:
+        (tmp_path / str(os.getpid())).touch()
+        worker.say("prepared")
+        worker.hang()
+
+    assert ran(script, Job(limit=SHORT)) == [(Status.TIMEOUT, f"no answer within {SHORT:g} s", TRIES)]
+    assert clock.now == pytest.approx(TRIES * (SHORT + GRACE_SECONDS), abs=1e-3)
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@pytest.mark.parametrize("late", range(1, TRIES + 1))
+def test_a_costly_worker_that_answers_late_tries_again(
+    ran: Any, clock: Any, costly: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, late: int
+) -> None:
+    """A late answer may come from a stall: the trial is tried again in this worker, which keeps what it compiled."""
+    os.mkfifo(tmp_path / "late")
+    true_wait, answers = clock.wait, list[float]()
+
+    def wait(connections: list[Any], timeout: float) -> None:
+        before = clock.now
+        true_wait(connections, timeout)
+        if clock.now > before and clock.hanging is not None and len(answers) < min(late, TRIES - 1):
+            answers.append(clock.now)
+            (tmp_path / "late").write_text("answer")
+            clock.hanging = None
+
+    def script(worker: Worker) -> None:
+        for number in range(1, TRIES + 1):
+            worker.say("prepared")
+            if number <= late:
+                worker.silent()
+                (tmp_path / "late").read_text()
+            worker.done()
+            worker.receive()
+
+    monkeypatch.setattr(supervisor, "wait", wait)
+    timeout = (Status.TIMEOUT, f"no answer within {SHORT:g} s", TRIES)
+    assert ran(script, Job(limit=SHORT)) == ["done" if late < TRIES else timeout]
 
 
 @pytest.mark.parametrize(("share", "rows"), [(0.0, [(Status.TIMEOUT, NO_ANSWER, 1)]), (0.5, ["done"])])
