@@ -1,6 +1,8 @@
 """Invented runs with the scatter of launches, failures and missing counts, for the parts of a page that compare libraries."""
 
 import math
+import zlib
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -28,13 +30,14 @@ def cases(count: int) -> dict[str, tuple[str, str, int, tuple[str, ...]]]:
     return {f"case_{k:02}": (f"Case {k}", "6.1", 2, ("default",)) for k in range(count)}
 
 
+@cache
+def number(*key: Any) -> float:
+    """A normal number that depends on the key alone, so that a method has the same numbers in every run."""
+    return float(np.random.default_rng(zlib.crc32(repr(key).encode())).standard_normal())
+
+
 def write(path: Path, count: int = 16, methods: Any = METHODS, launches: int = 5) -> Path:
     """A run of this many cases, in which libraries tie, are separated, fail or are not counted."""
-    rng = np.random.default_rng(11)
-    drawn: dict[Any, float] = {}
-
-    def number(*key: Any) -> float:
-        return drawn.setdefault(key, float(rng.standard_normal()))
 
     def change(trial: dict[str, Any], launch: int, found: dict[str, Any]) -> dict[str, Any] | None:
         case, name, setting = trial["case"], trial["integrator_id"], trial["setting"]

@@ -77,7 +77,7 @@ class Page:
 
     def _keep(self, specifications: Sequence[Any]) -> list[str]:
         self.diagrams += specifications
-        return ["<svg />"] * len(specifications)
+        return ["<svg></svg>"] * len(specifications)
 
     @property
     def of_all_cases(self) -> Any:

@@ -1,12 +1,15 @@
 """The report's page in a real browser: the system's Chromium, driven by Playwright."""
 
 import json
+import re
 import shutil
 import sqlite3
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+import invented_runs
 import pytest
 import synthetic
 from axe_core_python.sync_playwright import Axe
@@ -67,12 +70,12 @@ def chromium() -> Iterator[Browser]:
 
 @pytest.fixture
 def visit(chromium: Browser) -> Iterator[Callable[..., Visit]]:
-    """Makes visits of this width and height, with this preferred colour scheme."""
+    """Makes visits of this width and height, with these settings of the browser."""
     contexts = []
 
-    def begin(width: int = 1400, height: int = 900, scheme: str = "light") -> Visit:
-        size = {"width": width, "height": height}
-        context = chromium.new_context(viewport=size, is_mobile=width < 600, color_scheme=scheme)  # type: ignore[arg-type]
+    def begin(width: int = 1400, height: int = 900, **settings: Any) -> Visit:
+        size: Any = {"width": width, "height": height}
+        context = chromium.new_context(viewport=size, is_mobile=width < 600, **settings)
         contexts.append(context)
         return Visit(context.new_page())
 
@@ -81,84 +84,246 @@ def visit(chromium: Browser) -> Iterator[Callable[..., Visit]]:
         context.close()
 
 
+STABILITY = {
+    "schema": 1, "depth": "normal", "environment": {}, "panels": {"linear": "Linear stability", "events": "Events"},
+    "figures": {
+        "linear": {"cells": False, "columns": [{"id": "limit", "title": "h w", "decades": True, "ends": [0.1, 60]}]},
+        "events": {"cells": True, "columns": [{"id": "found", "title": "found", "decades": False, "ends": None}]},
+    },
+    "tiers": {"lost_digits": {"tiers": [["gnomon:RK4"], ["scipy:RK45"]]}},
+    "rows": [
+        {"integrator": name, "panel": panel, "data": {}, "sentences": [f"Use {name}."], "marks": [
+            {"column": column, "at": 0.9, "low": 0.1, "high": 1.5, "text": "9/10"}]}
+        for panel, column in (("linear", "limit"), ("events", "found")) for name in ("gnomon:RK4", "scipy:RK45")
+    ],
+}  # fmt: skip
+LOST, SLOW = ("pendulum_simple", "long"), ("kepler_orbit", "e09")
+"""A hard variant on which every trial failed, and one that takes a hundred times as long as the default."""
+
+
+def _written(trial: dict[str, Any], launch: int, found: dict[str, Any]) -> dict[str, Any] | None:
+    if launch > 2:
+        return None
+    if (trial["case"], trial["variant"]) == LOST:
+        return {"status": "timeout", "reason": "planted"}
+    if (trial["case"], trial["variant"]) == SLOW and "seconds_median" in found:
+        return found | {"seconds_median": 100 * found["seconds_median"], "rhs_calls": 7 * (found["rhs_calls"] or 0)}
+    return found
+
+
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The page of a run in which every trial on the long pendulum failed."""
+    """The page of a run with all parts: profiles, needs, a picture that moves, hard variants, stability."""
     folder = tmp_path_factory.mktemp("reports")
-    results = synthetic.write(folder / "results.sqlite")
+    cases = invented_runs.cases(10) | synthetic.CASES
+    results = synthetic.write(folder / "results.sqlite", cases, METHODS, _written)
+    pendulum = case_class("pendulum_simple")().rounded()
+    numbers = json.dumps({name: str(value) for name, value in pendulum.numbers.items()})
     with sqlite3.connect(results) as db:
+        schema.with_checksums(db)
         db.execute(
-            "UPDATE measurements SET status = 'timeout', error_max = NULL, seconds_median = NULL, rhs_calls = NULL"
-            " WHERE trial_key LIKE 'pendulum_simple/long%'"
+            "UPDATE trials SET numbers = ? WHERE \"case\" = 'pendulum_simple' AND variant = 'default'", (numbers,)
         )
-        schema.seal_all(schema.with_checksums(db), "measurements")
+        schema.seal_all(db, "trials")
+    (folder / "stability.json").write_text(json.dumps(STABILITY))
     return write_report(results, folder)
 
 
-OPENED = """() => {
-  document.documentElement.style.scrollBehavior = "auto";
-  document.querySelectorAll("details:not([open]) > summary, .map button[aria-expanded=false]").forEach((part) => part.click());
-}"""
+METHODS = (
+    *(method for method in synthetic.INTEGRATORS if method[0] != "rebound"),
+    *(method for method in invented_runs.METHODS if method[1] not in ("DOP853", "RK45", "RK4") or method[0] == "scipy"),
+)
+METHODS = tuple({method[:3]: method for method in METHODS}.values())
 
-DRAWN = """() => {
-  const waiting = [...document.querySelectorAll(".chart")].find(
-    (figure) => !["built", "failed"].includes(figure.dataset.state));
-  if (waiting) waiting.scrollIntoView();
-  return !waiting;
-}"""
+OPENED = "document.querySelectorAll('details').forEach((part) => (part.open = true))"
+SCROLLING = """[...document.querySelectorAll("main *")].filter((one) => {
+  const { overflowX, overflowY } = getComputedStyle(one);
+  return (/auto|scroll/.test(overflowX) && one.scrollWidth > one.clientWidth)
+    || (/auto|scroll/.test(overflowY) && one.scrollHeight > one.clientHeight);
+}).map((one) => one.outerHTML.slice(0, 80))"""
+WIDE = """[...document.querySelectorAll("main *")].filter((one) => one.checkVisibility()
+  && one.getBoundingClientRect().right > document.documentElement.clientWidth + 1).map((one) => one.outerHTML.slice(0, 80))"""
+UNDRAWN = """[...document.querySelectorAll("main figure")].filter((one) => one.checkVisibility()
+  && ![...one.querySelectorAll("svg")].some((svg) => svg.checkVisibility() && svg.getBoundingClientRect().height > 30
+    && svg.querySelectorAll("path, line, circle, use").length > 2)).map((one) => one.outerHTML.slice(0, 80))"""
 
 
-def scroll(page: Page) -> int:
-    """Open all that is closed and scroll until each figure is drawn; returns their number."""
-    page.evaluate(OPENED)
-    page.wait_for_function(DRAWN)
-    return page.locator(".chart").count()
+def _all_built(page: Page) -> None:
+    page.wait_for_function("gnomonCharts.all || gnomonCharts.failed")
 
 
-@pytest.mark.parametrize(("width", "height"), [(1400, 900), (390, 844)])
-def test_page_in_a_browser(visit: Callable[..., Visit], report: Path, tmp_path: Path, width: int, height: int) -> None:
+@pytest.mark.parametrize(("width", "height"), [(1400, 900), (768, 1024), (390, 844)])
+def test_page_in_a_browser(visit: Callable[..., Visit], report: Path, width: int, height: int) -> None:
+    """No complaint, no request, nothing beyond the edge, nothing that scrolls inside the page, and every figure is drawn
+    without scrolling to it, as for a capture of the whole page."""
     here = visit(width, height)
     page = here.open(report)
-    assert here.complaints == []
-    assert page.evaluate("document.documentElement.scrollWidth") == width
-
-    shown = scroll(page)
-    assert shown == 3, "kinds of system, work-precision and tolerances"
-    assert page.evaluate("gnomonCharts") == {"built": shown, "failed": 0, "ready": True}
-    drawn = """[...document.querySelectorAll('.chart[data-state="built"]')].every(
-        (figure) => figure.querySelectorAll("svg path, svg line").length > 30)"""
-    assert page.evaluate(drawn)
-    cells = """[...document.querySelectorAll("[data-map]")].map((map) => map.querySelectorAll("td").length)"""
-    variants = {(name, variant.name) for name in synthetic.CASES for variant in case_class(name).variants}
-    problems = variants | {(name, label) for name, (*_, labels) in synthetic.CASES.items() for label in labels}
-    assert page.evaluate(cells) == [3 * 7 + 2, (2 + 3 + len(problems)) * 7], (
-        "rows of defaults; of chapters, cases, problems"
-    )
-    assert page.evaluate("document.documentElement.scrollWidth") == width
-
-    # Typing finds a case and opens its chapter; nothing typed shows all.
-    chapters, find = page.locator("details.chapter:not([hidden])"), page.locator('[data-role="find"]')
-    find.fill("orbit 7.12")
-    expect(chapters.locator("summary strong")).to_have_text(["7 Momentum, work and energy"])
-    links = chapters.locator("tr[data-words] a:visible")
-    assert [link.get_attribute("href") for link in links.all()] == ["#case-kepler_orbit"]
-    find.fill("")
-    expect(chapters).to_have_count(2)
-
-    # Another case, its last variant, the other axis and all integrators replace the diagram.
-    panel = page.locator("#panel")
-    panel.locator('[data-role="case"]').select_option(index=1)
-    problem = panel.locator('[data-role="problem"]')
-    problem.select_option(index=problem.locator("option").count() - 1)
-    panel.get_by_role("button", name="against right-hand sides").click()
-    panel.get_by_role("button", name="all", exact=True).click()
-    page.wait_for_function("wanted => gnomonCharts.built + gnomonCharts.failed >= wanted", arg=shown + 4)
-    assert page.locator('[data-table="times"] th').first.text_content() == "integrator"
+    _all_built(page)
+    for _ in ("as it opens", "all details open"):
+        assert page.evaluate(UNDRAWN) == []
+        assert page.evaluate("document.documentElement.scrollWidth") == width
+        assert page.evaluate(WIDE) == []
+        assert page.evaluate(SCROLLING) == []
+        page.evaluate(f"gnomonCharts.all = false; {OPENED}")
+        _all_built(page)
     assert page.evaluate("gnomonCharts.failed") == 0
-    assert len(page.screenshot(path=tmp_path / f"page_{width}.png")) > 20_000
-
+    assert page.evaluate("scrollY") == 0
+    assert page.locator(".chart[data-state=built]").count() == page.locator(".chart").count() >= 4
     assert here.complaints == []
     assert here.requests == [report.resolve().as_uri()]
+
+
+@pytest.mark.parametrize("width", [1400, 390])
+def test_the_first_figure_and_the_numbers_are_there_without_a_script(
+    visit: Callable[..., Visit], report: Path, width: int
+) -> None:
+    here = visit(width, 844, java_script_enabled=False)
+    here.page.goto(report.resolve().as_uri())
+    drawn = here.page.locator(".lead figure svg:visible")
+    assert drawn.count() == 1, "of the two widths and axes one is shown"
+    box = drawn.bounding_box()
+    assert box is not None
+    assert box["y"] < 844, "on the first screen"
+    assert here.page.locator("#overview figure:visible svg:visible").count() >= 3, (
+        "the motion, its diagram, the profiles"
+    )
+    assert here.page.locator("noscript:visible").count() == 1
+    assert here.page.locator("button:visible").count() == 0, "a switch that does nothing is not shown"
+
+
+AXES = """["time", "calls"].map((axis) => [...document.querySelectorAll(`main [data-axis="${axis}"]`)].filter(
+  (one) => one.checkVisibility() && one.textContent.trim()).length)"""
+PLACES = (
+    """[...document.querySelectorAll('[data-chart="work"] svg path')].map((path) => path.getAttribute("d")).join()"""
+)
+
+
+def _built_again(page: Page, before: str) -> None:
+    page.wait_for_function(
+        f"before => document.querySelector('[data-chart=work]').dataset.state === 'built' && {PLACES} !== before",
+        arg=before,
+    )
+
+
+def test_the_axis_of_evaluations_is_followed_by_every_figure_and_table(
+    visit: Callable[..., Visit], report: Path
+) -> None:
+    """Its switch says what a press will do, and is remembered."""
+    here = visit()
+    page = here.open(report)
+    _all_built(page)
+    switch = page.locator("#axis")
+    first, places = switch.inner_text(), page.evaluate(PLACES)
+    time, calls = page.evaluate(AXES)
+    assert time > 20
+    assert calls == 0
+    switch.click()
+    _built_again(page, places)
+    assert page.evaluate(AXES)[0] == 0
+    assert page.evaluate(AXES)[1] > 20
+    second = switch.inner_text()
+    assert second != first
+    page.reload()
+    _wait_until_ready(page)
+    assert (switch.inner_text(), switch.get_attribute("aria-pressed")) == (second, "true")
+    assert page.evaluate(AXES)[0] == 0
+    switch.click()
+    assert (switch.inner_text(), switch.get_attribute("aria-pressed")) == (first, "false")
+    assert page.evaluate(AXES)[1] == 0
+    assert here.complaints == []
+
+
+OWN_INK = """["stroke", "color"].map((name) => [...new Set([
+  ...document.querySelectorAll("#overview .still path, tbody.own td, .multiples.own path.reached")
+].filter((one) => one.checkVisibility()).map((one) => getComputedStyle(one)[name]))])"""
+
+
+def test_gnomons_own_methods_are_grey_until_they_are_coloured(visit: Callable[..., Visit], report: Path) -> None:
+    """In the drawings and in the table; the switch says what a press will do, and is remembered."""
+    here = visit()
+    page = here.open(report)
+    switch, first = page.locator("#own"), page.locator("#own").inner_text()
+    strokes, colours = page.evaluate(OWN_INK)
+    switch.click()
+    second = switch.inner_text()
+    assert second != first
+    after = page.evaluate(OWN_INK)
+    assert set(strokes) != set(after[0])
+    assert set(colours) != set(after[1])
+    page.reload()
+    _wait_until_ready(page)
+    assert (switch.inner_text(), switch.get_attribute("aria-pressed")) == (second, "true")
+    assert page.evaluate(OWN_INK) == after
+    switch.click()
+    assert page.evaluate(OWN_INK) == [strokes, colours]
+    assert switch.inner_text() == first
+    assert here.complaints == []
+
+
+def test_the_switches_work_where_the_browser_stores_nothing(visit: Callable[..., Visit], report: Path) -> None:
+    here = visit()
+    forbidden = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('no storage') } })"
+    here.page.add_init_script(forbidden)
+    page = here.open(report)
+    page.locator("#axis").click()
+    assert page.evaluate(AXES)[0] == 0
+    assert here.complaints == []
+
+
+FOCUSED = "document.activeElement.id || document.activeElement.dataset.role || document.activeElement.tagName"
+
+
+def test_every_control_is_reached_and_used_by_the_keyboard(visit: Callable[..., Visit], report: Path) -> None:
+    page = visit().open(report)
+    wanted, seen = {"axis", "own", "pause", "find", "case", "problem", "download", "find-card"}, set()
+    for _ in range(400):
+        page.keyboard.press("Tab")
+        now = page.evaluate(FOCUSED)
+        seen.add(now)
+        if now == "axis":
+            page.keyboard.press("Enter")
+            assert page.locator("#axis").get_attribute("aria-pressed") == "true"
+        if wanted <= seen:
+            break
+    assert wanted <= seen
+    assert "SUMMARY" in seen, "closed parts can be opened"
+
+
+def _panel(page: Page) -> tuple[str, str, str]:
+    """The table, the diagram and the words of the chosen problem."""
+    table = page.locator("#work table.times")
+    shown = table.inner_text() if table.is_visible() else ""
+    return shown, page.evaluate(PLACES), page.locator('[data-role="stability"]').inner_text()
+
+
+def test_a_hard_variant_changes_the_diagram_and_all_below_it(visit: Callable[..., Visit], report: Path) -> None:
+    """The table under the diagram once stayed that of the default variant, and named the wrong method for stiff problems."""
+    here = visit()
+    page = here.open(report)
+    page.locator('[data-role="case"]').select_option(SLOW[0])
+    page.wait_for_function("document.querySelector('[data-chart=work]').dataset.state === 'built'")
+    before = _panel(page)
+    page.locator('[data-role="problem"]').select_option(SLOW[1])
+    _built_again(page, before[1])
+    after = _panel(page)
+    assert "ms" in before[0]
+    assert {*re.findall(r"[\d.]+ (?:µs|ms|s)\b", before[0])}.isdisjoint(re.findall(r"[\d.]+ (?:µs|ms|s)\b", after[0]))
+    assert before[2]
+    assert not after[2], "stability is of the default variant"
+    assert not page.locator('[data-role="span"]').is_visible(), "so is the span of timing"
+    assert here.complaints == []
+
+
+@pytest.mark.parametrize("name", synthetic.CASES)
+def test_variants_that_were_not_run_are_listed_as_such(visit: Callable[..., Visit], report: Path, name: str) -> None:
+    page = visit().open(report)
+    page.locator('[data-role="case"]').select_option(name)
+    options = page.locator('[data-role="problem"] option')
+    disabled = {one.get_attribute("value") for one in options.all() if one.is_disabled()}
+    ran = set(synthetic.CASES[name][3])
+    assert disabled == {variant.name for variant in case_class(name).variants} - ran
+    texts = {one.inner_text() for one in options.all() if one.is_disabled()}
+    assert texts.isdisjoint(disabled), "they say that they were not run"
 
 
 @pytest.mark.parametrize(("problem", "shown"), [("long", [False, True]), ("separatrix", [True, False])])
@@ -166,95 +331,46 @@ def test_an_empty_diagram_is_not_shown_but_said(
     visit: Callable[..., Visit], report: Path, problem: str, shown: list[bool]
 ) -> None:
     here = visit()
-    panel = here.open(report).locator("#panel")
+    panel = here.open(report).locator("#work")
     panel.locator('[data-role="case"]').select_option("pendulum_simple")
     panel.locator('[data-role="problem"]').select_option(problem)
     assert [panel.locator(part).is_visible() for part in ("figure", '[data-role="nothing"]')] == shown
     assert here.complaints == []
 
 
-def test_a_heading_sorts_its_column_both_ways(visit: Callable[..., Visit], report: Path) -> None:
-    table = visit().open(report).locator(".sortable:visible").first
-    headings = table.locator("thead button").all_text_contents()
-    column = next(k for k, text in enumerate(headings) if text.startswith("digits"))
-
-    def sort() -> list[str]:
-        table.locator("thead button").nth(column).click()
-        cells = "(table, column) => [...table.tBodies[0].rows].map((row) => row.cells[column].dataset.value)"
-        found: list[str] = table.evaluate(cells, column)
-        return found
-
-    up, down = sort(), sort()
-    assert len(set(up)) > 3
-    assert up == sorted(up, key=float)
-    assert down == up[::-1]
-
-
-OWN_NAMES = """(() => {
-  const shown = (element) => element.checkVisibility();
-  const cells = [...document.querySelectorAll("main tbody :is(th, td), main li, main svg text, main .map th")].filter(shown);
-  return cells.map((cell) => cell.textContent).filter((text) => text.includes("gnomon:"));
-})()"""
-
-
-def test_in_house_methods_can_be_hidden_on_the_whole_page_and_stay_hidden(
-    visit: Callable[..., Visit], report: Path
-) -> None:
-    """The times of third parties are then compared with each other: some third party is the fastest of each column."""
-    here = visit()
-    page = here.open(report)
-    scroll(page)
-    assert page.evaluate(OWN_NAMES)
-    page.locator("#own").click()
-    scroll(page)
-    assert page.evaluate(OWN_NAMES) == []
-    notes = page.locator("#panel .times td small").all_text_contents()
-    assert any(note.startswith("fastest") for note in notes)
-    page.reload()
-    _wait_until_ready(page)
-    assert page.locator("#own").get_attribute("aria-pressed") == "true"
-    assert page.evaluate(OWN_NAMES) == []
-    page.locator("#own").click()
-    scroll(page)
-    assert page.evaluate(OWN_NAMES)
-    assert here.complaints == []
-
-
-def test_a_search_that_finds_nothing_says_so(visit: Callable[..., Visit], report: Path) -> None:
+def test_searches_find_and_say_where_they_find_nothing(visit: Callable[..., Visit], report: Path) -> None:
+    """Of cases by title, name and section; of cards by the name of an integrator, none of which are shown before."""
     page = visit().open(report)
-    for words, nothing in (("orbit", False), ("no such case", True)):
-        page.locator('[data-role="find"]').fill(words)
+    chapters, find = page.locator("details.chapter:visible"), page.locator('[data-role="find"]')
+    find.fill("orbit 7.12")
+    expect(chapters).to_have_count(1)
+    assert [link.get_attribute("href") for link in chapters.locator("a:visible").all()] == ["#case-kepler_orbit"]
+    for words, nothing in (("orbit", False), ("no such case", True), ("", False)):
+        find.fill(words)
         assert page.locator('[data-role="found-none"]').is_visible() == nothing
+    cards, none = page.locator("article.method:visible"), page.locator('[data-role="card-none"]')
+    expect(cards).to_have_count(0)
+    texts = {none.inner_text()}
+    for words, shown in (("rk45", 1), ("k4", 2), ("no such", 0), ("", 0)):
+        page.locator('[data-role="find-card"]').fill(words)
+        expect(cards).to_have_count(shown)
+        assert none.is_visible() == (shown == 0)
+        texts |= {none.inner_text()} if not shown else set()
+    assert len(texts) == 2, "nothing typed, and nothing found"
 
 
-def test_a_link_to_a_case_shows_its_diagram(visit: Callable[..., Visit], report: Path) -> None:
+def test_links_show_what_they_lead_to(visit: Callable[..., Visit], report: Path) -> None:
+    """A case with its variant in the diagram, a card of stability, a closed part."""
     here = visit()
     page = here.open(report)
     for name in synthetic.CASES:
         page.evaluate(f"location.hash = 'case-{name}'")
-        expect(page.locator('#panel [data-role="case"]')).to_have_value(name)
+        expect(page.locator('[data-role="case"]')).to_have_value(name)
         expect(page.locator('[data-role="permanent"]')).to_have_attribute("href", f"#case-{name}")
-    assert here.complaints == []
-
-
-STABILITY = {
-    "schema": 1, "depth": "normal", "environment": {}, "panels": {"linear": "Linear stability", "events": "Events"},
-    "figures": {
-        "linear": {"cells": False, "columns": [{"id": "limit", "title": "h w", "decades": True, "ends": [0.1, 60]}]},
-        "events": {"cells": True, "columns": [{"id": "found", "title": "found", "decades": False, "ends": None}]},
-    },
-    "rows": [
-        {"integrator": name, "panel": panel, "data": {}, "sentences": [f"Use {name}."], "marks": [
-            {"column": column, "at": 0.9, "low": 0.1, "high": 1.5, "text": "9/10"}]}
-        for panel, column in (("linear", "limit"), ("events", "found")) for name in ("gnomon:RK4", "scipy:RK45")
-    ],
-}  # fmt: skip
-
-
-def test_a_link_into_a_closed_part_opens_it(visit: Callable[..., Visit], tmp_path: Path) -> None:
-    (tmp_path / "stability.json").write_text(json.dumps(STABILITY))
-    here = visit()
-    page = here.open(write_report(synthetic.write(tmp_path / "results.sqlite"), tmp_path))
+    page.evaluate(f"location.hash = 'case-{'/'.join(SLOW)}'")
+    expect(page.locator('[data-role="problem"]')).to_have_value(SLOW[1])
+    page.evaluate("location.hash = 'card-scipy:RK45'")
+    expect(page.locator("article.method:visible h4")).to_have_text(["scipy:RK45"])
     page.evaluate("document.querySelectorAll('details').forEach((part) => (part.open = false))")
     part = page.locator("details[id]").first
     page.evaluate(f"location.hash = '{part.get_attribute('id')}'")
@@ -262,37 +378,56 @@ def test_a_link_into_a_closed_part_opens_it(visit: Callable[..., Visit], tmp_pat
     assert here.complaints == []
 
 
-def test_the_page_can_be_read_by_all(visit: Callable[..., Visit], tmp_path: Path) -> None:
+CLOSED = """[...document.querySelectorAll("details")].filter((part) =>
+  ![...part.children].slice(1).every((one) => one.hidden || one.checkVisibility({ contentVisibilityAuto: true }))).length"""
+
+
+def test_print_has_the_figures_and_all_that_is_closed_on_the_screen(visit: Callable[..., Visit], report: Path) -> None:
+    page = visit().open(report)
+    _all_built(page)
+    assert page.evaluate(CLOSED) > 3
+    page.emulate_media(media="print")
+    assert page.evaluate(CLOSED) == 0
+    assert page.evaluate(UNDRAWN) == []
+    assert page.locator(".lead figure svg:visible, #libraries ~ figure svg:visible").count() >= 2
+    assert page.locator("nav:visible, button:visible").count() == 0
+    assert len(page.pdf()) > 50_000
+
+
+MOVES = "[...document.querySelectorAll('.moves')].map((one) => getComputedStyle(one).animationPlayState)"
+
+
+def test_the_picture_moves_until_a_reader_stops_it_or_prefers_no_motion(
+    visit: Callable[..., Visit], report: Path
+) -> None:
+    page = visit().open(report)
+    for state in ("running", "paused", "running"):
+        assert set(page.evaluate(MOVES)) == {state}
+        page.locator('[data-role="pause"]').click()
+    assert set(visit(reduced_motion="reduce").open(report).evaluate(MOVES)) == {"paused"}
+
+
+def test_the_page_can_be_read_by_all(visit: Callable[..., Visit], report: Path) -> None:
     """By axe-core's rules of WCAG 2, A and AA: contrast, alternative texts, names, scrolling by the keyboard."""
-    (tmp_path / "stability.json").write_text(json.dumps(STABILITY))
-    report = write_report(synthetic.write(tmp_path / "results.sqlite"), tmp_path)
     for scheme, width in (("light", 1400), ("light", 390), ("dark", 1400)):
-        page = visit(width, scheme=scheme).open(report)
-        page.evaluate("document.querySelectorAll('details').forEach((part) => (part.open = true))")
-        scroll(page)
+        page = visit(width, color_scheme=scheme).open(report)
+        page.evaluate(OPENED)
+        page.evaluate("document.querySelectorAll('.method').forEach((card) => (card.hidden = false))")
+        _all_built(page)
         found = Axe().run(page, options={"runOnly": ["wcag2a", "wcag2aa"], "resultTypes": ["violations"]})
         violations = [(one["id"], len(one["nodes"]), one["nodes"][0]["target"]) for one in found["violations"]]
         assert violations == [], (scheme, width)
 
 
-def test_the_switch_works_where_the_browser_stores_nothing(visit: Callable[..., Visit], report: Path) -> None:
-    here = visit()
-    forbidden = "Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('no storage') } })"
-    here.page.add_init_script(forbidden)
-    page = here.open(report)
-    page.locator("#own").click()
-    assert page.evaluate(OWN_NAMES) == []
-    assert here.complaints == []
-
-
-PAINTED = """["body", ".panel", ".summary b", "thead th"].map((one) => {
+PAINTED = """["body", "nav", ".note", "thead th", ".lead figure svg text"].map((one) => {
   const style = getComputedStyle(document.querySelector(one));
-  return [style.color, style.backgroundColor];
+  return [one.endsWith("text") ? style.fill : style.color, style.backgroundColor];
 })"""
 
 
 def test_who_prefers_the_dark_gets_it(visit: Callable[..., Visit], report: Path) -> None:
-    found = [visit(scheme=scheme).open(report).evaluate(PAINTED) for scheme in ("light", "dark")]
+    """Letters, paper, and the drawings in the page."""
+    found = [visit(color_scheme=scheme).open(report).evaluate(PAINTED) for scheme in ("light", "dark")]
     for light, dark in zip(*found, strict=True):
         assert _brightness(light[0]) < 0.5 < _brightness(dark[0]), "letters"
     assert [_brightness(one[1]) > 0.5 for one in found[0][:2]] == [True, True], "paper"
