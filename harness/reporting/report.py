@@ -19,7 +19,7 @@ from gnomon.harness.reporting.report_charts import (
 from gnomon.harness.reporting.report_pack import pack_json, pack_vega
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
-from gnomon.harness.results import number_text, opening, rankings, store
+from gnomon.harness.results import contenders, number_text, opening, store
 from gnomon.harness.results.visible import Verbatim, code, markdown
 from gnomon.reference.storage import diskcache
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -94,7 +94,7 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     environment.filters |= {
         "breakable": _breakable,
         "counted": number_text.counted,
-        "division": lambda name: rankings.division(name.partition(":")[0]),
+        "division": lambda name: contenders.division(name.partition(":")[0]),
         "grouped": number_text.grouped,
         "hue": lambda name: Markup(style.themed(style.hue(name.partition(":")[0]))),
         "joined": _joined,

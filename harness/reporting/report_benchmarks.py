@@ -7,7 +7,7 @@ from typing import Any
 
 from gnomon.harness.reporting import sidecars, tables
 from gnomon.harness.results import number_text
-from gnomon.harness.results.rankings import LARGEST_NULL
+from gnomon.harness.results.contenders import LARGEST_NULL
 from gnomon.harness.results.separation import discoveries, paired
 from gnomon.harness.studies.growth import named, possible
 from gnomon.harness.studies.orders import BINARY64, WITHIN

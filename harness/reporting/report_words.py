@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -39,8 +40,6 @@ TIMED = [
 ]
 """The columns that the tables of times need; copies of all columns would take tens of megabytes."""
 
-LOADED = 0.05
-"""Share of timed measurements with a wait above which the page says at its head that the machine was busy."""
 MARKS = {"reaches": "●", "rough": "◐", "fails": "✕", "cannot": "–", "unrun": "○"}
 DIVISIONS = {
     "yours": "Yours",
@@ -61,16 +60,14 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         for name in run.names
         for formulation in own.loc[own["case"] == name, "formulation"].tolist() or [""]
     ]
-    growth, orders = (read(*folders) for read in (report_benchmarks.growth, report_benchmarks.orders))
     runs = [each for each in store.runs(run.path) if each["run"] in set(run.frame["run"])]
     environments = [each["environment"] for each in runs]
-    parts = provenance.origins(folders, environments[-1])
     libraries = set(ran["library"])
     found = Representatives(run)
     first = first_screen(found)
     unknown = dict.fromkeys(set(run.names) - set(own["case"]), "default variant not run")
     unknown |= dict.fromkeys(set(run.names) - set(found.complete), "not all has run yet")
-    waits = summary.waited(zip(run.frame["seconds_median"], run.frame["delay_seconds"], strict=True))
+    beside = _beside(folders, environments)
     return {
         "results": "/".join(run.path.resolve().parts[-2:]),
         "runs": runs,
@@ -80,7 +77,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "machines": machines_text(run.frame),
         "launches": launches_text(run.timed),
         "scatter": scatter_text(run.timed),
-        **_load(waits),
+        **_load(run.frame),
+        **beside,
         "first": first,
         "opened": first["lead"]["case"] if first["lead"] else str(run.frame["case"].iloc[0]),
         "outcomes": MEANINGS,
@@ -88,11 +86,9 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "chosen": chosen(first["stands"]),
         "needs": need_cards(run, found),
         "absent": ABSENT,
-        "older": [_origin_text(one) for one in parts if one.older],
-        "processors": provenance.processors_text([*environments, *(one.environment for one in parts)]),
         "both_divisions": OURS in libraries and len(libraries) > 1,
         "divisions": DIVISIONS,
-        "multiples": multiples(run, orders, found.complete),
+        "multiples": multiples(run, beside["orders"], found.complete),
         "fastest": tables.fastest(run.equal, problems, unknown),
         "times": case_tables(run),
         "targets": [number_text.power_text(target) for target in TARGETS],
@@ -109,19 +105,29 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "meanings": style.MEANINGS,
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
         "colours": style.STATUS_COLOURS,
-        "certified": report_checks.certified(*folders),
-        "certified_lines": report_checks.certified_lines(*folders),
-        "benchmarks": report_benchmarks.benchmarks(*folders),
-        "orders": orders,
-        "growth": growth,
-        "stability": report_stability.stability(*folders),
     }
 
 
-def _load(waits: tuple[int, int, int]) -> dict[str, Any]:
-    timed, delayed, _ = waits
-    share = f"{100 * delayed / timed:.0f} %" if timed else ""
-    return {"waited": number_text.waited_text(*waits), "waits": share, "loaded": delayed > LOADED * timed}
+def _load(frame: pd.DataFrame) -> dict[str, Any]:
+    times = [*zip(frame["seconds_median"], frame["delay_seconds"], strict=True)]
+    load = summary.load_of(times)
+    share = "" if math.isnan(load.share) else f"{100 * load.share:.0f} %"
+    return {"waited": number_text.waited_text(*summary.waited(times)), "waits": share, "loaded": load.high}
+
+
+def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """What the files beside the page say, and where they come from."""
+    parts = provenance.origins(folders, environments[-1])
+    return {
+        "older": [_origin_text(one) for one in parts if one.older],
+        "processors": provenance.processors_text([*environments, *(one.environment for one in parts)]),
+        "certified": report_checks.certified(*folders),
+        "certified_lines": report_checks.certified_lines(*folders),
+        "benchmarks": report_benchmarks.benchmarks(*folders),
+        "orders": report_benchmarks.orders(*folders),
+        "growth": report_benchmarks.growth(*folders),
+        "stability": report_stability.stability(*folders),
+    }
 
 
 def _origin_text(one: provenance.Origin) -> str:

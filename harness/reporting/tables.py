@@ -10,9 +10,9 @@ import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records
+from gnomon.harness.results.contenders import ALONE, RANKED, THIRD, TOO_SHORT
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import error_text, problem_name, short_text, time_text
-from gnomon.harness.results.rankings import ALONE, RANKED, THIRD, TOO_SHORT
 
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from statistics import median
 from typing import Any, NamedTuple
 
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.equal_error import reached
 from gnomon.harness.results.schema import TIMING_SPAN
@@ -25,6 +26,9 @@ OURS = "gnomon"
 RANKED, ONE_LAUNCH, TOO_SHORT, ALONE = "ranked", "not separated", "too short to rank", "one integrator"
 """Kinds of cells. A ranked cell has several integrators, timed in several launches on a span that is long enough: one
 launch cannot separate integrators."""
+
+THIRD, YOURS, OWN = "third", "yours", "own"
+"""Divisions: third-party libraries, integrators that the run was given, and gnomon's own methods."""
 
 Row = Mapping[str, Any]
 
@@ -52,6 +56,11 @@ class Pair(NamedTuple):
     target: float
     first: str
     contender: str
+
+
+def division(library: str) -> str:
+    """The division in which integrators of a library are ranked."""
+    return OWN if library == OURS else THIRD if library in LIBRARIES else YOURS
 
 
 def kind(rows: Sequence[Row]) -> str:
@@ -94,12 +103,14 @@ def times(rows: Iterable[Row]) -> list[Time]:
 
 
 def undecided(found: Sequence[Time]) -> list[Pair]:
-    """The pairs that further launches may separate, over all integrators and over third-party ones alone.
+    """The pairs that further launches may separate, in each division, which has its own false discovery rate, as on a page.
 
-    A contender counts up to MOST_LAUNCHES. Each division has its own false discovery rate, as on a page.
+    A contender counts up to MOST_LAUNCHES.
     """
-    third = [one for one in found if one.library != OURS]
-    return list(dict.fromkeys([*_undecided(found), *_undecided(third)]))
+    of: dict[str, list[Time]] = {THIRD: [], YOURS: [], OWN: []}
+    for one in found:
+        of[division(one.library)].append(one)
+    return [pair for part in of.values() for pair in _undecided(part)]
 
 
 def _undecided(found: Sequence[Time]) -> list[Pair]:

@@ -12,25 +12,29 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import NOT_BROKEN, Status
 from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, hard, own, records
-from gnomon.harness.results.contenders import ALONE as ALONE
-from gnomon.harness.results.contenders import CONTENDER as CONTENDER
-from gnomon.harness.results.contenders import LARGEST_NULL as LARGEST_NULL
-from gnomon.harness.results.contenders import MOST_LAUNCHES, kind, p_values
-from gnomon.harness.results.contenders import ONE_LAUNCH as ONE_LAUNCH
-from gnomon.harness.results.contenders import RANKED as RANKED
-from gnomon.harness.results.contenders import TOO_SHORT as TOO_SHORT
-from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.contenders import (
+    ALONE,
+    CONTENDER,
+    LARGEST_NULL,
+    MOST_LAUNCHES,
+    ONE_LAUNCH,
+    OWN,
+    RANKED,
+    THIRD,
+    TOO_SHORT,
+    YOURS,
+    division,
+    kind,
+    p_values,
+)
 from gnomon.harness.results.separation import discoveries, paired, signs
 
 MOST = 1e3
 """The largest ratio of a performance profile."""
 SAME_COUNT = 1.1
 """Largest ratio of two counts of evaluations that are tied: counts are interpolated between settings of a sweep."""
-THIRD, YOURS, OWN = "third", "yours", "own"
-"""Divisions: third-party libraries, integrators that the run was given, and gnomon's own methods."""
 EXACT = 1e-12
 """An error at the loosest setting of at most this, or CONDITIONED times the conditioning, is round-off. The method is
 then exact by construction, as on Kepler's orbits a method that moves bodies on them."""
@@ -91,11 +95,6 @@ def counted(equal: pd.DataFrame) -> pd.DataFrame:
     tied = ratio <= SAME_COUNT
     table = table.assign(ratio=ratio, cell=np.where(alone, ALONE, RANKED), slower=~tied, tied=tied)
     return table.assign(leaders=table.groupby([*PROBLEM, "target"])["tied"].transform("sum"))
-
-
-def division(library: str) -> str:
-    """The division in which integrators of a library are ranked."""
-    return OWN if library == OURS else THIRD if library in LIBRARIES else YOURS
 
 
 def divisions(equal: pd.DataFrame, rank: Callable[[pd.DataFrame], pd.DataFrame] = ranked) -> pd.DataFrame:

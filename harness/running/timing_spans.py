@@ -15,7 +15,7 @@ import pandas as pd
 from gnomon.cases.core.case import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import lookup
-from gnomon.harness.results import analysis, rankings, store
+from gnomon.harness.results import analysis, contenders, rankings, store
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
@@ -60,8 +60,8 @@ def ended(case: Case) -> bool:
 
 def suffices(times: pd.DataFrame) -> bool:
     """Whether the null call is at most a tenth of the time of every contender in these rows of `rankings.ranked`."""
-    contenders = times[times["ratio"] < rankings.CONTENDER]
-    return len(contenders) > 0 and bool((contenders["null_share"] <= rankings.LARGEST_NULL).all())
+    near = times[times["ratio"] < contenders.CONTENDER]
+    return len(near) > 0 and bool((near["null_share"] <= contenders.LARGEST_NULL).all())
 
 
 def main() -> None:

@@ -10,7 +10,7 @@ import pandas as pd
 from gnomon.cases.core.case import Case
 from gnomon.harness.measuring.reference_solution import PACK, CaseSpec
 from gnomon.harness.results.analysis import own
-from gnomon.harness.results.rankings import THIRD, division
+from gnomon.harness.results.contenders import THIRD, division
 from gnomon.reference.storage import diskcache
 from gnomon.reference.storage.import_closure import closure
 

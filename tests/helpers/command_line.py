@@ -1,5 +1,6 @@
-"""The command line as a function, for tests."""
+"""The command line as a function, and the numbers that it prints, for tests."""
 
+import re
 import sys
 
 from gnomon.harness.commands import cli
@@ -15,3 +16,8 @@ def gnomon(*arguments: str) -> int:
     finally:
         sys.argv = before
     return 0
+
+
+def numbers_in(text: str) -> list[str]:
+    """The numbers of a text, as they are printed, so that a test holds these and leaves the words free."""
+    return re.findall(r"(?<![\w.:])\d+(?:\.\d+)?(?:e-?\d+)?", text)

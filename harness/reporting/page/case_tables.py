@@ -9,12 +9,12 @@ from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.reporting.page.representing import label
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.tables import share_text
-from gnomon.harness.results import rankings
+from gnomon.harness.results import contenders
 from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, preparations, records
+from gnomon.harness.results.contenders import OWN, RANKED, THIRD, YOURS
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import ratio_text, time_text
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import OWN, RANKED, THIRD, YOURS
 from markupsafe import escape
 
 HEADS = {
@@ -50,7 +50,7 @@ def case_tables(run: Run) -> Tables:
     for (case, variant, formulation), part in ran.groupby(PROBLEM, sort=False):
         label_ = (variant or "default") + (f" · {formulation}" if formulation else "")
         names = {
-            row.integrator_id: rankings.division(row.library)
+            row.integrator_id: contenders.division(row.library)
             for row in part.drop_duplicates("integrator_id").itertuples()
         }
         cells = {
@@ -120,7 +120,7 @@ def _note(at: Mapping[str, Any]) -> str:
             words.append(("" if at["apart"] else "≈ ") + f"{_ratio(at['against'])} ×")
     elif at["cell"] == RANKED:
         words.append(f"{ratio_text(at['ratio'])} ×" if at["slower"] else "tied" if at["leaders"] > 1 else "fastest")
-    if at["null_share"] > rankings.LARGEST_NULL:
+    if at["null_share"] > contenders.LARGEST_NULL:
         words.append(share_text(at["null_share"]))
     return f"<small>{' · '.join(words)}</small>" if words else ""
 

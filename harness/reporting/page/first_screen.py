@@ -15,8 +15,8 @@ from gnomon.harness.reporting.page.representing import Representatives, chosen_f
 from gnomon.harness.reporting.page.stills import NARROW, WIDE, figure, stills
 from gnomon.harness.reporting.style import DRESS, INK, OWN_GREY, QUIET, hue, records
 from gnomon.harness.results import analysis, profiles
+from gnomon.harness.results.contenders import ALONE, ONE_LAUNCH, OWN, RANKED, THIRD, TOO_SHORT, YOURS, division
 from gnomon.harness.results.number_text import counted, error_text, join_words, power_text, time_text
-from gnomon.harness.results.rankings import ALONE, ONE_LAUNCH, OWN, RANKED, THIRD, TOO_SHORT, YOURS, division
 from markupsafe import Markup
 
 LEAD = "pendulum_simple"

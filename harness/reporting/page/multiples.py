@@ -10,7 +10,7 @@ from gnomon.harness.reporting.page.case_tables import way
 from gnomon.harness.reporting.page.representing import label
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.tables import digits, first_use_text
-from gnomon.harness.results import rankings
+from gnomon.harness.results import contenders
 from gnomon.harness.results.analysis import first_uses, own
 from gnomon.harness.results.number_text import short_text
 from gnomon.harness.results.rankings import solved
@@ -53,9 +53,11 @@ def multiples(run: Run, benched: Mapping[str, Any] | None, cases: Sequence[str])
             "hard": _solved(hard, str(name)),
             "first": first_use_text(*uses[str(name)].values()) if str(name) in uses else "",
         }
-        found.setdefault(rankings.division(str(part["library"].iloc[0])), []).append(row)
+        found.setdefault(contenders.division(str(part["library"].iloc[0])), []).append(row)
     return {
-        division: found[division] for division in (rankings.YOURS, rankings.THIRD, rankings.OWN) if division in found
+        division: found[division]
+        for division in (contenders.YOURS, contenders.THIRD, contenders.OWN)
+        if division in found
     }
 
 

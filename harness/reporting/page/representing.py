@@ -13,10 +13,10 @@ import pandas as pd
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting.report_run import Run
-from gnomon.harness.results import rankings
+from gnomon.harness.results import contenders, rankings
 from gnomon.harness.results.analysis import own
+from gnomon.harness.results.contenders import OWN, THIRD, YOURS
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import OWN, THIRD, YOURS
 
 NAMED = 7
 """The largest number of integrators in one picture: as many as there are colours that can be told apart."""
@@ -48,7 +48,7 @@ class Representatives:
         ran = self.run.frame
         given = [
             Stand(name, name.partition(":")[2] or name, YOURS, dict.fromkeys(self.run.kinds, name))
-            for name in ran.loc[ran["library"].map(rankings.division) == YOURS, "integrator_id"].unique()
+            for name in ran.loc[ran["library"].map(contenders.division) == YOURS, "integrator_id"].unique()
         ]
         present = set(ran["library"])
         found = []

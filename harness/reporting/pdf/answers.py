@@ -11,6 +11,7 @@ from gnomon.harness.reporting.pdf.pictures import cut
 from gnomon.harness.reporting.pdf.subject import Subject, median
 from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import summary
+from gnomon.harness.results.contenders import RANKED
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import (
     counted,
@@ -22,7 +23,7 @@ from gnomon.harness.results.number_text import (
     waited_text,
 )
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import CONDITIONED, FEWEST, RANKED, SOLVED
+from gnomon.harness.results.rankings import CONDITIONED, FEWEST, SOLVED
 from gnomon.harness.studies.drift import CLEAR
 
 MIDDLE = 1e-6

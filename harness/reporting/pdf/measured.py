@@ -13,9 +13,9 @@ from gnomon.harness.reporting.pdf.pictures import cut
 from gnomon.harness.reporting.pdf.subject import Subject
 from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import analysis
+from gnomon.harness.results.contenders import RANKED
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import counted, power_text, short_text, time_text
-from gnomon.harness.results.rankings import RANKED
 from gnomon.harness.studies.drift import CLEAR
 
 MOST_ROWS = 140

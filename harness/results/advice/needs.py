@@ -23,9 +23,10 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry import representatives
 from gnomon.harness.registry.lookup import STIFF
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records, settings
+from gnomon.harness.results.contenders import LARGEST_NULL
 from gnomon.harness.results.equal_error import credited, time_at
 from gnomon.harness.results.profiles import OURS
-from gnomon.harness.results.rankings import EXACT, FEWEST, LARGEST_NULL
+from gnomon.harness.results.rankings import EXACT, FEWEST
 from gnomon.harness.results.separation import discoveries, paired, signs
 
 THIRD, OWN, YOURS = "third-party", "gnomon", "yours"

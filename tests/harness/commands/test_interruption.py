@@ -9,9 +9,9 @@ import threading
 from pathlib import Path
 
 import pytest
+from command_line import numbers_in
 from gnomon.harness.results import store
 from gnomon.harness.results.outstanding import outstanding
-from said import numbers_in
 
 ENDED = 60
 """Seconds to an end, against hours of work: a loaded machine may take so long for the promised five seconds."""

@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import gnomon
+from command_line import gnomon, numbers_in
 from gnomon.harness.stability.panel_run import Row
-from said import numbers_in
 
 
 def test_a_table_for_each_panel_and_the_result_as_json(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import numbers_in
 from gnomon.harness.reporting.report_checks import certificate_rows, certified, certified_lines, computation_rows
-from said import numbers_in
 
 
 def certificate(case: str, variant: str, digits: float, passed: bool = True) -> dict[str, Any]:

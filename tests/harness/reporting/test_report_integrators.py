@@ -6,11 +6,11 @@ import re
 import pandas as pd
 import pytest
 import synthetic
+from command_line import numbers_in
 from gnomon.harness.reporting.page.case_tables import way
 from gnomon.harness.reporting.page.multiples import HEIGHT, MOST, WIDTH, _order, _picture, multiples
 from gnomon.harness.reporting.report_integrators import kinds
 from gnomon.harness.reporting.report_run import Run
-from said import numbers_in
 
 
 def test_the_most_structured_form_names_the_kind() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import invented_runs
 import pytest
+from command_line import numbers_in
 from gnomon.harness.reporting.page import first_screen
 from gnomon.harness.reporting.report import write_report
 from gnomon.harness.reporting.report_charts import work_problems
@@ -17,7 +18,6 @@ from gnomon.harness.reporting.report_words import page_words
 from gnomon.harness.results import schema
 from gnomon.harness.results.outstanding import outstanding
 from invented_runs import NOBODY
-from said import numbers_in
 
 
 def _without(results: Path, condition: str, planned: bool = False) -> int:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from command_line import numbers_in
 from gnomon.harness.registry.lookup import own
 from gnomon.harness.reporting import report_benchmarks
 from gnomon.harness.reporting.report_words import (
@@ -19,7 +20,6 @@ from gnomon.harness.reporting.report_words import (
     together,
     tolerances_text,
 )
-from said import numbers_in
 
 
 def _launched(**launches: int) -> pd.DataFrame:

@@ -5,12 +5,12 @@ from typing import Any
 
 import pandas as pd
 import pytest
+from command_line import numbers_in
 from gnomon.harness.reporting import tables
 from gnomon.harness.results import number_text
+from gnomon.harness.results.contenders import ALONE, ONE_LAUNCH, RANKED, TOO_SHORT, division
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.rankings import ALONE, ONE_LAUNCH, RANKED, TOO_SHORT, division
 from gnomon.harness.results.summary import waited
-from said import numbers_in
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Further launches: the pairs that plain rows give are those of the page's tables, over all and over third parties."""
+"""Further launches: the pairs that plain rows give are those of the page's tables, in each division."""
 
 import math
 from pathlib import Path
@@ -17,8 +17,9 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def of_tables(equal: pd.DataFrame) -> set[Pair]:
-    """The pairs of both divisions by `rankings`, which computes with pandas."""
-    found = [*rankings.undecided(rankings.ranked(equal)), *rankings.undecided(rankings.third_party(equal))]
+    """The pairs of all divisions by `rankings`, which computes with pandas."""
+    ranked = rankings.divisions(equal)
+    found = [pair for _, part in ranked.groupby("division") for pair in rankings.undecided(part)]
     return {Pair(case, variant, target, first, other) for case, variant, _, target, first, other in found}
 
 

@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import synthetic
-from gnomon.harness.results import analysis, rankings, store
+from gnomon.harness.results import analysis, contenders, rankings, store
+from gnomon.harness.results.contenders import ALONE, ONE_LAUNCH, RANKED, TOO_SHORT
 from gnomon.harness.results.equal_error import reached
-from gnomon.harness.results.rankings import ALONE, ONE_LAUNCH, RANKED, TOO_SHORT, foremost, leading, ranked, solved
+from gnomon.harness.results.rankings import foremost, leading, ranked, solved
 from launches import measured
 
 TARGETS = (1e-3, 1e-6, 1e-9)
@@ -230,7 +231,7 @@ def test_third_parties_are_ranked_as_if_nothing_else_had_run(rank: Any, others: 
     table = mixed()
     alone = rankings.divisions(table[~table["library"].isin(others)], rank)
     found = rankings.divisions(table, rank)
-    third = [rows.loc[rows["division"] == rankings.THIRD, RANKS].reset_index(drop=True) for rows in (found, alone)]
+    third = [rows.loc[rows["division"] == contenders.THIRD, RANKS].reset_index(drop=True) for rows in (found, alone)]
     pd.testing.assert_frame_equal(*third)
     assert 0 < third[0]["tied"].mean() < 1
     assert (third[0].groupby("case")["ratio"].min() == 1).all(), "a third party sets the scale"
@@ -288,12 +289,17 @@ def test_divisions_are_apart_only_where_launches_and_span_allow_it(
 
 @pytest.mark.parametrize(
     ("library", "division"),
-    [("gnomon", rankings.OWN), ("scipy", rankings.THIRD), ("pybullet", rankings.THIRD), ("mine", rankings.YOURS)],
+    [
+        ("gnomon", contenders.OWN),
+        ("scipy", contenders.THIRD),
+        ("pybullet", contenders.THIRD),
+        ("mine", contenders.YOURS),
+    ],
 )
 def test_a_users_own_integrator_is_no_third_party(library: str, division: str) -> None:
     """It may run in Python, and nobody else has it: neither a rank among libraries nor a best third party is made of it."""
     found = rankings.divisions(cells({"c": {f"{library}:a": [1.0, 1.1]}}))
-    assert found["division"].tolist() == [rankings.division(library)] == [division]
+    assert found["division"].tolist() == [contenders.division(library)] == [division]
 
 
 def test_without_rows_there_are_no_divisions() -> None:

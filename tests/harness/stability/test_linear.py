@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 import planted_methods
 import pytest
+from command_line import numbers_in
 from gnomon.harness.contract.integrator import Steps
 from gnomon.harness.integrators.geometric.splitting import Composition, Splitting, StormerVerlet
 from gnomon.harness.registry import lookup
@@ -17,7 +18,6 @@ from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.step_matrix import StepMatrix, stable_intervals
 from gnomon.harness.verification.function_adapter import from_solve, from_step
 from right_methods import verlet
-from said import numbers_in
 from scipy.optimize import brentq
 
 SECONDS = 2.0

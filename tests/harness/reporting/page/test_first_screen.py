@@ -9,14 +9,14 @@ from typing import Any
 import invented_runs
 import pytest
 import synthetic
+from command_line import numbers_in
 from gnomon.harness.reporting.page import first_screen
 from gnomon.harness.reporting.page.representing import NAMED, Representatives
 from gnomon.harness.reporting.report import write_report
 from gnomon.harness.reporting.report_charts import work_problems
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
-from gnomon.harness.results.rankings import OWN, THIRD, YOURS
-from said import numbers_in
+from gnomon.harness.results.contenders import OWN, THIRD, YOURS
 
 METHODS = invented_runs.METHODS
 OTHERS = ("gnomon", "mine")
