@@ -89,7 +89,7 @@ def hierarchy_chart(levels: pd.DataFrame) -> alt.LayerChart:
     y = alt.Y("place:N", title=None, sort=places, axis=axis)
     x = alt.X(
         "decades:Q",
-        title="error of the simpler model against the full one",
+        title=["error of the simpler model", "against the full one"],
         scale=alt.Scale(zero=False, nice=True, padding=40),
         axis=alt.Axis(
             tickMinStep=1,

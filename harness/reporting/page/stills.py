@@ -1,6 +1,8 @@
 """Drawings that stand in the page itself, so that they are there at once, in print and without a script."""
 
+import hashlib
 import json
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -21,14 +23,11 @@ def stills(specifications: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def _drawn(specification: Mapping[str, Any]) -> str:
-    svg = images.leaner(
-        vl_convert.vegalite_to_svg(
-            json.dumps(
-                {**specification, "background": None, "$schema": "https://vega.github.io/schema/vega-lite/v6.json"}
-            )
-        )
-    )
-    return themed(svg)
+    schema = "https://vega.github.io/schema/vega-lite/v6.json"
+    text = json.dumps({**specification, "background": None, "$schema": schema})
+    own = f"d{hashlib.sha256(text.encode()).hexdigest()[:8]}"  # several drawings in one page must not share an id
+    svg = images.leaner(vl_convert.vegalite_to_svg(text))
+    return themed(re.sub(r'( id="|url\(#|href="#)', rf"\1{own}", svg))
 
 
 def figure(drawings: Mapping[str, Mapping[str, str]], label: str) -> Markup:

@@ -131,10 +131,11 @@
     return spec;
   }
 
-  // Names take at most two fifths of a narrow page.
+  // On a narrow page names take at most two fifths of the width, and entries of a legend are below each other.
   function shorten(node) {
     if (!node || typeof node !== "object") return;
     if (node.labelLimit > 150) node.labelLimit = 150;
+    if (node.legend?.orient === "top") node.legend.columns = 1;
     Object.values(node).forEach(shorten);
   }
 
