@@ -87,6 +87,8 @@ class Suite:
     """Whether near-duplicate methods run only if they are named."""
     hardest: tuple[str, ...] = ()
     """The hard variants, as case/variant, that run unless the user names cases; empty for all if `variants`."""
+    further: tuple[str, ...] = ()
+    """Hard variants that run too, of any case."""
     rest: Suite | None = None
     """The suite for the cases outside `FOUNDATION`; None if they run like the others."""
     first_use: bool = False
@@ -117,7 +119,7 @@ class Suite:
         """The names that run unless the user names cases: the default variants of its cases, then hard variants."""
         own = self.cases or cases.names()
         hard = [f"{name}/{v.name}" for name in own if self._of(name).variants for v in cases.case_class(name).variants]
-        return [*own, *(self.hardest or hard)]
+        return list(dict.fromkeys([*own, *(self.hardest or hard), *self.further]))
 
     def within(self, limit_seconds: float) -> Suite:
         """A copy with one time limit for every trial."""
@@ -155,7 +157,7 @@ class Suite:
 
 
 def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
-    lists: dict[str, Any] = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators", "hardest")}
+    lists: dict[str, Any] = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators", "hardest", "further")}
     if lists["integrators"]:
         lists["integrators"] += tuple(f"{one.name}:{quick}" for one in LIBRARIES.values() for quick in one.quick)
     return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
