@@ -29,10 +29,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def invented(path: Path, name: str, cases: Iterable[str]) -> Path:
     """A run of one integrator on the default variants of these cases."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(synthetic, "CASES", {case: (case, "7.10", 2, ("default",)) for case in cases})
-        patch.setattr(synthetic, "INTEGRATORS", (("mine", name, "", 8, "tolerance", 20e-9, ""),))
-        return synthetic.write(path)
+    several = {case: (case, "7.10", 2, ("default",)) for case in cases}
+    return synthetic.write(path, several, (("mine", name, "", 8, "tolerance", 20e-9, ""),))
 
 
 @pytest.fixture(scope="module")
