@@ -124,7 +124,9 @@ def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
     ).sort_values("setting", ascending=False)
     names = {label(one.integrator_id): one.library for one in rows.drop_duplicates("integrator_id").itertuples()}
     domain = list(dict.fromkeys(points["name"]))
-    lowest = math.floor(float(points["y"].min())) if len(points) else EXACT
+    limit = float(rows["conditioning"].max())
+    at = [{"y": math.log10(limit)}] if limit > 0 else []
+    lowest = math.floor(min([*points["y"], *(one["y"] for one in at), -12.0])) - 0.5
     low, high = (float(points["x"].min()), float(points["x"].max())) if len(points) else (0.0, 1.0)
     what = {"time": "time of one solve (less is better)", "calls": "evaluations of the equations (less is better)"}
     named = f"({expression({'time': SECONDS, 'calls': COUNTS}[axis])})[datum.value] || ''"
@@ -132,7 +134,7 @@ def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
     y = _axis(
         "y",
         "largest error (lower is better)",
-        [min(lowest, -12) - 0.5, MARGIN],
+        [lowest, MARGIN],
         {"tickMinStep": 1, "tickCount": 6, "labelExpr": ERRORS},
     )
     legend = {"columns": 1 if width == NARROW else 3, "symbolType": "circle", "labelLimit": 320}
@@ -145,8 +147,6 @@ def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
         "mark": {"type": "point", "size": 40, "filled": True, "opacity": 1},
         "encoding": {"x": x, "y": y, "color": colour},
     }
-    limit = float(rows["conditioning"].max())
-    at = [{"y": math.log10(limit)}] if limit > 0 else []
     rule = {
         "mark": {"type": "rule", "color": QUIET, "strokeDash": [4, 4]},
         "encoding": {"y": y},

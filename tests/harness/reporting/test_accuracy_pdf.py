@@ -29,8 +29,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def invented(path: Path, name: str, cases: Iterable[str]) -> Path:
     """A run of one integrator on the default variants of these cases."""
-    chosen = {case: (case, "7.10", 2, ("default",)) for case in cases}
-    return synthetic.write(path, chosen, [("mine", name, "", 8, "tolerance", 20e-9, "")])
+    several = {case: (case, "7.10", 2, ("default",)) for case in cases}
+    return synthetic.write(path, several, (("mine", name, "", 8, "tolerance", 20e-9, ""),))
 
 
 @pytest.fixture(scope="module")

@@ -230,6 +230,18 @@ def expected_share(shown: Shown, target: float, library: str, factor: float, axi
     return inside / len(shown.cases)
 
 
+def test_all_that_the_first_diagram_draws_is_within_its_axes(shown: Shown) -> None:
+    """The line of the conditioning once lay below the diagram, across its legend."""
+    diagrams = [one for one in shown.diagrams if "layer" in one]
+    assert len(diagrams) == 4, "two axes, two widths"
+    for one in diagrams:
+        rule, _, dots = one["layer"]
+        scales = {name: dots["encoding"][name]["scale"]["domain"] for name in ("x", "y")}
+        assert rule["data"]["values"]
+        for row in [*one["data"]["values"], *rule["data"]["values"]]:
+            assert all(low <= row[name] <= high for name, (low, high) in scales.items() if name in row), row
+
+
 @pytest.mark.parametrize("axis", ["time", "evaluations"])
 def test_profiles_are_those_that_other_code_finds_in_the_exported_rows(shown: Shown, axis: str) -> None:
     """At three errors the share of every library at each factor up to 1000, the left and the right end among them."""
