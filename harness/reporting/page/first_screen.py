@@ -62,7 +62,8 @@ def _lead(found: Representatives) -> dict[str, Any] | None:
     run = found.run
     rows = analysis.own(analysis.settings(run.timed))
     rows = rows[~rows["status"].isin([*CANNOT_RUN, Status.SKIPPED])]
-    ready = [name for name in found.complete if name in set(rows["case"])] or list(rows["case"].unique())
+    present = list(dict.fromkeys(rows["case"].tolist()))
+    ready = [name for name in found.complete if name in present] or present
     if not ready:
         return None
     case = LEAD if LEAD in ready else ready[0]
