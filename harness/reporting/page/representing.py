@@ -71,7 +71,10 @@ class Representatives:
         """The stands that ran on every complete case: of the others, it is not known what they would reach there."""
         default = own(self.run.frame)
         ran = set(default[["case", "integrator_id"]].itertuples(index=False, name=None))
-        pairs = {one.name: [(case, one.methods[self.kind_of[case]]) for case in self.complete] for one in self.stands}
+        pairs = {
+            one.name: [(case, one.methods.get(self.kind_of.get(case, ""))) for case in self.complete]
+            for one in self.stands
+        }
         return [one for one in self.stands if all(pair in ran or pair[1] is None for pair in pairs[one.name])]
 
     @cached_property
