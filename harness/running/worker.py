@@ -55,6 +55,8 @@ FEWEST_CALLS = 3
 """Minimum number of timed calls of a trial that is not slow: one outlier would decide the median of fewer."""
 MOST_REPEATS = 5
 """Largest number of repeats of a call that waited for a processor."""
+REPEATED_SECONDS = 0.2
+"""Seconds that these repeats may take together."""
 ANNOUNCED_SECONDS = 0.01
 """Calls that together take longer are announced, each with its own deadline; the message takes 0.1 ms."""
 COUNTING_ULPS = 1000
@@ -394,13 +396,17 @@ class _Series:
     def _undelayed(self, solver: Prepared, repeats: int, call: Call) -> Call:
         """The call or, if it waited for a processor, the repeat that waited for the least share of its time.
 
-        The repeats end with a call that did not wait. They are from new starts, so that remembered answers save
+        The repeats end with a call that did not wait, or after REPEATED_SECONDS: on a busy machine every long call waits,
+        and five repeats of each would be most of a run. They are from new starts, so that remembered answers save
         nothing.
         """
+        spent = 0.0
         for _ in range(repeats):
-            if call.waited <= DELAYED:
+            if call.waited <= DELAYED or spent + call.seconds > REPEATED_SECONDS:
                 break
-            call = min(call, self._call(solver, next(self.perturbed), keep=False), key=lambda one: one.waited)
+            again = self._call(solver, next(self.perturbed), keep=False)
+            spent += again.seconds
+            call = min(call, again, key=lambda one: one.waited)
         return call
 
     def _suspect(self, solver: Prepared, states: Floats) -> None:

@@ -120,8 +120,14 @@ def test_each_long_call_has_a_deadline_of_its_own(monkeypatch: pytest.MonkeyPatc
     assert 1 <= sum(short) <= 3
 
 
-def delayed_calls(monkeypatch: pytest.MonkeyPatch, delays: list[float | None], repeats: int = 9) -> Any:
-    """The calls of a slow trial, of a second each, that waited for a processor so long; its scored call; all starts."""
+def delayed_calls(
+    monkeypatch: pytest.MonkeyPatch, delays: list[float | None], repeats: int = 9, seconds: float = 99.0
+) -> Any:
+    """The calls of a slow trial, of a second each, that waited for a processor so long; its scored call; all starts.
+
+    Repeats may take `seconds` together.
+    """
+    monkeypatch.setattr(worker, "REPEATED_SECONDS", seconds)
     given, starts = iter(delays), []
 
     def call(start: Any) -> Any:
@@ -146,6 +152,14 @@ def test_a_call_that_waited_for_a_processor_is_repeated_from_new_states(monkeypa
 def test_of_calls_that_all_waited_the_least_delayed_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     delays, _, starts = delayed_calls(monkeypatch, [0.5, 0.4, 0.3, 0.6, 0.5, 0.4, 0.0])
     assert (delays, len(starts)) == ([0.3], 1 + MOST_REPEATS)
+
+
+@pytest.mark.parametrize(("seconds", "repeated"), [(0.9, 0), (1.0, 1), (2.5, 2)])
+def test_repeats_of_long_calls_take_a_limited_time(
+    monkeypatch: pytest.MonkeyPatch, seconds: float, repeated: int
+) -> None:
+    """On a busy machine every long call waits: with five repeats of each, half of a run was repeats."""
+    assert len(delayed_calls(monkeypatch, [0.5] * 7, seconds=seconds)[2]) == 1 + repeated
 
 
 @pytest.mark.parametrize(
