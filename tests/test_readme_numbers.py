@@ -17,7 +17,7 @@ import pytest
 from gnomon.cases import get
 from gnomon.cases.core.sampling import SAMPLES
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.reporting import sidecars, style
+from gnomon.harness.reporting import live_page, sidecars, style
 from gnomon.harness.running import plan
 
 README = Path(__file__).parent.parent / "README.md"
@@ -77,21 +77,13 @@ def test_the_digits_of_the_readme_are_those_of_the_certificates() -> None:
     assert all(each["required"] == integrated for each in fewer)
 
 
-def test_the_numbers_of_the_readme_are_those_of_the_report(page: dict[str, Any]) -> None:
-    suite, count = _match(r"published report is a run of `(\w+)` with (\d+) integrators")
-    assert len(page["map"]["series"]) == int(count)
-    summary = (REPORTS / "summary.md").read_text()
-    assert f"{count} integrators from" in summary
-    assert f"suite `{suite}`" in summary
-    (lost,) = _match(r"the trials of (\d+) cases are outstanding")
-    assert f"of {lost} cases some have" in (REPORTS / "index.html").read_text()
-
-
 def test_the_numbers_of_the_readme_are_those_of_the_code() -> None:
-    count = {"one": 1, "five": 5, "twelve": 12}
-    assert count[_match(r"the (\w+) cases that exercise every form, at most two of each")[0]] == len(plan.FOUNDATION)
-    assert count[_match(r"primary methods in (\w+) launch")[0]] == plan.SUITES["standard"].launches
-    assert count[_match(r"twelve and (\w+) launches")[0]] == plan.SUITES["full"].launches
+    count = {"five": 5, "six": 6, "twelve": 12}
+    cases, systems = _match(r"the (\w+) cases that exercise every form, and stiff variants of (\w+) systems")
+    assert count[cases] == len(plan.FOUNDATION)
+    assert count[systems] == len({name.partition("/")[0] for name in plan.SUITES["standard"].further})
+    assert count[_match(r"twelve cases and (\w+) launches")[0]] == plan.SUITES["full"].launches
+    assert float(_match(r"written again every (\d+) s")[0]) == live_page.EVERY_SECONDS
     assert int(_match(r"the largest of (\d+) samples")[0]) == SAMPLES
     (python,) = _match(r"With Python ([\d.]+) and make")
     assert _project()["requires-python"] == f">={python}"
