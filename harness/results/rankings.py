@@ -6,14 +6,13 @@ number.
 """
 
 import math
-from collections.abc import Callable, Hashable, Mapping
-from collections.abc import Set as AbstractSet
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, Status
-from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, hard, own, records
+from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, hard, records
 from gnomon.harness.results.contenders import (
     ALONE,
     CONTENDER,
@@ -29,10 +28,8 @@ from gnomon.harness.results.contenders import (
     kind,
     p_values,
 )
-from gnomon.harness.results.separation import discoveries, paired, signs
+from gnomon.harness.results.separation import discoveries, paired
 
-MOST = 1e3
-"""The largest ratio of a performance profile."""
 SAME_COUNT = 1.1
 """Largest ratio of two counts of evaluations that are tied: counts are interpolated between settings of a sweep."""
 EXACT = 1e-12
@@ -129,99 +126,6 @@ def divisions(equal: pd.DataFrame, rank: Callable[[pd.DataFrame], pd.DataFrame] 
     apart = np.zeros(len(table), dtype=bool)
     apart[other] = discoveries(p[other]) if rank is ranked else abs(np.log(ratio[other])) > math.log(SAME_COUNT)
     return table.assign(against=ratio, apart=apart)
-
-
-def drawn(table: pd.DataFrame) -> pd.Series:
-    """The ratios for figures and medians, in which ties are equal."""
-    return table["ratio"].where(~table["tied"], 1.0)
-
-
-def standings(rows: pd.DataFrame) -> pd.DataFrame:
-    """Counts of cells by integrator, from rows at one error, sorted by these counts, then by name.
-
-    `leads`: ranked cells in which it is the fastest alone. `tied`: ranked cells in which it is tied for the fastest.
-    `ranked`: ranked cells that it reaches. `reached`: all cells that it reaches, with the median `ratio` over these.
-    These are counts of separated cells, and do not rank the integrators.
-    """
-    ranked_, alone = rows["cell"] == RANKED, rows["leaders"] == 1
-    first = ranked_ & rows["tied"]
-    named = rows.assign(leads=first & alone, shared=first & ~alone, ranked=ranked_, ratio=drawn(rows))
-    named = named.groupby("integrator_id")
-    found = pd.DataFrame(
-        {
-            "library": named["library"].first(),
-            "leads": named["leads"].sum(),
-            "tied": named["shared"].sum(),
-            "ranked": named["ranked"].sum(),
-            "reached": named.size(),
-            "ratio": named["ratio"].median(),
-        }
-    )
-    return found.sort_values(["leads", "tied", "reached"], ascending=False, kind="stable")
-
-
-Key = TypeVar("Key", bound=Hashable)
-
-
-class Foremost(NamedTuple):
-    """The integrators that hold on most problems.
-
-    `counts`: by integrator `held` and the number of problems `known` of it, the largest share first. `first`: the
-    integrator with the largest share, and the ones that are not separated from it.
-    """
-
-    counts: pd.DataFrame
-    first: list[str]
-
-
-def foremost(tables: Mapping[Key, pd.DataFrame]) -> dict[Key, Foremost]:
-    """The integrators that hold most often in each table, of problems by integrators with 1 (holds), 0 (not) or nan.
-
-    The integrator with the largest share is compared with every other one by the sign test over the problems known of
-    both. One false discovery rate covers all tables. A p value is multiplied by the number of others, any of which
-    could have been the first by chance. Integrators are left out if fewer than half of the problems are known of them.
-    """
-    counts, claims = {}, []
-    for key, table in tables.items():
-        kept = table.loc[:, table.notna().sum() >= len(table) / 2] if len(table) else table.iloc[:, :0]
-        found = pd.DataFrame({"held": kept.sum(), "known": kept.notna().sum()}).astype(int)
-        order = (found["held"] / found["known"]).sort_values(ascending=False, kind="stable").index
-        counts[key] = found.loc[order]
-        for name in order[1:]:
-            first, other = kept[order[0]], kept[name]
-            ahead, behind = int(((first == 1) & (other == 0)).sum()), int(((first == 0) & (other == 1)).sum())
-            claims.append((key, name, min(1.0, (len(order) - 1) * signs(ahead, behind)) if ahead > behind else 1.0))
-    holds = discoveries([p for *_, p in claims])
-    later = {(key, name) for (key, name, _), true in zip(claims, holds, strict=True) if true}
-    return {key: Foremost(each, [n for n in each.index if (key, n) not in later]) for key, each in counts.items()}
-
-
-def leading(rows: pd.DataFrame) -> pd.DataFrame:
-    """A table for `foremost`: a row for each ranked cell, with 1 for the integrators tied for the fastest there."""
-    found = rows[rows["cell"] == RANKED]
-    cells = found.assign(first=found["tied"].astype(float))
-    return cells.pivot_table("first", [*PROBLEM, "target"], "integrator_id", dropna=False).fillna(0.0)
-
-
-def telling(table: pd.DataFrame, known: AbstractSet[tuple[str, str]]) -> pd.DataFrame:
-    """A table for `foremost` without trivial answers; empty if it has fewer than `FEWEST` cases.
-
-    Pairs in `known`, which are exact by construction, count as unknown. Problems on which no other integrator holds are
-    left out.
-    """
-    cases = table.index.get_level_values("case")
-    held = (table == 1).any(axis=1)
-    table = table.mask(pd.DataFrame({name: [(case, name) in known for case in cases] for name in table}, table.index))
-    table = table[~held | (table == 1).any(axis=1)]
-    return table if table.index.get_level_values("case").nunique() >= FEWEST else table.iloc[:0]
-
-
-def exact(reduced: pd.DataFrame) -> set[tuple[str, str]]:
-    """The pairs of case and integrator whose loosest setting has an error of round-off on the default variant."""
-    columns = ["case", "integrator_id", "setting", "conditioning", "status", "error_max"]
-    default = own(reduced)[columns].sort_values("setting").groupby(["case", "integrator_id"]).tail(1)
-    right = default[_within(default, EXACT)]
-    return set(right[["case", "integrator_id"]].itertuples(index=False, name=None))
 
 
 def _within(rows: pd.DataFrame, error: float) -> pd.Series:

@@ -13,7 +13,7 @@ import synthetic
 from gnomon.harness.results import analysis, contenders, rankings, store
 from gnomon.harness.results.contenders import ALONE, ONE_LAUNCH, RANKED, TOO_SHORT
 from gnomon.harness.results.equal_error import reached
-from gnomon.harness.results.rankings import foremost, leading, ranked, solved
+from gnomon.harness.results.rankings import ranked, solved
 from launches import measured
 
 TARGETS = (1e-3, 1e-6, 1e-9)
@@ -81,7 +81,7 @@ def test_times_and_ratios_are_those_that_other_code_finds_in_the_exported_rows(r
     for target in TARGETS:
         base = independent_times(rows, target)
         least = {case: min(time for (other, _), time in base.items() if other == case) for case, _ in base}
-        found = rankings.own(equal[equal["target"] == target])
+        found = analysis.own(equal[equal["target"] == target])
         keys = list(zip(found["case"], found["integrator_id"], strict=True))
         assert dict(zip(keys, found["seconds"], strict=True)) == pytest.approx(base, rel=1e-12)
         ratios = {key: time / least[key[0]] for key, time in base.items()}
@@ -96,7 +96,7 @@ def test_evaluations_at_an_error_are_those_that_other_code_finds_in_the_exported
     rows = exported(results, tmp_path)
     for target in TARGETS:
         base = independent_times(rows, target, "rhs_calls")
-        found = rankings.own(equal[equal["target"] == target])
+        found = analysis.own(equal[equal["target"] == target])
         keys = zip(found["case"], found["integrator_id"], strict=True)
         counted = {key: calls for key, calls in zip(keys, found["calls"], strict=True) if not math.isnan(calls)}
         assert counted == pytest.approx(base, rel=1e-12)
@@ -192,15 +192,6 @@ def test_launches_of_different_runs_are_no_pairs() -> None:
         {(2, n): s for n, s in enumerate([9.0, 9.1, 9.3])},
     ]
     assert set(ranked(table)["cell"]) == {ONE_LAUNCH}
-
-
-def test_ties_are_equal_where_ratios_are_drawn() -> None:
-    rows = ranked(cells({"c": {"x:a": [1.0, 1.2, 1.0], "x:b": [1.1, 1.1, 1.3], "x:c": [9.0, 9.1, 9.3]}}))
-    assert dict(zip(rows["integrator_id"], rankings.drawn(rows), strict=True)) == {
-        "x:a": 1,
-        "x:b": 1,
-        "x:c": pytest.approx(9.1),
-    }
 
 
 def test_undecided_are_contenders_that_more_launches_may_separate() -> None:
@@ -324,49 +315,8 @@ def test_counts_are_compared_without_a_test_and_tie_within_a_tenth() -> None:
     assert alone["cell"].tolist() == [ALONE]
 
 
-def test_standings_count_separated_cells() -> None:
-    clear = {"x:a": [1.0, 1.1, 1.0], "x:b": [9.0, 9.1, 9.3]}
-    tie = {"x:a": [1.0, 1.2, 1.0], "x:b": [1.1, 1.1, 1.3]}
-    counts = rankings.standings(ranked(cells({"clear": clear, "tie": tie, "one": {"x:b": [1.0], "x:c": [1.1]}})))
-    told = {name: row[["leads", "tied", "ranked", "reached"]].tolist() for name, row in counts.iterrows()}
-    assert told == {"x:a": [1, 1, 2, 2], "x:b": [0, 1, 2, 3], "x:c": [0, 0, 0, 1]}
-
-
 def table(**held: list[float]) -> pd.DataFrame:
     return pd.DataFrame(held, index=pd.MultiIndex.from_product([["c"], range(len(next(iter(held.values()))))]))
-
-
-def test_the_foremost_is_separated_by_the_problems_that_are_known_of_both() -> None:
-    """b fails on eight that a holds on. c fails on as many, but of four of these a is not known."""
-    a = [1.0] * 12 + [math.nan] * 4
-    b = [1.0] * 4 + [0.0] * 8 + [1.0] * 4
-    c = [1.0] * 8 + [0.0] * 4 + [0.0] * 4
-    found = foremost({"page": table(a=a, b=b, c=c)})["page"]
-    assert found.first == ["a", "c"]
-    assert found.counts.loc["a"].to_dict() == {"held": 12, "known": 12}
-    assert foremost({"page": table(a=a, b=b)})["page"].first == ["a"]
-
-
-def test_what_is_known_of_few_problems_is_not_compared() -> None:
-    few = [1.0] * 3 + [math.nan] * 7
-    assert foremost({"": table(all=[1.0] * 9 + [0.0], few=few)})[""].counts.index.tolist() == ["all"]
-
-
-def test_identical_reliability_is_no_rank() -> None:
-    """Twenty that hold on each of 60 problems with the same probability: one is first, and hardly ever separated."""
-    rng = np.random.default_rng(2)
-    pages = {k: table(**{f"m{n}": row.tolist() for n, row in enumerate(rng.random((20, 60)) < 0.7)}) for k in range(40)}
-    each = [
-        len(found.first) for found in foremost({k: page.astype(float) for k, page in pages.items()}.copy()).values()
-    ]
-    assert np.mean([count < 20 for count in each]) <= 0.05
-
-
-def test_leading_counts_the_ranked_cells_alone() -> None:
-    clear = {"x:a": [1.0, 1.1, 1.0], "x:b": [9.0, 9.1, 9.3]}
-    rows = ranked(cells({"clear": clear, "one": {"x:b": [1.0], "x:c": [1.1]}}))
-    found = leading(rows)
-    assert found.to_dict("list") == {"x:a": [1.0], "x:b": [0.0]}
 
 
 def variant(name: str, *settings: tuple[str, float], conditioning: float = 1e-15) -> pd.DataFrame:
