@@ -14,7 +14,7 @@ from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import contenders, rankings
-from gnomon.harness.results.analysis import own
+from gnomon.harness.results.analysis import NEVER_RAN, own
 from gnomon.harness.results.contenders import OWN, THIRD, YOURS
 from gnomon.harness.results.profiles import OURS
 
@@ -50,7 +50,7 @@ class Representatives:
             Stand(name, name.partition(":")[2] or name, YOURS, dict.fromkeys(self.run.kinds, name))
             for name in ran.loc[ran["library"].map(contenders.division) == YOURS, "integrator_id"].unique()
         ]
-        present = set(ran["library"])
+        present = set(ran.loc[~ran["status"].isin(NEVER_RAN), "library"])
         found = []
         for library in (*LIBRARIES, OURS):
             chosen = {kind: representative(library, kind) for kind in self.run.kinds}

@@ -201,3 +201,16 @@ def test_ties_have_one_place_in_a_profile_whatever_their_times(whole: tuple[Run,
     assert (at.groupby("case").size() > 1).any()
     for case, part in at.groupby("case"):
         assert times.loc[case, list(part["stand"])].nunique() == 1
+
+
+def test_a_library_that_is_not_installed_is_not_on_the_first_screen(tmp_path: Path) -> None:
+    """It has failed nowhere: a line at 0 % would say that it has."""
+
+    def change(trial: dict[str, Any], launch: int, found: dict[str, Any]) -> dict[str, Any] | None:
+        if trial["library"] != "heyoka":
+            return found
+        return {"status": "not_installed", "reason": "planted"} if launch == 1 else None
+
+    run = Run.read(synthetic.write(tmp_path / "results.sqlite", invented_runs.cases(3), METHODS, change))
+    assert "heyoka" not in {one.name for one in Representatives(run).stands}
+    assert "scipy" in {one.name for one in Representatives(run).stands}
