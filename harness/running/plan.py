@@ -144,8 +144,9 @@ class Suite:
         return replace(self, minutes=0.0, minutes_with_peers=0.0, timing_spans=False)
 
     def budget(self, integrators: Iterable[Integrator]) -> float:
-        """Minutes of a run with these integrators after which no repeated launch begins."""
-        found = {LIBRARIES[one.library].extra for one in integrators if one.library in LIBRARIES}
+        """Minutes of a run with these integrators after which no repeated launch begins; missing ones take no time."""
+        present = [one for one in integrators if one.library in LIBRARIES and lookup.missing(one) is None]
+        found = {LIBRARIES[one.library].extra for one in present}
         return self.minutes_with_peers if "peers" in found else self.minutes
 
     def limit(self, case: Case) -> float:

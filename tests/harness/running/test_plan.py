@@ -321,3 +321,12 @@ def test_the_standard_suite_has_two_hard_variants_of_each_foundation_case_that_h
         assert len(hard) == min(2, len(short))
     assert {each.split("/")[0] for each in suite.hardest} <= set(plan.FOUNDATION)
     assert suite.names()[len(cases.names()) :] == [*suite.hardest, *suite.further]
+
+
+def test_peers_that_are_not_installed_give_a_run_no_more_minutes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run without peers would else go on as long as one with them."""
+    suite, peers = plan.suite("standard"), lookup.find("diffrax")
+    monkeypatch.setattr(lookup, "missing", lambda one: "not installed")
+    assert suite.budget(peers) == suite.minutes
+    monkeypatch.setattr(lookup, "missing", lambda one: None)
+    assert suite.budget(peers) == suite.minutes_with_peers > suite.minutes
