@@ -14,7 +14,8 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import report_integrators, style, tables
+from gnomon.harness.registry import kinds
+from gnomon.harness.reporting import style, tables
 from gnomon.harness.results import analysis, rankings, store, summary
 from gnomon.harness.results.outstanding import Outstanding, outstanding
 from gnomon.harness.running.plan import NEAR_DUPLICATE
@@ -80,7 +81,7 @@ class Run:
     @cached_property
     def kinds(self) -> dict[str, list[str]]:
         """The cases of each kind of system."""
-        return report_integrators.kinds(self.forms, self.names)
+        return kinds.kinds(self.forms, self.names)
 
     @cached_property
     def matrix(self) -> pd.DataFrame:

@@ -4,11 +4,9 @@ from collections import Counter
 from collections.abc import Iterable
 
 from gnomon.cases import Case
-from gnomon.harness.contract.declared import declared
+from gnomon.harness.registry.kinds import KINDS, kind_of
 from gnomon.harness.running.plan import Series
 
-KINDS: dict[str, list[str]] = declared("reporting", "templates/page.toml")["kinds"]
-"""Kinds of systems by the most structured form that a case offers, as a page has them; the first match counts."""
 Place = tuple[int, int, int]
 
 
@@ -33,5 +31,5 @@ def places(series: Iterable[Series]) -> dict[str, Place]:
 
 
 def _kind(case: Case) -> int:
-    forms = {type(form).__name__ for form in case.all_forms()}
-    return next((place for place, marks in enumerate(KINDS.values()) if not forms.isdisjoint(marks)), len(KINDS))
+    kind = kind_of({type(form).__name__ for form in case.all_forms()})
+    return len(KINDS) if kind is None else [*KINDS].index(kind)

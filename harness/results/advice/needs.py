@@ -20,7 +20,7 @@ import pandas as pd
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import SCORED, Status
-from gnomon.harness.registry import representatives
+from gnomon.harness.registry import kinds, representatives
 from gnomon.harness.registry.lookup import STIFF
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records, settings
 from gnomon.harness.results.contenders import LARGEST_NULL
@@ -261,13 +261,8 @@ def _sweeps(timed: pd.DataFrame) -> dict[tuple[str, ...], list[dict[str, Any]]]:
 
 def kind_of(forms: Mapping[str, AbstractSet[str]]) -> dict[str, str]:
     """The kind of each case, from the forms that it offers: the first kind of the page with one of them."""
-    marks: dict[str, list[str]] = declared("reporting", "templates/page.toml")["kinds"]
-    found = {}
-    for case, offered in forms.items():
-        kind = next((kind for kind, names in marks.items() if not offered.isdisjoint(names)), None)
-        if kind is not None:
-            found[case] = kind
-    return found
+    found = {case: kinds.kind_of(offered) for case, offered in forms.items()}
+    return {case: kind for case, kind in found.items() if kind is not None}
 
 
 def needs(

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 import synthetic
 from command_line import numbers_in
+from gnomon.harness.registry.kinds import kinds
 from gnomon.harness.reporting.page.case_tables import way
 from gnomon.harness.reporting.page.multiples import HEIGHT, MOST, WIDTH, _order, _picture, multiples
-from gnomon.harness.reporting.report_integrators import kinds
 from gnomon.harness.reporting.report_run import Run
 
 

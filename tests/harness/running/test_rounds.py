@@ -8,6 +8,7 @@ import planted
 import pytest
 from gnomon.harness.contract.status import Status
 from gnomon.harness.registry import lookup, selection
+from gnomon.harness.registry.kinds import KINDS
 from gnomon.harness.results import outstanding, reading
 from gnomon.harness.results.contenders import MOST_LAUNCHES
 from gnomon.harness.results.store import Store
@@ -98,7 +99,7 @@ def test_cases_of_each_kind_come_first_and_hard_variants_last() -> None:
     hard = [series.case.variant is not None for series in ordered]
     assert hard == sorted(hard)
     names = list(dict.fromkeys(case.name for case in own))
-    assert len({places[series.id][2] for series in ordered if series.case.name in names[: len(order.KINDS)]}) >= 6
+    assert len({places[series.id][2] for series in ordered if series.case.name in names[: len(KINDS)]}) >= 6
     blocks = [case.name for k, case in enumerate(own) if k == 0 or own[k - 1].name != case.name]
     assert len(blocks) == len(set(blocks)), "all integrators run on a case before the next case begins"
 

@@ -9,12 +9,13 @@ KINDS: dict[str, list[str]] = declared("reporting", "templates/page.toml")["kind
 """Kinds of systems by the most structured form that a case offers; the first match counts."""
 
 
+def kind_of(forms: AbstractSet[str]) -> str | None:
+    """The kind of a system that offers these forms; None if they are in no kind."""
+    return next((kind for kind, marks in KINDS.items() if not forms.isdisjoint(marks)), None)
+
+
 def kinds(forms: Mapping[str, AbstractSet[str]], names: Sequence[str]) -> dict[str, list[str]]:
     """The cases of each kind, in the order of KINDS, without empty kinds. `forms`: the forms that each case offers."""
-    found: dict[str, list[str]] = {}
-    for words, marks in KINDS.items():
-        known = {name for members in found.values() for name in members}
-        members = [name for name in names if name not in known and not forms[name].isdisjoint(marks)]
-        if members:
-            found[words] = members
-    return found
+    of = {name: kind_of(forms[name]) for name in names}
+    found = {kind: [name for name in names if of[name] == kind] for kind in KINDS}
+    return {kind: members for kind, members in found.items() if members}
