@@ -15,8 +15,8 @@ INSTALLED := $(VENV)/installed-$(EXTRAS)
 .PHONY: report certificates solutions libraries publication test test-all mutants stability verification lint types unit bench catalogue other-languages docs clean
 
 # A first page within a minute of the installation, from the suite `quick`; the whole run then continues in the same file,
-# and writes its page again every two minutes, at its end and after Ctrl-C. `standard` is complete within 15 minutes on 2 quiet
-# cores, with EXTRAS=all,dev,peers within 25; each suite prints its time before it starts. The last line is the time of all.
+# and writes its page again every two minutes, at its end and after Ctrl-C. Each suite prints its predicted time before it
+# starts. The last line is the time of all.
 report: $(INSTALLED)
 	@date +%s > runs/.began
 	$(BIN)/gnomon run --suite quick --out runs/$(SUITE).sqlite --report $(LOCAL)
