@@ -81,6 +81,8 @@ def run(
     named = bool(case or integrator or command)
     chosen_suite = _further(_suite(suite, case, limit), minutes, named, bool(shard or dask))
     chosen_suite = part(chosen_suite, shard, timing)
+    if integrator:
+        chosen_suite = replace(chosen_suite, for_stiff=())
     if repeat:
         again = plan.Repeat.ALL if integrator or command or library else plan.Repeat.FROM_OUTSIDE
         chosen_suite = replace(chosen_suite, repeat=again)
@@ -100,8 +102,8 @@ def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) ->
     from gnomon.harness.registry import lookup
 
     named = lookup.find_all(names or suite.integrators) if names or not commands else ()
-    if suite.primary and not names:
-        named = tuple(one for one in named if one.primary)
+    if not names:
+        named = suite.methods(named)
     found = (*named, *_programs(commands))
     for one in found if names else ():
         reason = lookup.missing(one)

@@ -12,7 +12,7 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.contract.problem import initial_state
+from gnomon.harness.contract.problem import groups_of, initial_state
 
 SHARE = 1e-3
 """A component is perturbed by ulps of the larger of its value and this share of its group's size."""
@@ -56,7 +56,8 @@ def _distinct(
     if not any(ways()):
         # A rule of the domain relates the components: each group is perturbed in proportion to its values, by twice the
         # rounding error of the products.
-        tied = [np.isin(np.arange(len(state)), group.indices) for group in case.metric.groups]
+        groups = np.array(groups_of(case))
+        tied = [groups == number for number in range(max(groups) + 1)]
         directions = np.array([2 * relative * state * mask for mask in tied])
     start = initial_state(case, formulation)
     given = {start.tobytes()}

@@ -13,7 +13,7 @@ from typing import Any
 
 from gnomon.harness.contract.status import CANNOT_RUN, SCORED, STOPPED, Status
 from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR, fit_slope
-from gnomon.harness.results.values import TRIES
+from gnomon.harness.results.values import THROUGHOUT, TRIES
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
 TEXTS = ["setting_kind", "numbers", "status", "reason", "machine"]
@@ -131,7 +131,10 @@ def reasons(counted: Counter[str]) -> str:
 
 
 def _compare(name: str, before: Sequence[Row], after: Sequence[Row], verdict: Verdict, incomparable: list[str]) -> None:
-    hangs = any(row["status"] == Status.TIMEOUT and row["repeats"] >= TRIES for row in after)
+    hangs = any(
+        row["status"] == Status.TIMEOUT and (row["repeats"] >= TRIES or str(row["reason"]).endswith(THROUGHOUT))
+        for row in after
+    )
     both: list[tuple[Row, Row]] = []
     left_out: Counter[str] = Counter()
     for row, found in _paired([row for row in before if row["status"] in ANSWERED], after):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 import secrets
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cache, cached_property
@@ -85,6 +85,8 @@ class Suite:
     """The integrators that run unless the user names some; empty for all."""
     primary: bool = False
     """Whether near-duplicate methods run only if they are named."""
+    for_stiff: tuple[str, ...] = ()
+    """Near-duplicate methods that run too, on the stiff variants of the suite alone."""
     hardest: tuple[str, ...] = ()
     """The hard variants, as case/variant, that run unless the user names cases; empty for all if `variants`."""
     further: tuple[str, ...] = ()
@@ -143,6 +145,17 @@ class Suite:
             return self
         return replace(self, minutes=0.0, minutes_with_peers=0.0, timing_spans=False)
 
+    def methods(self, integrators: Iterable[Integrator]) -> tuple[Integrator, ...]:
+        """Those of all `integrators` that run unless the user names some."""
+        return tuple(one for one in integrators if not self.primary or one.primary or one.id in self.for_stiff)
+
+    def has(self, series: Series) -> bool:
+        """Whether a series belongs to the suite; false for a method that is `for_stiff` on another variant."""
+        one = series.case
+        return series.integrator.id not in self.for_stiff or (
+            series.formulation is None and f"{one.name}/{one.variant}" in STIFF
+        )
+
     def budget(self, integrators: Iterable[Integrator]) -> float:
         """Minutes of a run with these integrators after which no repeated launch begins; missing ones take no time."""
         present = [one for one in integrators if one.library in LIBRARIES and lookup.missing(one) is None]
@@ -158,12 +171,16 @@ class Suite:
 
 
 def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
-    lists: dict[str, Any] = {key: tuple(row.pop(key, ())) for key in ("cases", "integrators", "hardest", "further")}
+    lists: dict[str, Any] = {
+        key: tuple(row.pop(key, ())) for key in ("cases", "integrators", "hardest", "further", "for_stiff")
+    }
     if lists["integrators"]:
         lists["integrators"] += tuple(f"{one.name}:{quick}" for one in LIBRARIES.values() for quick in one.quick)
     return Suite(name, **lists, **row, rest=None if rest is None else _made("rest", **rest))
 
 
+STIFF = frozenset(declared("results", "advice/needs.toml")["stiff"]["decays"])
+"""The variants, as case/variant, of which the report says what stiffness costs."""
 SUITES = {name: _made(name, **row) for name, row in declared("running", "suites.toml").items()}
 FOUNDATION = SUITES["foundation"].cases
 """Cases that together have every form."""
@@ -301,11 +318,12 @@ def pairs(
     integrators: Sequence[Integrator],
     formulations: bool = True,
     near_duplicates: bool = True,
+    even: Container[str] = (),
 ) -> list[Series]:
     """Every case, given with a label for its variant, in every formulation with every integrator.
 
     Pairs that cannot run are in the list too, with the reason; if `near_duplicates` is False, so are hard variants with
-    a near-duplicate method.
+    a near-duplicate method, but for those with an id in `even`.
     """
     found = []
     absent = {integrator: lookup.missing(integrator) for integrator in integrators}
@@ -319,7 +337,8 @@ def pairs(
                 left_out = _left_out(case, integrator, form, absent[integrator])
                 one = Series(case, formulation, integrator, left_out, label)
                 repeated = case.variant is not None or one.over_timing_span
-                if left_out is None and repeated and not (near_duplicates or integrator.primary):
+                wanted = near_duplicates or integrator.primary or integrator.id in even
+                if left_out is None and repeated and not wanted:
                     one = replace(one, left_out=NEAR_DUPLICATE)
                 found.append(one)
     return found

@@ -94,7 +94,8 @@ def open_run(
         references.require_rebuilt(integrator)
     lookup.require_distinct(integrators)
     _verify_caches()
-    whole = plan.pairs(chosen, integrators, near_duplicates=near_duplicates)
+    every = plan.pairs(chosen, integrators, near_duplicates=near_duplicates, even=suite.for_stiff)
+    whole = [one for one in every if suite.has(one)]
     series, named = shard(whole, suite, near_duplicates), shard_named(whole, suite, near_duplicates)
     with progress, Store(path) as results:
         first, later = (series, []) if at_once else _in_two(series)

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from gnomon.harness.contract.status import Status
 from gnomon.harness.measuring.outcome import Outcome
-from gnomon.harness.results.values import TRIES
+from gnomon.harness.results.values import THROUGHOUT, TRIES
 from gnomon.harness.running.messages import Message, decode
 from gnomon.harness.running.sweep import GRACE_SECONDS as GRACE_SECONDS
 from gnomon.harness.running.worker import (
@@ -35,7 +35,10 @@ PREPARE_SECONDS = 60.0
 LOOK_SECONDS = 0.1
 """Longest time between two comparisons of the workers' output with the size that they may print."""
 RETRY_SECONDS = 0.5
-"""Trials with a limit below this are tried TRIES times: a stall of the machine, up to 0.2 s, is not a timeout."""
+"""Trials with a limit below this are tried TRIES times: a stall of the machine, up to 0.2 s, is not a timeout.
+
+A process that ran all the time has seen no stall: it has one try. Further tries would take a fifth of a run.
+"""
 
 
 ANSWERS = (Status.REFUSED, Status.UNSUPPORTED)
@@ -199,10 +202,12 @@ class Pool:
         that does not end within it is no stall, and a call that does end is tried again in the same worker.
         """
         again = slot.stage == "run" and slot.tries < TRIES and slot.job.limit_seconds < RETRY_SECONDS
-        left = TRIES - slot.tries
+        ran, left = end.late and slot.child.limit.busy(), TRIES - slot.tries
         if end.late and slot.late:
             slot.tries = TRIES
             self._fail(slot, Status.TIMEOUT, f"no answer within {slot.job.limit_seconds:g} s")
+        elif again and ran:
+            self._fail(slot, Status.TIMEOUT, f"{end}{THROUGHOUT}")
         elif end.late and again and (slot.costs or 0.0) > left * (slot.job.limit_seconds + GRACE_SECONDS):
             self._stage(slot, "run", times=left)
             slot.late = True

@@ -23,7 +23,7 @@ from time import monotonic, sleep  # a user's own module may replace `time.monot
 from typing import Any, Protocol, Self, TypeVar
 
 from gnomon.harness.system import child_process
-from gnomon.harness.system.child_process import processor_time, queued_seconds
+from gnomon.harness.system.child_process import processor_time, scheduled_seconds
 from gnomon.harness.system.memory import limit_memory
 from gnomon.harness.system.streams import redirect_output
 
@@ -33,6 +33,8 @@ ASLEEP = 10.0
 """Multiple of its processor time that a process may take by the clock, for example asleep."""
 QUEUED_SECONDS = 0.001
 """If a process waited longer than this for the processor, its deadline is extended by the wait."""
+BUSY = 0.9
+"""Share of the time of a limit that a process ran, without waits, from which on the machine did not stall."""
 ENDING_SECONDS = 5.0
 """Seconds in which a guard must end its process and all that this one started, before the guard itself is killed."""
 TICK_SECONDS = 0.002
@@ -102,7 +104,10 @@ class Limit:
 
     def __init__(self, process: int, seconds: float, why: str, processor: float = math.inf) -> None:
         self._process, self._why, self._processor = process, why, processor
-        self._ends, self._queued = monotonic() + seconds, queued_seconds(process)
+        self._began = monotonic()
+        self._ends = self._began + seconds
+        self._ran, self._queued = scheduled_seconds(process)
+        self._waited = 0.0
         self._used = 0.0 if processor == math.inf else processor_time(process)
 
     def left(self) -> float:
@@ -115,10 +120,16 @@ class Limit:
             return f"no answer within {self._processor:g} s of processor time"
         if monotonic() <= self._ends:
             return None
-        waited = queued_seconds(self._process) - self._queued
+        waited = scheduled_seconds(self._process)[1] - self._queued
         self._ends += waited
         self._queued += waited
+        self._waited += waited
         return None if waited > QUEUED_SECONDS else self._why
+
+    def busy(self) -> bool:
+        """Whether the process ran for BUSY of the time that it did not wait; False where the system does not tell."""
+        ran = scheduled_seconds(self._process)[0] - self._ran
+        return ran > BUSY * (monotonic() - self._began - self._waited)
 
 
 NEVER = Limit(0, math.inf, "")

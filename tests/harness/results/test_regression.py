@@ -9,6 +9,7 @@ import synthetic
 from command_line import gnomon
 from gnomon.harness.results import regression, store
 from gnomon.harness.results.regression import SERIES, Verdict
+from gnomon.harness.results.values import THROUGHOUT
 
 
 @pytest.fixture(scope="module")
@@ -141,17 +142,26 @@ def test_a_run_of_timeouts_only_is_a_regression(base: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("tries", "factor", "regression"), [(3, 1, True), (3, 2, True), (2, 1, False), (None, 1, False), (3, 0.5, False)]
+    ("tries", "reason", "factor", "regression"),
+    [
+        (3, "", 1, True),
+        (3, "", 2, True),
+        (2, "", 1, False),
+        (None, "", 1, False),
+        (3, "", 0.5, False),
+        (1, THROUGHOUT, 1, True),
+        (1, THROUGHOUT, 0.5, False),
+    ],
 )
-def test_a_timeout_is_a_regression_once_it_was_tried_three_times_under_the_limit(
-    base: Any, tries: int | None, factor: float, regression: bool
+def test_a_timeout_is_a_regression_if_no_stall_explains_it_and_the_limit_is_no_lower(
+    base: Any, tries: int | None, reason: str, factor: float, regression: bool
 ) -> None:
-    """A single one may be a stall of the machine, and one under a lower limit is chosen: both count as not compared."""
+    """A single one may be a stall of the machine, unless it ran all the time: that counts as not compared."""
     ok = chosen(base)
     ok = ok[ok["status"] == "ok"]
     limit = factor * ok["limit_seconds"].iloc[0]
     hung, after = ok.iloc[[-3]], ok.iloc[-2:]
-    run = changed(base, hung, status="timeout", repeats=tries, limit_seconds=limit, error_max=np.nan)
+    run = changed(base, hung, status="timeout", reason=reason, repeats=tries, limit_seconds=limit, error_max=np.nan)
     run = changed(run, after, status="skipped", repeats=None, limit_seconds=limit, error_max=np.nan)
     verdict = compare(base, run)
     assert [line.partition(": ")[2][:17] for line in verdict.regressions] == (

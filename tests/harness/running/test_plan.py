@@ -79,6 +79,17 @@ def test_a_near_duplicate_method_skips_hard_variants_unless_it_is_named() -> Non
     ]
 
 
+def test_a_method_for_stiff_equations_runs_on_stiff_variants_alone() -> None:
+    """The table of stiff systems has SciPy's BDF, which would repeat its other methods everywhere else."""
+    suite, bdf, other = plan.suite("standard"), lookup.find_one("scipy:BDF"), lookup.find_one("scipy:RK45")
+    assert {bdf, other} <= set(suite.methods(lookup.everything().values()))
+    chosen = selection.choose(["damped_oscillator", "damped_oscillator/stiff_1e6", "harmonic_oscillator/fast"], False)
+    found = plan.pairs(chosen, [bdf, other], False, near_duplicates=False, even=suite.for_stiff)
+    ran = [(one.variant, one.integrator.id) for one in found if suite.has(one) and one.left_out is None]
+    assert [variant for variant, name in ran if name == bdf.id] == ["stiff_1e6"]
+    assert len([name for _, name in ran if name == other.id]) == 3
+
+
 def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
     class Splitting(planted.Sound):
         accepts = (Separable,)

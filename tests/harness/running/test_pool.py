@@ -22,7 +22,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.measuring.outcome import Outcome
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.registry.references import reference
-from gnomon.harness.results.values import TRIES
+from gnomon.harness.results.values import THROUGHOUT, TRIES
 from gnomon.harness.running import messages, pool
 from gnomon.harness.running.messages import Message
 from gnomon.harness.running.pool import GRACE_SECONDS, LOST, RETRY_SECONDS, Pool
@@ -119,7 +119,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Iterator[Clock]:
     monkeypatch.setattr(pool, "monotonic", lambda: clock.now)
     monkeypatch.setattr(supervisor, "wait", clock.wait)
     monkeypatch.setattr(pool, "LOOK_SECONDS", math.inf)
-    monkeypatch.setattr(supervisor, "queued_seconds", lambda _guard: 0.0)
+    monkeypatch.setattr(supervisor, "scheduled_seconds", lambda _guard: (0.0, 0.0))
     yield clock
     os.close(hears)
     os.close(says)
@@ -183,6 +183,17 @@ def test_a_trial_with_a_short_limit_is_tried_again(ran: Any, clock: Any) -> None
     """A stall of the machine is shorter than RETRY_SECONDS: only a trial that stops each time is a timeout."""
     assert ran(after("prepared"), Job(limit=SHORT)) == [(Status.TIMEOUT, f"no answer within {SHORT:g} s", TRIES)]
     assert clock.now == pytest.approx(TRIES * (SHORT + GRACE_SECONDS), abs=1e-3)
+
+
+@pytest.mark.parametrize(("share", "tries"), [(1.0, 1), (0.5, TRIES)], ids=["ran", "stalled"])
+def test_a_trial_that_ran_all_the_time_is_tried_once(
+    ran: Any, clock: Any, monkeypatch: pytest.MonkeyPatch, share: float, tries: int
+) -> None:
+    """No stall can have cost its time. One that ran for half of it may have been stopped by the machine."""
+    monkeypatch.setattr(supervisor, "scheduled_seconds", lambda _guard: (share * clock.now, 0.0))
+    ((status, reason, found),) = ran(after("prepared"), Job(limit=SHORT))
+    assert (status, found, reason.endswith(THROUGHOUT)) == (Status.TIMEOUT, tries, tries == 1)
+    assert clock.now == pytest.approx(tries * (SHORT + GRACE_SECONDS), abs=1e-3)
 
 
 def test_a_stall_costs_no_trial(ran: Any, tmp_path: Path) -> None:
@@ -260,7 +271,7 @@ def test_waiting_for_the_processor_extends_the_deadline(
     """The kernel says how long a process was ready while others ran; here that is a share of the time. The worker answers
     after its limit, unless it was killed there."""
     os.mkfifo(tmp_path / "late")
-    monkeypatch.setattr(supervisor, "queued_seconds", lambda _guard: share * clock.now)
+    monkeypatch.setattr(supervisor, "scheduled_seconds", lambda _guard: (0.0, share * clock.now))
     true_wait = clock.wait
 
     def wait(connections: list[Any], timeout: float) -> None:

@@ -24,18 +24,19 @@ def test_the_server_of_workers_ignores_ctrl_c_from_its_first_line() -> None:
     assert int(mask, 16) >> (signal.SIGINT - 1) & 1
 
 
-def test_the_wait_of_a_guards_child_is_read_from_the_kernel() -> None:
+def test_the_run_and_the_wait_of_a_guards_child_are_read_from_the_kernel() -> None:
     guard = subprocess.Popen(["sh", "-c", "read _line & read _line; :"], stdin=subprocess.PIPE)
     try:
-        assert child_process.queued_seconds(guard.pid) >= 0.0
         child = Path(f"/proc/{guard.pid}/task/{guard.pid}/children")
         wait_until(child.read_text, "the guard has a child")
-        waited = float(Path(f"/proc/{child.read_text().split()[0]}/schedstat").read_text().split()[1])
-        assert child_process.queued_seconds(guard.pid) >= waited * 1e-9
+        ran, waited = map(float, Path(f"/proc/{child.read_text().split()[0]}/schedstat").read_text().split()[:2])
+        found = child_process.scheduled_seconds(guard.pid)
+        assert found[0] >= ran * 1e-9 > 0
+        assert found[1] >= waited * 1e-9
     finally:
         guard.kill()
         guard.communicate()
-    assert child_process.queued_seconds(guard.pid) == 0.0
+    assert child_process.scheduled_seconds(guard.pid) == (0.0, 0.0)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
