@@ -18,7 +18,7 @@
   // The two switches; the label says what a press will do. Remembered where the browser allows it.
   const SWITCHES = {
     axis: { attribute: "data-calls", off: "Show evaluations", on: "Show time", changed: () => data && showProblem() },
-    own: { attribute: "data-own", off: "Colour gnomon’s own", on: "Grey gnomon’s own", changed: () => {} },
+    own: { attribute: "data-own", off: "Colour gnomon", on: "Grey gnomon", changed: () => {} },
   };
 
   function remembered(name, value) {
