@@ -16,7 +16,7 @@ from gnomon.harness.reporting.page.stills import NARROW, WIDE, figure, stills
 from gnomon.harness.reporting.style import DRESS, INK, OWN_GREY, QUIET, hue, records
 from gnomon.harness.results import analysis, profiles
 from gnomon.harness.results.contenders import ALONE, ONE_LAUNCH, OWN, RANKED, THIRD, TOO_SHORT, YOURS, division
-from gnomon.harness.results.number_text import counted, error_text, join_words, power_text, time_text
+from gnomon.harness.results.number_text import error_text, join_words, power_text, time_text
 from markupsafe import Markup
 
 LEAD = "pendulum_simple"
@@ -311,17 +311,24 @@ def _ends(
     ]
     to = {"x2": {"field": "end"}, "y2": {"field": "at"}, "color": colour}
     leader = {"mark": {"type": "rule", "strokeWidth": 1.4}, "encoding": {"x": x, "y": y, **to}}
-    at = {"x": x | {"field": "end"}, "y": y | {"field": "at"}, "text": {"field": "text"}}
+    at = {"x": {**x, "field": "end"}, "y": {**y, "field": "at"}, "text": {"field": "text"}}
     words = {"mark": {"type": "text", "align": "left", "dx": 3, "fontSize": 10.5, "color": INK}, "encoding": at}
     return [layer | {"data": {"values": rows}} for layer in (leader, words)]
 
 
 def _reached(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
-    """How many cases each library reaches an error of 1e-6 on, in a sentence, third parties first, in falling order."""
-    total = len(found.complete)
+    """On how many of the cases that it can state each library reaches an error of 1e-6, third parties first, in falling order."""
+    known = _known(found)
+    able = {
+        one.name: sum(_stated(known, case, one.methods.get(found.kind_of[case])) for case in found.complete)
+        for one in found.whole
+    }
     ordered = sorted(part, key=lambda one: (one["stand"].division == OWN, -one["share"][-1]))
-    words = [f"{one['stand'].title} {round(one['share'][-1] * total)}" for one in ordered]
-    return f"Of {counted(total, 'case')}, within 1000 times the least time of a third party at {power_text(AT)}: {join_words(words)}."
+    counts = [(one["stand"], round(one["share"][-1] * len(found.complete))) for one in ordered]
+    words = [f"{stand.title} on {count} of {able[stand.name]}" for stand, count in counts if stand.division != OWN]
+    own = [f"{stand.title} itself on {count} of {able[stand.name]}" for stand, count in counts if stand.division == OWN]
+    said = "; ".join(filter(None, [join_words(words), join_words(own)]))
+    return f"Of the cases that a library can state, it reaches {power_text(AT)} within 1000 times the least time of a third party: {said}."
 
 
 def _bars(found: Representatives, rows: pd.DataFrame) -> list[dict[str, Any]]:
@@ -349,8 +356,7 @@ def _outcome(cell: pd.DataFrame) -> str:
 
 def _fails(found: Representatives) -> dict[str, Any]:
     """By kind of system and library, on how many complete cases its method reaches 1e-6, runs, fails or cannot run."""
-    matrix = analysis.own(found.run.matrix)
-    known = {(row["case"], row["integrator_id"]): row for row in analysis.records(matrix)}
+    known = _known(found)
     rows = []
     for kind, cases in found.run.kinds.items():
         inside = [case for case in cases if case in found.complete]
@@ -364,13 +370,24 @@ def _fails(found: Representatives) -> dict[str, Any]:
     return {"rows": rows, "meanings": FAILS}
 
 
+def _known(found: Representatives) -> dict[tuple[str, str], dict[str, Any]]:
+    """What is known of each pair of a case and an integrator, on default variants."""
+    return {(row["case"], row["integrator_id"]): row for row in analysis.records(analysis.own(found.run.matrix))}
+
+
+def _stated(known: Mapping[tuple[str, str], Mapping[str, Any]], case: str, method: str | None) -> bool:
+    """Whether a method can state a case, as far as is known."""
+    row = known.get((case, method or ""))
+    return method is not None and (row is None or row["verdict"] not in CANNOT_RUN)
+
+
 def _counts(
     known: Mapping[tuple[str, str], Mapping[str, Any]], cases: Sequence[str], method: str | None
 ) -> list[tuple[str, int]]:
     counts: Counter[str] = Counter()
     for case in cases:
         row = known.get((case, method or ""))
-        if method is None or (row is not None and row["verdict"] in CANNOT_RUN):
+        if not _stated(known, case, method):
             counts["cannot"] += 1
         elif row is None:
             counts["unrun"] += 1

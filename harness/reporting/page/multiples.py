@@ -48,7 +48,7 @@ def multiples(run: Run, benched: Mapping[str, Any] | None, cases: Sequence[str])
             "cases": len(part),
             "within": int((good <= 1e-6).sum()),
             "failed": int(part["best"].isna().sum()),
-            "digits": f"{np.median(best):.1f}" if best else "–",
+            "digits": f"{np.median(best):.1f}" if best else "",
             "order": _order(slopes.get(str(name)), bench.get(str(name))),
             "over": short_text(float(over.median())) if len(over) else "",
             "hard": _solved(hard, str(name)),
