@@ -320,14 +320,14 @@ def _reached(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
     """On how many of the cases that it can state each library reaches an error of 1e-6, third parties first, in falling order."""
     known = _known(found)
     able = {
-        one.name: sum(_stated(known, case, one.methods.get(found.kind_of[case])) for case in found.complete)
+        one.name: sum(_stated(known, case, one.methods.get(found.kind_of.get(case, ""))) for case in found.complete)
         for one in found.whole
     }
     ordered = sorted(part, key=lambda one: (one["stand"].division == OWN, -one["share"][-1]))
     counts = [(one["stand"], round(one["share"][-1] * len(found.complete))) for one in ordered]
-    words = [f"{stand.title} on {count} of {able[stand.name]}" for stand, count in counts if stand.division != OWN]
-    own = [f"{stand.title} itself on {count} of {able[stand.name]}" for stand, count in counts if stand.division == OWN]
-    said = "; ".join(filter(None, [join_words(words), join_words(own)]))
+    words = [f"{stand.title} on {count} of {able[stand.name]}" for stand, count in counts]
+    others = sum(stand.division != OWN for stand, _ in counts)
+    said = "; ".join(join_words(part) for part in (words[:others], words[others:]) if part)
     return f"Of the cases that a library can state, it reaches {power_text(AT)} within 1000 times the least time of a third party: {said}."
 
 

@@ -299,7 +299,7 @@ def test_the_sentence_below_the_profiles_has_their_right_ends(shown: Shown) -> N
     said = shown.words["first"]["profiles"]["said"]
     for library, title in EVERY.items():
         count = round(16 * expected_share(shown, 1e-6, library, 1000.0, "time"))
-        assert re.search(rf"{title} {count}\b", said), (title, count, said)
+        assert re.search(rf"{title} on {count} of \d", said), (title, count, said)
 
 
 def test_the_bars_count_what_other_code_separates(shown: Shown) -> None:
