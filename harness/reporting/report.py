@@ -98,7 +98,7 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         "grouped": number_text.grouped,
         "hue": lambda name: Markup(style.themed(style.hue(name.partition(":")[0]))),
         "joined": _joined,
-        "lower_first": lambda text: text[:1].lower() + text[1:],
+        "lower_first": number_text.lower_first,
         "site": lambda address: address.split("/")[2] if "//" in address else address,
     }
     panel = environment.get_template("report_case.html.j2").module

@@ -158,7 +158,7 @@ def chosen(stands: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             if name is None or one is None:
                 continue
             row = {"id": name, "kinds": [], "quote": one.quote, "source": one.source}
-            methods.setdefault(name, row)["kinds"].append(kind.partition(":")[0].lower())
+            methods.setdefault(name, row)["kinds"].append(number_text.lower_first(kind.partition(":")[0]))
         if len(methods) == 1:
             next(iter(methods.values()))["kinds"] = []
         if methods:
@@ -192,10 +192,15 @@ def engines_text(policies: pd.DataFrame) -> str:
     if both.empty:
         return ""
     gain = float((both["as shipped"] / both["configured"]).median())
-    smaller = f"; configured for the scene, its error is smaller by a median factor of {number_text.ratio_text(gain)}"
+    alone = len(both) == 1
+    factor = f"a {'' if alone else 'median '}factor of {number_text.ratio_text(gain)}"
+    smaller = f"; configured for the scene, its error is smaller by {factor}" if np.isfinite(gain) else ""
+    large = int((both["as shipped"] > 0.1).sum())
+    where = f"{large} of {len(both)} problems"
+    if alone:
+        where = f"the only problem with both, {both.index[0][1]}" if large else "no problem, of one with both"
     return (
-        f"At a step of {step:g} s the error of an engine as shipped is above a tenth of the motion on"
-        f" {(both['as shipped'] > 0.1).sum()} of {number_text.counted(len(both), 'problem')}{smaller if np.isfinite(gain) else ''}."
+        f"At a step of {step:g} s the error of an engine as shipped is above a tenth of the motion on {where}{smaller}."
     )
 
 

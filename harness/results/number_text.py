@@ -14,6 +14,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun[:-1]}ies" if noun.endswith("y") else f"{number} {noun}s"
 
 
+def lower_first(text: str) -> str:
+    """Words as they stand within a sentence: names in them keep their capitals."""
+    return text[:1].lower() + text[1:]
+
+
 def join_words(words: Sequence[str]) -> str:
     """Words as a sentence lists them: one, two and three."""
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

@@ -16,7 +16,7 @@ from gnomon.harness.reporting.page.stills import NARROW, WIDE, figure, stills
 from gnomon.harness.reporting.style import DRESS, INK, OWN_GREY, QUIET, hue, records
 from gnomon.harness.results import analysis, profiles
 from gnomon.harness.results.contenders import ALONE, ONE_LAUNCH, OWN, RANKED, THIRD, TOO_SHORT, YOURS, division
-from gnomon.harness.results.number_text import counted, error_text, join_words, power_text, time_text
+from gnomon.harness.results.number_text import error_text, join_words, power_text, time_text
 from markupsafe import Markup
 
 LEAD = "pendulum_simple"
@@ -72,7 +72,12 @@ def _lead(found: Representatives) -> dict[str, Any] | None:
     rows = rows[rows["integrator_id"].isin(names)]
     if rows.empty:
         return None
-    specs = [_diagram(rows, axis, width) for axis in AXES for width in (WIDE, NARROW)]
+    least = {axis: _least(found, case, axis) for axis in AXES}
+    specs = [
+        _diagram(rows, [label(one) for one in _ordered(names, least[axis])], axis, width)
+        for axis in AXES
+        for width in (WIDE, NARROW)
+    ]
     drawn = iter(stills(specs))
     drawings = {axis: {width: next(drawn) for width in (WIDE, NARROW)} for axis in AXES}
     known = next((one for one in run.cases if one.name == case), None)
@@ -80,7 +85,7 @@ def _lead(found: Representatives) -> dict[str, Any] | None:
         "case": case,
         "title": run.titles[case],
         "figure": figure(drawings, f"Work-precision diagram of the case {case}: error against time or evaluations"),
-        "said": {axis: _said(found, case, names, axis) for axis in AXES},
+        "said": {axis: _said(found, case, _ordered(names, least[axis]), axis) for axis in AXES},
         "conditioning": error_text(float(rows["conditioning"].max())),
         "moving": None
         if known is None
@@ -88,20 +93,32 @@ def _lead(found: Representatives) -> dict[str, Any] | None:
     }
 
 
-def _said(found: Representatives, case: str, names: Sequence[str], axis: str) -> str:
-    """The times or counts of a case at 1e-6 in one sentence, third parties first."""
+def _least(found: Representatives, case: str, axis: str) -> dict[str, float]:
+    """The time or count to 1e-6 of each integrator that reaches it on a case; nan of one that reaches only other errors."""
     equal = found.run.equal if axis == "time" else found.run.counted
-    at = analysis.own(equal[(equal["case"] == case) & (equal["target"] == AT) & equal["integrator_id"].isin(names)])
-    known = {row["integrator_id"]: row for row in analysis.records(at)}
-    counted_here = set(equal.loc[equal["case"] == case, "integrator_id"])
+    rows = analysis.own(equal[equal["case"] == case])
+    at = rows[rows["target"] == AT].set_index("integrator_id")[AXES[axis]]
+    return {name: float(at.get(name, math.nan)) for name in rows["integrator_id"].unique()}
+
+
+def _ordered(names: Sequence[str], least: Mapping[str, float]) -> list[str]:
+    """The divisions in their order; in each the least first, last those that do not reach the error."""
+    value = {name: at for name, at in least.items() if math.isfinite(at)}
+    places = (YOURS, THIRD, OWN)
+    return sorted(names, key=lambda one: (places.index(division(one.partition(":")[0])), value.get(one, math.inf)))
+
+
+def _said(found: Representatives, case: str, names: Sequence[str], axis: str) -> str:
+    """The times or counts of a case at 1e-6 in one sentence, third parties first. `names`: in the order of the sentence."""
+    known = _least(found, case, axis)
     said: dict[str, list[str]] = {THIRD: [], YOURS: [], OWN: []}
-    for name in sorted(names, key=lambda one: known[one][AXES[axis]] if one in known else math.inf):
+    for name in names:
         of = division(name.partition(":")[0])
         shown = label(name).removeprefix("gnomon ") if of == OWN else label(name)
-        if name in known:
-            value = known[name][AXES[axis]]
+        value = known.get(name, math.nan)
+        if math.isfinite(value):
             said[of].append(f"{shown} {time_text(value) if axis == 'time' else f'{value:.0f}'}")
-        elif case in found.complete and (axis == "time" or name in counted_here):
+        elif case in found.complete and (axis == "time" or name in known):
             said[of].append(f"{shown} does not reach it")
     text = "; ".join(", ".join(said[of]) for of in (YOURS, THIRD) if said[of])
     if said[OWN]:
@@ -110,8 +127,11 @@ def _said(found: Representatives, case: str, names: Sequence[str], axis: str) ->
     return f"{what} an error of {power_text(AT)}: {text or 'not counted'}."
 
 
-def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
-    """Error against time or evaluations: a line an integrator, a point a setting that gave an answer."""
+def _diagram(rows: pd.DataFrame, order: Sequence[str], axis: str, width: str) -> dict[str, Any]:
+    """Error against time or evaluations: a line an integrator, a point a setting that gave an answer.
+
+    `order`: the names of the integrators as the legend lists them.
+    """
     column = {"time": "seconds", "calls": "rhs_calls"}[axis]
     answered = rows[rows["status"].isin([Status.OK, Status.INACCURATE]) & (rows[column] > 0)]
     points = pd.DataFrame(
@@ -124,7 +144,8 @@ def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
         }
     ).sort_values("setting", ascending=False)
     names = {label(one.integrator_id): one.library for one in rows.drop_duplicates("integrator_id").itertuples()}
-    domain = list(dict.fromkeys(points["name"]))
+    present = set(points["name"])
+    domain = [name for name in order if name in present]
     limit = float(rows["conditioning"].max())
     at = [{"y": math.log10(limit)}] if limit > 0 else []
     lowest = math.floor(min([*points["y"], *(one["y"] for one in at), -12.0])) - 0.5
@@ -139,7 +160,9 @@ def _diagram(rows: pd.DataFrame, axis: str, width: str) -> dict[str, Any]:
         {"tickMinStep": 1, "tickCount": 6, "labelExpr": ERRORS},
     )
     legend = {"columns": 1 if width == NARROW else 3, "symbolType": "circle", "labelLimit": 320}
-    colour = _colours(domain, _distinct([names[name] for name in domain]), legend)
+    hues = dict(zip(names, _distinct(list(names.values())), strict=True))
+    colour = _colours(domain, [hues[name] for name in domain], legend)
+    colour["sort"] = None  # else the legend is in the order of the alphabet
     lines = {
         "mark": {"type": "line", "strokeWidth": 2},
         "encoding": {"x": x, "y": y, "color": colour, "order": {"field": "setting", "sort": "descending"}},
@@ -224,12 +247,11 @@ def _shares(found: Representatives, rows: pd.DataFrame, target: float, column: s
 
 
 def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str, width: str) -> dict[str, Any]:
-    """A diagram an error, beside each other or below: a line a library with its band, its share at the end."""
+    """A diagram an error, beside each other or below: a line a library with its band, its name and share at the end."""
     titles = [one["stand"].title for part in parts.values() for one in part]
     domain = list(dict.fromkeys(titles))
     stand = {one["stand"].title: one["stand"] for part in parts.values() for one in part}
     colours = [hue(stand[name].name.partition(":")[0]) for name in domain]
-    legend = {"columns": 7 if width == WIDE else 3, "symbolType": "stroke", "symbolStrokeWidth": 3}
     what = {"time": "time", "calls": "evaluations"}[axis] + " / least third-party"
     x = _axis(
         "x", what, [0, 3], {"values": [0, 1, 2, 3], "labelExpr": "pow(10, datum.value) + ' ×'", "labelFlush": True}
@@ -237,7 +259,8 @@ def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str
     charts: list[dict[str, Any]] = []
     for target, part in parts.items():
         title = None if charts and width == WIDE else "share of the cases"
-        y = _axis("share", title, [0, 1], {"format": ".0%", "values": [0, 0.25, 0.5, 0.75, 1]})
+        named = title is not None  # beside each other, the diagrams share the words of one axis
+        y = _axis("share", title, [0, 1], {"format": ".0%", "values": [0, 0.25, 0.5, 0.75, 1], "labels": named})
         step = {"interpolate": "step-after"}
         encoding = {
             "x": x,
@@ -248,7 +271,7 @@ def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str
         band = {"mark": {"type": "area", "opacity": 0.14, **step}, "encoding": encoding}
         line = {
             "mark": {"type": "line", "strokeWidth": 2.2, **step},
-            "encoding": {"x": x, "y": y, "color": _colours(domain, colours, legend)},
+            "encoding": {"x": x, "y": y, "color": _colours(domain, colours, None)},
         }
         rows = [
             {"name": one["stand"].title, "x": at, "share": round(s, 4), "low": round(low, 4), "high": round(high, 4)}
@@ -257,20 +280,55 @@ def _profile_chart(parts: Mapping[float, Sequence[Mapping[str, Any]]], axis: str
                 np.log10(FACTORS).round(3).tolist(), *(one[n].tolist() for n in ("share", "low", "high")), strict=True
             )
         ]
-        size = {"width": 215 if width == WIDE else 280, "height": 190}
+        size = {"width": 165, "height": 200} if width == WIDE else {"width": 205, "height": 150}
+        layers = [band, line, *_ends(part, x, y, _colours(domain, colours, None), size["height"])]
         charts.append(
-            {"title": f"to an error of {power_text(target)}", "layer": [band, line], "data": {"values": rows}, **size}
+            {"title": f"to an error of {power_text(target)}", "layer": layers, "data": {"values": rows}, **size}
         )
     config = DRESS | {"title": DRESS["title"] | {"fontSize": 13}}
     return {"hconcat" if width == WIDE else "vconcat": charts, "spacing": 18, "config": config}
 
 
+def _ends(
+    part: Sequence[Mapping[str, Any]],
+    x: Mapping[str, Any],
+    y: Mapping[str, Any],
+    colour: Mapping[str, Any],
+    height: int,
+) -> list[dict[str, Any]]:
+    """Layers with the name and the share of each line at its right end, apart also where lines cover each other."""
+    gap = 12 / height
+    ordered = sorted(part, key=lambda one: -one["share"][-1])
+    places = [float(one["share"][-1]) for one in ordered]
+    for k in range(1, len(places)):
+        places[k] = min(places[k], places[k - 1] - gap)
+    for k in reversed(range(len(places))):  # none below the axis
+        places[k] = max(places[k], gap * (len(places) - 1 - k))
+    rows = [
+        {"name": one["stand"].title, "share": round(float(one["share"][-1]), 4), "at": round(at, 4), "x": 3, "end": 3.2}
+        | {"text": f"{one['stand'].title} {one['share'][-1]:.0%}"}
+        for one, at in zip(ordered, places, strict=True)
+    ]
+    to = {"x2": {"field": "end"}, "y2": {"field": "at"}, "color": colour}
+    leader = {"mark": {"type": "rule", "strokeWidth": 1.4}, "encoding": {"x": x, "y": y, **to}}
+    at = {"x": {**x, "field": "end"}, "y": {**y, "field": "at"}, "text": {"field": "text"}}
+    words = {"mark": {"type": "text", "align": "left", "dx": 3, "fontSize": 10.5, "color": INK}, "encoding": at}
+    return [layer | {"data": {"values": rows}} for layer in (leader, words)]
+
+
 def _reached(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
-    """How many cases each library reaches an error of 1e-6 on, in a sentence, third parties first, in falling order."""
-    total = len(found.complete)
+    """On how many of the cases that it can state each library reaches an error of 1e-6, third parties first, in falling order."""
+    known = _known(found)
+    able = {
+        one.name: sum(_stated(known, case, one.methods.get(found.kind_of.get(case, ""))) for case in found.complete)
+        for one in found.whole
+    }
     ordered = sorted(part, key=lambda one: (one["stand"].division == OWN, -one["share"][-1]))
-    words = [f"{one['stand'].title} {round(one['share'][-1] * total)}" for one in ordered]
-    return f"Of {counted(total, 'case')}, within 1000 times the least time of a third party at {power_text(AT)}: {join_words(words)}."
+    counts = [(one["stand"], round(one["share"][-1] * len(found.complete))) for one in ordered]
+    words = [f"{stand.title} on {count} of {able[stand.name]}" for stand, count in counts]
+    others = sum(stand.division != OWN for stand, _ in counts)
+    said = "; ".join(join_words(part) for part in (words[:others], words[others:]) if part)
+    return f"Of the cases that a library can state, it reaches {power_text(AT)} within 1000 times the least time of a third party: {said}."
 
 
 def _bars(found: Representatives, rows: pd.DataFrame) -> list[dict[str, Any]]:
@@ -298,8 +356,7 @@ def _outcome(cell: pd.DataFrame) -> str:
 
 def _fails(found: Representatives) -> dict[str, Any]:
     """By kind of system and library, on how many complete cases its method reaches 1e-6, runs, fails or cannot run."""
-    matrix = analysis.own(found.run.matrix)
-    known = {(row["case"], row["integrator_id"]): row for row in analysis.records(matrix)}
+    known = _known(found)
     rows = []
     for kind, cases in found.run.kinds.items():
         inside = [case for case in cases if case in found.complete]
@@ -313,13 +370,24 @@ def _fails(found: Representatives) -> dict[str, Any]:
     return {"rows": rows, "meanings": FAILS}
 
 
+def _known(found: Representatives) -> dict[tuple[str, str], dict[str, Any]]:
+    """What is known of each pair of a case and an integrator, on default variants."""
+    return {(row["case"], row["integrator_id"]): row for row in analysis.records(analysis.own(found.run.matrix))}
+
+
+def _stated(known: Mapping[tuple[str, str], Mapping[str, Any]], case: str, method: str | None) -> bool:
+    """Whether a method can state a case, as far as is known."""
+    row = known.get((case, method or ""))
+    return method is not None and (row is None or row["verdict"] not in CANNOT_RUN)
+
+
 def _counts(
     known: Mapping[tuple[str, str], Mapping[str, Any]], cases: Sequence[str], method: str | None
 ) -> list[tuple[str, int]]:
     counts: Counter[str] = Counter()
     for case in cases:
         row = known.get((case, method or ""))
-        if method is None or (row is not None and row["verdict"] in CANNOT_RUN):
+        if not _stated(known, case, method):
             counts["cannot"] += 1
         elif row is None:
             counts["unrun"] += 1

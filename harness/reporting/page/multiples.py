@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.reporting.page.case_tables import way
-from gnomon.harness.reporting.page.representing import label
+from gnomon.harness.reporting.page.representing import label, title
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.tables import digits, first_use_text
 from gnomon.harness.results import contenders
@@ -42,12 +42,13 @@ def multiples(run: Run, benched: Mapping[str, Any] | None, cases: Sequence[str])
         row = {
             "name": str(name),
             "label": label(str(name)),
+            "library": title(str(part["library"].iloc[0])),
             "way": way(str(name)),
             "picture": _picture(best + [0.0] * (len(part) - len(best)), most),
             "cases": len(part),
             "within": int((good <= 1e-6).sum()),
             "failed": int(part["best"].isna().sum()),
-            "digits": f"{np.median(best):.1f}" if best else "–",
+            "digits": f"{np.median(best):.1f}" if best else "",
             "order": _order(slopes.get(str(name)), bench.get(str(name))),
             "over": short_text(float(over.median())) if len(over) else "",
             "hard": _solved(hard, str(name)),

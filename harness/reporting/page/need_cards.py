@@ -1,7 +1,7 @@
 """What to use for a need, in words: a card for each need, a line for each library."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from typing import Any
 
 from gnomon.harness.registry import lookup
@@ -10,7 +10,10 @@ from gnomon.harness.reporting.page.representing import Representatives, label, t
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results.advice.needs import OWN, YOURS, Answer, Cost, Measurements, Need, needs
 from gnomon.harness.results.number_text import counted, join_words, power_text, short_text, time_text
+from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.own_equations import lines
+
+NONE = "ran on no such system: it cannot state them, or was not asked to"
 
 
 def need_cards(run: Run, found: Representatives) -> list[dict[str, Any]]:
@@ -18,11 +21,19 @@ def need_cards(run: Run, found: Representatives) -> list[dict[str, Any]]:
     whole = set(found.complete)
     equal, timed = (table[table["case"].isin(whole)] for table in (run.equal, run.timed))
     all_ = needs(Measurements(equal, timed, found.kind_of))
-    return [_card(one) for one in all_] if any(one.recommended for need in all_ for one in need.answers) else []
+    present = {one.name for one in found.stands}
+    return (
+        [_card(one, present) for one in all_] if any(one.recommended for need in all_ for one in need.answers) else []
+    )
 
 
-def _card(need: Need) -> dict[str, Any]:
-    answers = [_line(one) for one in need.answers if one.methods or one.tried]
+def _card(need: Need, present: Set[str]) -> dict[str, Any]:
+    """A card in words. `present`: the libraries that ran at all."""
+    answers = [
+        _line(one) | ({} if one.tried or one.library not in present else {"why": NONE})
+        for one in need.answers
+        if one.methods or one.tried
+    ]
     methods = dict.fromkeys(name for one in need.answers if one.recommended for name in one.methods)
     known = lookup.everything()
     code = {label(name): text for name in methods if name in known and (text := lines(known[name])) is not None}
@@ -79,10 +90,11 @@ def _costs(costs: Sequence[Cost]) -> dict[str, Any] | None:
     columns = sorted({(one.decays, one.case, one.variant) for one in costs})
     by_pair = {(one.integrator, one.case, one.variant): one for one in costs}
     rows = []
-    for name in dict.fromkeys(one.integrator for one in costs):
+    names = dict.fromkeys(one.integrator for one in costs)
+    for name in sorted(names, key=lambda one: one.startswith(f"{OURS}:")):  # third parties first
         cells = [by_pair.get((name, case, variant)) for _, case, variant in columns]
         rows.append({
-            "name": label(name), "division": "own" if name.startswith("gnomon:") else "third",
+            "name": label(name), "division": "own" if name.startswith(f"{OURS}:") else "third",
             "time": ["" if one is None else time_text(one.seconds) if math.isfinite(one.seconds) else "✕" for one in cells],
             "calls": ["" if one is None else f"{one.evaluations:.0f}" if math.isfinite(one.evaluations) else "✕" if not math.isfinite(one.seconds) else "–" for one in cells],
         })  # fmt: skip

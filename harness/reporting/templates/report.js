@@ -18,7 +18,7 @@
   // The two switches; the label says what a press will do. Remembered where the browser allows it.
   const SWITCHES = {
     axis: { attribute: "data-calls", off: "Show evaluations", on: "Show time", changed: () => data && showProblem() },
-    own: { attribute: "data-own", off: "Colour gnomon’s own", on: "Grey gnomon’s own", changed: () => {} },
+    own: { attribute: "data-own", off: "Colour gnomon", on: "Grey gnomon", changed: () => {} },
   };
 
   function remembered(name, value) {
@@ -226,10 +226,11 @@
     byRole("unrun").textContent = unrun;
     byRole("nothing").hidden = !points.length || points.some((point) => !point.failed);
     figure.hidden = !points.some((point) => point[axis()] !== null);
-    const table = document.querySelector("table.times");
-    all("tbody", table).forEach((body) => body.remove());
-    table.insertAdjacentHTML("beforeend", data.times[name]?.[problem] ?? "");
-    table.hidden = !data.times[name]?.[problem];
+    const [third, own] = all("#work table.times");
+    all("#work table.times tbody").forEach((body) => body.remove());
+    third.insertAdjacentHTML("beforeend", data.times[name]?.[problem] ?? "");
+    own.append(...all("tbody.own", third));
+    for (const table of [third, own]) (table.closest("details") ?? table).hidden = !table.tBodies.length;
     byRole("span").hidden = !problem.startsWith("default");
     byRole("stability").innerHTML = problem.startsWith("default") ? data.stability[name] ?? "" : "";
     if (!figure.hidden) build(figure);
@@ -281,6 +282,7 @@
   }
 
   async function start() {
+    if (window.innerWidth < 700) all("details.panel").forEach((part) => (part.open = false)); // before anything is read
     for (const name of Object.keys(SWITCHES)) {
       document.getElementById(name)?.addEventListener("click", () => {
         const on = !root.hasAttribute(SWITCHES[name].attribute);
@@ -301,7 +303,6 @@
     const script = document.createElement("script");
     script.textContent = await unpacked("vega");
     document.head.append(script);
-    if (window.innerWidth < 700) all("details.panel").forEach((part) => (part.open = false));
     listen();
     if (!byRole("problem").value) showCase(data.first);
     state.ready = true;

@@ -25,6 +25,7 @@ from gnomon.harness.registry.lookup import STIFF
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records, settings
 from gnomon.harness.results.contenders import LARGEST_NULL
 from gnomon.harness.results.equal_error import credited, time_at
+from gnomon.harness.results.number_text import counted
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.rankings import EXACT, FEWEST
 from gnomon.harness.results.separation import discoveries, paired, signs
@@ -344,9 +345,10 @@ def _answer(
     if not why and not systems:
         why = "not run"
     if not why and few:
-        why = f"{len(good)} independent systems reach the error, of {len(systems)} tried; it takes {FEWEST}"
+        count = str(len(good) or "none")
+        why = f"reaches the error on {count} of {counted(len(systems), 'system')}; a recommendation takes {FEWEST}"
     elif not why and 2 * len(good) < len(systems):
-        why = f"{len(good)} of {len(systems)} systems reach the error, fewer than half"
+        why = f"reaches the error on {len(good)} of {len(systems)} systems, fewer than half"
     answer = Answer(library, division, methods, why, len(systems), len(good))
     if not good:
         return answer

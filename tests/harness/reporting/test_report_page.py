@@ -387,6 +387,37 @@ def test_links_show_what_they_lead_to(visit: Callable[..., Visit], report: Path)
     assert here.complaints == []
 
 
+def test_a_chosen_case_changes_no_other_table(visit: Callable[..., Visit], report: Path, tmp_path: Path) -> None:
+    """The first table of times on the page was taken for that of the case, so that the costs of stiff systems were lost."""
+    other = tmp_path / "index.html"
+    table = '<table class="times"><tbody><tr><td>kept</td></tr></tbody></table><section id="cases">'
+    other.write_text(report.read_text().replace('<section id="cases">', table))
+    page = visit().open(other)
+    page.locator('[data-role="case"]').select_option(SLOW[0])
+    assert page.locator("#work table.times tbody tr").count() > 5
+    expect(page.locator("table.times:not(#work *)").first).to_have_text("kept")
+
+
+def test_a_phone_shows_what_is_needed_first_and_folds_the_rest(visit: Callable[..., Visit], report: Path) -> None:
+    """Every fold says what it holds, and a key opens it; on a wide page the same parts are open."""
+    page = visit(390, 844).open(report)
+    _all_built(page)
+    folds = page.locator("details.panel:visible")
+    closed = page.evaluate("document.documentElement.scrollHeight")
+    assert folds.count() > 8
+    assert page.locator("details.panel[open]:visible").count() == 0
+    for fold in folds.all():
+        assert len(fold.locator("> summary").inner_text().split()) > 1, "what it holds"
+    own = page.locator("#work details.panel:has(table) > summary")
+    expect(page.locator("#work tbody.own tr:visible")).to_have_count(0)
+    own.press("Enter")
+    assert page.locator("#work tbody.own tr:visible").count() > 2
+    page.evaluate(OPENED)
+    page.wait_for_function(BUILT)
+    assert page.evaluate("document.documentElement.scrollHeight") > 1.7 * closed
+    assert visit().open(report).locator("details.panel:not([open]):visible").count() == 0
+
+
 CLOSED = """[...document.querySelectorAll("details")].filter((part) =>
   ![...part.children].slice(1).every((one) => one.hidden || one.checkVisibility({ contentVisibilityAuto: true }))).length"""
 

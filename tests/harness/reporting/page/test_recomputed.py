@@ -5,6 +5,7 @@ the t test of logarithms paired by launch, with a least scatter of 0.1; Benjamin
 """
 
 import csv
+import itertools
 import math
 import re
 import statistics
@@ -242,6 +243,40 @@ def test_all_that_the_first_diagram_draws_is_within_its_axes(shown: Shown) -> No
             assert all(low <= row[name] <= high for name, (low, high) in scales.items() if name in row), row
 
 
+def test_the_legend_of_the_first_diagram_is_in_the_order_of_the_sentence_below_it(shown: Shown) -> None:
+    """Third parties first, in each division the least first: in the order of the alphabet a reader had to match colours."""
+    for one, axis in zip(
+        [one for one in shown.diagrams if "layer" in one], ("time", "time", "calls", "calls"), strict=True
+    ):
+        colour = one["layer"][2]["encoding"]["color"]
+        said = shown.words["first"]["lead"]["said"][axis].partition(": ")[2]
+        parts = re.split("; and of gnomon’s own: |[,;] ", said)
+        drawn = [name.removeprefix("gnomon ") for name in colour["scale"]["domain"]]
+        places = [next((k for k, part in enumerate(parts) if part.startswith(name)), None) for name in drawn]
+        known = [place for place in places if place is not None]
+        assert len(known) > 2
+        assert known == sorted(known)
+        assert colour["sort"] is None, "Vega's order is that of the alphabet"
+
+
+def test_lines_that_cover_each_other_are_named_apart_at_their_ends(shown: Shown) -> None:
+    """With their shares, in the order of these: two libraries at 100 % were one line."""
+    covered = 0
+    for one in shown.diagrams:
+        for part in one.get("hconcat", one.get("vconcat", [])):
+            last = {row["name"]: row["share"] for row in part["data"]["values"]}
+            ends = part["layer"][-1]["data"]["values"]
+            assert {row["name"]: row["share"] for row in ends} == last
+            places = [row["at"] for row in ends]
+            assert [row["share"] for row in ends] == sorted(last.values(), reverse=True)
+            assert all(high - low >= 11 / part["height"] for high, low in itertools.pairwise(places)), (
+                "one line of text"
+            )
+            assert all(0 <= place <= 1 for place in places)
+            covered += len(last) - len(set(last.values()))
+    assert covered, "the run would have no two lines at one height"
+
+
 @pytest.mark.parametrize("axis", ["time", "evaluations"])
 def test_profiles_are_those_that_other_code_finds_in_the_exported_rows(shown: Shown, axis: str) -> None:
     """At three errors the share of every library at each factor up to 1000, the left and the right end among them."""
@@ -264,7 +299,7 @@ def test_the_sentence_below_the_profiles_has_their_right_ends(shown: Shown) -> N
     said = shown.words["first"]["profiles"]["said"]
     for library, title in EVERY.items():
         count = round(16 * expected_share(shown, 1e-6, library, 1000.0, "time"))
-        assert re.search(rf"{title} {count}\b", said), (title, count, said)
+        assert re.search(rf"{title} on {count} of \d", said), (title, count, said)
 
 
 def test_the_bars_count_what_other_code_separates(shown: Shown) -> None:
