@@ -6,7 +6,7 @@
     python -m gnomon.harness.reporting.publication --part growth  one part
     python -m gnomon.harness.reporting.publication --with-older   assembles at once; the page names older parts
 
-Only the assembly writes into reports/.
+Only the assembly writes into reports/, and the table of `gnomon recommend`.
 """
 
 import argparse
@@ -46,14 +46,16 @@ def main(arguments: Iterable[str] | None = None) -> int:
             if chosen:
                 return 0
             found = assembly.present(place)
-        page = assembly.assemble(found, given.out, given.raw)
+        page = assembly.assemble(found, given.out, given.raw, given.table)
     except KeyboardInterrupt:
         _remaining(place, console)
         return 130
     except (ValueError, OSError) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
-    console.print(f"The published report is {page}; look at every figure, and commit {given.out} alone")
+    console.print(
+        f"The published report is {page}; look at every figure, and commit {given.out} and {given.table} alone"
+    )
     return 0
 
 
@@ -72,6 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--measured", type=Path, default=Place.root, help="the folder of the parts")
     parser.add_argument("--raw", type=Path, default=assembly.RAW, help="the raw results, as Parquet")
+    parser.add_argument("--table", type=Path, default=assembly.TABLE, help="the table of `gnomon recommend`")
     parser.add_argument("--out", type=Path, default=Path("reports"))
     return parser
 
