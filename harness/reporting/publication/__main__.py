@@ -12,11 +12,13 @@ Only the assembly writes into reports/, and the table of `gnomon recommend`.
 import argparse
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+from gnomon.harness.reporting import provenance
 from gnomon.harness.reporting.publication import assembly
 from gnomon.harness.reporting.publication.parts import Part, Place, State, measure
+from gnomon.harness.results.outstanding import outstanding
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Column, Table
@@ -53,6 +55,8 @@ def main(arguments: Iterable[str] | None = None) -> int:
     except (ValueError, OSError) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
+    for line in _lacks(found, given.out):
+        console.print(line)
     console.print(
         f"The published report is {page}; look at every figure, and commit {given.out} and {given.table} alone"
     )
@@ -99,6 +103,16 @@ def _measured(chosen: Sequence[Part] | None, place: Place, minutes: float | None
         return True
     _remaining(place, console)
     return False
+
+
+def _lacks(found: assembly.Found, to: Path) -> Iterator[str]:
+    """What makes a publication less than one whole run of one revision, a line each: the page says it too."""
+    missing = outstanding(found.results).text
+    if missing:
+        yield f"not complete: {found.results}: {missing}"
+    for one in provenance.origins([to], found.run):
+        if one.older:
+            yield f"older: {one.file}, revision {one.revision or 'unknown'} {one.date}".rstrip()
 
 
 def _remaining(place: Place, console: Console) -> None:

@@ -256,7 +256,9 @@ def test_what_is_missing_or_of_other_sources_is_refused_in_one_line_and_nothing_
     assert not REPORTS.exists()
 
 
-def test_older_parts_are_named_and_their_numbers_are_not_of_this_revision(place: Place) -> None:
+def test_older_parts_are_named_and_their_numbers_are_not_of_this_revision(
+    place: Place, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A file that was measured with other sources, or that stands in reports/ already, is published again, if asked."""
     assert __main__.main(["--with-older"]) == 2, "without results there is nothing to publish"
     for name in ("begun", "full", "growth"):
@@ -277,6 +279,8 @@ def test_older_parts_are_named_and_their_numbers_are_not_of_this_revision(place:
     origins = {one.file: one for one in provenance.origins([REPORTS], NOW)}
     assert {name for name, one in origins.items() if not one.older} == {"growth.json"}
     assert (origins["stability.json"].revision, origins["stability.json"].date) == ("def456", "2026-01-02")
+    told = [line.split()[1].rstrip(",") for line in capsys.readouterr().out.splitlines() if line.startswith("older: ")]
+    assert {*told} == {name for name, one in origins.items() if one.older}
     (entry,) = publications.read(REPORTS / "history.json")
     assert not any(name.startswith(("order/", "certificates/")) for name in entry.numbers)
 
