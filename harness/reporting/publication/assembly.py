@@ -10,6 +10,7 @@ from gnomon.harness.registry import environment
 from gnomon.harness.reporting import provenance, report, sidecars
 from gnomon.harness.reporting.publication import numbers, whole
 from gnomon.harness.reporting.publication.parts import RESULTS, Place
+from gnomon.harness.reporting.report_charts import keep_figures_of_manifest
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import publications, store, study_file
 from gnomon.harness.running import recommending
@@ -116,6 +117,7 @@ def assemble(found: Found, to: Path, raw: Path = RAW, table: Path = TABLE) -> Pa
     study_file.write(told, to / "raw.json")
     diskcache.replace(to / "requirements.txt", requirements(found.installed, made_by).encode())
     page = report.write_report(found.results, to, beside=(to,), figures=True)
+    keep_figures_of_manifest(to / "figures")
     older_ = {one.file for one in provenance.origins([to], made_by) if one.older}
     files = {name: sidecars.read(to / name) for name in found.files if name not in older_}
     numbers_ = numbers.of_publication(found.results, files)

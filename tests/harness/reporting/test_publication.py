@@ -301,6 +301,20 @@ def test_a_file_of_results_is_published_without_the_paths_of_its_machine(made: P
     assert command.endswith("--out runs/raw.parquet")
 
 
+def test_figures_of_an_earlier_publication_are_gone(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also one that no manifest lists: it would be published as of this run."""
+
+    def write(run: Run, work: object, charts: object, folder: Path) -> None:
+        (folder / "figures.json").write_text('["kept"]')
+        (folder / "kept.svg").touch()
+
+    (REPORTS / "figures").mkdir(parents=True)
+    (REPORTS / "figures" / "charge_in_E.svg").touch()
+    monkeypatch.setattr(report, "write_figures", write)
+    assert __main__.main([]) == 0
+    assert {path.name for path in (REPORTS / "figures").iterdir()} == {"figures.json", "kept.svg"}
+
+
 def test_a_table_that_is_too_large_publishes_nothing(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recommending, "MOST_BYTES", 1000)
     assert __main__.main([]) == 2
