@@ -89,10 +89,11 @@ def test_the_numbers_of_the_readme_are_those_of_the_code() -> None:
     assert _project()["requires-python"] == f">={python}"
 
 
-def test_failures_in_the_figure_of_the_readme_are_those_that_it_explains() -> None:
+def test_the_readme_explains_the_failures_in_its_figure() -> None:
+    """All that can be there: which ones are depends on the published run."""
     letters = set(re.findall(r">([A-Z])</text>", FIGURE.read_text()))
     (explained,) = _match(r"band above \((.*?)\)")
-    assert letters == set(re.findall(r"\b([A-Z])\b", explained))
+    assert letters <= set(re.findall(r"\b([A-Z])\b", explained))
     assert all(f"{style.LETTERS[word]} {word}" in explained for word in ("diverged", "skipped"))
 
 

@@ -22,6 +22,8 @@ MADE_BY = {
     "verification.json": "make verification",
 }
 """The files of a publication beside the results, and the command that makes each again."""
+TIMED = ("benchmarks.json",)
+"""Of these, the files with times that a page shows."""
 NOT_VERSIONS = ("machine", "cpu", "cores", "system", "sources", "revision", "date")
 """What an environment names besides versions."""
 
@@ -40,6 +42,10 @@ class Origin:
     def part(self) -> str:
         """The name of the part: the file's."""
         return self.file.removesuffix(".json")
+
+    @property
+    def timed(self) -> bool:
+        return self.file in TIMED
 
     @property
     def revision(self) -> str:
@@ -80,7 +86,7 @@ def _is_older(made_by: Mapping[str, str], run: Mapping[str, str | None]) -> bool
 
 
 def processors_text(environments: Sequence[Mapping[str, str | None]]) -> str:
-    """The processors of the times, in a sentence: of the page's runs and of the `environment` of each origin."""
+    """The processors of the times, in a sentence: of the page's runs and of the origins that are `timed`."""
     known = [f"{each['cpu']} ({each.get('cores') or '?'} cores)" for each in environments if each.get("cpu")]
     models = list(dict.fromkeys(known))
     if not models:

@@ -184,6 +184,14 @@ def remove_figures(folder: Path, but: Set[str] = frozenset()) -> None:
     (folder / MANIFEST).unlink(missing_ok=True)
 
 
+def keep_figures_of_manifest(folder: Path) -> None:
+    """Remove all figures but those that the manifest in a folder lists: of earlier reports some have none."""
+    known = _read_manifest(folder)
+    for path in [*folder.iterdir()] if folder.is_dir() else []:
+        if path.suffix in SUFFIXES and path.stem not in known:
+            path.unlink()
+
+
 def slug(text: str) -> str:
     """A file name for any text: its lower-case letters, digits and underscores, with a hash if the text has others."""
     plain = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_")

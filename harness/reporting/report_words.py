@@ -120,7 +120,7 @@ def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) 
     parts = provenance.origins(folders, environments[-1])
     return {
         "older": [_origin_text(one) for one in parts if one.older],
-        "processors": provenance.processors_text(environments),
+        "processors": provenance.processors_text([*environments, *(one.environment for one in parts if one.timed)]),
         "certified": report_checks.certified(*folders),
         "certified_lines": report_checks.certified_lines(*folders),
         "benchmarks": report_benchmarks.benchmarks(*folders),

@@ -15,6 +15,7 @@ from gnomon.harness.results.advice.needs import SUBJECTS, YOURS, Answer, Measure
 from gnomon.harness.results.advice.recommendations import MOST_BYTES
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.outstanding import outstanding
+from gnomon.harness.running import rounds
 from gnomon.harness.running.own_equations import lines
 from gnomon.reference.storage import diskcache
 
@@ -39,8 +40,8 @@ class Run(Protocol):
 def write_table(run: Run, to: Path) -> Path:
     """Write the table of a run and return its path. Equal measurements give equal files.
 
-    Raises ValueError if it is larger than MOST_BYTES, and for measurements from several revisions or machines, which one
-    head cannot name.
+    Raises ValueError if it is larger than MOST_BYTES, and for measurements from several sources or machines, which one head
+    cannot name.
     """
     measured = Measurements(run.equal, run.timed, kind_of(run.forms))
     found = needs(measured, list(SUBJECTS.values()), TARGETS)
@@ -68,19 +69,21 @@ def _head(run: Run) -> dict[str, Any]:
     used = set(run.timed["run"])
     runs = [one for one in store.runs(run.path) if one["run"] in used]
     environments = [one["environment"] for one in runs]
-    same = {name: {one.get(name) for one in environments} for name in ("revision", "machine", "cpu", "cores", "python")}
-    for name in ("revision", "machine"):
-        if len(same[name]) > 1:
-            raise ValueError(f"{run.path}: measurements of several {name}s ({', '.join(map(str, same[name]))})")
-    missing = outstanding(run.path)
+    for name in ("sources", "machine"):
+        several = dict.fromkeys(str(one.get(name)) for one in environments)
+        if len(several) > 1:
+            raise ValueError(
+                f"{run.path}: its times are of several {name} ({', '.join(several)}), but a table names one;"
+                " take a results file of one"
+            )
     timed = run.timed[run.timed["seconds_median"].notna()]
     count, delayed, _ = summary.waited(zip(timed["seconds_median"], timed["delay_seconds"], strict=True))
     return {
-        **{name: min(values, key=str) for name, values in same.items()},
+        **{name: environments[-1].get(name) for name in ("revision", "sources", "machine", "cpu", "cores", "python")},
         "date": max(str(one["ended"] or one["started"]) for one in runs)[:10],
         "suites": list(dict.fromkeys(one["suite"] for one in runs)),
-        "planned": sum(one.trials for one in missing.planned),
-        "outstanding": missing.trials,
+        "lacks": outstanding(run.path).text,
+        "rounds": environments[-1].get(rounds.NAME, ""),
         "timed": count,
         "delayed": delayed,
         "versions": {name: environments[-1][name] for name in DISTRIBUTIONS if name in environments[-1]},

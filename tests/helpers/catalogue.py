@@ -5,6 +5,7 @@ from pathlib import Path
 
 from gnomon.cases.core.registry import Entry, entry
 from gnomon.harness.commands.show_case import source_file
+from gnomon.harness.reporting.report_charts import slug
 
 from gnomon import cases
 
@@ -35,7 +36,7 @@ def _folder(row: Entry) -> str:
 
 def _case_row(row: Entry) -> str:
     case = cases.get(row.name)
-    chart = f"reports/figures/{row.name}.svg"
+    chart = f"reports/figures/{slug(row.name)}.svg"
     shown = f"`{chart}`" if (ROOT / chart).is_file() else ""
     files = f"`{source_file(type(case))}` | `{source_file(type(case.motion()))}`"
     return f"| {row.name} | {row.title} | {case.section} | {files} | {shown} |"

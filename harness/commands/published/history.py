@@ -35,7 +35,7 @@ def history(
 ) -> None:
     """Follow numbers over the published revisions: errors and counts; times on one machine only."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.results import publications
+    from gnomon.harness.results import number_text, publications
 
     if drawing is not None:
         if not name:
@@ -46,7 +46,10 @@ def history(
         raise ValueError(f"{source}: holds no publication; `make publication` records one")
     if not name:
         out.print(kinds_table(publications.names(entries)))
-        out.print(f"{len(entries)} publications, the last one {escape(entries[-1].label)}", highlight=False)
+        out.print(
+            f"{number_text.counted(len(entries), 'publication')}, the last one {escape(entries[-1].label)}",
+            highlight=False,
+        )
         return
     chosen = publications.chosen(entries, name)
     if drawing is not None and len(chosen) > MOST:

@@ -108,12 +108,14 @@ def measured_by(table: Table) -> str:
     one = head["launches"] <= 1
     bears = "one launch: two times are not separated" if one else f"{head['launches']} launches or more"
     waited = f"{100 * head['delayed'] / max(head['timed'], 1):.0f} % of the calls waited for a processor"
-    if head["outstanding"]:
-        waited += f"; {head['outstanding']} of {head['planned']} planned trials had not been run"
+    lacks = f"this run is not complete: {head['lacks']}" if head["lacks"] else "the run is complete"
+    suites = f"suite{'s' * (len(head['suites']) > 1)} {', '.join(head['suites'])}"
     return (
-        f"Measured by gnomon's authors at revision {head['revision']} on {head['date']}, on {head['cores']} cores of an"
-        f" {head['cpu']}, Python {head['python']} ({bears}; {waited}). Medians over the systems that each method reaches:"
-        " not a ranking. Times are of motions of the catalogue with 64 samples; on your machine and system they differ."
+        f"Measured by gnomon's authors at revision {head['revision']} on {head['date']}, {suites}, on {head['cores']} cores of"
+        f" one processor model, {head['cpu']}, Python {head['python']}"
+        f" ({'; '.join(filter(None, (bears, head['rounds'], waited, lacks)))}). Medians over the systems that each method"
+        " reaches: not a ranking. Times are of motions of the catalogue with 64 samples; on your machine and system they"
+        " differ."
     )
 
 

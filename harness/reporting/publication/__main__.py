@@ -6,17 +6,19 @@
     python -m gnomon.harness.reporting.publication --part growth  one part
     python -m gnomon.harness.reporting.publication --with-older   assembles at once; the page names older parts
 
-Only the assembly writes into reports/.
+Only the assembly writes into reports/, and the table of `gnomon recommend`.
 """
 
 import argparse
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+from gnomon.harness.reporting import provenance
 from gnomon.harness.reporting.publication import assembly
 from gnomon.harness.reporting.publication.parts import Part, Place, State, measure
+from gnomon.harness.results.outstanding import outstanding
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Column, Table
@@ -46,14 +48,18 @@ def main(arguments: Iterable[str] | None = None) -> int:
             if chosen:
                 return 0
             found = assembly.present(place)
-        page = assembly.assemble(found, given.out, given.raw)
+        page = assembly.assemble(found, given.out, given.raw, given.table)
     except KeyboardInterrupt:
         _remaining(place, console)
         return 130
     except (ValueError, OSError) as error:
         print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
-    console.print(f"The published report is {page}; look at every figure, and commit {given.out} alone")
+    for line in _lacks(found, given.out):
+        console.print(line)
+    console.print(
+        f"The published report is {page}; look at every figure, and commit {given.out} and {given.table} alone"
+    )
     return 0
 
 
@@ -72,6 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--measured", type=Path, default=Place.root, help="the folder of the parts")
     parser.add_argument("--raw", type=Path, default=assembly.RAW, help="the raw results, as Parquet")
+    parser.add_argument("--table", type=Path, default=assembly.TABLE, help="the table of `gnomon recommend`")
     parser.add_argument("--out", type=Path, default=Path("reports"))
     return parser
 
@@ -96,6 +103,16 @@ def _measured(chosen: Sequence[Part] | None, place: Place, minutes: float | None
         return True
     _remaining(place, console)
     return False
+
+
+def _lacks(found: assembly.Found, to: Path) -> Iterator[str]:
+    """What makes a publication less than one whole run of one revision, a line each: the page says it too."""
+    missing = outstanding(found.results).text
+    if missing:
+        yield f"not complete: {found.results}: {missing}"
+    for one in provenance.origins([to], found.run):
+        if one.older:
+            yield f"older: {one.file}, revision {one.revision or 'unknown'} {one.date}".rstrip()
 
 
 def _remaining(place: Place, console: Console) -> None:

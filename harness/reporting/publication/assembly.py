@@ -10,11 +10,16 @@ from gnomon.harness.registry import environment
 from gnomon.harness.reporting import provenance, report, sidecars
 from gnomon.harness.reporting.publication import numbers, whole
 from gnomon.harness.reporting.publication.parts import RESULTS, Place
+from gnomon.harness.reporting.report_charts import keep_figures_of_manifest
+from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import publications, store, study_file
+from gnomon.harness.running import recommending
 from gnomon.reference.storage import diskcache
 
 RAW, MOST_BYTES = Path("runs/raw.parquet"), 20_000_000
 """The raw results as a table, and the largest size of this file."""
+TABLE = Path("harness/results/advice/recommendations.jsonl")
+"""The table of `gnomon recommend`, in the repository from which the publication is made."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +35,7 @@ class Found:
         """The environment of the last run of the results."""
         found = store.runs(self.results)[-1]
         made_by = {name: value for name, value in found["environment"].items() if value is not None}
-        return {"sources": "", "machine": ""} | made_by | {"date": str(found["started"])[:10]}
+        return {"sources": "", "machine": ""} | made_by | {"suite": found["suite"], "date": str(found["started"])[:10]}
 
 
 def present(place: Place) -> Found:
@@ -95,20 +100,24 @@ def older(place: Place, to: Path, results: Path | None = None) -> Found:
     return Found(database, {name: path for name, path in files.items() if path is not None}, installed)
 
 
-def assemble(found: Found, to: Path, raw: Path = RAW) -> Path:
-    """Write the published report into `to`, and the raw results to `raw`; return the page's path.
+def assemble(found: Found, to: Path, raw: Path = RAW, table: Path = TABLE) -> Path:
+    """Write the published report into `to`, raw results to `raw` and recommendations to `table`; return the page's path.
 
-    Raises ValueError, and writes nothing into `to`, if the raw results are too large.
+    Raises ValueError, and writes nothing into `to`, if the raw results or the table are too large, or if the results are
+    of several machines or sources, which the table cannot name.
     """
     made_by = found.run
     told = _raw(found, raw) | {"environment": made_by}
     contents = {name: path.read_bytes() for name, path in found.files.items()}
+    table.parent.mkdir(parents=True, exist_ok=True)
+    recommending.write_table(Run.read(found.results), table)
     to.mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
         diskcache.replace(to / name, content)
     study_file.write(told, to / "raw.json")
     diskcache.replace(to / "requirements.txt", requirements(found.installed, made_by).encode())
     page = report.write_report(found.results, to, beside=(to,), figures=True)
+    keep_figures_of_manifest(to / "figures")
     older_ = {one.file for one in provenance.origins([to], made_by) if one.older}
     files = {name: sidecars.read(to / name) for name in found.files if name not in older_}
     numbers_ = numbers.of_publication(found.results, files)
@@ -127,11 +136,17 @@ def _raw(found: Found, raw: Path) -> dict[str, Any]:
         )
     return {
         "file": raw.name,
-        "command": f"gnomon export {found.results} --format parquet --out {raw}",
+        "command": f"gnomon export {_named(found.results)} --format parquet --out {_named(raw)}",
         "columns": "gnomon export --schema",
         "bytes": len(content),
         "sha256": hashlib.sha256(content).hexdigest(),
     }
+
+
+def _named(path: Path) -> str:
+    """A path as another machine can have it: from the current folder, else its name alone."""
+    own = path.resolve()
+    return own.relative_to(Path.cwd()).as_posix() if own.is_relative_to(Path.cwd()) else own.name
 
 
 def requirements(installed: Mapping[str, str], made_by: Mapping[str, str]) -> str:

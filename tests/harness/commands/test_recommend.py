@@ -17,9 +17,12 @@ from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, representatives
 from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.results import store
 from gnomon.harness.results.advice import needs, recommendations
 from gnomon.harness.results.equal_error import TARGETS
+from gnomon.harness.results.outstanding import outstanding
 from gnomon.harness.results.rankings import FEWEST
+from gnomon.harness.running import rounds
 from gnomon.harness.running.recommending import write_table
 from on_cases import solved
 
@@ -83,6 +86,27 @@ def test_equal_measurements_give_equal_tables(run: Run, tmp_path: Path, monkeypa
     assert (tmp_path / "one").read_bytes() == first, "a table that is too large replaces nothing"
 
 
+def test_the_head_names_the_last_revision_and_refuses_several_machines_or_sources(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run goes on at another revision of the same sources; other machines or sources give other times."""
+    (first,) = store.runs(run.path)
+
+    def then(**made_by: str) -> None:
+        later = first | {"suite": "later", "environment": first["environment"] | made_by}
+        monkeypatch.setattr("gnomon.harness.running.recommending.store.runs", lambda path: [first, later])
+
+    then(revision="abc123", **{rounds.NAME: "2 rounds"})
+    head = json.loads(write_table(run, tmp_path / "table").read_text().splitlines()[0])
+    assert (head["revision"], head["rounds"], head["suites"]) == ("abc123", "2 rounds", ["full", "later"])
+    assert head["lacks"] == outstanding(run.path).text
+    for name in ("machine", "sources"):
+        then(**{name: "another"})
+        with pytest.raises(ValueError, match=f"several {name} .*another"):
+            write_table(run, tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
 def test_the_table_that_comes_with_gnomon_is_small() -> None:
     path = Path(recommendations.__file__).with_name(recommendations.NAME)
     assert path.stat().st_size <= recommendations.MOST_BYTES
@@ -90,8 +114,9 @@ def test_the_table_that_comes_with_gnomon_is_small() -> None:
 
 def test_it_says_whose_measurements_these_are(capfd: pytest.CaptureFixture[str]) -> None:
     text = told(capfd, "accurate")
-    for name in ("revision", "date", "cpu", "python"):
+    for name in ("revision", "date", "cpu", "python", "lacks", "rounds"):
         assert TABLE.head[name] in text
+    assert ", ".join(TABLE.head["suites"]) in text
     assert ("not separated" in text) == (TABLE.head["launches"] == 1)
 
 

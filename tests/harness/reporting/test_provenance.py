@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 from gnomon.harness.reporting.provenance import origins, processors_text
+from gnomon.harness.reporting.report_words import _beside
 from planted_sidecars import CERTIFICATE, ORDER
 
 RUN = {"revision": "abc123", "sources": "hash", "cpu": "Invented"}
@@ -33,3 +34,12 @@ def test_each_processor_model_of_a_time_is_named() -> None:
     one, two = {"cpu": "A", "cores": "2"}, {"cpu": "B", "cores": "4"}
     assert "one processor model, A (2 cores)" in processors_text([one, {}, one])
     assert all(word in processors_text([one, two]) for word in ("2 processor models", "A (2 cores)", "B (4 cores)"))
+
+
+def test_the_head_of_a_page_names_the_processor_of_older_times_beside_it(tmp_path: Path) -> None:
+    """Times of another processor stand on the page: it may not say that all are of one."""
+    rows = {"launches": 5, "rows": []}
+    (tmp_path / "benchmarks.json").write_text(json.dumps(rows | {"environment": {"cpu": "Another", "cores": "2"}}))
+    assert "2 processor models" in _beside([tmp_path], [RUN])["processors"]
+    (tmp_path / "benchmarks.json").write_text(json.dumps(rows | {"environment": RUN}))
+    assert "one processor model" in _beside([tmp_path], [RUN])["processors"]

@@ -24,9 +24,10 @@ from gnomon.harness.registry import environment, lookup, selection
 from gnomon.harness.reporting import provenance, report
 from gnomon.harness.reporting.publication import __main__, assembly, parts, whole
 from gnomon.harness.reporting.publication.parts import Part, Place
+from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import publications, store
 from gnomon.harness.results.store import Store
-from gnomon.harness.running import plan
+from gnomon.harness.running import plan, recommending
 from gnomon.harness.running.planned_run import run
 from packaging.requirements import Requirement
 
@@ -128,7 +129,12 @@ def test_all_parts_are_measured_once_and_assembled_with_their_origin(
     for line in (REPORTS / "requirements.txt").read_text().splitlines():
         assert line.startswith("#") or re.fullmatch(r"[\w.-]+==[^\s=]+", line)
         assert line.startswith("#") or Requirement(line).specifier
+    table = recommending.write_table(Run.read(place.folder / RESULTS), Path("table.jsonl"))
+    assert assembly.TABLE.read_bytes() == table.read_bytes(), "recommendations are of the same results"
+    head = json.loads(table.read_text().splitlines()[0])
+    assert {name: head[name] for name in NOW} == NOW
     (entry,) = publications.read(REPORTS / "history.json")
+    assert entry.environment["suite"] in head["suites"]
     assert entry.numbers["order/gnomon:RK4"] == 3.9487
     assert entry.numbers["trials/ok"] > 0
     before = (place.folder / RESULTS).stat().st_mtime_ns
@@ -250,7 +256,9 @@ def test_what_is_missing_or_of_other_sources_is_refused_in_one_line_and_nothing_
     assert not REPORTS.exists()
 
 
-def test_older_parts_are_named_and_their_numbers_are_not_of_this_revision(place: Place) -> None:
+def test_older_parts_are_named_and_their_numbers_are_not_of_this_revision(
+    place: Place, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A file that was measured with other sources, or that stands in reports/ already, is published again, if asked."""
     assert __main__.main(["--with-older"]) == 2, "without results there is nothing to publish"
     for name in ("begun", "full", "growth"):
@@ -271,8 +279,47 @@ def test_older_parts_are_named_and_their_numbers_are_not_of_this_revision(place:
     origins = {one.file: one for one in provenance.origins([REPORTS], NOW)}
     assert {name for name, one in origins.items() if not one.older} == {"growth.json"}
     assert (origins["stability.json"].revision, origins["stability.json"].date) == ("def456", "2026-01-02")
+    told = [line.split()[1].rstrip(",") for line in capsys.readouterr().out.splitlines() if line.startswith("older: ")]
+    assert {*told} == {name for name, one in origins.items() if one.older}
     (entry,) = publications.read(REPORTS / "history.json")
     assert not any(name.startswith(("order/", "certificates/")) for name in entry.numbers)
+
+
+def test_a_file_of_results_is_published_without_the_paths_of_its_machine(made: Path, place: Place) -> None:
+    """Under a name that the reader's machine can have too: relative, or the name alone."""
+    REPORTS.mkdir()
+    plant(REPORTS, **NOW)
+    outside = made / RESULTS
+    assert (
+        __main__.main(["--with-older", "--results", str(outside), "--raw", str(Path.cwd() / "runs/raw.parquet")]) == 0
+    )
+    for path in filter(Path.is_file, REPORTS.rglob("*")):
+        for folder in (made, Path.cwd(), Path(sys.prefix)):
+            assert str(folder).encode() not in path.read_bytes(), path
+    command = json.loads((REPORTS / "raw.json").read_text())["command"]
+    assert command.split()[:3] == ["gnomon", "export", RESULTS]
+    assert command.endswith("--out runs/raw.parquet")
+
+
+def test_figures_of_an_earlier_publication_are_gone(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also one that no manifest lists: it would be published as of this run."""
+
+    def write(run: Run, work: object, charts: object, folder: Path) -> None:
+        (folder / "figures.json").write_text('["kept"]')
+        (folder / "kept.svg").touch()
+
+    (REPORTS / "figures").mkdir(parents=True)
+    (REPORTS / "figures" / "charge_in_E.svg").touch()
+    monkeypatch.setattr(report, "write_figures", write)
+    assert __main__.main([]) == 0
+    assert {path.name for path in (REPORTS / "figures").iterdir()} == {"figures.json", "kept.svg"}
+
+
+def test_a_table_that_is_too_large_publishes_nothing(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recommending, "MOST_BYTES", 1000)
+    assert __main__.main([]) == 2
+    assert not REPORTS.exists()
+    assert not assembly.TABLE.exists()
 
 
 def test_raw_results_that_are_too_large_are_refused(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
