@@ -20,6 +20,8 @@ CALLS = {
     "compiled": "The equations are compiled together with the method: a time has no cost of calls.",
     "direct": "It calls compiled equations directly.",
     "python": "It calls the equations through Python: a time includes one call of Python for each right-hand side.",
+    "own": "It moves the bodies by its own equations: a time has no calls of the equations of the case.",
+    "engine": "The engine is called from Python once a step.",
 }
 UNKNOWN = "not recorded"
 
@@ -56,19 +58,17 @@ def method(subject: Subject) -> dict[str, Any]:
         ),
         ("Orientation", "Where a case has a rotational symmetry and the suite asks for it, the error is the median over starts turned about"
          " its axis: one start may have a small error by chance."),
-        ("Time", " ".join(("The median of repeated calls in a worker process of its own, from the call to the last sample.", *_calls(subject)))),
+        ("Time", f"The median of repeated calls in a worker process of its own, from the call to the last sample. {_calls(subject)}"),
     ]  # fmt: skip
     return chapter("Method", terms(rows), begins="second page")
 
 
-def _calls(subject: Subject) -> list[str]:
-    if subject.engine:
-        return ["The engine is called from Python once a step."]
+def _calls(subject: Subject) -> str:
     if subject.library == OURS:
-        return [CALLS["compiled"]]
+        return CALLS["compiled"]
     known = LIBRARIES.get(subject.library)
-    ways = list(known.calls) if known is not None else []
-    return [CALLS[ways[0]]] if len(ways) == 1 else []
+    way = known.way(subject.name.partition(":")[2]) if known is not None else ""
+    return CALLS.get(way or ("engine" if subject.engine else ""), "")
 
 
 def chapters(subject: Subject, folders: Sequence[Path]) -> list[dict[str, Any]]:
