@@ -73,7 +73,11 @@ def contents(subject: Subject, folders: Sequence[Path]) -> dict[str, Any]:
 
 
 def typeset(content: Mapping[str, Any], made: datetime, form: Literal["pdf", "png"] = "pdf") -> Any:
-    """The document as bytes; as a list of pictures, a page each, if `form` is png. Only fonts of typst are used."""
+    """The document as bytes; as a list of pictures, a page each, if `form` is png."""
+    return document(content).compile(format=form, ppi=80, timestamp=int(made.timestamp()))
+
+
+def document(content: Mapping[str, Any]) -> typst.Compiler:
+    """The document, not yet set. Only fonts of typst are used."""
     template = (files("gnomon.harness.reporting.pdf") / "templates" / "accuracy.typ").read_bytes()
-    compiler = typst.Compiler(template, ignore_system_fonts=True, sys_inputs={"data": json.dumps(content)})
-    return compiler.compile(format=form, ppi=80, timestamp=int(made.timestamp()))
+    return typst.Compiler(template, ignore_system_fonts=True, sys_inputs={"data": json.dumps(content)})

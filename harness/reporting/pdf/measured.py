@@ -4,10 +4,19 @@ import math
 import re
 from typing import Any
 
+import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.reporting.pdf import pictures
-from gnomon.harness.reporting.pdf.answers import digits_text, growth_words, named, range_text, size_text, time_at
+from gnomon.harness.reporting.pdf.answers import (
+    digits_text,
+    growth_words,
+    named,
+    range_text,
+    size_text,
+    solve_text,
+    time_at,
+)
 from gnomon.harness.reporting.pdf.parts import Part, chapter, figures, table
 from gnomon.harness.reporting.pdf.pictures import cut
 from gnomon.harness.reporting.pdf.subject import Subject
@@ -15,7 +24,7 @@ from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import analysis
 from gnomon.harness.results.contenders import RANKED
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.number_text import counted, power_text, short_text, time_text
+from gnomon.harness.results.number_text import counted, power_text, short_text
 from gnomon.harness.studies.drift import CLEAR
 
 MOST_ROWS = 140
@@ -49,7 +58,7 @@ def _work(subject: Subject) -> Part:
     caption = (
         f"{chosen} One mark is one setting: its largest error against the exact motion, and its time (right-hand sides where"
         f" no time was recorded); lower and further left is better. In colour {cut(subject.name, 60)}, in grey the other"
-        " integrators of the run that gave an answer. Letters in the upper margin are failed settings: I inaccurate, D"
+        " integrators of the run that gave an answer. Letters in the upper margin are failed settings, with their number if several are close: I inaccurate, D"
         " diverged, R refused, T over the time limit, S not started, C crashed. Dotted: the floor and the conditioning of"
         " the case."
     )
@@ -102,7 +111,7 @@ def _speed(subject: Subject) -> Part:
         at = subject.equal[(subject.equal["target"] == target) & (subject.equal["cell"] == RANKED)]
         alone, tied = at["tied"] & (at["leaders"] == 1), at["tied"] & (at["leaders"] > 1)
         counts = [str(len(at)), *(str(int(each.sum())) for each in (alone, tied, at["slower"]))]
-        spread = range_text(seconds, time_text)
+        spread = range_text(seconds, solve_text)
         rows.append([power_text(target), str(len(own)), spread, *(counts if len(at) else ["0", "–", "–", "–"])])
     heads = [">error", ">cases that reach it", "<>time of one solve, least – greatest case", ">ranked cases", ">fastest", ">tied",
              ">slower"]  # fmt: skip
@@ -121,7 +130,7 @@ def _cases(subject: Subject) -> Part:
     meaning = (
         "Error / tolerance: median over the settings, and the worst."
         if subject.by_tolerance
-        else "Order: slope of the error with the step, and half of its 95 % interval; – where errors lie on no line."
+        else "Order: slope of the error with the step, and half of its 95 % interval, rounded up; – where errors lie on no line or do not fall."
     )
     note = (
         "Digits and error: at the best ok setting, the largest error over 64 samples; “≥” where the error is below the floor."
@@ -142,13 +151,13 @@ def _case_row(subject: Subject, case: str, row: pd.Series) -> dict[str, str]:
     law = subject.grown[case][1] if case in subject.grown else None
     grows = NOTHING if law is None else LAWS.get(law.law, law.law) or "unclear"
     if law is not None and law.law and math.isfinite(law.power):
-        grows += f" ({law.low:.1f} – {law.high:.1f})"
+        grows += f" ({law.low:z.1f} to {law.high:z.1f})".replace("-", "−")
     over, at = row["over_tolerance"], NOTHING
     if subject.by_tolerance:
         knob, by = "tolerance", f"{short_text(over)}, {short_text(row['worst_over_tolerance'])}"
         head, known = "error / tolerance", math.isfinite(over)
     else:
-        knob, by = "step", f"{row['order']:.2f} ± {row['margin']:.2f}"
+        knob, by = "step", f"{row['order']:.2f} ± {np.ceil(100 * max(row['margin'], 1e-3)) / 100:.2f}"
         head, known = "order", math.isfinite(row["order"])
     if answered:
         at = power_text(row["at"]) if subject.by_tolerance else f"{short_text(row['at'])} s"

@@ -91,7 +91,8 @@ class Subject:
 
         To the columns of `analysis.trust` come: `floor`, `digits` (nan without an ok setting, and no more than the floor
         allows), `at_floor` (whether they are limited so), `tightest` (whether the best setting is the last one of the
-        sweep), `declared`, `order`, `margin`, `kind` and `verdict`.
+        sweep), `declared`, `order`, `margin`, `flat` (an order with 0 in its interval is none: `order` is nan), `kind` and
+        `verdict`.
         """
         rows = self.defaults
         table = analysis.trust(rows).set_index("case")
@@ -103,6 +104,7 @@ class Subject:
             floor=by_case["floor"].max().reindex(table.index).fillna(0.0),
             declared=by_case["order_declared"].first().reindex(table.index),
             last=by_case["setting"].min().reindex(table.index),
+            flat=table["order"] <= table["margin"],
             kind=[self.kind_of.get(str(case), "Other systems") for case in table.index],
         )
         least = np.maximum(table["floor"], 1e-17)
@@ -110,6 +112,7 @@ class Subject:
             digits=-np.log10(np.maximum(table["best"], least)),
             at_floor=table["best"] <= least,
             tightest=table["at"] <= table["last"],
+            order=table["order"].where(~table["flat"]),
         ).sort_values("digits", ascending=False, kind="stable", na_position="last")
 
     def used(self, rows: pd.DataFrame) -> pd.DataFrame:
