@@ -60,6 +60,11 @@ def short_text(value: float) -> str:
     return figures_text(value, 2 + (value >= 99.5)) if 0.00995 <= value < 999.5 else error_text(value)
 
 
+def order_text(order: float, margin: float) -> str:
+    """An order with half of its 95 % interval, rounded up; "no order" if the interval holds 0: the error does not fall."""
+    return f"{order:.2f} ± {max(math.ceil(100 * margin), 1) / 100:.2f}" if order > margin else "no order"
+
+
 def waited_text(timed: int, delayed: int, unknown: int) -> str:
     """The numbers of `summary.waited` in words."""
     text = (

@@ -193,9 +193,9 @@ def _rank(subject: Subject) -> str:
 
 def _kinds(subject: Subject) -> Part:
     """A table with a row for each kind of system."""
-    hard = pd.Series(subject.hard.to_numpy(), [subject.kind_of.get(str(case), "") for case, _ in subject.hard.index])
+    hard = pd.Series(subject.hard.to_numpy(), [subject.kind(str(case)) for case, _ in subject.hard.index])
     rows = []
-    for kind in dict.fromkeys([*subject.kind_of.values(), "Other systems"]):
+    for kind in subject.kinds:
         own = subject.cases[subject.cases["kind"] == kind]
         if own.empty:
             continue
@@ -326,7 +326,8 @@ def time_at(subject: Subject, case: str, target: float) -> str:
         return ""
     bound = "≤ " if row["at_loosest"] else ""
     spread = f" ({range_text(pd.Series([row['low'], row['high']]), solve_text)})" if row["launches"] > 1 else ""
-    return f"{bound}{solve_text(row['seconds'])}{spread}"
+    middle = solve_text(row["seconds"])
+    return bound + middle + spread.replace(f" ({middle})", "")
 
 
 def growth_words(subject: Subject) -> str:

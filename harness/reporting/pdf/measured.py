@@ -4,7 +4,6 @@ import math
 import re
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.reporting.pdf import pictures
@@ -24,7 +23,7 @@ from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import analysis
 from gnomon.harness.results.contenders import RANKED
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.number_text import counted, power_text, short_text
+from gnomon.harness.results.number_text import counted, order_text, power_text, short_text
 from gnomon.harness.studies.drift import CLEAR
 
 MOST_ROWS = 140
@@ -157,7 +156,7 @@ def _case_row(subject: Subject, case: str, row: pd.Series) -> dict[str, str]:
         knob, by = "tolerance", f"{short_text(over)}, {short_text(row['worst_over_tolerance'])}"
         head, known = "error / tolerance", math.isfinite(over)
     else:
-        knob, by = "step", f"{row['order']:.2f} ± {np.ceil(100 * max(row['margin'], 1e-3)) / 100:.2f}"
+        knob, by = "step", order_text(row["order"], row["margin"])
         head, known = "order", math.isfinite(row["order"])
     if answered:
         at = power_text(row["at"]) if subject.by_tolerance else f"{short_text(row['at'])} s"
@@ -177,8 +176,10 @@ def _case_row(subject: Subject, case: str, row: pd.Series) -> dict[str, str]:
 
 def _failures(subject: Subject) -> Part:
     lost = subject.reduced[~subject.reduced["status"].isin([*CANNOT_RUN, Status.SKIPPED])]
-    # Reasons that differ in their numbers alone are one row.
-    failed = analysis.failures(lost.assign(reason=[NUMBER.sub("…", reason) for reason in lost["reason"]]))
+    first: dict[tuple[str, str], str] = {}  # reasons that differ in their numbers alone are one row
+    pairs = zip(lost["status"], lost["reason"], strict=True)
+    alike = [first.setdefault((status, NUMBER.sub("…", reason)), reason) for status, reason in pairs]
+    failed = analysis.failures(lost.assign(reason=alike))
     failed = failed.sort_values("trials", ascending=False, kind="stable")
     rows = [
         [
@@ -191,8 +192,8 @@ def _failures(subject: Subject) -> Part:
     ]
     note = (
         "Settings that are not ok, of default and hard variants, without those that the time limit kept from starting;"
+        " reasons that differ in their numbers alone are one row, with those of the first."
     )
-    note += " … stands for numbers that differ."
     if len(failed) > MOST_FAILURES:
         note += f" {len(failed) - MOST_FAILURES} rarer reasons are in the results file (gnomon export)."
     refused = analysis.failures(subject.reduced[subject.reduced["status"].isin(CANNOT_RUN)])

@@ -156,14 +156,14 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
 
 def failure_chart(subject: Subject) -> dict[str, Any]:
     """The number of problems of each kind of system by verdict."""
-    table = subject.matrix.assign(kind=[subject.kind_of.get(case, "Other systems") for case in subject.matrix["case"]])
+    table = subject.matrix.assign(kind=[subject.kind(case) for case in subject.matrix["case"]])
     present = [name for name in STATUS_COLOURS if name in set(table["verdict"])]
     counts = table.groupby(["kind", "verdict"]).size().rename("problems").reset_index()
     rows = [
         {"kind": kind, "verdict": verdict_words(str(verdict)), "place": present.index(verdict), "problems": int(number)}
         for kind, verdict, number in counts.itertuples(index=False)
     ]
-    order = [kind for kind in dict.fromkeys([*subject.kind_of.values(), "Other systems"]) if kind in set(table["kind"])]
+    order = [kind for kind in subject.kinds if kind in set(table["kind"])]
     colour = alt.Color(
         "verdict:N",
         legend=alt.Legend(title=None, orient="top", columns=3, symbolType="square"),

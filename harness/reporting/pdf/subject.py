@@ -14,6 +14,8 @@ from gnomon.harness.results import analysis, rankings, store
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.studies.drift import Growth, Sampled, growth, sampled
 
+OTHER = "Other systems"
+
 
 @dataclass(frozen=True)
 class Subject:
@@ -73,10 +75,14 @@ class Subject:
     def by_tolerance(self) -> bool:
         return bool((self.ran["setting_kind"] == "tolerance").any())
 
+    def kind(self, case: str) -> str:
+        """The kind of system of a case, in few words."""
+        return self.run.kind_of.get(case, OTHER).partition(":")[0]
+
     @cached_property
-    def kind_of(self) -> dict[str, str]:
-        """The kind of system of each case, in few words."""
-        return {case: kind.partition(":")[0] for kind, cases in self.run.kinds.items() for case in cases}
+    def kinds(self) -> list[str]:
+        """The kinds of the cases of the run, in few words."""
+        return [kind.partition(":")[0] for kind in (*self.run.kinds, OTHER)]
 
     @cached_property
     def defaults(self) -> pd.DataFrame:
@@ -105,7 +111,7 @@ class Subject:
             declared=by_case["order_declared"].first().reindex(table.index),
             last=by_case["setting"].min().reindex(table.index),
             flat=table["order"] <= table["margin"],
-            kind=[self.kind_of.get(str(case), "Other systems") for case in table.index],
+            kind=[self.kind(str(case)) for case in table.index],
         )
         least = np.maximum(table["floor"], 1e-17)
         return table.assign(
