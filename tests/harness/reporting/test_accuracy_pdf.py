@@ -1,5 +1,6 @@
 """The accuracy report: its pages, its text as data, and statements that the run carries."""
 
+import json
 import math
 import re
 from collections.abc import Iterable
@@ -125,6 +126,20 @@ def test_few_cases_have_no_median_and_what_is_missing_is_said(content: dict[str,
     assert not any("median of" in text and "cases with an ok setting" in text for text in answer["texts"])
     assert all(name in answer["texts"][0] for name in synthetic.CASES)
     assert "No certificate" in found["Certificates of the exact motions"]["parts"][0]["texts"][0]
+
+
+def test_certificates_and_checks_beside_the_run_are_stated(run: Path, tmp_path: Path) -> None:
+    """Each with its number: the digits of the one motion that is certified, the error of the one check."""
+    names = {"note": "", "variant": "default"}
+    certified = {"case": next(iter(synthetic.CASES)), "ways": {"residual": 47.5}, "digits": 47.5, "passed": True}
+    checked = {"check": "a_check", "computation": "solve", "library": "numpy", "reason": "", "quantity": "force"}
+    (tmp_path / "certificates.json").write_text(json.dumps([certified | names]))
+    (tmp_path / "checks.json").write_text(
+        json.dumps([checked | {"variant": "default", "error": 2.5e-15, "seconds": 1e-5, "status": "ok"}])
+    )
+    said = json.dumps(provenance.chapters(Subject.of(Run.read(run), METHOD), [tmp_path])[0])
+    assert "47.5" in said
+    assert "2.5e-15 (a_check, force, by numpy)" in said
 
 
 def test_a_file_name_is_plain_for_any_id() -> None:
