@@ -30,6 +30,7 @@ MOST_ROWS = 140
 """Of the table by case: it fills three pages."""
 MOST_FAILURES = 16
 NOTHING = "–"
+RANGE = "range (orientations)"
 NUMBER = re.compile(r"(?<![\w.])-?[0-9][0-9.]*(e[+-]?[0-9]+)?(?!\w)")
 
 
@@ -138,6 +139,8 @@ def _cases(subject: Subject) -> Part:
         " only. Time: of one solve at this error, with the range over launches if there are several; “≤” where the loosest"
         " setting reaches it already."
     )
+    if RANGE in heads:
+        note += " Range: the smallest and the largest error over turned starts, with their number."
     if len(subject.cases) > MOST_ROWS:
         note += f" {len(subject.cases) - MOST_ROWS} cases are left out: they follow in the order of digits."
     sides = ["<>case", *(f">{head}" for head in heads[1:])]
@@ -165,7 +168,7 @@ def _case_row(subject: Subject, case: str, row: pd.Series) -> dict[str, str]:
         "case": cut(case + (f" ({row['formulation']})" if row["formulation"] else "")),
         "digits": digits_text(row),
         "error": size_text(row["best"]) if answered else str(row["verdict"]).replace("_", " ") or "left out",
-        "range (orientations)": spread if answered and turned else NOTHING,
+        RANGE: spread if answered and turned else NOTHING,
         f"at {knob}": at,
         "attainable": size_text(row["attainable"]),
         head: by if known else NOTHING,
