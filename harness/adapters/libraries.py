@@ -73,3 +73,8 @@ def _read(name: str, table: Mapping[str, Any]) -> Library:
 
 LIBRARIES = {name: _read(name, table) for name, table in declared("adapters", "libraries.toml").items()}
 """By name, in the order in which gnomon lists them."""
+
+
+def title(library: str) -> str:
+    """The name of a library in texts; its own where it is not declared."""
+    return LIBRARIES[library].title if library in LIBRARIES else library

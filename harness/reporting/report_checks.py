@@ -4,6 +4,7 @@ certificates.json (`gnomon certify`) and checks.json (`--independent`) are looke
 folders have a certificate of one case variant, the first folder counts.
 """
 
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -46,7 +47,9 @@ def certified_lines(*folders: Path) -> list[str]:
         for part in _parts(rows)
         if part["rows"]
     ]
-    return lines + [f"not confirmed: {_name(row)}, {row['digits']:.1f} digits" for row in rows if not row["passed"]]
+    return lines + [
+        f"not confirmed: {motion_name(row)}, {row['digits']:.1f} digits" for row in rows if not row["passed"]
+    ]
 
 
 def certificate_rows(*folders: Path) -> list[dict[str, Any]]:
@@ -73,19 +76,23 @@ def _parts(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     for title, default in (("default variants", True), ("hard variants", False)):
         chosen = [row for row in rows if (row["variant"] == "default") is default]
         least = min(chosen, key=lambda row: float(row["digits"]), default=None)
-        fewest = f"the fewest digits are {least['digits']:.1f}, of {_name(least)}" if least else ""
-        failed = [_name(row) for row in chosen if not row["passed"]]
+        fewest = f"the fewest digits are {least['digits']:.1f}, of {motion_name(least)}" if least else ""
+        failed = [motion_name(row) for row in chosen if not row["passed"]]
         confirmed = len(chosen) - len(failed)
         part = {"title": title, "rows": chosen, "confirmed": confirmed, "failed": failed, "fewest": fewest}
         parts.append(part | {"grouped": not default})
     return parts
 
 
+def check_rows(*folders: Path) -> list[dict[str, Any]]:
+    """The checks of the first folder that has some."""
+    return next(filter(None, (_rows("checks.json", folder) for folder in folders)), [])
+
+
 def computation_rows(*folders: Path) -> list[dict[str, str]]:
     """A row for each independent computation of a check: its worst quantity on the default and on the hard variants."""
-    found: list[dict[str, Any]] = next(filter(None, (_rows("checks.json", folder) for folder in folders)), [])
     groups: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
-    for row in found:
+    for row in check_rows(*folders):
         groups.setdefault((row["check"], row["computation"], row["library"]), []).append(row)
     rows = []
     for (check, computation, library), own in groups.items():
@@ -121,5 +128,6 @@ def _told(row: dict[str, Any]) -> str:
     return "0" if row["error"] == 0 else number_text.short_text(row["error"])
 
 
-def _name(row: dict[str, Any]) -> str:
+def motion_name(row: Mapping[str, Any]) -> str:
+    """The name of the exact motion of a certificate."""
     return str(row["case"]) if row["variant"] == "default" else f"{row['case']}/{row['variant']}"

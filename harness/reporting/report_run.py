@@ -17,6 +17,7 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.registry import kinds
 from gnomon.harness.reporting import style, tables
 from gnomon.harness.results import analysis, rankings, store, summary
+from gnomon.harness.results.advice import needs
 from gnomon.harness.results.outstanding import Outstanding, outstanding
 from gnomon.harness.running.plan import NEAR_DUPLICATE
 from gnomon.harness.studies import model_hierarchy
@@ -82,6 +83,11 @@ class Run:
     def kinds(self) -> dict[str, list[str]]:
         """The cases of each kind of system."""
         return kinds.kinds(self.forms, self.names)
+
+    @cached_property
+    def kind_of(self) -> dict[str, str]:
+        """The kind of each case that is of one."""
+        return needs.kind_of(self.forms)
 
     @cached_property
     def matrix(self) -> pd.DataFrame:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.adapters.absent import ABSENT
+from gnomon.harness.adapters.libraries import title
 from gnomon.harness.contract.status import Status
 from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting import (
@@ -24,7 +25,7 @@ from gnomon.harness.reporting.page.case_tables import case_tables
 from gnomon.harness.reporting.page.first_screen import MEANINGS, first_screen
 from gnomon.harness.reporting.page.multiples import multiples
 from gnomon.harness.reporting.page.need_cards import need_cards
-from gnomon.harness.reporting.page.representing import Representatives, title
+from gnomon.harness.reporting.page.representing import Representatives
 from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run

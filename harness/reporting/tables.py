@@ -12,7 +12,7 @@ from gnomon.harness.reporting.style import MEANINGS
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records
 from gnomon.harness.results.contenders import ALONE, RANKED, THIRD, TOO_SHORT
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.number_text import error_text, problem_name, short_text, time_text
+from gnomon.harness.results.number_text import error_text, order_text, problem_name, short_text, time_text
 
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
@@ -51,20 +51,12 @@ def with_problems(table: pd.DataFrame) -> pd.DataFrame:
 
 @dataclass(slots=True)
 class Cell:
-    """A table cell: its text, a small second line, its class for the style sheet, and text that a narrow page omits.
-
-    `value` is the number to sort by; nan is sorted last.
-    """
+    """A table cell: its text, a small second line, its class for the style sheet, and text that a narrow page omits."""
 
     text: str
     note: str = ""
     kind: str = ""
     aside: str = ""
-    value: float = math.nan
-
-    @property
-    def sorts(self) -> str:
-        return f"{self.value:.6g}" if math.isfinite(self.value) else ""
 
 
 @dataclass(slots=True)
@@ -167,8 +159,10 @@ def _order(found: dict[str, Any] | None) -> Cell:
     if found is None:
         return Cell("–", kind="none")
     declared = f"declared {found['declared']:.0f}" if math.isfinite(found["declared"]) else ""
+    if found["order"] > found["margin"]:
+        return Cell(f"order {order_text(found['order'], found['margin'])}", declared)
     if math.isfinite(found["order"]):
-        return Cell(f"order {found['order']:.2f} ± {found['margin']:.2f}", declared)
+        return Cell("no order", "; ".join(filter(None, ("the error does not fall with the step", declared))), "none")
     if found["why"] or not math.isfinite(found["lowest"]):
         return Cell("–", "; ".join(word for word in (found["why"], declared) if word), "none")
     bent = f"slopes from {found['lowest']:.1f} to {found['highest']:.1f}"

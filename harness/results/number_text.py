@@ -29,18 +29,20 @@ def grouped(number: int) -> str:
     return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}")
 
 
-def time_text(seconds: float) -> str:
-    """A time to three figures with its unit."""
+def time_text(seconds: float, figures: int = 3) -> str:
+    """A time to so many figures with its unit."""
     if not math.isfinite(seconds):
         return "–"
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= 0.9995 * size:  # a time that rounds to 1000 of a unit is 1 of the next
-            return f"{_three(seconds / size)} {unit}"
-    return f"{_three(seconds * 1e9)} ns"
+        if seconds >= (1 - 0.5 * 10**-figures) * size:  # a time that rounds to 1000 of a unit is 1 of the next
+            return f"{figures_text(seconds / size, figures)} {unit}"
+    return f"{figures_text(seconds * 1e9, figures)} ns"
 
 
-def _three(value: float) -> str:
-    return f"{value:.0f}" if value >= 99.5 else f"{value:.1f}" if value >= 9.95 else f"{value:.2f}"
+def figures_text(value: float, figures: int = 2) -> str:
+    """A number rounded to so many figures, also where the last ones are zeros: 1.0, 12, 370."""
+    rounded = f"{value:.{figures - 1}e}"
+    return f"{float(rounded):.{max(figures - 1 - int(rounded.partition('e')[2]), 0)}f}"
 
 
 def error_text(error: float) -> str:
@@ -60,7 +62,12 @@ def short_text(value: float) -> str:
     """A number to two figures, with an exponent only where it is very large or small: 0.43, 12, 1.2e-9."""
     if not math.isfinite(value):
         return "–"
-    return f"{value:.2g}" if 0.01 <= value < 100 else f"{value:.0f}" if 100 <= value < 1000 else error_text(value)
+    return figures_text(value, 2 + (value >= 99.5)) if 0.00995 <= value < 999.5 else error_text(value)
+
+
+def order_text(order: float, margin: float) -> str:
+    """An order with half of its 95 % interval, rounded up; "no order" if the interval holds 0: the error does not fall."""
+    return f"{order:.2f} ± {max(math.ceil(100 * margin), 1) / 100:.2f}" if order > margin else "no order"
 
 
 def waited_text(timed: int, delayed: int, unknown: int) -> str:

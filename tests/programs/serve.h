@@ -1,8 +1,6 @@
 /* The lines that gnomon and a program exchange (docs/any_language.md), for programs that solve the five cases. */
 
-#include <stdio.h>
-#include <stdlib.h>
-
+#include "../example_project/swing/lines.h"
 #include "five_cases.h"
 
 enum { SAMPLES = 64 };
@@ -25,26 +23,6 @@ static int slopes_of(Problem *problem, double t, const double *y, double *dy) {
     problem->of->slopes(t, y, problem->p, dy);
     for (int i = 0; i < problem->of->n; i++) finite = finite && isfinite(dy[i]);
     return finite;
-}
-
-/* The text after "key": in a line. */
-static const char *after(const char *line, const char *key) {
-    char quoted[64];
-    snprintf(quoted, sizeof quoted, "\"%s\": ", key);
-    const char *found = strstr(line, quoted);
-    return found ? found + strlen(quoted) : "";
-}
-
-/* The numbers of a list, or one; those that are not finite are in quotation marks. */
-static int numbers(const char *text, double *out, int most) {
-    int count = 0;
-    char *end;
-    for (text += strspn(text, "[ \""); count < most; text = end + strspn(end, ", \"")) {
-        out[count] = strtod(text, &end);
-        if (end == text) break;
-        count++;
-    }
-    return count;
 }
 
 /* Read a problem. 0, and a reply, if it cannot be solved. */
@@ -73,12 +51,8 @@ static void write_reply(const Problem *problem, int number) {
     const int stopped = problem->reached < problem->samples;
     printf("{\"number\": %d, \"status\": \"%s\", \"states\": [", number, stopped ? "stopped" : "ok");
     for (int k = 0; k < problem->reached; k++) {
-        for (int i = 0; i < problem->of->n; i++) {
-            const double x = problem->states[k][i];
-            printf("%s", i ? ", " : k ? ", [" : "[");
-            printf(isfinite(x) ? "%.17g" : isnan(x) ? "\"nan\"" : x > 0 ? "\"inf\"" : "\"-inf\"", x);
-        }
-        printf("]");
+        fputs(k ? ", " : "", stdout);
+        write_state(problem->states[k], problem->of->n);
     }
     printf("], \"steps\": %ld, \"rhs_calls\": %ld", problem->steps, problem->calls);
     if (stopped) printf(", \"reason\": \"%s\"", problem->reason);

@@ -30,6 +30,7 @@ def recommend(
     recommended below five independent systems.
     """
     # Imported here and not above: `gnomon --help` starts without the modules that read the table.
+    from gnomon.harness.adapters import libraries
     from gnomon.harness.results.advice import recommendations
 
     if subject is None:
@@ -45,7 +46,7 @@ def recommend(
         own = row["library"] == recommendations.OURS
         if own and len(found.rows) > 1:
             out.print("\ngnomon's own methods, which are not compared with the libraries above", highlight=False)
-        for line in described(row, _title(row["library"])):
+        for line in described(row, libraries.title(row["library"])):
             out.print(line, highlight=False, markup=False)
     out.print(f"\n{measured_by(table)}", highlight=False, markup=False)
     named = [row for row in found.rows if row["methods"] and not row["why"]]
@@ -117,12 +118,6 @@ def measured_by(table: Table) -> str:
         " reaches: not a ranking. Times are of motions of the catalogue with 64 samples; on your machine and system they"
         " differ."
     )
-
-
-def _title(library: str) -> str:
-    from gnomon.harness.adapters.libraries import LIBRARIES
-
-    return LIBRARIES[library].title if library in LIBRARIES else library
 
 
 def _print_lines(table: Table, row: Mapping[str, Any]) -> None:

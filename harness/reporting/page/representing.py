@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.adapters.libraries import LIBRARIES, title
 from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import contenders, rankings
@@ -37,10 +37,6 @@ class Representatives:
 
     def __init__(self, run: Run) -> None:
         self.run = run
-
-    @cached_property
-    def kind_of(self) -> dict[str, str]:
-        return {case: kind for kind, cases in self.run.kinds.items() for case in cases}
 
     @cached_property
     def stands(self) -> list[Stand]:
@@ -72,7 +68,7 @@ class Representatives:
         default = own(self.run.frame)
         ran = set(default[["case", "integrator_id"]].itertuples(index=False, name=None))
         pairs = {
-            one.name: [(case, one.methods.get(self.kind_of.get(case, ""))) for case in self.complete]
+            one.name: [(case, one.methods.get(self.run.kind_of.get(case, ""))) for case in self.complete]
             for one in self.stands
         }
         return [one for one in self.stands if all(pair in ran or pair[1] is None for pair in pairs[one.name])]
@@ -92,7 +88,7 @@ class Representatives:
         by_pair = {
             (case, method): one.name
             for one in self.whole
-            for case, kind in self.kind_of.items()
+            for case, kind in self.run.kind_of.items()
             if (method := one.methods[kind]) is not None
         }
         named = [by_pair.get(pair) for pair in zip(rows["case"], rows["integrator_id"], strict=True)]
@@ -111,11 +107,6 @@ class Representatives:
         return table.reindex(index=self.complete, columns=[one.name for one in self.whole]).fillna(np.inf)
 
 
-def title(library: str) -> str:
-    """The name of a library in texts."""
-    return LIBRARIES[library].title if library in LIBRARIES else library
-
-
 def label(name: str) -> str:
     """The name of an integrator in texts: of its library, then its own."""
     library, _, own_name = name.partition(":")
@@ -126,6 +117,6 @@ def chosen_for(found: Representatives, case: str, several: Sequence[str]) -> lis
     """The integrators in the picture of a case: all of `several` if they are few, else those that stand for libraries."""
     if len(several) <= NAMED:
         return list(several)
-    kind = found.kind_of.get(case)
+    kind = found.run.kind_of.get(case)
     names = [one.methods.get(kind) for one in found.stands] if kind else []
     return [name for name in names if name in set(several)]

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import typst
 from altair.utils import schemapi
 from gnomon.cases.core.case import Case
-from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.adapters.libraries import LIBRARIES, title
 from gnomon.harness.reporting.pdf import answers, measured, provenance
 from gnomon.harness.reporting.pdf.pictures import cut
 from gnomon.harness.reporting.pdf.subject import Subject
@@ -56,7 +56,7 @@ def contents(subject: Subject, folders: Sequence[Path]) -> dict[str, Any]:
     """All that the document shows, as its template reads it."""
     library = LIBRARIES.get(subject.library)
     version = subject.environment.get(library.package if library else subject.library)
-    of = " ".join(filter(None, (library.title if library else subject.library, version)))
+    of = " ".join(filter(None, (title(subject.library), version)))
     name = cut(subject.name, 100)
     return {
         "title": f"Accuracy of {name}",
@@ -73,7 +73,11 @@ def contents(subject: Subject, folders: Sequence[Path]) -> dict[str, Any]:
 
 
 def typeset(content: Mapping[str, Any], made: datetime, form: Literal["pdf", "png"] = "pdf") -> Any:
-    """The document as bytes; as a list of pictures, a page each, if `form` is png. Only fonts of typst are used."""
+    """The document as bytes; as a list of pictures, a page each, if `form` is png."""
+    return document(content).compile(format=form, ppi=80, timestamp=int(made.timestamp()))
+
+
+def document(content: Mapping[str, Any]) -> typst.Compiler:
+    """The document, not yet set. Only fonts of typst are used."""
     template = (files("gnomon.harness.reporting.pdf") / "templates" / "accuracy.typ").read_bytes()
-    compiler = typst.Compiler(template, ignore_system_fonts=True, sys_inputs={"data": json.dumps(content)})
-    return compiler.compile(format=form, ppi=80, timestamp=int(made.timestamp()))
+    return typst.Compiler(template, ignore_system_fonts=True, sys_inputs={"data": json.dumps(content)})

@@ -24,7 +24,6 @@ from gnomon.harness.results.number_text import (
 )
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.rankings import CONDITIONED, FEWEST, SOLVED
-from gnomon.harness.studies.drift import CLEAR
 
 MIDDLE = 1e-6
 """The error at which the answer gives a time."""
@@ -84,7 +83,11 @@ def _one_by_one(subject: Subject) -> list[str]:
     """Each case of a run of few: they show nothing about others."""
     said = [
         f"{case}: the smallest error is {size_text(row['best'])} ({digits_text(row)} digits)"
-        + (f", and one solve to an error of {power_text(MIDDLE)} takes {taken}" if taken else "")
+        + (
+            f", and one solve to an error of {power_text(MIDDLE)} takes {taken.replace('≤', 'at most')}"
+            if taken
+            else ""
+        )
         if math.isfinite(row["digits"])
         else f"{case}: no setting is ok ({str(row['verdict']).replace('_', ' ')})"
         for case, row in subject.cases.iterrows()
@@ -130,12 +133,14 @@ def _setting(subject: Subject) -> str:
     found = subject.cases[subject.cases["order"].notna()]
     declared = subject.cases["declared"].dropna()
     said = f" (declared: {declared.iloc[0]:.0f})" if declared.nunique() == 1 else ""
+    flat = list(subject.cases.index[subject.cases["flat"]])
+    level = f" On {counted(len(flat), 'case')} ({named(flat)}) the error does not fall with the step." if flat else ""
     if found.empty:
-        return f"On no case do the errors lie on a line from which an order could be measured{said}."
+        return f"On no case do the errors lie on a line from which an order could be measured{said}.{level}"
     number = range_text(found["order"], "{:.2f}".format, " to ")
     if len(found) >= FEWEST:
         number += f", {median(found['order']):.2f} in the median"
-    return f"The order measured on {counted(len(found), 'case')} is {number}{said}."
+    return f"The order measured on {counted(len(found), 'case')} is {number}{said}.{level}"
 
 
 def _failed(subject: Subject) -> str:
@@ -165,9 +170,9 @@ def _time(subject: Subject) -> str:
     seconds = pd.Series([row["seconds"] for row in rows], dtype=float)
     first = f"One solve to an error of {power_text(MIDDLE)} takes"
     if len(rows) == 1:
-        return f"{first} {time_text(seconds[0])} on the only case that reaches it."
-    middle = f", {time_text(median(seconds))} in the median" if len(rows) >= FEWEST else ""
-    return f"{first} {time_text(seconds.min())} to {time_text(seconds.max())} on the {len(rows)} cases that reach it{middle}."
+        return f"{first} {solve_text(seconds[0])} on the only case that reaches it."
+    middle = f", {solve_text(median(seconds))} in the median" if len(rows) >= FEWEST else ""
+    return f"{first} {range_text(seconds, solve_text, ' to ')} on the {len(rows)} cases that reach it{middle}."
 
 
 def _rank(subject: Subject) -> str:
@@ -188,9 +193,9 @@ def _rank(subject: Subject) -> str:
 
 def _kinds(subject: Subject) -> Part:
     """A table with a row for each kind of system."""
-    hard = pd.Series(subject.hard.to_numpy(), [subject.kind_of.get(str(case), "") for case, _ in subject.hard.index])
+    hard = pd.Series(subject.hard.to_numpy(), [subject.kind(str(case)) for case, _ in subject.hard.index])
     rows = []
-    for kind in dict.fromkeys([*subject.kind_of.values(), "Other systems"]):
+    for kind in subject.kinds:
         own = subject.cases[subject.cases["kind"] == kind]
         if own.empty:
             continue
@@ -234,31 +239,36 @@ def _of_run(subject: Subject) -> list[str]:
     return found
 
 
+def _of(some: int, answered: int) -> str:
+    """Some of the cases with an answer."""
+    return f"{some} of {answered} cases" if some < answered else "each case" if answered > 1 else "the one case"
+
+
 def _of_errors(subject: Subject) -> list[str]:
     answered, found = subject.answered, []
     if answered.empty:
         return []
-    number = counted(len(answered), "case")
+    number = len(answered)
     turned = int((answered["turned_starts"] > 0).sum())
     if turned:
         found.append(
-            f"On {turned} of {number} the error is the median over turned orientations, with its range in the table."
+            f"On {_of(turned, number)} the error is the median over turned orientations, with its range in the table."
         )
     if turned < len(answered):
         found.append(
-            f"On {len(answered) - turned} of {number} the error is that of one start: it has no range, and another start"
+            f"On {_of(len(answered) - turned, number)} the error is that of one start: it has no range, and another start"
             " may give a larger or smaller error."
         )
     tight = int((answered["tightest"] & ~answered["at_floor"]).sum())
     if tight:
         found.append(
-            f"On {tight} of {number} the best setting is the finest that ran: a finer one may give more digits, so the"
+            f"On {_of(tight, number)} the best setting is the finest that ran: a finer one may give more digits, so the"
             " digits are a lower bound there."
         )
     lost = int((answered["attainable"] > MIDDLE).sum())
     if lost:
         found.append(
-            f"On {lost} of {number} half a unit in the last place of the input changes the exact motion by more than"
+            f"On {_of(lost, number)} half a unit in the last place of the input changes the exact motion by more than"
             f" {power_text(MIDDLE)}: no method can be trusted beyond that there."
         )
     found.append(
@@ -297,6 +307,11 @@ def size_text(error: float) -> str:
     return "0" if error == 0 else error_text(error)
 
 
+def solve_text(seconds: float) -> str:
+    """A time to two figures: launches differ by some percent."""
+    return time_text(seconds, 2)
+
+
 def range_text(values: pd.Series, text: Callable[[float], str], between: str = " – ") -> str:
     """The least and the greatest value in words; the value alone if they read the same."""
     if values.empty:
@@ -310,8 +325,9 @@ def time_at(subject: Subject, case: str, target: float) -> str:
     if row is None:
         return ""
     bound = "≤ " if row["at_loosest"] else ""
-    spread = f" ({time_text(row['low'])} – {time_text(row['high'])})" if row["launches"] > 1 else ""
-    return f"{bound}{time_text(row['seconds'])}{spread}"
+    spread = f" ({range_text(pd.Series([row['low'], row['high']]), solve_text)})" if row["launches"] > 1 else ""
+    middle = solve_text(row["seconds"])
+    return bound + middle + spread.replace(f" ({middle})", "")
 
 
 def growth_words(subject: Subject) -> str:
@@ -323,7 +339,4 @@ def growth_words(subject: Subject) -> str:
     said = join_words([f"{law} on {number}" for law, number in clear.items()])
     open_ = int((found == "").sum())
     rest = f"on {open_} its interval admits several laws" if open_ else ""
-    return (
-        f"Of {counted(len(found), 'case')} with stored states, at a setting with an error near {power_text(CLEAR)}, the"
-        f" growth of the error is: {'; '.join(filter(None, [said, rest]))}."
-    )
+    return f"Of {counted(len(found), 'case')} with stored states, the growth of the error is: {'; '.join(filter(None, [said, rest]))}."

@@ -7,7 +7,15 @@ from typing import Any
 import pandas as pd
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.reporting.pdf import pictures
-from gnomon.harness.reporting.pdf.answers import digits_text, growth_words, named, range_text, size_text, time_at
+from gnomon.harness.reporting.pdf.answers import (
+    digits_text,
+    growth_words,
+    named,
+    range_text,
+    size_text,
+    solve_text,
+    time_at,
+)
 from gnomon.harness.reporting.pdf.parts import Part, chapter, figures, table
 from gnomon.harness.reporting.pdf.pictures import cut
 from gnomon.harness.reporting.pdf.subject import Subject
@@ -15,13 +23,14 @@ from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import analysis
 from gnomon.harness.results.contenders import RANKED
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.number_text import counted, power_text, short_text, time_text
+from gnomon.harness.results.number_text import counted, order_text, power_text, short_text
 from gnomon.harness.studies.drift import CLEAR
 
 MOST_ROWS = 140
 """Of the table by case: it fills three pages."""
 MOST_FAILURES = 16
 NOTHING = "–"
+RANGE = "range (orientations)"
 NUMBER = re.compile(r"(?<![\w.])-?[0-9][0-9.]*(e[+-]?[0-9]+)?(?!\w)")
 
 
@@ -49,7 +58,7 @@ def _work(subject: Subject) -> Part:
     caption = (
         f"{chosen} One mark is one setting: its largest error against the exact motion, and its time (right-hand sides where"
         f" no time was recorded); lower and further left is better. In colour {cut(subject.name, 60)}, in grey the other"
-        " integrators of the run that gave an answer. Letters in the upper margin are failed settings: I inaccurate, D"
+        " integrators of the run that gave an answer. Letters in the upper margin are failed settings, with their number if several are close: I inaccurate, D"
         " diverged, R refused, T over the time limit, S not started, C crashed. Dotted: the floor and the conditioning of"
         " the case."
     )
@@ -102,7 +111,7 @@ def _speed(subject: Subject) -> Part:
         at = subject.equal[(subject.equal["target"] == target) & (subject.equal["cell"] == RANKED)]
         alone, tied = at["tied"] & (at["leaders"] == 1), at["tied"] & (at["leaders"] > 1)
         counts = [str(len(at)), *(str(int(each.sum())) for each in (alone, tied, at["slower"]))]
-        spread = range_text(seconds, time_text)
+        spread = range_text(seconds, solve_text)
         rows.append([power_text(target), str(len(own)), spread, *(counts if len(at) else ["0", "–", "–", "–"])])
     heads = [">error", ">cases that reach it", "<>time of one solve, least – greatest case", ">ranked cases", ">fastest", ">tied",
              ">slower"]  # fmt: skip
@@ -121,7 +130,7 @@ def _cases(subject: Subject) -> Part:
     meaning = (
         "Error / tolerance: median over the settings, and the worst."
         if subject.by_tolerance
-        else "Order: slope of the error with the step, and half of its 95 % interval; – where errors lie on no line."
+        else "Order: slope of the error with the step, and half of its 95 % interval, rounded up; – where errors lie on no line or do not fall."
     )
     note = (
         "Digits and error: at the best ok setting, the largest error over 64 samples; “≥” where the error is below the floor."
@@ -130,6 +139,8 @@ def _cases(subject: Subject) -> Part:
         " only. Time: of one solve at this error, with the range over launches if there are several; “≤” where the loosest"
         " setting reaches it already."
     )
+    if RANGE in heads:
+        note += " Range: the smallest and the largest error over turned starts, with their number."
     if len(subject.cases) > MOST_ROWS:
         note += f" {len(subject.cases) - MOST_ROWS} cases are left out: they follow in the order of digits."
     sides = ["<>case", *(f">{head}" for head in heads[1:])]
@@ -142,13 +153,13 @@ def _case_row(subject: Subject, case: str, row: pd.Series) -> dict[str, str]:
     law = subject.grown[case][1] if case in subject.grown else None
     grows = NOTHING if law is None else LAWS.get(law.law, law.law) or "unclear"
     if law is not None and law.law and math.isfinite(law.power):
-        grows += f" ({law.low:.1f} – {law.high:.1f})"
+        grows += f" ({law.low:z.1f} to {law.high:z.1f})".replace("-", "−")
     over, at = row["over_tolerance"], NOTHING
     if subject.by_tolerance:
         knob, by = "tolerance", f"{short_text(over)}, {short_text(row['worst_over_tolerance'])}"
         head, known = "error / tolerance", math.isfinite(over)
     else:
-        knob, by = "step", f"{row['order']:.2f} ± {row['margin']:.2f}"
+        knob, by = "step", order_text(row["order"], row["margin"])
         head, known = "order", math.isfinite(row["order"])
     if answered:
         at = power_text(row["at"]) if subject.by_tolerance else f"{short_text(row['at'])} s"
@@ -157,7 +168,7 @@ def _case_row(subject: Subject, case: str, row: pd.Series) -> dict[str, str]:
         "case": cut(case + (f" ({row['formulation']})" if row["formulation"] else "")),
         "digits": digits_text(row),
         "error": size_text(row["best"]) if answered else str(row["verdict"]).replace("_", " ") or "left out",
-        "range (orientations)": spread if answered and turned else NOTHING,
+        RANGE: spread if answered and turned else NOTHING,
         f"at {knob}": at,
         "attainable": size_text(row["attainable"]),
         head: by if known else NOTHING,
@@ -168,8 +179,10 @@ def _case_row(subject: Subject, case: str, row: pd.Series) -> dict[str, str]:
 
 def _failures(subject: Subject) -> Part:
     lost = subject.reduced[~subject.reduced["status"].isin([*CANNOT_RUN, Status.SKIPPED])]
-    # Reasons that differ in their numbers alone are one row.
-    failed = analysis.failures(lost.assign(reason=[NUMBER.sub("…", reason) for reason in lost["reason"]]))
+    first: dict[tuple[str, str], str] = {}  # reasons that differ in their numbers alone are one row
+    pairs = zip(lost["status"], lost["reason"], strict=True)
+    alike = [first.setdefault((status, NUMBER.sub("…", reason)), reason) for status, reason in pairs]
+    failed = analysis.failures(lost.assign(reason=alike))
     failed = failed.sort_values("trials", ascending=False, kind="stable")
     rows = [
         [
@@ -182,8 +195,8 @@ def _failures(subject: Subject) -> Part:
     ]
     note = (
         "Settings that are not ok, of default and hard variants, without those that the time limit kept from starting;"
+        " reasons that differ in their numbers alone are one row, with those of the first."
     )
-    note += " … stands for numbers that differ."
     if len(failed) > MOST_FAILURES:
         note += f" {len(failed) - MOST_FAILURES} rarer reasons are in the results file (gnomon export)."
     refused = analysis.failures(subject.reduced[subject.reduced["status"].isin(CANNOT_RUN)])

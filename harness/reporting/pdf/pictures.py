@@ -11,7 +11,6 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.figures_work import ERRORS, drawn, work_points, work_precision
 from gnomon.harness.reporting.images import leaner
 from gnomon.harness.reporting.pdf.subject import Subject
-from gnomon.harness.reporting.report_charts import CONDITIONING, FLOOR
 from gnomon.harness.reporting.style import INK, QUIET, STATUS_COLOURS, dressed
 
 FONT = "Libertinus Serif"
@@ -41,17 +40,18 @@ def work_diagrams(subject: Subject) -> list[dict[str, Any]]:
     if not names:
         return []
     rows = subject.used(run.reduced[run.reduced["case"].isin(names)])
-    points = work_points(rows, run.look)
+    look = run.look.assign(colour=COLOURS[0])  # that of the others is not shown
+    points = work_points(rows, look)
     mine = points["series"] == subject.name
     axis = "time" if np.isfinite(points.loc[mine, "time"]).any() else "calls"
     points = points[mine | ~points["failed"]].assign(front=lambda table: table["series"] == subject.name)
-    found, specification = [], work_precision(run.look, axis)
+    found, specification = [], work_precision(look, axis)
     for case in subject.telling:
         own = points[points["case"] == case].drop(columns=["case", "variant", "formulation"])
         place = subject.cases.loc[case]
-        limits = {CONDITIONING: float(place["attainable"]), FLOOR: float(place["floor"])}
-        if limits[CONDITIONING] <= limits[FLOOR]:
-            del limits[CONDITIONING]
+        limits = {"floor": float(place["floor"])}
+        if place["attainable"] > place["floor"]:
+            limits["conditioning"] = float(place["attainable"])
         diagram = drawn(specification, own, limits)
         found.append(_without_legend(diagram | {"width": 300, "height": 205}))
     return found
@@ -108,7 +108,7 @@ def digit_charts(subject: Subject) -> list[dict[str, Any]]:
     columns = 1 if len(table) <= ROWS // 2 else 2
     each = math.ceil(min(len(table), 2 * ROWS) / columns)
     parts = [table.iloc[i * each : (i + 1) * each] for i in range(columns)]
-    return [_digits(part, subject, 150 if columns == 2 else 330) for part in parts]
+    return [_digits(part, subject, 190 if columns == 2 else 330) for part in parts]
 
 
 def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
@@ -127,9 +127,8 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
     for one in data:
         if not math.isfinite(one["digits"]):
             one["digits"] = None
-    colour = subject.run.look.set_index("series").at[subject.name, "colour"]
-    wide = 6.6 * max(len(cut(str(case))) for case in subject.cases.index) + 8
-    extent = {"minExtent": wide, "maxExtent": wide, "labelLimit": wide}  # both columns have one scale
+    wide = 5.0 * max(len(cut(str(case))) for case in subject.cases.index) + 8
+    extent = {"minExtent": wide, "maxExtent": wide, "labelLimit": 0}  # both columns have one scale
     base = alt.Chart(alt.NamedData("rows")).encode(
         y=alt.Y(
             "case:N",
@@ -142,8 +141,8 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
     scale = alt.Scale(domain=[0, 17], nice=False)
     layers = [
         base.mark_tick(color=QUIET, thickness=1.2, size=9).encode(x=alt.X("limit:Q")),
-        base.mark_rule(color=colour, strokeWidth=2).encode(x="low:Q", x2="high:Q"),
-        base.mark_point(color=colour, filled=True, size=34, opacity=1).encode(
+        base.mark_rule(color=COLOURS[0], strokeWidth=2).encode(x="low:Q", x2="high:Q"),
+        base.mark_point(color=COLOURS[0], filled=True, size=34, opacity=1).encode(
             x=alt.X("digits:Q", title="correct digits", axis=axis, scale=scale)
         ),
         base.transform_filter("datum.verdict")
@@ -157,14 +156,14 @@ def _digits(part: pd.DataFrame, subject: Subject, width: int) -> dict[str, Any]:
 
 def failure_chart(subject: Subject) -> dict[str, Any]:
     """The number of problems of each kind of system by verdict."""
-    table = subject.matrix.assign(kind=[subject.kind_of.get(case, "Other systems") for case in subject.matrix["case"]])
+    table = subject.matrix.assign(kind=[subject.kind(case) for case in subject.matrix["case"]])
     present = [name for name in STATUS_COLOURS if name in set(table["verdict"])]
     counts = table.groupby(["kind", "verdict"]).size().rename("problems").reset_index()
     rows = [
         {"kind": kind, "verdict": verdict_words(str(verdict)), "place": present.index(verdict), "problems": int(number)}
         for kind, verdict, number in counts.itertuples(index=False)
     ]
-    order = [kind for kind in dict.fromkeys([*subject.kind_of.values(), "Other systems"]) if kind in set(table["kind"])]
+    order = [kind for kind in subject.kinds if kind in set(table["kind"])]
     colour = alt.Color(
         "verdict:N",
         legend=alt.Legend(title=None, orient="top", columns=3, symbolType="square"),

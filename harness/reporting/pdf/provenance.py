@@ -1,17 +1,16 @@
 """How an accuracy report was measured: method, certificates, versions, and the commands that repeat it."""
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.reporting import sidecars
 from gnomon.harness.reporting.pdf.answers import named
 from gnomon.harness.reporting.pdf.parts import Part, chapter, code, table, terms, words
 from gnomon.harness.reporting.pdf.pictures import cut
 from gnomon.harness.reporting.pdf.subject import Subject
-from gnomon.harness.reporting.report_checks import WAYS, certificate_rows
+from gnomon.harness.reporting.report_checks import WAYS, certificate_rows, check_rows, motion_name
 from gnomon.harness.results.number_text import counted, error_text, join_words
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.plan import SUITES
@@ -20,6 +19,8 @@ CALLS = {
     "compiled": "The equations are compiled together with the method: a time has no cost of calls.",
     "direct": "It calls compiled equations directly.",
     "python": "It calls the equations through Python: a time includes one call of Python for each right-hand side.",
+    "own": "It moves the bodies by its own equations: a time has no calls of the equations of the case.",
+    "engine": "The engine is called from Python once a step.",
 }
 UNKNOWN = "not recorded"
 
@@ -56,19 +57,17 @@ def method(subject: Subject) -> dict[str, Any]:
         ),
         ("Orientation", "Where a case has a rotational symmetry and the suite asks for it, the error is the median over starts turned about"
          " its axis: one start may have a small error by chance."),
-        ("Time", " ".join(("The median of repeated calls in a worker process of its own, from the call to the last sample.", *_calls(subject)))),
+        ("Time", f"The median of repeated calls in a worker process of its own, from the call to the last sample. {_calls(subject)}"),
     ]  # fmt: skip
     return chapter("Method", terms(rows), begins="second page")
 
 
-def _calls(subject: Subject) -> list[str]:
-    if subject.engine:
-        return ["The engine is called from Python once a step."]
+def _calls(subject: Subject) -> str:
     if subject.library == OURS:
-        return [CALLS["compiled"]]
+        return CALLS["compiled"]
     known = LIBRARIES.get(subject.library)
-    ways = list(known.calls) if known is not None else []
-    return [CALLS[ways[0]]] if len(ways) == 1 else []
+    way = known.way(subject.name.partition(":")[2]) if known is not None else ""
+    return CALLS.get(way or ("engine" if subject.engine else ""), "")
 
 
 def chapters(subject: Subject, folders: Sequence[Path]) -> list[dict[str, Any]]:
@@ -89,10 +88,10 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
             f"No certificate of the {motions} of this report lies beside the run, so that it states none.",
             "gnomon certify writes certificates.json; a report made beside that file shows it.",
         ), _checks(folders)]  # fmt: skip
-    good, bad = [row for row in rows if row["passed"]], [_motion(row) for row in rows if not row["passed"]]
+    good, bad = [row for row in rows if row["passed"]], [motion_name(row) for row in rows if not row["passed"]]
     least = min(rows, key=lambda row: float(row["digits"]))
     bare = len(ran) - len({(row["case"], row["variant"]) for row in rows})
-    lacking = f" {bare} of them have no certificate here." if bare else ""
+    lacking = f" Without a certificate here: {bare}." if bare else ""
     failed = f" Not confirmed: {named(bad, 8)}: errors against these are not certified." if bad else ""
     made = sorted({str(row["revision"]) for row in rows if row["revision"]})
     revisions = (
@@ -100,7 +99,7 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
     )
     said = words(
         f"Confirmed: {len(good)} of the {motions} of this report, by computations that share no formula with them;"
-        f" the fewest digits are {float(least['digits']):.1f} ({_motion(least)}), where binary64 has 16."
+        f" the fewest digits are {float(least['digits']):.1f} ({motion_name(least)}), where binary64 has 16."
         f"{lacking}{failed}{revisions}",
         "Required are 45 digits of a closed form, and 30 where the exact motion is itself an integration, each by at least"
         " two independent ways; digits are counted relative to the size of the motion, 50 at most.",
@@ -116,8 +115,7 @@ def _certificates(subject: Subject, folders: Sequence[Path]) -> list[Part]:
 
 def _checks(folders: Sequence[Path]) -> Part:
     """The agreement of independent computations, which do not depend on the integrator."""
-    found = next(filter(None, (sidecars.first("checks.json", folder) for folder in folders)), None)
-    rows = [row for row in found or () if row["variant"] == "default"]
+    rows = [row for row in check_rows(*folders) if row["variant"] == "default"]
     known = [row for row in rows if row["error"] is not None]
     if not known:
         return words()
@@ -130,10 +128,6 @@ def _checks(folders: Sequence[Path]) -> Part:
         f" form is {error_text(worst['error'])} ({worst['check']}, {worst['quantity']}, by {worst['library']})"
         + (f"; {others} could not be computed." if others else "."),
     )
-
-
-def _motion(row: Mapping[str, Any]) -> str:
-    return str(row["case"]) if row["variant"] == "default" else f"{row['case']}/{row['variant']}"
 
 
 def _revision(subject: Subject) -> str:

@@ -14,6 +14,8 @@ from gnomon.harness.results import analysis, rankings, store
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.studies.drift import Growth, Sampled, growth, sampled
 
+OTHER = "Other systems"
+
 
 @dataclass(frozen=True)
 class Subject:
@@ -73,10 +75,14 @@ class Subject:
     def by_tolerance(self) -> bool:
         return bool((self.ran["setting_kind"] == "tolerance").any())
 
+    def kind(self, case: str) -> str:
+        """The kind of system of a case, in few words."""
+        return self.run.kind_of.get(case, OTHER).partition(":")[0]
+
     @cached_property
-    def kind_of(self) -> dict[str, str]:
-        """The kind of system of each case, in few words."""
-        return {case: kind.partition(":")[0] for kind, cases in self.run.kinds.items() for case in cases}
+    def kinds(self) -> list[str]:
+        """The kinds of the cases of the run, in few words."""
+        return [kind.partition(":")[0] for kind in (*self.run.kinds, OTHER)]
 
     @cached_property
     def defaults(self) -> pd.DataFrame:
@@ -91,7 +97,8 @@ class Subject:
 
         To the columns of `analysis.trust` come: `floor`, `digits` (nan without an ok setting, and no more than the floor
         allows), `at_floor` (whether they are limited so), `tightest` (whether the best setting is the last one of the
-        sweep), `declared`, `order`, `margin`, `kind` and `verdict`.
+        sweep), `declared`, `order`, `margin`, `flat` (an order with 0 in its interval is none: `order` is nan), `kind` and
+        `verdict`.
         """
         rows = self.defaults
         table = analysis.trust(rows).set_index("case")
@@ -103,13 +110,15 @@ class Subject:
             floor=by_case["floor"].max().reindex(table.index).fillna(0.0),
             declared=by_case["order_declared"].first().reindex(table.index),
             last=by_case["setting"].min().reindex(table.index),
-            kind=[self.kind_of.get(str(case), "Other systems") for case in table.index],
+            flat=table["order"] <= table["margin"],
+            kind=[self.kind(str(case)) for case in table.index],
         )
         least = np.maximum(table["floor"], 1e-17)
         return table.assign(
             digits=-np.log10(np.maximum(table["best"], least)),
             at_floor=table["best"] <= least,
             tightest=table["at"] <= table["last"],
+            order=table["order"].where(~table["flat"]),
         ).sort_values("digits", ascending=False, kind="stable", na_position="last")
 
     def used(self, rows: pd.DataFrame) -> pd.DataFrame:

@@ -1,9 +1,6 @@
 /* The classical Runge-Kutta method of order 4 on the pendulum and on Kepler's problem: a program that gnomon can verify. */
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "lines.h"
 
 enum { SAMPLES = 64, MOST = 4 };
 
@@ -34,27 +31,6 @@ static void step(void (*f)(const double *, double *), int n, double *y, double h
     for (int i = 0; i < n; i++) y[i] += h / 6 * (k[0][i] + 2 * k[1][i] + 2 * k[2][i] + k[3][i]);
 }
 
-/* The text after "key": in a line. */
-static const char *after(const char *line, const char *key) {
-    char quoted[64];
-    snprintf(quoted, sizeof quoted, "\"%s\":", key);
-    const char *found = strstr(line, quoted);
-    return found ? found + strlen(quoted) : "";
-}
-
-/* The numbers of a list; those that are not finite are in quotation marks. */
-static int numbers(const char *text, double *out, int most) {
-    int count = 0;
-    char *end;
-    text += strcspn(text, "[");
-    for (text += strspn(text, "[ \""); count < most; text = end + strspn(end, ", \"")) {
-        out[count] = strtod(text, &end);
-        if (end == text) break;
-        count++;
-    }
-    return count;
-}
-
 static void solve(const char *line) {
     double y[MOST], times[SAMPLES], t = strtod(after(line, "t0"), NULL), h = strtod(after(line, "value"), NULL);
     int number = atoi(after(line, "number"));
@@ -78,11 +54,8 @@ static void solve(const char *line) {
         long count = lround(ceil((times[k] - t) / h - 1e-9));
         for (long i = 0; i < count; i++) step(f, n, y, (times[k] - t) / count);
         steps += count, t = times[k];
-        for (int i = 0; i < n; i++) {
-            printf(i ? ", " : k ? ", [" : "[");
-            printf(isfinite(y[i]) ? "%.17g" : isnan(y[i]) ? "\"nan\"" : y[i] > 0 ? "\"inf\"" : "\"-inf\"", y[i]);
-        }
-        printf("]");
+        fputs(k ? ", " : "", stdout);
+        write_state(y, n);
     }
     printf("], \"steps\": %ld, \"rhs_calls\": %ld}\n", steps, calls);
 }

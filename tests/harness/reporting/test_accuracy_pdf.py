@@ -1,5 +1,6 @@
 """The accuracy report: its pages, its text as data, and statements that the run carries."""
 
+import json
 import math
 import re
 from collections.abc import Iterable
@@ -7,14 +8,18 @@ from dataclasses import replace
 from datetime import datetime
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import pytest
 import synthetic
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting.pdf.accuracy import contents, file_name, typeset, write_accuracy
+from gnomon.harness.reporting.pdf import provenance
+from gnomon.harness.reporting.pdf.accuracy import contents, document, file_name, typeset, write_accuracy
 from gnomon.harness.reporting.pdf.subject import Subject
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import store
+from gnomon.harness.results.summary import KINDS
 
 METHOD = "gnomon:DOP853"
 EVIL = '../b *b* #panic("owned") $x$ <l> @r [c] `r` \\ #import "@preview/a:1.0.0" <script>alert(1)</script>'
@@ -34,6 +39,11 @@ def invented(path: Path, name: str, cases: Iterable[str]) -> Path:
 
 
 @pytest.fixture(scope="module")
+def content(run: Path) -> dict[str, Any]:
+    return contents(Subject.of(Run.read(run), METHOD), [run.parent])
+
+
+@pytest.fixture(scope="module")
 def pdf(run: Path) -> bytes:
     return write_accuracy(run, METHOD, run.parent / "one.pdf").read_bytes()
 
@@ -45,6 +55,12 @@ def pages(pdf: bytes) -> int:
 def test_a_run_of_few_cases_has_six_pages_or_more_and_names_the_integrator(pdf: bytes) -> None:
     assert 6 <= pages(pdf) <= 10
     assert METHOD.encode() in pdf, "in the title, for programs that list documents"
+
+
+def test_pages_are_numbered_in_their_order(content: dict[str, Any]) -> None:
+    """A break that depends on its own page has no settled place: typst warns, and miscounts the pages."""
+    _, warnings = document(content).compile_with_warnings()
+    assert not warnings
 
 
 def test_names_are_text_also_on_one_case(tmp_path: Path) -> None:
@@ -66,10 +82,11 @@ def test_as_many_cases_as_the_catalogue_has_fit_on_ten_pages(tmp_path: Path) -> 
     assert 6 <= pages(write_accuracy(path, "mine:DOP853", tmp_path / "many.pdf").read_bytes()) <= 10
 
 
-def test_the_same_run_gives_the_same_bytes_with_its_own_date(run: Path, pdf: bytes) -> None:
-    started = re.sub(r"\D", "", store.runs(run)[0]["started"][:19])
-    assert f"/CreationDate(D:{started}".encode() in pdf
-    assert write_accuracy(run, METHOD, run.parent / "two.pdf").read_bytes() == pdf
+def test_the_same_run_gives_the_same_bytes_with_its_own_date(run: Path, pdf: bytes, content: dict[str, Any]) -> None:
+    started = store.runs(run)[0]["started"]
+    date = re.sub(r"\D", "", started[:19])
+    assert f"/CreationDate(D:{date}".encode() in pdf
+    assert typeset(content, datetime.fromisoformat(started)) == pdf, "from another reading of the run"
 
 
 @pytest.mark.parametrize("name", ["gnomon:DOP855", "multibody", ""])
@@ -87,13 +104,42 @@ def test_no_digits_beyond_the_floor(run: Path) -> None:
     assert subject.cases.loc["bouncing_ball", "at_floor"]
 
 
-def test_few_cases_have_no_median_and_what_is_missing_is_said(run: Path) -> None:
+def test_an_error_that_does_not_fall_has_no_order(run: Path) -> None:
+    """Four equal errors lie on a line, of slope 0 without scatter: that is a finding, and no order."""
+    read = Run.read(run)
+    level = read.reduced.assign(**dict.fromkeys(KINDS, 1e-3))
+    subject = Subject.of(replace(read, reduced=level), "gnomon:RK4")
+    assert subject.cases["flat"].any()
+    assert not (subject.cases["order"] <= subject.cases["margin"]).any()
+
+
+def test_a_third_party_is_said_to_call_the_equations_as_its_library_declares() -> None:
+    """Its ways are declared by patterns of names: each names a way that has words."""
+    for library in LIBRARIES.values():
+        assert set(library.calls.values()) <= set(provenance.CALLS)
+
+
+def test_few_cases_have_no_median_and_what_is_missing_is_said(content: dict[str, Any]) -> None:
     """Three cases show nothing about others; certificates that do not lie beside the run are not claimed."""
-    found = {part["title"]: part for part in contents(Subject.of(Run.read(run), METHOD), [run.parent])["chapters"]}
+    found = {part["title"]: part for part in content["chapters"]}
     (answer, *_) = found["Answer"]["parts"]
     assert not any("median of" in text and "cases with an ok setting" in text for text in answer["texts"])
     assert all(name in answer["texts"][0] for name in synthetic.CASES)
     assert "No certificate" in found["Certificates of the exact motions"]["parts"][0]["texts"][0]
+
+
+def test_certificates_and_checks_beside_the_run_are_stated(run: Path, tmp_path: Path) -> None:
+    """Each with its number: the digits of the one motion that is certified, the error of the one check."""
+    names = {"note": "", "variant": "default"}
+    certified = {"case": next(iter(synthetic.CASES)), "ways": {"residual": 47.5}, "digits": 47.5, "passed": True}
+    checked = {"check": "a_check", "computation": "solve", "library": "numpy", "reason": "", "quantity": "force"}
+    (tmp_path / "certificates.json").write_text(json.dumps([certified | names]))
+    (tmp_path / "checks.json").write_text(
+        json.dumps([checked | {"variant": "default", "error": 2.5e-15, "seconds": 1e-5, "status": "ok"}])
+    )
+    said = json.dumps(provenance.chapters(Subject.of(Run.read(run), METHOD), [tmp_path])[0])
+    assert "47.5" in said
+    assert "2.5e-15 (a_check, force, by numpy)" in said
 
 
 def test_a_file_name_is_plain_for_any_id() -> None:

@@ -64,7 +64,7 @@ def test_levels_of_a_hierarchy_in_words() -> None:
     level = {"error": 0.2, "early": 9e-4, "ratio": math.nan, "fastest": "gnomon:a", "seconds": 2e-5}
     level |= {"third": "scipy:b", "third_seconds": 3e-5}
     (row,) = hierarchy_rows(pd.DataFrame([level]))
-    assert (row["error"], row["early"], row["cost"]) == ("0.2", "9.0e-4", "–")
+    assert (row["error"], row["early"], row["cost"]) == ("0.20", "9.0e-4", "–")
     assert row["shortest"] == "scipy:b 30.0 µs; gnomon:a 20.0 µs"
     (row,) = hierarchy_rows(pd.DataFrame([level | {"third": "", "third_seconds": math.nan}]))
     assert row["shortest"] == "gnomon:a 20.0 µs"

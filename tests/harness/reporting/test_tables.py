@@ -149,7 +149,7 @@ def _stability(**changed: Any) -> list[tables.Cell]:
 def test_a_row_of_the_stability_table() -> None:
     status, best, knob, parts, growth, drift = _stability()
     assert (status.text, status.note, status.kind) == ("3 of 4 ok", "diverged: why", "partly")
-    assert (best.text, best.note) == ("3.0e-14", "3 × attainable")
+    assert (best.text, best.note) == ("3.0e-14", "3.0 × attainable")
     assert (knob.text, knob.note) == ("order 3.98 ± 0.05", "declared 4")
     assert (parts.text, parts.note) == ("phase 2.0e-6", "shape 3.0e-7")
     assert (growth.text, growth.note) == ("t²", "power 2.01 (1.90 to 2.12); reaches 1.0e-5")
