@@ -320,7 +320,7 @@ def _reached(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
     """On how many of the cases that it can state each library reaches an error of 1e-6, third parties first, in falling order."""
     known = _known(found)
     able = {
-        one.name: sum(_stated(known, case, one.methods.get(found.kind_of.get(case, ""))) for case in found.complete)
+        one.name: sum(_stated(known, case, one.methods.get(found.run.kind_of.get(case, ""))) for case in found.complete)
         for one in found.whole
     }
     ordered = sorted(part, key=lambda one: (one["stand"].division == OWN, -one["share"][-1]))

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.adapters.libraries import title
 from gnomon.harness.reporting.page.case_tables import way
-from gnomon.harness.reporting.page.representing import label, title
+from gnomon.harness.reporting.page.representing import label
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.tables import digits, first_use_text
 from gnomon.harness.results import contenders
