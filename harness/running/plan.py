@@ -86,7 +86,7 @@ class Suite:
     primary: bool = False
     """Whether near-duplicate methods run only if they are named."""
     for_stiff: tuple[str, ...] = ()
-    """Near-duplicate methods that run too, on the stiff variants of the suite alone."""
+    """Methods that run on the stiff variants of the suite alone, near-duplicate ones too."""
     hardest: tuple[str, ...] = ()
     """The hard variants, as case/variant, that run unless the user names cases; empty for all if `variants`."""
     further: tuple[str, ...] = ()
