@@ -183,6 +183,7 @@ def test_an_interruption_keeps_the_parts_that_have_ended(tmp_path: Path, monkeyp
         return replace(row, parts=row.parts + 1)
 
     monkeypatch.setattr(measure, "in_process", part)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore Ctrl-C
     file = tmp_path / "rows.jsonl"
     file.touch()
     threading.Timer(0.5, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT]).start()
