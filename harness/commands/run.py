@@ -81,7 +81,7 @@ def run(
     named = bool(case or integrator or command)
     chosen_suite = _further(_suite(suite, case, limit), minutes, named, bool(shard or dask))
     chosen_suite = part(chosen_suite, shard, timing)
-    if integrator:
+    if case or integrator:  # what is asked for by name runs with all methods that take it
         chosen_suite = replace(chosen_suite, for_stiff=())
     if repeat:
         again = plan.Repeat.ALL if integrator or command or library else plan.Repeat.FROM_OUTSIDE

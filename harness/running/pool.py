@@ -202,11 +202,11 @@ class Pool:
         that does not end within it is no stall, and a call that does end is tried again in the same worker.
         """
         again = slot.stage == "run" and slot.tries < TRIES and slot.job.limit_seconds < RETRY_SECONDS
-        ran, left = end.late and slot.child.limit.busy(), TRIES - slot.tries
+        left = TRIES - slot.tries
         if end.late and slot.late:
             slot.tries = TRIES
             self._fail(slot, Status.TIMEOUT, f"no answer within {slot.job.limit_seconds:g} s")
-        elif again and ran:
+        elif end.late and again and slot.child.limit.busy():
             self._fail(slot, Status.TIMEOUT, f"{end}{THROUGHOUT}")
         elif end.late and again and (slot.costs or 0.0) > left * (slot.job.limit_seconds + GRACE_SECONDS):
             self._stage(slot, "run", times=left)
