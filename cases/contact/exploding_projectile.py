@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 from gnomon.cases.contact.ball_line import published
+from gnomon.cases.core.scene import Impulse
 from gnomon.cases.declare import *
-from gnomon.cases.scenes.two_masses import NO_INERTIA
+from gnomon.cases.scenes.two_masses import NO_INERTIA, times
 from gnomon.reference.contact.exploding_projectile import Fragments
 
 
@@ -57,14 +58,16 @@ def _number(value: Fraction) -> Callable[[Any], Any]:
 
 
 def fragments_scene(state: Values, parameters: Values) -> Scene:
-    """The parts fly together until the burst: opposite impulses on both at a given time."""
+    """The parts fly together until the burst: opposite impulses on both, the relative velocity times the reduced mass."""
     x1, y1, x2, y2, vx1, vy1, vx2, vy2 = state
-    g, m1, m2, *_ = parameters
+    g, m1, m2, burst, wx, wy = parameters
+    push = (m1 * m2 / (m1 + m2) * wx, 0.0, m1 * m2 / (m1 + m2) * wy)
     bodies = (
         Body("part 1", m1, NO_INERTIA, (x1, 0.0, y1), velocity=(vx1, 0.0, vy1)),
         Body("part 2", m2, NO_INERTIA, (x2, 0.0, y2), velocity=(vx2, 0.0, vy2)),
     )
-    return Scene((0.0, 0.0, -g), bodies)
+    impulses = (Impulse("part 1", burst, times(-1.0, push)), Impulse("part 2", burst, push))
+    return Scene((0.0, 0.0, -g), bodies, impulses=impulses)
 
 
 def fragments_reading(readings: Readings, parameters: Values) -> Values:

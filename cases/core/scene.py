@@ -7,6 +7,47 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
+TOKENS: Mapping[str, str] = {
+    "gyroscopic": "the attitude of a free body that turns about more than one axis",
+    "hinge": "a body on a hinge that is fixed in space",
+    "slider": "a body on a rail that is fixed in space",
+    "linked_joint": "a joint on a body that moves along a rail",
+    "chained_hinges": "a hinge on a body that turns on a hinge",
+    "ball_joint": "a body whose fixed point is the origin",
+    "rod": "a point mass at a constant distance from the origin",
+    "position_force": "forces that depend on position",
+    "velocity_force": "forces that depend on velocity",
+    "time_force": "forces that depend on time",
+    "mutual_force": "forces between two bodies",
+    "torque": "torques that depend on time or attitude",
+    "drag_torque": "torques that depend on the angular velocity",
+    "impulse": "blows at given times",
+    "driven_axis": "a rail, or the length of a rope, whose position is prescribed",
+    "driven_frame": "a frame that rotates at a prescribed rate",
+    "joint_friction": "dry friction of a hinge",
+    "rope": "a massless rope through a hole or over a pulley",
+    "pulley": "a pulley with inertia, on which the rope does not slip",
+    "unwinding_string": "a string that unwinds from the body",
+    "belt": "a belt that slips, then grips",
+    "linkage": "a linkage of rods and a sleeve",
+    "rigid_impact": "impacts by Newton's law of restitution",
+    "body_contact": "contact of two moving bodies",
+    "adhesion": "a body that sticks to another when it touches",
+    "adhesive_contact": "a body that sticks to a plane when it touches",
+    "coulomb_isotropic": "sliding and rolling with dry friction on a plane, equal in all directions",
+    "static_friction": "a coefficient of static friction above the kinetic one",
+    "drill_friction": "a contact patch whose friction resists rotation about its normal",
+    "moving_surface": "a plane whose surface moves",
+    "thin_rod_contact": "the ends of a thin rod that slide on floor and wall",
+    "disc_contact": "the sharp edge of a disc on a plane",
+    "rolling_without_slip": "rolling without slip as a constraint",
+    "curved_guide": "a smooth curve that a body follows",
+    "curved_surface": "a smooth surface on which a body moves",
+    "loss_of_contact": "a guide that holds on one side only",
+    "knife_edge": "a blade that moves only along its edge",
+}
+"""What a scene may need from an engine beyond free bodies under gravity."""
+
 
 @dataclass(frozen=True)
 class Body:
@@ -37,7 +78,8 @@ class Hinge:
     """A revolute joint between the world and `body`, through `anchor` along `axis`, both in space at angle zero.
 
     At angle zero `arm` points from the anchor to the body's centre of mass; `angle` and `rate` are the initial values.
-    With a `parent` (token `linked_joint`) the anchor is a point of that body, relative to its centre of mass.
+    With a `parent` (token `linked_joint` or `chained_hinges`) the anchor is a point of that body, relative to its centre of
+    mass. `friction`: a torque of this size (N m) opposes the rate until the hinge stops (token `joint_friction`).
 
     Examples
     --------
@@ -54,6 +96,7 @@ class Hinge:
     angle: float
     rate: float
     parent: str = field(default="", kw_only=True)
+    friction: float = field(default=0.0, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -142,6 +185,40 @@ class Force:
 
 
 @dataclass(frozen=True)
+class Torque:
+    """A torque on `body`: `law(t, quaternion, angular_velocity)` -> torque (N m) in space.
+
+    `token` is its kind: `drag_torque` if it depends on the angular velocity, else `torque`.
+
+    Examples
+    --------
+    >>> brake = Torque("top", "drag_torque", lambda t, attitude, spin: tuple(-0.1 * each for each in spin))
+    >>> brake.law(0, IDENTITY, (0, 0, 5))[2]
+    -0.5
+    """
+
+    body: str
+    token: str
+    law: Callable[[float, Quaternion, Vector], Vector]
+
+
+@dataclass(frozen=True)
+class Impulse:
+    """A blow on `body` at `time` (token `impulse`): `linear` (N s) at its centre of mass, and a couple `angular` (N m s), in space.
+
+    Examples
+    --------
+    >>> Impulse("ball", 0.5, linear=(0, 0, 2)).angular
+    (0.0, 0.0, 0.0)
+    """
+
+    body: str
+    time: float
+    linear: Vector = (0.0, 0.0, 0.0)
+    angular: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Rope:
     """A massless rope from `body` to `other` (token `rope`), through a smooth hole or over a pulley at `hole`.
 
@@ -175,6 +252,8 @@ class Scene:
     contacts: tuple[Contact, ...] = ()
     forces: tuple[Force, ...] = ()
     ropes: tuple[Rope, ...] = ()
+    torques: tuple[Torque, ...] = ()
+    impulses: tuple[Impulse, ...] = ()
 
     @property
     def joints(self) -> tuple[Hinge | Slider, ...]:

@@ -79,7 +79,7 @@ def _guided(place: Any) -> SceneForm:
     def observe(readings: Readings, parameters: tuple[float, ...]) -> tuple[float, ...]:
         return readings.joints["curve"]
 
-    return SceneForm(build, observe, frozenset({"curved_guide"}))
+    return SceneForm(build, observe, frozenset({"curved_guide"}), conservative=False)
 
 
 class _Curve(WellCase):

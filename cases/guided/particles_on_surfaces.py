@@ -130,7 +130,7 @@ def on_surface(place: Place, coordinate: Callable[[float, float, Values], float]
         rate = (out * outward + up * vz) / (out * out + up * up)
         return x, atan2(py, px), rate, (px * vy - py * vx) / radius**2
 
-    return SceneForm(build, observe, frozenset({"curved_surface"}))
+    return SceneForm(build, observe, frozenset({"curved_surface"}), conservative=False)
 
 
 CONE_SCENE = on_surface(cone_place, lambda radius, height, parameters: hypot(radius, height))

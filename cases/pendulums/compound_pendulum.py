@@ -70,7 +70,9 @@ def bowl_scene(state: Values, parameters: Values) -> Scene:
 
 
 COMPOUND_SCENE = SceneForm(compound_scene, joint("pivot"), frozenset({"hinge"}))
-BOWL_SCENE = SceneForm(bowl_scene, joint("bowl"), frozenset({"curved_guide", "rolling_without_slip"}))
+BOWL_SCENE = SceneForm(
+    bowl_scene, joint("bowl"), frozenset({"curved_guide", "rolling_without_slip"}), conservative=False
+)
 
 
 class _Swinging(Case):

@@ -63,7 +63,7 @@ def cycloid_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> Sc
     return Scene((0.0, 0.0, -g), (bead,), guides=(Guide("cycloid", "bead", cycloid, phi, rate),))
 
 
-SCENE = SceneForm(cycloid_scene, joint("cycloid"), frozenset({"curved_guide"}))
+SCENE = SceneForm(cycloid_scene, joint("cycloid"), frozenset({"curved_guide"}), conservative=False)
 
 
 class CycloidalPendulum(Case):

@@ -45,7 +45,9 @@ def double_pendulum_reading(readings: Readings, parameters: Values) -> Values:
     return first, first + second, rate, rate + other
 
 
-SCENE = SceneForm(double_pendulum_scene, double_pendulum_reading, frozenset({"hinge", "chained_hinges"}))
+SCENE = SceneForm(
+    double_pendulum_scene, double_pendulum_reading, frozenset({"hinge", "chained_hinges"}), conservative=False
+)
 
 
 class DoublePendulum(IntegratedCase):

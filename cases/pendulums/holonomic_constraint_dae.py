@@ -52,7 +52,7 @@ def rod_end(readings: Readings, parameters: Values) -> Values:
     return place[0], place[2], velocity[0], velocity[2]
 
 
-SCENE = SceneForm(on_a_rod, rod_end, frozenset({"rod"}))
+SCENE = SceneForm(on_a_rod, rod_end, frozenset({"rod"}), conservative=False)
 
 
 def _consistent(numbers: Mapping[str, Fraction]) -> bool:

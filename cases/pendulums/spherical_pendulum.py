@@ -49,7 +49,7 @@ def ball_joint_reading(readings: Readings, parameters: tuple[float, ...]) -> tup
     return tuple(map(float, from_the_sphere(np.array([*position, *velocity]), parameters)))
 
 
-SCENE = SceneForm(ball_joint_scene, ball_joint_reading, frozenset({"ball_joint"}))
+SCENE = SceneForm(ball_joint_scene, ball_joint_reading, frozenset({"ball_joint"}), conservative=False)
 
 
 class SphericalPendulumCase(Case):

@@ -3,6 +3,7 @@
 Cases: belt_driven_machine, flywheel, flywheel_coast_down.
 """
 
+from gnomon.cases.core.scene import Torque
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.hinge import hinged_point
 from gnomon.reference.numerics.precision import publish, working
@@ -71,7 +72,7 @@ def viscous(t: Any, state: Values, parameters: Values) -> Values:
 
 def belt_scene(state: Values, parameters: Values) -> Scene:
     """Two pulleys, each on its axle; a separate token states the belt between them."""
-    i1, i2, r1, r2, _force, _torque = parameters
+    i1, i2, r1, r2, _force, torque = parameters
     w1, w2 = state
     up = (0.0, 0.0, 1.0)
     bodies = (Body("driving", 1.0, (i1, i1, i1)), Body("driven", 1.0, (i2, i2, i2)))
@@ -79,7 +80,8 @@ def belt_scene(state: Values, parameters: Values) -> Scene:
         Hinge("first", "driving", (0.0, 0.0, 0.0), up, (0.0, 0.0, 0.0), 0.0, w1),
         Hinge("second", "driven", (2 * (r1 + r2), 0.0, 0.0), up, (0.0, 0.0, 0.0), 0.0, w2),
     )
-    return Scene((0.0, 0.0, 0.0), bodies, hinges=axles)
+    driven = Torque("driving", "torque", lambda t, attitude, spin: (0.0, 0.0, torque))
+    return Scene((0.0, 0.0, 0.0), bodies, hinges=axles, torques=(driven,))
 
 
 def belt_reading(readings: Readings, parameters: Values) -> Values:
@@ -88,7 +90,7 @@ def belt_reading(readings: Readings, parameters: Values) -> Values:
 
 BELT_SCENE = SceneForm(belt_scene, belt_reading, frozenset({"hinge", "belt", "torque"}), conservative=False)
 WHEEL_SCENE = hinged_point(cyclic_torque, "time_force")
-COAST_SCENE = hinged_point(viscous, "joint_friction")
+COAST_SCENE = hinged_point(viscous, "joint_friction", friction=lambda parameters: parameters[2] / parameters[0])
 
 
 class BeltDrivenMachine(Case):

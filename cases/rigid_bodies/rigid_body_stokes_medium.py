@@ -1,5 +1,8 @@
 """A rigid body that rotates in a Stokes medium."""
 
+from dataclasses import replace
+
+from gnomon.cases.core.scene import Quaternion, Torque
 from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.euler_top import (
     TRIANGLE,
@@ -9,7 +12,7 @@ from gnomon.cases.rigid_bodies.euler_top import (
     momentum_z,
     spinning,
 )
-from gnomon.cases.scenes.attitude import euler_top_reading, euler_top_scene
+from gnomon.cases.scenes.attitude import euler_top_reading, euler_top_scene, in_body, matrix
 from gnomon.reference.rigid_bodies.rigid_body_stokes_medium import StokesBody
 
 
@@ -48,8 +51,20 @@ def fading(momentum: Equations) -> Equations:
 
 
 def stokes_scene(state: Values, parameters: Values) -> Scene:
-    """A separate token states the medium's torque -nu H: engines damp rates, not momenta."""
-    return euler_top_scene(state, parameters[:3])
+    """The medium's torque -nu H is not the damping of rates that engines have, unless all moments are equal."""
+    return in_medium(euler_top_scene(state, parameters[:3]), parameters[3])
+
+
+def in_medium(scene: Scene, nu: float) -> Scene:
+    """The scene of one body with the torque -nu H on it."""
+    (body,) = scene.bodies
+
+    def drag(t: float, attitude: Quaternion, spin: Vector) -> Vector:
+        r = matrix(attitude)
+        a, b, c = (-nu * moment * rate for moment, rate in zip(body.inertia, in_body(r, spin), strict=True))
+        return r[0] * a + r[1] * b + r[2] * c, r[3] * a + r[4] * b + r[5] * c, r[6] * a + r[7] * b + r[8] * c
+
+    return replace(scene, torques=(Torque(body.name, "drag_torque", drag),))
 
 
 def stokes_reading(readings: Readings, parameters: Values) -> Values:

@@ -6,6 +6,7 @@ Cases: rigid_body_stokes_medium_falling, rigid_body_stokes_medium_torque.
 from dataclasses import replace
 
 from gnomon.cases.core.forms import euler_equations
+from gnomon.cases.core.scene import Torque
 from gnomon.cases.declare import *
 from gnomon.cases.rigid_bodies.dynamics_of_free_rigid_body_in_gravity import (
     DynamicsOfFreeRigidBodyInGravity,
@@ -23,6 +24,7 @@ from gnomon.cases.rigid_bodies.rigid_body_stokes_medium import (
     ROTATES,
     RigidBodyStokesMedium,
     fading,
+    in_medium,
     stokes_moments,
     stokes_reading,
     stokes_scene,
@@ -75,18 +77,23 @@ def scaled_momentum_excess(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def driven_scene(state: Values, parameters: Values) -> Scene:
-    return stokes_scene(state, parameters[:4])
+    """The torque M about the vertical is constant in space."""
+    drag = stokes_scene(state, parameters[:4])
+    return replace(
+        drag, torques=(*drag.torques, Torque("top", "torque", lambda t, attitude, spin: (0.0, 0.0, parameters[4])))
+    )
 
 
 def falling_scene(state: Values, parameters: Values) -> Scene:
-    """The drag on the centre of mass is a force; the token `drag_torque` states the torque."""
+    """Drag acts on the centre of mass as a force, and as a torque."""
     nu = parameters[4]
 
     def drag(t: float, position: Vector, velocity: Vector) -> Vector:
         vx, vy, vz = velocity
         return -nu * vx, -nu * vy, -nu * vz
 
-    return replace(thrown_scene(state, parameters[:4]), forces=(Force("body", "velocity_force", drag),))
+    made = in_medium(thrown_scene(state, parameters[:4]), nu)
+    return replace(made, forces=(Force("body", "velocity_force", drag),))
 
 
 FALLING = SceneForm(

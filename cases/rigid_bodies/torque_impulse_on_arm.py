@@ -1,5 +1,6 @@
 """A torque impulse on an arm: its rate jumps, its angle does not."""
 
+from gnomon.cases.core.scene import Impulse
 from gnomon.cases.declare import *
 from gnomon.reference.numerics.precision import publish, working
 from gnomon.reference.pendulums.kicked_pendulum import KickedPendulum
@@ -36,13 +37,13 @@ ACROSS = (0.0, -1.0, 0.0)
 
 
 def arm_scene(state: Values, parameters: Values) -> Scene:
-    """A uniform rod; the blow is an impulse at a given time (token `impulse`)."""
+    """A uniform rod; the blow is a couple about the hinge."""
     theta, omega = state
-    g, m, length, _H, _blow = parameters
+    g, m, length, H, blow = parameters
     moment = m * length * length / 12
     rod = Body("arm", m, (moment, moment, 0.0))
     hinge = Hinge("pivot", "arm", ORIGIN, ACROSS, (0.0, 0.0, -length / 2), theta, omega)
-    return Scene((0.0, 0.0, -g), (rod,), hinges=(hinge,))
+    return Scene((0.0, 0.0, -g), (rod,), hinges=(hinge,), impulses=(Impulse("arm", blow, angular=(0.0, -H, 0.0)),))
 
 
 ARM = SceneForm(arm_scene, joint("pivot"), frozenset({"hinge", "impulse"}), conservative=False)

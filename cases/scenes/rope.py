@@ -82,7 +82,7 @@ def swinging_reading(readings: Readings, parameters: Values) -> Values:
     return r, atan2(x, -z), (x * vx + z * vz) / r, (x * vz - z * vx) / (r * r)
 
 
-HANGING = SceneForm(hanging_mass_scene, hanging_mass_reading, frozenset({"rope"}))
+HANGING = SceneForm(hanging_mass_scene, hanging_mass_reading, frozenset({"rope"}), conservative=False)
 SHORTENED = SceneForm(shortened_scene, shortened_reading, frozenset({"rope", "driven_axis"}), conservative=False)
 ATWOOD = SceneForm(atwood_scene, atwood_reading, frozenset({"rope", "pulley"}))
-SWINGING = SceneForm(swinging_scene, swinging_reading, frozenset({"rope"}))
+SWINGING = SceneForm(swinging_scene, swinging_reading, frozenset({"rope"}), conservative=False)

@@ -3,19 +3,19 @@
 Positions and rates are read through the functions that return doubles (`getLinkState` gives float32 velocities).
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar
 
-import numpy as np
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
-from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.adapters.pybullet_world import World
-from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.adapters.scene_run import SceneIntegrator, SceneRun, unsupported
+from gnomon.harness.contract.integrator import Floats, Problem, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
 
 
-class PyBullet(Installed):
+class PyBullet(SceneIntegrator):
     """PyBullet with every option chosen so that it models the scene and nothing else. Order 1, for charges 2.
 
     Coumans, pybullet.org.
@@ -26,9 +26,6 @@ class PyBullet(Installed):
 
     name, library = "stepSimulation", "pybullet"
     order: ClassVar[int | None] = 1
-    policy = "configured"
-    accepts, sampling, counts_rhs = (SceneForm,), "grid", False
-    sweep = Steps(coarsest=0.5, halvings=9)
     tokens: ClassVar[frozenset[str]] = frozenset(
         {
             "hinge",
@@ -49,18 +46,20 @@ class PyBullet(Installed):
     """Scenes with one of these tokens are in maximal coordinates."""
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        if not isinstance(form, SceneForm):
-            return "no scene"
-        missing = sorted(form.needs - self.tokens)
-        if missing:
-            return f"lacks {', '.join(missing)}"
-        if self.staggered and not form.conservative:
+        lacking = unsupported(form, self.tokens, self.lacks)
+        if lacking is None and self.staggered and isinstance(form, SceneForm) and not form.conservative:
             return "a staggered start needs accelerations that depend on position alone"
-        return None
+        return lacking
+
+    def world(self, form: SceneForm, dt: float) -> World:
+        import pybullet  # without the library the status is `not_installed`
+
+        return World(pybullet, form, dt, self.configured, bool(form.needs & self.maximal))
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         require_positive(setting, "step size")
-        return Run(self, problem, setting)
+        run = StaggeredRun if self.staggered else SceneRun
+        return run(lambda form: self.world(form, setting), problem, setting)
 
 
 class PyBulletStaggered(PyBullet):
@@ -103,77 +102,42 @@ class PyBulletAsShipped(PyBullet):
 INTEGRATORS = (PyBullet, PyBulletStaggered, PyBulletMaximal, PyBulletAsShipped)
 
 
-class Run(Solver):
-    """A solver with one world, which it runs from each initial state to the sample times."""
+class StaggeredRun(SceneRun):
+    """A run that starts half a step early in its rates and reads them as the mean over a step.
 
-    def __init__(self, policy: PyBullet, problem: Problem, dt: float) -> None:
-        import pybullet  # without the library the status is `not_installed`
+    A start first takes a step for the accelerations, in a separate world, because steps leave state behind.
+    """
 
-        problem = problem.since_start()
-        if not isinstance(problem.form, SceneForm):
-            raise Refused("PyBullet takes scenes only")
-        self.form, self.staggered = problem.form, policy.staggered
-        self.counts = step_counts(problem.times, dt)
-        self.parameters = tuple(map(float, problem.parameters))
-        self.at_zero = self.form.build((0.0,) * problem.dimension, self.parameters)
-        maximal = bool(self.form.needs & policy.maximal)
-        # A staggered start first takes a step for the accelerations, in a separate world, because steps leave state
-        # behind.
-        self.worlds = [
-            World(pybullet, self.form, dt, policy.configured, maximal) for _ in range(2 if self.staggered else 1)
-        ]
-        self.world = self.worlds[0]
-        super().__init__(self._solve, self.world.options, self._rebuild, self._disconnect)
-        self._rebuild()
+    def __init__(self, make: Callable[[SceneForm], World], problem: Problem, dt: float) -> None:
+        self.trial: World | None = None
+        super().__init__(make, problem, dt)
+        self.trial = make(self.form)
+        self.trial.build(self.at_zero)
+        self.close = self._close_both
+
+    def _close_both(self) -> None:
+        self.world.close()
+        if self.trial is not None:
+            self.trial.close()
 
     def _rebuild(self) -> None:
-        """Rebuild the worlds: contacts keep state from earlier steps that no function clears."""
-        for world in self.worlds:
-            world.build(self.at_zero)
-        self.fresh = True
-
-    def _disconnect(self) -> None:
-        for world in self.worlds:
-            world.close()
-
-    def _solve(self, initial_states: Floats) -> Solution:
-        states = np.full((len(initial_states), len(self.counts), initial_states.shape[1]), np.nan)
-        stopped = None
-        for rows, start in zip(states, initial_states, strict=True):
-            try:
-                self._follow(self.form.build(tuple(map(float, start)), self.parameters), rows)
-            except ArithmeticError as error:  # a singularity of a force law
-                stopped = f"{type(error).__name__}: {error}"
-        return Solution(states, steps=len(states) * self.counts[-1], stopped=stopped)
+        super()._rebuild()
+        if self.trial is not None:
+            self.trial.build(self.at_zero)
 
     def _follow(self, scene: Scene, rows: Floats) -> None:
-        if not self.fresh:
-            self._rebuild()
-        self.fresh = False
-        if self.staggered:
-            trial = self.worlds[1]
-            trial.place(scene)
-            start = trial.read()
-            trial.advance(1)
-            scene = backed_up(scene, start, trial.read())
-        world = self.world
-        world.place(scene)
+        assert self.trial is not None
+        self.trial.place(scene)
+        start = self.trial.read()
+        self.trial.advance(1)
+        self.world.place(backed_up(scene, start, self.trial.read()))
+        done = 0
         for row, count in zip(rows, self.counts, strict=True):
-            world.advance(count - world.steps)
-            readings = world.read()
-            if self.staggered:
-                world.advance(1)
-                readings = with_mean_rates(readings, world.read())
-            row[:] = self.form.observe(readings, self.parameters)
-
-
-def step_counts(times: Floats, dt: float) -> list[int]:
-    """The number of steps from the start to each time. Raises Refused if a time is not a multiple of the step."""
-    counts = np.rint(times / dt)
-    # 1e-6 of a step: far above the rounding of times and step, far below any error of order 1.
-    if np.any(np.abs(counts * dt - times) > 1e-6 * dt) or np.any(np.diff(counts, prepend=0.0) < 1):
-        raise Refused(f"the sample times are not multiples of the step {dt:g} s")
-    return [int(count) for count in counts]
+            self.world.advance(count - done)
+            readings = self.world.read()
+            self.world.advance(1)
+            done = count + 1
+            row[:] = self.form.observe(with_mean_rates(readings, self.world.read()), self.parameters)
 
 
 def backed_up(scene: Scene, start: Readings, after: Readings) -> Scene:

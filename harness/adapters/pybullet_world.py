@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
-from math import atan2, cos, sin, sqrt
+from math import atan2, sqrt
 from typing import Any
 
 from gnomon.cases.core.scene import (
@@ -11,15 +11,14 @@ from gnomon.cases.core.scene import (
     Contact,
     Force,
     Hinge,
-    Quaternion,
     Readings,
     Scene,
     SceneForm,
     Slider,
     Vector,
 )
+from gnomon.harness.adapters.vectors import ORIGIN, along, cross, dot, turned
 
-ORIGIN: Vector = (0.0, 0.0, 0.0)
 BREAKING_THRESHOLD = 0.02
 """The engine's default, set in every world because the value is global to the process."""
 
@@ -149,15 +148,15 @@ class World:
         """
         arm, inertia = hinge.arm, body.inertia
         if not any(inertia):
-            moment = body.mass * _dot(arm, arm) / 4
-            arm, inertia = _along(ORIGIN, arm, 0.5), (moment, moment, moment)
+            moment = body.mass * dot(arm, arm) / 4
+            arm, inertia = along(ORIGIN, arm, 0.5), (moment, moment, moment)
         support, number = self._create(0.0, self._shape(body)), self._create(body.mass, self._shape(body))
         for each in (support, number):
             self._call("setCollisionFilterGroupMask", each, -1, 0, 0)
         self._inertia(number, -1, body.mass, inertia)
         self._call("resetBasePositionAndOrientation", support, hinge.anchor, IDENTITY)
-        self._call("resetBasePositionAndOrientation", number, _along(hinge.anchor, arm, 1.0), IDENTITY)
-        pivot = _along(ORIGIN, arm, -1.0)
+        self._call("resetBasePositionAndOrientation", number, along(hinge.anchor, arm, 1.0), IDENTITY)
+        pivot = along(ORIGIN, arm, -1.0)
         kind = self.api.JOINT_POINT2POINT
         self._call("createConstraint", support, -1, number, -1, kind, hinge.axis, ORIGIN, pivot)
         self.hinged[hinge.name] = number, hinge, arm
@@ -191,10 +190,10 @@ class World:
         for hinge in scene.hinges:
             if hinge.name in self.hinged:
                 number, _, arm = self.hinged[hinge.name]
-                attitude, lever = _turned(hinge.axis, arm, hinge.angle)
-                spin = _along(ORIGIN, hinge.axis, hinge.rate)
-                poses.append((number, _along(hinge.anchor, lever, 1.0), attitude))
-                twists.append((number, _cross(spin, lever), spin))
+                attitude, lever = turned(hinge.axis, arm, hinge.angle)
+                spin = along(ORIGIN, hinge.axis, hinge.rate)
+                poses.append((number, along(hinge.anchor, lever, 1.0), attitude))
+                twists.append((number, cross(spin, lever), spin))
             else:
                 self._call("resetJointState", self.jointed[hinge.name], 0, hinge.angle, hinge.rate)
         for slider in scene.sliders:
@@ -228,7 +227,7 @@ class World:
 
             def push_along(t: float) -> None:
                 x, v, *_ = self._joint_state(number, 0)
-                drive(force=_dot(rail.axis, law(t, _along(rail.anchor, rail.axis, x), _along(ORIGIN, rail.axis, v))))
+                drive(force=dot(rail.axis, law(t, along(rail.anchor, rail.axis, x), along(ORIGIN, rail.axis, v))))
 
             return push_along
         if isinstance(joint, Hinge):
@@ -237,9 +236,9 @@ class World:
 
             def push_around(t: float) -> None:
                 angle, rate, *_ = self._joint_state(number, 0)
-                _, arm = _turned(hinge.axis, hinge.arm, angle)
-                velocity = _along(ORIGIN, _cross(hinge.axis, arm), rate)
-                turn(force=_dot(hinge.axis, _cross(arm, law(t, _along(hinge.anchor, arm, 1.0), velocity))))
+                _, arm = turned(hinge.axis, hinge.arm, angle)
+                velocity = along(ORIGIN, cross(hinge.axis, arm), rate)
+                turn(force=dot(hinge.axis, cross(arm, law(t, along(hinge.anchor, arm, 1.0), velocity))))
 
             return push_around
         number, frame = self.bodies[force.body], self.api.WORLD_FRAME
@@ -250,8 +249,8 @@ class World:
             def push_charge(t: float) -> None:
                 position, velocity = self._pose(number)[0], self._twist(number)[0]
                 after = self._pushed(force.body, t, position, velocity, 1.0)
-                impulse = _along(after, velocity, -1.0)
-                apply(number, -1, _along(ORIGIN, impulse, per_step), position, frame)
+                impulse = along(after, velocity, -1.0)
+                apply(number, -1, along(ORIGIN, impulse, per_step), position, frame)
 
             return push_charge
 
@@ -269,9 +268,9 @@ class World:
 
         def push(t: float) -> None:
             here, there = self._pose(one)[0], self._pose(two)[0]
-            pull = law(t, _along(here, there, -1.0), _along(self._twist(one)[0], self._twist(two)[0], -1.0))
+            pull = law(t, along(here, there, -1.0), along(self._twist(one)[0], self._twist(two)[0], -1.0))
             apply(one, -1, pull, here, frame)
-            apply(two, -1, _along(ORIGIN, pull, -1.0), there, frame)
+            apply(two, -1, along(ORIGIN, pull, -1.0), there, frame)
 
         return push
 
@@ -279,8 +278,8 @@ class World:
         joints = {name: self._joint_state(number, 0)[:2] for name, number in self.jointed.items()}
         for name, (number, hinge, _) in self.hinged.items():
             attitude, spin = self._pose(number)[1], self._twist(number)[1]
-            angle = 2 * atan2(_dot(attitude[:3], hinge.axis), attitude[3])
-            joints[name] = angle, _dot(spin, hinge.axis)
+            angle = 2 * atan2(dot(attitude[:3], hinge.axis), attitude[3])
+            joints[name] = angle, dot(spin, hinge.axis)
         bodies = {}
         for name, number in self.bodies.items():
             (position, attitude), (velocity, spin) = self._pose(number), self._twist(number)
@@ -297,11 +296,11 @@ class World:
             return velocity
         electric, magnetic = self.fields[name](t, position)
         half = steps * self.dt / 2
-        turn = _along(ORIGIN, magnetic, half)
-        v = _along(velocity, electric, half)
-        twice = _along(ORIGIN, turn, 2 / (1 + _dot(turn, turn)))
-        v = _along(v, _cross(_along(v, _cross(v, turn), 1.0), twice), 1.0)
-        return _along(v, electric, half)
+        turn = along(ORIGIN, magnetic, half)
+        v = along(velocity, electric, half)
+        twice = along(ORIGIN, turn, 2 / (1 + dot(turn, turn)))
+        v = along(v, cross(along(v, cross(v, turn), 1.0), twice), 1.0)
+        return along(v, electric, half)
 
     def _bound(self, name: str, *arguments: Any) -> Callable[..., Any]:
         return partial(getattr(self.api, name), *arguments, physicsClientId=self.client)
@@ -314,22 +313,3 @@ class World:
         if self.configured:
             self._call(name, *arguments, **values)
             self.options |= values
-
-
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Vector, b: Vector) -> Vector:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _along(start: Vector, direction: Vector, length: float) -> Vector:
-    return (start[0] + length * direction[0], start[1] + length * direction[1], start[2] + length * direction[2])
-
-
-def _turned(axis: Vector, arm: Vector, angle: float) -> tuple[Quaternion, Vector]:
-    """The attitude after a rotation by `angle` about a unit `axis`, and the rotated arm (Rodrigues)."""
-    x, y, z = _along(ORIGIN, axis, sin(angle / 2))
-    lever = _along(_along(ORIGIN, arm, cos(angle)), _cross(axis, arm), sin(angle))
-    return (x, y, z, cos(angle / 2)), _along(lever, axis, _dot(axis, arm) * (1 - cos(angle)))

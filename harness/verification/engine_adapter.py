@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
-from gnomon.harness.adapters.pybullet import step_counts
+from gnomon.harness.adapters.scene_run import step_counts, unsupported
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Steps, each_start
 from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.registry import declaration
@@ -55,8 +55,7 @@ class EngineIntegrator(Integrator):
         return {"engine": closure(self.path[0]) or ""}
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        missing = sorted(form.needs - self.tokens) if isinstance(form, SceneForm) else ["scenes"]
-        return f"lacks {', '.join(missing)}" if missing else None
+        return unsupported(form, self.tokens, {})
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         problem = problem.since_start()

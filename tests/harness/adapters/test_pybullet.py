@@ -22,10 +22,10 @@ from gnomon.harness.adapters.pybullet import (
     PyBulletAsShipped,
     PyBulletMaximal,
     PyBulletStaggered,
-    Run,
-    step_counts,
 )
-from gnomon.harness.adapters.pybullet_world import World, _turned
+from gnomon.harness.adapters.pybullet_world import World
+from gnomon.harness.adapters.scene_run import SceneRun, step_counts
+from gnomon.harness.adapters.vectors import turned
 from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
 
@@ -41,7 +41,7 @@ ENGINES = (
 
 
 @contextmanager
-def running(policy: type[PyBullet], case: Case, dt: float, times: Floats | None = None) -> Iterator[Run]:
+def running(policy: type[PyBullet], case: Case, dt: float, times: Floats | None = None) -> Iterator[SceneRun]:
     """A prepared run on a case, closed at the end; `times` in place of the case's own."""
     problem = problem_of(case, PyBullet.accepts)
     if times is not None:
@@ -460,7 +460,7 @@ def test_staggered_rates_of_sliders_hinges_and_pairs_are_of_order_two(name: str)
 
 def test_an_arm_is_rotated_with_its_attitude_also_with_a_part_along_the_axis() -> None:
     axis, arm = (0.6, 0.0, 0.8), (0.3, -0.5, 0.7)
-    (x, y, z, w), lever = _turned(axis, arm, 2.3)
+    (x, y, z, w), lever = turned(axis, arm, 2.3)
     v = np.array([x, y, z])
     assert w == pytest.approx(np.cos(1.15))
     assert v == pytest.approx(np.sin(1.15) * np.array(axis))
