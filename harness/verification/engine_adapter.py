@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
-from gnomon.harness.adapters.scene_run import step_counts, unsupported
+from gnomon.harness.adapters.engines.scene_run import step_counts, unsupported
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Steps, each_start
 from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.registry import declaration

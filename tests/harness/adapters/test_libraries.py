@@ -37,7 +37,8 @@ def test_a_missing_library_is_an_import_error(integrator: Integrator, monkeypatc
 def test_every_adapter_is_declared_by_its_library() -> None:
     """An adapter that no table of libraries.toml names would never run."""
     folder = Path(libraries.__file__).parent
-    files = {path.stem: import_module(f"gnomon.harness.adapters.{path.stem}") for path in folder.glob("*.py")}
+    names = [".".join(path.relative_to(folder).with_suffix("").parts) for path in folder.rglob("*.py")]
+    files = {name: import_module(f"gnomon.harness.adapters.{name}") for name in names}
     defined = {name for name, module in files.items() if hasattr(module, "INTEGRATORS")}
     assert defined == {name for library in LIBRARIES.values() for name in library.modules}
     declared = {f"gnomon.harness.adapters.{module}": one.name for one in LIBRARIES.values() for module in one.modules}

@@ -12,7 +12,7 @@ import pytest
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.scene import Readings, Scene
-from gnomon.harness.adapters.pybullet import PyBullet
+from gnomon.harness.adapters.engines.pybullet import PyBullet
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import problem_of
 from scipy.spatial.transform import Rotation

@@ -11,8 +11,8 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import TOKENS, Quaternion, Readings, Scene, SceneForm, Vector
+from gnomon.harness.adapters.engines.vectors import ORIGIN, along
 from gnomon.harness.adapters.installed import Installed
-from gnomon.harness.adapters.vectors import ORIGIN, along
 from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
 

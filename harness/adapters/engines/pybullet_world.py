@@ -17,7 +17,7 @@ from gnomon.cases.core.scene import (
     Slider,
     Vector,
 )
-from gnomon.harness.adapters.vectors import ORIGIN, along, cross, dot, turned
+from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, turned
 
 BREAKING_THRESHOLD = 0.02
 """The engine's default, set in every world because the value is global to the process."""
