@@ -40,6 +40,8 @@ class Library:
     """How its integrators call the equations of a case, by a pattern of their names, the first match counts: `compiled`
     together with the method, `direct` as machine code, through `python`; or they move bodies by their `own` equations, an
     `engine` in calls of one step."""
+    suite: str | None = None
+    """The only suite in which it runs unless it is named; None if it runs in all."""
     colour: str | None = None
     """In charts; without, it has the colour of text."""
 

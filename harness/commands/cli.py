@@ -20,6 +20,7 @@ from gnomon.harness.commands.list import list_
 from gnomon.harness.commands.merge import merge
 from gnomon.harness.commands.options import out, problems
 from gnomon.harness.commands.plot import plot
+from gnomon.harness.commands.published.engine import engine
 from gnomon.harness.commands.published.history import history
 from gnomon.harness.commands.published.recommend import recommend
 from gnomon.harness.commands.report import report
@@ -66,6 +67,7 @@ for command in (
         report,
         plot,
         recommend,
+        engine,
         compare,
         verify,
         stability,

@@ -23,6 +23,7 @@ from gnomon.harness.reporting import (
 )
 from gnomon.harness.reporting.page.case_tables import case_tables
 from gnomon.harness.reporting.page.first_screen import MEANINGS, first_screen
+from gnomon.harness.reporting.page.league import league
 from gnomon.harness.reporting.page.multiples import multiples
 from gnomon.harness.reporting.page.need_cards import need_cards
 from gnomon.harness.reporting.page.representing import Representatives
@@ -127,6 +128,7 @@ def _beside(folders: Sequence[Path], environments: Sequence[Mapping[str, Any]]) 
         "benchmarks": report_benchmarks.benchmarks(*folders),
         "orders": report_benchmarks.orders(*folders),
         "growth": report_benchmarks.growth(*folders),
+        "league": league(*folders),
         "stability": report_stability.stability(*folders),
     }
 

@@ -14,6 +14,7 @@ from typing import Any
 from gnomon.cases import Case
 from gnomon.cases.core.formulation import Formulation
 from gnomon.cases.core.numbers import nearest
+from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract import sources
 from gnomon.harness.contract.declared import declared
@@ -85,6 +86,8 @@ class Suite:
     """The integrators that run unless the user names some; empty for all."""
     primary: bool = False
     """Whether near-duplicate methods run only if they are named."""
+    engines: bool = False
+    """Whether physics engines alone run unless the user names integrators."""
     for_stiff: tuple[str, ...] = ()
     """Methods that run on the stiff variants of the suite alone, near-duplicate ones too."""
     hardest: tuple[str, ...] = ()
@@ -146,8 +149,20 @@ class Suite:
         return replace(self, minutes=0.0, minutes_with_peers=0.0, timing_spans=False)
 
     def methods(self, integrators: Iterable[Integrator]) -> tuple[Integrator, ...]:
-        """Those of all `integrators` that run unless the user names some."""
-        return tuple(one for one in integrators if not self.primary or one.primary or one.id in self.for_stiff)
+        """Those of all `integrators` that run unless the user names some.
+
+        Engines that are declared for one suite run in this suite alone.
+        """
+
+        def runs(one: Integrator) -> bool:
+            library = LIBRARIES.get(one.library)
+            if library is not None and library.suite not in (None, self.name):
+                return False
+            if self.engines:
+                return one.accepts == (SceneForm,) and one.library != "engine"
+            return not self.primary or one.primary or one.id in self.for_stiff
+
+        return tuple(one for one in integrators if runs(one))
 
     def has(self, series: Series) -> bool:
         """Whether a series belongs to the suite; false for a method that is `for_stiff` on another variant."""

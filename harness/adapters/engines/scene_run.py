@@ -13,7 +13,7 @@ from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import TOKENS, Quaternion, Readings, Scene, SceneForm, Vector
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along
 from gnomon.harness.adapters.installed import Installed
-from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
 
 
@@ -46,12 +46,15 @@ class SceneIntegrator(Installed):
     ----------
     lacks : mapping of str to str
         The tokens of scenes that the engine cannot model, each with what the engine lacks.
+    lines : mapping of str to str
+        For each option that the adapter records, the line of code that sets it; {} stands for the value.
     """
 
     accepts, sampling, counts_rhs = (SceneForm,), "grid", False
     policy = "configured"
     sweep = Steps(coarsest=0.5, halvings=9)
     lacks: ClassVar[Mapping[str, str]] = {}
+    lines: ClassVar[Mapping[str, str]] = {}
 
     @abstractmethod
     def world(self, form: SceneForm, dt: float) -> World:
@@ -72,6 +75,15 @@ def unsupported(form: Form | SceneForm, tokens: frozenset[str], lacks: Mapping[s
     missing = sorted(form.needs - tokens)
     named = (f"{token} ({lacks[token]})" if token in lacks else token for token in missing)
     return f"lacks {', '.join(named)}" if missing else None
+
+
+def setting_lines(integrators: Mapping[str, Integrator], library: str) -> list[str]:
+    """The lines of code that set an engine as its adapter does on the scenes of all kinds, from the options it records."""
+    found: dict[str, None] = {}
+    own = [one for one in integrators.values() if isinstance(one, SceneIntegrator) and one.library == library]
+    for one in own:
+        found |= dict.fromkeys(one.lines.values())
+    return [*found]
 
 
 class SceneRun(Solver):

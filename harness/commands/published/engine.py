@@ -1,0 +1,114 @@
+"""`gnomon engine`: how to set a physics engine, what it cannot model, its order and its steps, from the published league."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from gnomon.harness.commands import options
+from gnomon.harness.commands.options import out
+
+if TYPE_CHECKING:
+    from gnomon.harness.results.advice.engine_facts import Kind
+
+
+def engine(
+    name: Annotated[str | None, typer.Argument(help="An engine, as mujoco; without one they are listed.")] = None,
+    league: Annotated[
+        Path | None, options.path_option("A league of your own, in place of the published one.", "--from")
+    ] = None,
+) -> None:
+    """Say how to set a physics engine so that it models a scene and nothing else, and what it reaches then.
+
+    Order and constant by kind of scene, the largest step for an error of 1e-2, 1e-3 and 1e-4, the drift of energy in an hour,
+    and whether single precision is enough: all of it measured on exact motions.
+    """
+    # Imported here and not above: `gnomon --help` starts without the modules that read the league.
+    from gnomon.harness.results.advice import engine_facts
+
+    found = engine_facts.read() if league is None else _given(league)
+    if name is None:
+        for one in {one["library"]: one for one in found["engines"]}.values():
+            own = engine_facts.ways(found, one["library"])
+            out.print(f"{one['library']:10} {one['title']}, driven in {len(own)} ways", highlight=False, markup=False)
+        out.print("Next: gnomon engine mujoco", highlight=False)
+        return
+    library = engine_facts.library_of(found, name)
+    for line in described(found, library):
+        out.print(line, highlight=False, markup=False)
+
+
+def _given(path: Path) -> dict[str, Any]:
+    from gnomon.harness.reporting import sidecars
+
+    if path.name != "engines.json":
+        raise ValueError(f"--from {path}: the file of a league is called engines.json")
+    found: dict[str, Any] = sidecars.read(path)
+    return found
+
+
+def described(found: Mapping[str, Any], library: str) -> Iterator[str]:
+    """The text on an engine."""
+    from gnomon.harness.adapters.engines.scene_run import setting_lines
+    from gnomon.harness.registry import lookup
+    from gnomon.harness.results.advice import engine_facts
+
+    from gnomon import cases
+
+    ways = engine_facts.ways(found, library)
+    needs = {name: case.scene.needs for name in cases.names() if (case := cases.get(name)).scene is not None}
+    versions = ", ".join(f"{key} {value}" for key, value in ways[0]["versions"].items())
+    yield f"{ways[0]['title']} ({versions})"
+    lines = setting_lines(lookup.own(), library)
+    if lines:
+        yield "\nTo model a scene and nothing else, set:"
+        yield from (f"    {line}" for line in lines)
+    for one in ways:
+        if one["policy"] != engine_facts.SHIPPED:
+            yield from _way(found, one, [*engine_facts.kinds(found, one["id"], needs)])
+    yield from _lacks(ways[0]["lacks"], needs)
+    yield from _failed(found, ways)
+    made_by = found["environment"]
+    yield (
+        f"\nMeasured by gnomon's authors at revision {made_by.get('revision', 'unknown')} on {made_by.get('run', '')}: errors relative to"
+        " the size of the motion, largest at 64 times; steps relative to the time in which the motion changes by its own size."
+    )
+
+
+def _way(found: Mapping[str, Any], one: Mapping[str, Any], kinds: list[Kind]) -> Iterator[str]:
+    declared = "" if one["order"] is None else f", order {one['order']} declared"
+    yield f"\n{one['id']}{declared}"
+    for kind in kinds:
+        law = (
+            f"error {kind.constant:.2g} (step / time scale)^{kind.order:.2f} on {kind.ordered} of {kind.scenes}"
+            if kind.ordered
+            else f"no steady order on {kind.scenes}"
+        )
+        yield f"    {kind.name}: {law} scene{'s' if kind.scenes > 1 else ''}"
+        steps = [f"{float(at):.0e}: {step:.2g} ({of})" for at, (step, of) in kind.steps.items() if of]
+        if steps:
+            yield f"        step / time scale that is enough for an error of {', '.join(steps)}; in brackets the scenes that reach it"
+        enough = [f"{float(at):.0e} on {of}" for at, of in kind.binary32.items()]
+        yield f"        single precision can reach {', '.join(enough)} of {kind.scenes}"
+    drift = next((row.get("energy_an_hour") for row in found["costs"] if row["integrator"] == one["id"]), None)
+    if drift is not None and math.isfinite(drift):
+        yield f"    energy of a pendulum over an hour with steps of 10 ms: off by {drift:.2g} of the depth of its potential"
+
+
+def _lacks(lacks: Mapping[str, str], needs: Mapping[str, frozenset[str]]) -> Iterator[str]:
+    if not lacks:
+        return
+    yield f"\nIt cannot model (scenes of {len(needs)} that need it):"
+    for token, reason in lacks.items():
+        yield f"    {token.replace('_', ' ')} ({sum(token in each for each in needs.values())}): {reason}"
+
+
+def _failed(found: Mapping[str, Any], ways: list[dict[str, Any]]) -> Iterator[str]:
+    own = {one["id"] for one in ways}
+    failed = [row for row in found["preflights"] if row["integrator"] in own and row.get("verdict") == "failed"]
+    if failed:
+        yield "\nPre-flights that failed:"
+        yield from (f"    {row['integrator']}: {row['name']}: {row['text']}" for row in failed)

@@ -1,0 +1,107 @@
+"""What the published league says of a physics engine, by kind of scene: order, constant, steps, what it cannot model.
+
+The file is the league without its points; the assembly of a publication writes it.
+"""
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from statistics import median
+from typing import Any
+
+from gnomon.cases.core.numbers import nearest
+
+FILE = "engines.json"
+KINDS = {
+    "impact": frozenset({"rigid_impact"}),
+    "friction and rolling": frozenset({"coulomb_isotropic"}),
+    "joints and ropes": frozenset(
+        {"hinge", "slider", "ball_joint", "rod", "rope", "linked_joint", "chained_hinges", "pulley"}
+    ),
+    "rotating free bodies": frozenset({"gyroscopic"}),
+}
+"""Kinds of scenes by the tokens that make them so, the first that fits; all others are free points under forces."""
+POINTS = "free points under forces"
+TARGETS = ("0.01", "0.001", "0.0001")
+SHIPPED = "as shipped"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What one way to drive an engine does on the scenes of a kind: medians over `ordered` of `scenes` scenes.
+
+    `steps`: by error, the largest step over the time scale that is enough on all scenes that reach it, and their number.
+    """
+
+    name: str
+    scenes: int
+    ordered: int
+    order: float
+    constant: float
+    steps: Mapping[str, tuple[float, int]]
+    binary32: Mapping[str, int]
+
+
+def read() -> dict[str, Any]:
+    """The published league. Raises FileNotFoundError, which says what to do, before the first publication."""
+    path = files("gnomon.harness.results.advice") / FILE
+    if not path.is_file():
+        raise FileNotFoundError(
+            "no league of engines is published with this version; measure it: gnomon run --suite engines, then"
+            " python -m gnomon.harness.studies.league RUN --out engines.json, and name it: gnomon engine NAME --from engines.json"
+        )
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+def without_points(found: Mapping[str, Any]) -> dict[str, Any]:
+    """The league as it is installed: the points of the figures are left out."""
+    return {**found, "rows": [{key: value for key, value in row.items() if key != "points"} for row in found["rows"]]}
+
+
+def library_of(found: Mapping[str, Any], name: str) -> str:
+    """The library of an engine by its name or title. Raises ValueError, which names the nearest, for another name."""
+    known = {key: one["library"] for one in found["engines"] for key in (one["library"], one["title"].lower())}
+    if name.lower() not in known:
+        raise ValueError(f"no engine of the league is called {name!r}; {nearest(name, known)}")
+    return str(known[name.lower()])
+
+
+def ways(found: Mapping[str, Any], library: str) -> list[dict[str, Any]]:
+    return [one for one in found["engines"] if one["library"] == library]
+
+
+def kinds(found: Mapping[str, Any], way: str, needs: Mapping[str, frozenset[str]]) -> Iterator[Kind]:
+    """The kinds of scenes that a way to drive an engine ran. `needs`: the tokens of the scene of each case."""
+    scenes = {one["scene"]: one for one in found["scenes"]}
+    rows = [row for row in found["rows"] if row["integrator"] == way and row["status"] == "ran"]
+    for name in (POINTS, *reversed(KINDS)):
+        own = [row for row in rows if kind_of(needs[row["scene"].partition("/")[0]]) == name]
+        if own:
+            yield _kind(name, own, scenes)
+
+
+def kind_of(tokens: frozenset[str]) -> str:
+    return next((name for name, makes in KINDS.items() if tokens & makes), POINTS)
+
+
+def _kind(name: str, rows: Sequence[Mapping[str, Any]], scenes: Mapping[str, Mapping[str, Any]]) -> Kind:
+    ordered = [row for row in rows if row["order"] is not None]
+    return Kind(
+        name,
+        len(rows),
+        len(ordered),
+        median(row["order"] for row in ordered) if ordered else math.nan,
+        median(row["constant"] for row in ordered) if ordered else math.nan,
+        {target: _step(rows, scenes, target) for target in TARGETS},
+        {target: sum(scenes[row["scene"]]["binary32"] < float(target) for row in rows) for target in TARGETS},
+    )
+
+
+def _step(rows: Sequence[Mapping[str, Any]], scenes: Mapping[str, Mapping[str, Any]], target: str) -> tuple[float, int]:
+    found = [
+        row["steps"][target] / scenes[row["scene"]]["time_scale"] for row in rows if row["steps"][target] is not None
+    ]
+    return (min(found), len(found)) if found else (math.nan, 0)

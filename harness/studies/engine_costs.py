@@ -1,0 +1,179 @@
+"""What a step of a physics engine costs and what it keeps: time by part, memory of a world, growth, the same bits.
+
+A step is divided by differences: all steps in one call; the same scene without its forces; one call a step; one reading
+a step. Everything is measured on one scene with one step size, in a process of its own.
+"""
+
+import gc
+import resource
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.case import Case
+from gnomon.cases.core.registry import get
+from gnomon.cases.core.scene import Readings, Scene, SceneForm
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, World
+from gnomon.harness.contract.integrator import Refused
+from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.measuring.solved import solved
+
+SCENES = ("spring_pendulum", "pendulum_simple/engines", "projectile_parabola/engines")
+"""The first of these that an engine runs: with a force that depends on position, with a joint, or without both."""
+STEP, STEPS = 1e-3, 1000
+"""The step (s), and the number of steps that are timed together."""
+BATCHES = 5
+"""Batches of which the fastest counts: other processes only add to the time."""
+WORLDS, IN_A_ROW = 20, 200
+HOUR, HOUR_STEP = 3600.0, 0.01
+"""Seconds over which the energy of the pendulum is followed, and the step."""
+
+
+def costs(integrator: SceneIntegrator) -> dict[str, Any]:
+    """A row for an engine, driven in one way; with `reason` in place of numbers if it runs none of the scenes."""
+    found: dict[str, Any] = {"integrator": integrator.id}
+    for name in SCENES:
+        case = get(*name.split("/")).rounded()
+        form = case.scene
+        if form is None or integrator.unsupported(form) is not None:
+            continue
+        try:
+            return found | {"scene": name} | _measured(integrator, case, form)
+        except Refused as error:
+            found["reason"] = str(error)
+    return {"reason": "it runs none of the scenes"} | found
+
+
+def _measured(integrator: SceneIntegrator, case: Case, form: SceneForm) -> dict[str, Any]:
+    scene = _scene(case, form)
+    first = _run(integrator, form, scene)
+    worlds = [_placed(integrator, form, scene) for _ in range(2)]
+    together = _least(lambda: worlds[0].advance(STEPS))
+    single = _least(lambda: [worlds[0].advance(1) for _ in range(STEPS)])
+    read = _least(lambda: [worlds[0].read() for _ in range(STEPS)])
+    bare = worlds[1] if scene.forces else worlds[0]
+    if scene.forces:
+        bare.build(replace(_scene(case, form), forces=()))
+        bare.place(replace(scene, forces=()))
+    engine = _least(lambda: bare.advance(STEPS))
+    for world in worlds:
+        world.close()
+    return {
+        "step_us": 1e6 * together,
+        "engine_us": 1e6 * engine,
+        "forces_us": 1e6 * max(0.0, together - engine) if scene.forces else None,
+        "call_us": 1e6 * max(0.0, single - together),
+        "read_us": 1e6 * read,
+        "world_kilobytes": _world_kilobytes(integrator, form, scene),
+        "grown_kilobytes": _grown_kilobytes(integrator, form, scene),
+        "same_bits": {
+            "in a new world": _run(integrator, form, scene) == first,
+            "with another world beside it": _beside(integrator, form, scene) == first,
+            "in two threads": _in_threads(integrator, form, scene, first),
+        },
+        "energy_an_hour": _energy_an_hour(integrator),
+    }
+
+
+def _scene(case: Case, form: SceneForm) -> Scene:
+    return form.build(tuple(map(float, case.initial_state)), tuple(map(float, case.parameter_values())))
+
+
+def _placed(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> World:
+    world = integrator.world(form, STEP)
+    world.build(scene)
+    world.place(scene)
+    return world
+
+
+def _run(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> Readings:
+    world = _placed(integrator, form, scene)
+    world.advance(STEPS)
+    found = world.read()
+    world.close()
+    return found
+
+
+def _beside(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> Readings:
+    """The readings of a world whose steps alternate with those of another one."""
+    worlds = [_placed(integrator, form, scene) for _ in range(2)]
+    for _ in range(STEPS // 10):
+        worlds[1].advance(3)
+        worlds[0].advance(10)
+    found = worlds[0].read()
+    for world in worlds:
+        world.close()
+    return found
+
+
+def _in_threads(integrator: SceneIntegrator, form: SceneForm, scene: Scene, first: Readings) -> bool:
+    found: list[Readings] = []
+    threads = [threading.Thread(target=lambda: found.append(_run(integrator, form, scene))) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return found == [first, first]
+
+
+def _least(call: Callable[[], object]) -> float:
+    """Seconds of a step in the fastest batch."""
+    times = []
+    for _ in range(BATCHES):
+        began = perf_counter()
+        call()
+        times.append(perf_counter() - began)
+    return min(times) / STEPS
+
+
+def _world_kilobytes(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> float:
+    """The growth of the process for each of several worlds that are open together."""
+    before = _resident()
+    worlds = [_placed(integrator, form, scene) for _ in range(WORLDS)]
+    after = _resident()
+    for world in worlds:
+        world.close()
+    return (after - before) / WORLDS
+
+
+def _grown_kilobytes(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> float:
+    """The growth of the process over worlds that are opened and closed in a row, after as many before."""
+    for _ in range(IN_A_ROW):
+        _placed(integrator, form, scene).close()
+    before = _resident()
+    for _ in range(IN_A_ROW):
+        _placed(integrator, form, scene).close()
+    return _resident() - before
+
+
+def _resident() -> float:
+    """The memory of this process now (kB), where the system says it; else the largest so far."""
+    gc.collect()
+    try:
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * resource.getpagesize() / 1024
+    except OSError:
+        return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+
+
+def _energy_an_hour(integrator: SceneIntegrator) -> float | None:
+    """The largest departure of the pendulum's energy from the start over an hour, over the depth of its potential.
+
+    None if the engine runs no pendulum, or holds it where it was released.
+    """
+    case = get("pendulum_simple", "engines").rounded()
+    problem = problem_of(case, integrator.accepts)
+    if integrator.unsupported(problem.form) is not None:
+        return None
+    problem = replace(problem, times=np.arange(1, 65) * HOUR / 64)
+    found = solved(integrator, problem, HOUR_STEP, initial_state(case)[None], moves=True)
+    if found.solution is None:
+        return None
+    parameters = [float(value) for value in case.parameter_values()]
+    theta, omega = np.vstack([initial_state(case), found.states[0]]).T
+    depth = 2 * parameters[0] / parameters[1]
+    energy = omega**2 / 2 + parameters[0] / parameters[1] * (1 - np.cos(theta))
+    return float(np.max(np.abs(energy - energy[0])) / depth)

@@ -1,0 +1,173 @@
+"""The league of physics engines: what the run of the suite `engines` says of each, with pre-flights and costs of a step.
+
+`gnomon run --suite engines --out runs/engines.sqlite`, then
+`python -m gnomon.harness.studies.league runs/engines.sqlite --out reports/local/engines.json`.
+"""
+
+import argparse
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.metadata import PackageNotFoundError
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from gnomon.cases.core.registry import get, names
+from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
+from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.contract.integrator import Refused
+from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.contract.status import SCORED
+from gnomon.harness.registry import environment, lookup
+from gnomon.harness.results import analysis, store, study_file
+from gnomon.harness.studies import engine_costs, preflight
+from gnomon.harness.studies.error_parts import BINARY32, BITS, floor_of, parts
+from gnomon.harness.system.supervisor import calls
+
+TIGHT = "tighter solver"
+"""The policy of an engine whose solver has more iterations and a smaller tolerance, for the part of the solver."""
+
+
+def league(path: Path) -> dict[str, Any]:
+    """The contents of engines.json, from a results file."""
+    reduced = analysis.settings(analysis.tidy(store.load(path)))
+    engines = [one for one in lookup.own().values() if isinstance(one, SceneIntegrator)]
+    present = [one for one in engines if lookup.missing(one) is None]
+    shown = [one for one in present if one.policy != TIGHT]
+    ran = reduced[reduced["integrator_id"].isin({one.id for one in shown})]
+    return {
+        "environment": environment.recorded() | {"run": str(store.runs(path)[-1]["started"])[:10]},
+        "engines": [engine_row(one, reduced) for one in shown],
+        "absent": {one.library: str(lookup.missing(one)) for one in engines if lookup.missing(one) is not None},
+        "scenes": [scene_row(part) for _, part in ran.groupby(["case", "variant"], sort=False)],
+        "rows": [*result_rows(ran, reduced, {one.id: one for one in shown})],
+        "table": {one.id: taken(one) for one in shown if one.primary},
+        "preflights": [*measured(preflights_of, shown)],
+        "costs": [*measured(costs_of, shown)],
+    }
+
+
+def engine_row(one: SceneIntegrator, reduced: pd.DataFrame) -> dict[str, Any]:
+    """The declaration of an engine, driven in one way, and the options that it changes from the engine's defaults."""
+    try:
+        versions = dict(one.versions())
+    except PackageNotFoundError:
+        versions = {}
+    own = reduced[reduced["integrator_id"] == one.id]
+    changed = sorted({str(text) for text in own["settings_changed"] if text})
+    return {
+        "id": one.id,
+        "library": one.library,
+        "title": LIBRARIES[one.library].title,
+        "policy": one.policy,
+        "order": one.order,
+        "bits": getattr(one, "bits", BITS),
+        "versions": versions,
+        "changed": changed,
+        "lacks": dict(one.lacks),
+    }
+
+
+def scene_row(part: pd.DataFrame) -> dict[str, Any]:
+    """A scene with its precision floors: the effects of half an ulp of binary64 and of binary32 in start, parameters and time."""
+    row = part.iloc[0]
+    floor = float(max(part["conditioning"].max(), part["floor"].max()))
+    return {
+        "scene": scene_name(row),
+        "title": row["title"],
+        "span": float(row["span"]),
+        "time_scale": float(row["time_scale"]),
+        "binary64": floor,
+        "binary32": floor_of(BINARY32, floor),
+    }
+
+
+def scene_name(row: Mapping[str, Any]) -> str:
+    return f"{row['case']}/{row['variant']}" if row["variant"] else str(row["case"])
+
+
+def result_rows(
+    ran: pd.DataFrame, reduced: pd.DataFrame, engines: Mapping[str, SceneIntegrator]
+) -> Iterator[dict[str, Any]]:
+    """A row for each scene and each way to drive an engine: its points (step, error, seconds a step) and its four parts."""
+    tight = reduced[reduced["policy"] == TIGHT]
+    for (case, variant, name), part in ran.groupby(["case", "variant", "integrator_id"], sort=False):
+        one = engines[str(name)]
+        found = {"scene": scene_name(part.iloc[0]), "integrator": name, "policy": one.policy}
+        scored = part[part["status"].isin(SCORED) & part["setting"].notna()]
+        if scored.empty:
+            yield found | {"status": part["status"].iloc[0], "reason": part["reason"].iloc[0], "points": []}
+            continue
+        beside = tight[(tight["case"] == case) & (tight["variant"] == variant) & (tight["library"] == one.library)]
+        beside = beside[beside["integrator"] == one.name]
+        errors = [float(e) for e in scored["error_max"].fillna(math.inf)]
+        steps = [float(h) for h in scored["setting"]]
+        floor = floor_of(getattr(one, "bits", BITS), float(max(part["conditioning"].max(), part["floor"].max())))
+        pairs = zip(beside["setting"].tolist(), beside["error_max"].tolist(), strict=True)
+        tighter = {float(h): float(e) for h, e in pairs if math.isfinite(e)}
+        each = scored["seconds"] / scored["steps"]
+        yield found | {
+            "status": "ran",
+            "reason": "",
+            "points": [
+                [h, e if math.isfinite(e) else None, s if math.isfinite(s) else None]
+                for h, e, s in zip(steps, errors, each.tolist(), strict=True)
+            ],
+            **parts(steps, errors, float(part["time_scale"].iloc[0]), floor, tighter).row(),
+        }
+
+
+def taken(one: SceneIntegrator) -> dict[str, str]:
+    """For every case with a scene the reason why the engine does not take it; empty if it does."""
+    found = {}
+    for name in names():
+        case = get(name)
+        if case.scene is not None:
+            found[name] = one.unsupported(case.scene) or _declined(one, name)
+    return found
+
+
+def _declined(one: SceneIntegrator, name: str) -> str:
+    """The reason that depends on the numbers of a scene, such as a motion that is not planar; empty without one."""
+    problem = problem_of(get(name).rounded(), one.accepts)
+    if not isinstance(problem.form, SceneForm):
+        return "no scene"
+    try:
+        one.prepare(problem, problem.interval).close()
+    except Refused as error:
+        return str(error)
+    return ""
+
+
+def measured(study: Any, engines: Sequence[SceneIntegrator]) -> Iterator[dict[str, Any]]:
+    """The rows of a study of each engine, each in a process of its own, one at a time; a crash is a row too."""
+    found = dict(calls(study, [one.id for one in engines], 1, "spawn"))
+    for one in engines:
+        result = found[one.id]
+        if isinstance(result, BaseException):
+            yield {"integrator": one.id, "reason": f"{type(result).__name__}: {result}"}
+        else:
+            yield from result if isinstance(result, list) else [result]
+
+
+def preflights_of(name: str) -> list[dict[str, Any]]:
+    return [{"integrator": name, **row} for row in preflight.rows(lookup.own()[name])]
+
+
+def costs_of(name: str) -> dict[str, Any]:
+    one = lookup.own()[name]
+    assert isinstance(one, SceneIntegrator)
+    return engine_costs.costs(one)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("results", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    arguments = parser.parse_args()
+    study_file.write(league(arguments.results), arguments.out)
+
+
+if __name__ == "__main__":
+    main()
