@@ -55,7 +55,9 @@ def stability(
         raise ValueError("--update: name the file with --out")
     panel_run.seconds_of(depth)
     chosen = panel_run.chosen_panels(panel)
-    found = lookup.find_all([*(integrator or ()), *(named or ())])
+    found = lookup.find_all(
+        [*(integrator or ()), *(named or ())] or [*(lookup.general() | lookup.registered()).values()]
+    )
     if to is not None:
         options.ensure_writable(to, "--out")
     again = {(each.id, name) for each in found for name in panel or ()} if update else None

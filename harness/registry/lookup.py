@@ -39,6 +39,13 @@ def own() -> dict[str, Integrator]:
     return found
 
 
+def general() -> dict[str, Integrator]:
+    """Those of `own` that are measured wherever no integrator is named: without libraries of one suite alone."""
+    return {
+        name: one for name, one in own().items() if one.library not in LIBRARIES or LIBRARIES[one.library].suite is None
+    }
+
+
 def registered() -> dict[str, Integrator]:
     """The integrators of the entry point group `gnomon.integrators`, by id; those that fail to load give warnings."""
     found: dict[str, Integrator] = {}

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from gnomon.harness.results.convergence_order import fit_order, line
+from gnomon.harness.results.convergence_order import line, slopes
 
 BITS = 53
 """Bits of binary64, in which floors are computed; binary32 has 24."""
@@ -21,15 +21,13 @@ TARGETS = (1e-2, 1e-3, 1e-4)
 
 @dataclass(frozen=True)
 class Parts:
-    """`order` and `constant`: the error is constant (step / time scale)^order in the range of `fitted` steps; None without
-    one. `rest`: the error that remains as the step goes to zero, if it stops falling; `rest_is`: "precision" if the floor
+    """`order` and `constant`: the error is constant (step / time scale)^order ; None without a steady order. `rest`: the error that remains as the step goes to zero, if it stops falling; `rest_is`: "precision" if the floor
     of the arithmetic is as large, else "model". `solver`: the change of the error with a tighter solver at the same step.
     `steps`: the largest measured step from which on the error stays below each target.
     """
 
     order: float | None
     constant: float | None
-    fitted: int
     rest: float | None
     rest_is: str
     precision: float
@@ -61,19 +59,25 @@ def parts(
     rest = _rest(known)
     # Errors near what remains are not of the leading term: they are left out as those near round-off are.
     least = max(precision, rest or 0.0)
-    fitted = fit_order(own_steps, own, least / 10) if rest is None else None
-    straight = line(own_steps, own, least / 4, WITHIN) if fitted is None else None
-    order = fitted[0] if fitted else straight[0] if straight else None
+    order = _order(own_steps, own, least)
     return Parts(
         order=order,
         constant=None if order is None else _constant(known, order, time_scale, least),
-        fitted=fitted[1] if fitted else 4 if straight else 0,
         rest=rest,
         rest_is="" if rest is None else "precision" if rest < CLEAR * precision else "model",
         precision=precision,
         solver=_solver(dict(known), tighter or {}),
         steps={f"{target:g}": _largest_step(steps, errors, target) for target in TARGETS},
     )
+
+
+def _order(steps: Sequence[float], errors: Sequence[float], least: float) -> float | None:
+    """The slope over the finest steps, if the slopes between neighbours differ from it by at most WITHIN."""
+    found = slopes(steps, errors, least / 10)
+    if found is not None and max(found[0] - found[1], found[2] - found[0]) <= WITHIN:
+        return found[0]
+    straight = line(steps, errors, least / 4, WITHIN)
+    return straight[0] if straight else None
 
 
 def _rest(known: Sequence[tuple[float, float]]) -> float | None:

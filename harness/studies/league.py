@@ -6,7 +6,7 @@
 
 import argparse
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from gnomon.cases.core.registry import get, names
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.contract.integrator import Refused
+from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import SCORED
 from gnomon.harness.registry import environment, lookup
@@ -32,20 +32,24 @@ TIGHT = "tighter solver"
 def league(path: Path) -> dict[str, Any]:
     """The contents of engines.json, from a results file."""
     reduced = analysis.settings(analysis.tidy(store.load(path)))
-    engines = [one for one in lookup.own().values() if isinstance(one, SceneIntegrator)]
-    present = [one for one in engines if lookup.missing(one) is None]
-    shown = [one for one in present if one.policy != TIGHT]
-    ran = reduced[reduced["integrator_id"].isin({one.id for one in shown})]
+    engines = lookup.own().values()
+    found = [one for one in shown(engines) if lookup.missing(one) is None]
+    ran = reduced[reduced["integrator_id"].isin({one.id for one in found})]
     return {
         "environment": environment.recorded() | {"run": str(store.runs(path)[-1]["started"])[:10]},
-        "engines": [engine_row(one, reduced) for one in shown],
-        "absent": {one.library: str(lookup.missing(one)) for one in engines if lookup.missing(one) is not None},
+        "engines": [engine_row(one, reduced) for one in found],
+        "absent": {one.library: str(lookup.missing(one)) for one in shown(engines) if lookup.missing(one) is not None},
         "scenes": [scene_row(part) for _, part in ran.groupby(["case", "variant"], sort=False)],
-        "rows": [*result_rows(ran, reduced, {one.id: one for one in shown})],
-        "table": {one.id: taken(one) for one in shown if one.primary},
-        "preflights": [*measured(preflights_of, shown)],
-        "costs": [*measured(costs_of, shown)],
+        "rows": [*result_rows(ran, reduced, {one.id: one for one in found})],
+        "table": {one.id: taken(one) for one in found if one.primary},
+        "preflights": [*measured(preflights_of, found)],
+        "costs": [*measured(costs_of, found)],
     }
+
+
+def shown(integrators: Iterable[Integrator]) -> list[SceneIntegrator]:
+    """The ways to drive engines that have rows of their own."""
+    return [one for one in integrators if isinstance(one, SceneIntegrator) and one.policy != TIGHT]
 
 
 def engine_row(one: SceneIntegrator, reduced: pd.DataFrame) -> dict[str, Any]:

@@ -77,6 +77,14 @@ PARTS = (
     Part("orders", "orders.json", 5, ("python -m gnomon.harness.studies.orders --out {}/orders.json",)),
     Part("growth", "growth.json", 8, ("python -m gnomon.harness.studies.growth --out {}/growth.json",)),
     Part(
+        "engines", "engines.json", 20,
+        (
+            "gnomon run --suite engines --out {}/engines.sqlite",
+            "python -m gnomon.harness.studies.league {}/engines.sqlite --out {}/engines.json",
+        ),
+        (), True, SPOILED,
+    ),
+    Part(
         "stability_long", "stability.json", 33,
         ("gnomon stability --depth high --panel long_time --out {}/stability.json",), (), True,
     ),

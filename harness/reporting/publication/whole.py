@@ -8,13 +8,16 @@ from gnomon.harness.contract.status import Status
 from gnomon.harness.registry import lookup
 from gnomon.harness.reporting import sidecars
 from gnomon.harness.results import store
+from gnomon.harness.running.plan import SUITES
 from gnomon.harness.stability.panel import panels
+from gnomon.harness.studies import league
 
 SUITE = "full"
 KEYS = {
     "certificates.json": ("case", "variant"),
     "checks.json": ("check", "variant", "computation"),
     "stability.json": ("integrator", "panel"),
+    "engines.json": ("integrator", "scene"),
 }
 """Files that may hold a part of all subjects, and the keys of a row that name its subject."""
 UNEXPLAINED = ("not_measured", "survivors_without_reason")
@@ -64,7 +67,10 @@ def all_subjects() -> Subjects:
             for computation in independent_checks.COMPUTATIONS
             if computation.check == check.name
         },
-        "stability.json": {(name, panel) for name in lookup.own() for panel in panels()},
+        "stability.json": {(name, panel) for name in lookup.general() for panel in panels()},
+        "engines.json": {
+            (one.id, scene) for one in league.shown(lookup.own().values()) for scene in SUITES["engines"].cases
+        },
     }
 
 

@@ -378,7 +378,8 @@ def test_every_case_check_and_integrator_must_be_published() -> None:
     subjects = whole.all_subjects()
     assert {name for name, _ in subjects["certificates.json"]} == {*names(), *check_names()}
     assert {name for name, *_ in subjects["checks.json"]} <= {*check_names()}
-    assert {name for name, _ in subjects["stability.json"]} == lookup.own().keys()
+    assert {name for name, _ in subjects["stability.json"]} == lookup.general().keys()
+    assert {scene for _, scene in subjects["engines.json"]} == {*plan.SUITES["engines"].cases}
 
 
 @pytest.mark.slow
