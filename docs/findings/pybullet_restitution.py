@@ -34,6 +34,6 @@ def bounce(dt):
 
 STEPS = (1e-2, 1e-3, 1e-4)
 found = [bounce(dt) for dt in STEPS]
-for dt, height in zip(STEPS, found):
+for dt, height in zip(STEPS, found, strict=True):
     print(f"step {dt:g} s: bounces to {height:.3f} m; exact {HEIGHT:g} m")
 assert found[-1] < 0.5 * HEIGHT, "the smallest step no longer gives the smallest bounce"

@@ -37,6 +37,43 @@ STABILITY = {
     ],
 }  # fmt: skip
 
+WAY = {
+    "id": "pybullet:stepSimulation [configured]", "library": "pybullet", "title": "PyBullet", "policy": "configured",
+    "order": 1, "bits": 53, "versions": {"pybullet": "3.2.7"}, "changed": ["linearDamping=0.0"],
+    "lacks": {"curved_guide": "no curve as a constraint"},
+}  # fmt: skip
+LEAGUE = {
+    "environment": {},
+    "absent": {"pydrake": "not installed"},
+    "engines": [WAY, WAY | {"id": "pybullet:stepSimulation [as shipped]", "policy": "as shipped", "order": None}],
+    "scenes": [
+        {"scene": "pendulum_simple/engines", "title": "Simple pendulum", "span": 25.0, "time_scale": 0.32, "binary64": 2e-14, "binary32": 1.1e-5},
+        {"scene": "billiard_ball/engines", "title": "Billiard ball", "span": 2.0, "time_scale": 0.5, "binary64": 1e-16, "binary32": 5e-8},
+    ],
+    "rows": [
+        {"scene": "pendulum_simple/engines", "integrator": WAY["id"], "policy": "configured", "status": "ran", "reason": "",
+         "points": [[0.01, 1e-2, 2e-6], [0.001, 1e-3, None], [0.0001, None, 2e-6]], "order": 1.0, "constant": 0.32,
+         "rest": None, "rest_is": "", "precision": 2e-14, "solver": None,
+         "steps": {"0.01": 0.01, "0.001": 0.001, "0.0001": None}},
+        {"scene": "billiard_ball/engines", "integrator": WAY["id"], "policy": "configured", "status": "ran", "reason": "",
+         "points": [[0.01, 2e-3, 2e-6], [0.001, 1.9e-3, 2e-6]], "order": None, "constant": None, "rest": 1.9e-3,
+         "rest_is": "model", "precision": 1e-16, "solver": 1e-6, "steps": {"0.01": 0.01, "0.001": None, "0.0001": None}},
+        {"scene": "billiard_ball/engines", "integrator": "pybullet:stepSimulation [as shipped]", "policy": "as shipped",
+         "status": "refused", "reason": "it did not move", "points": []},
+    ],
+    "table": {WAY["id"]: {"pendulum_simple": "", "cycloidal_pendulum": "lacks curved_guide (no curve as a constraint)"}},
+    "preflights": [
+        {"integrator": WAY["id"], "name": "restitution", "verdict": "passed", "text": "0.5 is 0.5"},
+        {"integrator": "pybullet:stepSimulation [as shipped]", "name": "damping", "verdict": "failed", "text": "speed falls by 4 % in a second"},
+    ],
+    "costs": [
+        {"integrator": WAY["id"], "scene": "spring_pendulum", "step_us": 5.4, "engine_us": 1.3, "forces_us": 4.1, "call_us": 0.3,
+         "read_us": 4.3, "world_kilobytes": 28589.2, "grown_kilobytes": 0.0, "same_bits": {"in a new world": True, "in two threads": False},
+         "energy_an_hour": 0.011},
+        {"integrator": "pybullet:stepSimulation [as shipped]", "reason": "its process was killed"},
+    ],
+}  # fmt: skip
+
 
 def files(revisions: Mapping[str, str | None] = {}) -> dict[str, Any]:
     """The contents of each file, with its revision where one is given."""
@@ -49,6 +86,7 @@ def files(revisions: Mapping[str, str | None] = {}) -> dict[str, Any]:
 ROWS: dict[str, dict[str, Any]] = {
     "benchmarks.json": {"launches": 5, "rows": [PAIR]},
     "growth.json": {"rows": [LAW]},
+    "engines.json": LEAGUE,
     "orders.json": {"rows": [ORDER]},
     "stability.json": STABILITY,
     "certificates.json": {"rows": [CERTIFICATE]},

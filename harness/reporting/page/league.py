@@ -52,7 +52,7 @@ def league(*folders: Path) -> dict[str, Any] | None:
         ],
         "ways": [_way(one, found) for one in found["engines"]],
         "table": _table(found["table"]),
-        "failed": [row for row in found["preflights"] if row.get("verdict") == "failed" or "reason" in row],
+        "failed": [_failed(row) for row in found["preflights"] if row.get("verdict", "failed") == "failed"],
     }
 
 
@@ -178,6 +178,7 @@ def _cost(row: Mapping[str, Any]) -> dict[str, str]:
     parts = {"step": "step_us", "engine": "engine_us", "forces": "forces_us", "read": "read_us", "call": "call_us"}
     different = [where for where, same in row["same_bits"].items() if not same]
     return {
+        "reason": "",
         **{word: "" if row[key] is None else f"{row[key]:.3g}" for word, key in parts.items()},
         "scene": row["scene"],
         "world": _kilobytes(row["world_kilobytes"]),
@@ -189,6 +190,15 @@ def _cost(row: Mapping[str, Any]) -> dict[str, str]:
 
 def _kilobytes(value: float) -> str:
     return f"{value / 1024:.1f} MB" if abs(value) >= 1024 else f"{value:.0f} kB"
+
+
+def _failed(row: Mapping[str, Any]) -> dict[str, str]:
+    """A pre-flight that failed; of an engine that crashed in its pre-flights the reason."""
+    return {
+        "integrator": row["integrator"],
+        "name": row.get("name", "all"),
+        "text": row.get("text") or row.get("reason", ""),
+    }
 
 
 def _table(table: Mapping[str, Mapping[str, str]]) -> list[dict[str, Any]]:
