@@ -12,7 +12,7 @@ EXTRAS ?= all,dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report certificates solutions libraries publication test test-all mutants stability verification lint types unit bench catalogue other-languages docs clean
+.PHONY: report engines certificates solutions libraries publication test test-all mutants stability verification lint types unit bench catalogue other-languages docs clean
 
 # A first page within a minute of the installation, from the suite `quick`; the whole run then continues in the same file,
 # and writes its page again every two minutes, at its end and after Ctrl-C. Each suite prints its predicted time before it
@@ -42,7 +42,7 @@ libraries: $(INSTALLED)
 # --with-older assembles at once.
 PUBLICATION ?=
 publication:
-	$(MAKE) $(VENV)/installed-all,dev,peers EXTRAS=all,dev,peers
+	$(MAKE) $(VENV)/installed-all,dev,peers,league EXTRAS=all,dev,peers,league
 	$(BIN)/python -m gnomon.harness.reporting.publication --out reports $(PUBLICATION)
 
 test: lint types unit
@@ -68,6 +68,12 @@ mutants: $(INSTALLED)
 # All panels of all integrators, full grids: 1 h 16 min on 2 cores. The same command resumes; the next `make report` shows it.
 stability: $(INSTALLED)
 	$(BIN)/gnomon stability --depth high --out $(LOCAL)/stability.json
+
+# The league of physics engines on exact scenes: within 5 minutes on 2 cores with the extra `engines`, within 20 with all
+# (make engines EXTRAS=all,dev,league). The same command resumes; the next `make report` shows it.
+engines: $(INSTALLED)
+	$(BIN)/gnomon run --suite engines --out runs/engines.sqlite
+	$(BIN)/python -m gnomon.harness.studies.league runs/engines.sqlite --out $(LOCAL)/engines.json
 
 # What `gnomon verify` finds of all planted faults, and whether it fails what is right. Hours, in parts of minutes; the same
 # command resumes. Right integrators on a loaded machine: python tests/detection/measure.py --load 8.

@@ -16,6 +16,7 @@ from gnomon.cases.core.registry import get, names
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 from gnomon.harness.adapters.libraries import LIBRARIES
+from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator, Refused
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import SCORED
@@ -25,6 +26,8 @@ from gnomon.harness.studies import engine_costs, preflight
 from gnomon.harness.studies.error_parts import BINARY32, BITS, floor_of, parts
 from gnomon.harness.system.supervisor import calls
 
+SCENES: tuple[str, ...] = tuple(declared("running", "suites.toml")["engines"]["cases"])
+"""The scenes of the suite, in its order."""
 TIGHT = "tighter solver"
 """The policy of an engine whose solver has more iterations and a smaller tolerance, for the part of the solver."""
 
@@ -35,11 +38,13 @@ def league(path: Path) -> dict[str, Any]:
     engines = lookup.own().values()
     found = [one for one in shown(engines) if lookup.missing(one) is None]
     ran = reduced[reduced["integrator_id"].isin({one.id for one in found})]
+    place = {name: k for k, name in enumerate(SCENES)}
+    ran = ran.assign(place=[place.get(scene_name(row), len(place)) for row in ran.to_dict("records")])
     return {
         "environment": environment.recorded() | {"run": str(store.runs(path)[-1]["started"])[:10]},
         "engines": [engine_row(one, reduced) for one in found],
         "absent": {one.library: str(lookup.missing(one)) for one in shown(engines) if lookup.missing(one) is not None},
-        "scenes": [scene_row(part) for _, part in ran.groupby(["case", "variant"], sort=False)],
+        "scenes": [scene_row(part) for _, part in ran.groupby(["place", "case", "variant"], sort=True)],
         "rows": [*result_rows(ran, reduced, {one.id: one for one in found})],
         "table": {one.id: taken(one) for one in found if one.primary},
         "preflights": [*measured(preflights_of, found)],

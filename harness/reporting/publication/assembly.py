@@ -13,6 +13,7 @@ from gnomon.harness.reporting.publication.parts import RESULTS, Place
 from gnomon.harness.reporting.report_charts import keep_figures_of_manifest
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import publications, store, study_file
+from gnomon.harness.results.advice import engine_facts
 from gnomon.harness.running import recommending
 from gnomon.reference.storage import diskcache
 
@@ -101,7 +102,8 @@ def older(place: Place, to: Path, results: Path | None = None) -> Found:
 
 
 def assemble(found: Found, to: Path, raw: Path = RAW, table: Path = TABLE) -> Path:
-    """Write the published report into `to`, raw results to `raw` and recommendations to `table`; return the page's path.
+    """Write the published report into `to`, raw results to `raw`, recommendations to `table` and the league of engines
+    beside it; return the page's path.
 
     Raises ValueError, and writes nothing into `to`, if the raw results or the table are too large, or if the results are
     of several machines or sources, which the table cannot name.
@@ -111,6 +113,9 @@ def assemble(found: Found, to: Path, raw: Path = RAW, table: Path = TABLE) -> Pa
     contents = {name: path.read_bytes() for name, path in found.files.items()}
     table.parent.mkdir(parents=True, exist_ok=True)
     recommending.write_table(Run.read(found.results), table)
+    if engine_facts.FILE in found.files:
+        of_engines = sidecars.read(found.files[engine_facts.FILE])
+        study_file.write(engine_facts.without_points(of_engines), table.with_name(engine_facts.FILE))
     to.mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
         diskcache.replace(to / name, content)
