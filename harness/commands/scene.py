@@ -6,9 +6,12 @@ from typing import Annotated
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.options import out
+from gnomon.harness.commands.options import Output, out
 from rich.box import SIMPLE_HEAD
 from rich.table import Column, Table
+
+WIDTH = 100
+"""Columns of the list of scenes, so that each has one line."""
 
 
 class SceneFormat(StrEnum):
@@ -37,7 +40,8 @@ def scene(
     if listed:
         if case or named or to:
             raise ValueError("--list lists all scenes: leave out the case and --out")
-        out.print(scenes_table(form.value))
+        wide = Output(width=max(out.width, WIDTH), emoji=False)
+        wide.print(scenes_table(form.value))
         return
     name = options.one_case(case, named)
     if name.partition("/")[0] in cases.check_names():
@@ -66,7 +70,9 @@ def scenes_table(form: str) -> Table:
     lacking = {name: unstated(needs, form) for name, needs in found.items()}
     able = sum(not each for each in lacking.values())
     title = f"{form} can state {able} of {len(found)} scenes"
-    table = Table(Column("scene", no_wrap=True), "the format cannot state", title=title, box=SIMPLE_HEAD, padding=(0, 1))
+    table = Table(
+        Column("scene", no_wrap=True), "the format cannot state", title=title, box=SIMPLE_HEAD, padding=(0, 1)
+    )
     for name in sorted(lacking, key=lambda name: bool(lacking[name])):
         table.add_row(name, ", ".join(lacking[name]))
     return table

@@ -18,7 +18,9 @@ USE = (
 
 def missing(tree: Tree) -> list[str]:
     """What the file cannot say, and where it is."""
-    found = ["rates at the start, and coordinates of hinges and sliders: in `start` of the manifest; poses are those at zero"]
+    found = [
+        "rates at the start, and coordinates of hinges and sliders: in `start` of the manifest; poses are those at zero"
+    ]
     if tree.touches:
         found.append(
             "the rule by which an engine combines two surfaces: both have the coefficients of `contacts`, as for a minimum,"

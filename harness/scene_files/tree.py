@@ -116,7 +116,9 @@ def tree_of(case: Case) -> Tree:
     found = form.observe(readings_of(scene), parameters)
     size = max(map(abs, (*state, 1.0, *(x for body in scene.bodies for x in (*body.velocity, *body.angular_velocity)))))
     if any(abs(a - b) > ROUNDING * size for a, b in zip(found, state, strict=True)):
-        raise ValueError(f"{case.id}: its start is no state of rigid bodies, for example its attitude is not a rotation")
+        raise ValueError(
+            f"{case.id}: its start is no state of rigid bodies, for example its attitude is not a rotation"
+        )
     links: dict[str, Link] = {}
     bodies, first = {body.name: body for body in scene.bodies}, {body.name: body for body in at_zero.bodies}
     for joint in _parents_first(scene):
@@ -161,7 +163,9 @@ def _jointed(body: Body, joint: Hinge | Slider, links: Mapping[str, Link]) -> Li
     if isinstance(joint, Slider):
         link = Link(body.name, "slider", joint.name, body.mass, body.inertia, parent, place)
         return _without_turning(replace(link, axis=joint.axis, coordinate=joint.position, rate=joint.rate))
-    link = Link(body.name, "hinge", joint.name, body.mass, body.inertia, parent, place, centre=joint.arm, point=joint.arm)
+    link = Link(
+        body.name, "hinge", joint.name, body.mass, body.inertia, parent, place, centre=joint.arm, point=joint.arm
+    )
     link = replace(link, axis=joint.axis, coordinate=joint.angle, rate=joint.rate)
     lever = cross(joint.axis, joint.arm)
     return _with_least(link, lever) if parent else _halved(link, lever)
@@ -204,7 +208,9 @@ def _without_turning(link: Link) -> Link:
     """Moments of 1 kg m^2 for 1 kg: no torque acts on the point mass, and its attitude is not read."""
     if any(link.inertia):
         return link
-    said = f"{link.name}: a point mass has moments of 1 m^2 times its mass: it does not turn, so that they have no effect"
+    said = (
+        f"{link.name}: a point mass has moments of 1 m^2 times its mass: it does not turn, so that they have no effect"
+    )
     return replace(link, inertia=(link.mass,) * 3, replaced=said)
 
 

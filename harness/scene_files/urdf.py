@@ -20,7 +20,10 @@ USE = (
 
 def missing(tree: Tree) -> list[str]:
     """What the file cannot say, and where it is."""
-    found = ["gravity: in `gravity` of the manifest", "the start: in `start` of the manifest; the file has coordinate zero"]
+    found = [
+        "gravity: in `gravity` of the manifest",
+        "the start: in `start` of the manifest; the file has coordinate zero",
+    ]
     if tree.touches:
         found.append("planes, friction and restitution: in `contacts` of the manifest")
     return found

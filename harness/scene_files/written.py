@@ -44,10 +44,14 @@ def write(case: Case, form: str, folder: Path) -> Written:
     """
     case, language = case.rounded(), FORMATS[form]
     if case.scene is None:
-        raise ValueError(f"{case.id} has no scene: it has no bodies; gnomon scene --list names the cases that have one")
+        raise ValueError(
+            f"{case.id} has no scene; gnomon scene --list --format {form} lists those that {form} can state"
+        )
     if lacking := unstated(case.scene.needs, form):
         named = ", ".join(f"{token} ({TOKENS[token]})" for token in lacking)
-        raise ValueError(f"{case.id}: no {form} file can state {named}; gnomon scene --list --format {form} names others")
+        raise ValueError(
+            f"{case.id}: no {form} file can state {named}; gnomon scene --list --format {form} lists the scenes that it can"
+        )
     tree = tree_of(case)
     units, table_text = motion_of(case)
     name = f"{tree.name}_{form}"
