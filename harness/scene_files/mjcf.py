@@ -9,6 +9,8 @@ from gnomon.harness.scene_files.xml import document, number, numbers
 
 SUFFIX = ".xml"
 LACKS: frozenset[str] = frozenset()
+APART = {"contype": "0", "conaffinity": "0"}
+"""A geom that touches nothing but the partners that `contact` names."""
 JOINTS = {"hinge": "hinge", "slider": "slide", "ball": "ball"}
 USE = (
     'MuJoCo: model = mujoco.MjModel.from_xml_path("{file}"); data = mujoco.MjData(model); '
@@ -32,7 +34,8 @@ def text(tree: Tree) -> str:
         option.set("cone", "elliptic")  # by default friction is a pyramid, which differs between directions
     world = SubElement(root, "worldbody")
     for index, normal in enumerate(tree.planes):
-        SubElement(world, "geom", name=f"plane_{index}", type="plane", size="0 0 1", zaxis=numbers(normal), **APART)
+        plane = {"name": f"plane_{index}", "type": "plane", "size": "0 0 1", "zaxis": numbers(normal)}
+        SubElement(world, "geom", plane | APART)
     start: list[float] = []
     rates: list[float] = []
     for link in tree.carried_by(""):
@@ -42,10 +45,6 @@ def text(tree: Tree) -> str:
     keys = SubElement(root, "keyframe")
     SubElement(keys, "key", name="start", qpos=numbers(start), qvel=numbers(rates))
     return document(root)
-
-
-APART = {"contype": "0", "conaffinity": "0"}
-"""A geom that touches nothing but the partners that `contact` names."""
 
 
 def _add(parent: Element, link: Link, tree: Tree, start: list[float], rates: list[float]) -> None:
@@ -69,7 +68,7 @@ def _add(parent: Element, link: Link, tree: Tree, start: list[float], rates: lis
     size: Vector | tuple[float] | None = link.half_extents if link.radius is None else (link.radius,)
     if size is not None:
         kind = "sphere" if link.radius is not None else "box"
-        SubElement(body, "geom", name=link.name, type=kind, size=numbers(size), **APART)
+        SubElement(body, "geom", {"name": link.name, "type": kind, "size": numbers(size)} | APART)
     for carried in tree.carried_by(link.name):
         _add(body, carried, tree, start, rates)
 

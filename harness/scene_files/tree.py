@@ -142,9 +142,15 @@ def _parents_first(scene: Scene) -> list[Hinge | Slider]:
 
     A second hinge without a named parent hangs from the body of the first: its anchor is in space, at angle zero.
     """
-    waiting, found, known = [*scene.sliders, *scene.hinges], [], {""}
+    waiting: list[Hinge | Slider] = [*scene.sliders, *scene.hinges]
+    found: list[Hinge | Slider] = []
+    known = {""}
     while waiting:
         ready = [joint for joint in waiting if joint.parent in known]
+        if not ready:
+            raise ValueError(
+                f"joint {waiting[0].name}: its parent {waiting[0].parent} hangs from no joint of the scene"
+            )
         found += ready
         known |= {joint.body for joint in ready}
         waiting = [joint for joint in waiting if joint not in ready]
@@ -153,6 +159,8 @@ def _parents_first(scene: Scene) -> list[Hinge | Slider]:
 
 def _jointed(body: Body, joint: Hinge | Slider, links: Mapping[str, Link]) -> Link:
     parent, place = joint.parent, joint.anchor
+    if body.quaternion != IDENTITY:
+        raise ValueError(f"{body.name}: on joint {joint.name} its axes are not parallel to space at coordinate zero")
     if parent:
         place = along(links[parent].point, joint.anchor, 1.0)
     elif isinstance(joint, Hinge) and (hinges := [link for link in links.values() if link.joint == "hinge"]):

@@ -59,6 +59,6 @@ def _add(root: Element, link: Link) -> None:
         SubElement(joint, "origin", xyz=numbers(link.place), rpy="0 0 0")
         SubElement(joint, "axis", xyz=numbers(link.axis))
         if link.joint == "slider":
-            far = {name: number(FAR) for name in ("upper", "effort", "velocity")}
-            SubElement(joint, "limit", lower=number(-FAR), **far)
+            far = number(FAR)
+            SubElement(joint, "limit", lower=number(-FAR), upper=far, effort=far, velocity=far)
         SubElement(joint, "dynamics", damping="0.0", friction="0.0")
