@@ -23,6 +23,8 @@ STATED = frozenset(
 """What a tree can say. All else needs a law, a prescribed motion or a mechanism that is no joint."""
 PIVOTED = frozenset({"ball_joint", "rod"})
 """The origin is a fixed point of the body."""
+LAWS = ("forces", "torques", "impulses", "guides", "ropes")
+"""The parts of a scene that no tree holds."""
 LEAST = 2e-15
 """Moments (kg m^2) of a point mass on a hinge that moves; MuJoCo refuses moments below 1e-15."""
 ROUNDING = 64 * 2.0**-52
@@ -113,6 +115,8 @@ def tree_of(case: Case) -> Tree:
     state = tuple(map(float, case.initial_state))
     parameters = tuple(map(float, case.parameter_values()))
     scene, at_zero = form.build(state, parameters), form.build((0.0,) * len(state), parameters)
+    if unnamed := [name for name in LAWS if getattr(scene, name)]:
+        raise ValueError(f"{case.id}: its scene has {', '.join(unnamed)}, which its tokens do not name")
     found = form.observe(readings_of(scene), parameters)
     size = max(map(abs, (*state, 1.0, *(x for body in scene.bodies for x in (*body.velocity, *body.angular_velocity)))))
     if any(abs(a - b) > ROUNDING * size for a, b in zip(found, state, strict=True)):

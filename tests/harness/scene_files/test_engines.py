@@ -140,7 +140,9 @@ def mujoco_error(files: Written, steps: int, integrator: str = "mjINT_EULER") ->
     return worst
 
 
-@pytest.mark.parametrize("name", stated("mjcf", smooth=True))
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in SOME else pytest.mark.slow) for name in stated("mjcf", smooth=True)]
+)
 def test_mujoco_follows_the_motion(name: str, tmp_path: Path) -> None:
     """With its Runge-Kutta method to nine digits: what replaces a point mass moves in the same way, and no number is off."""
     pytest.importorskip("mujoco")
@@ -234,6 +236,7 @@ def test_pybullet_follows_the_motion(name: str, tmp_path: Path, bullet: Any) -> 
 
 
 FOR_DRAKE = [(name, form) for form in ("sdf", "urdf", "mjcf") for name in some(form)]
+PARSED = [*FOR_DRAKE, *(("bouncing_ball", form) for form in ("sdf", "urdf", "mjcf"))]
 
 
 def plant_of(files: Written, step: float = 0.0) -> Any:
@@ -243,7 +246,7 @@ def plant_of(files: Written, step: float = 0.0) -> Any:
     return plant
 
 
-@pytest.mark.parametrize(("name", "form"), FOR_DRAKE)
+@pytest.mark.parametrize(("name", "form"), PARSED)
 def test_drake_reads_the_same_doubles(name: str, form: str, tmp_path: Path) -> None:
     """But for moments about the link's frame, which Drake keeps in their place: they round once more."""
     tree, files = written(name, form, tmp_path)

@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -93,6 +94,15 @@ def test_a_scene_that_a_format_cannot_state_is_refused(form: str, tmp_path: Path
         with pytest.raises(ValueError, match=unstated(SCENES[name], form)[0]):
             write(get(name), form, tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_law_that_the_tokens_do_not_name_is_not_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A case of a user's own may forget a token."""
+    case = get("harmonic_oscillator")
+    assert case.scene is not None
+    monkeypatch.setattr(type(case), "scene", replace(case.scene, needs=frozenset({"slider"})))
+    with pytest.raises(ValueError, match="has forces"):
+        write(case, "mjcf", tmp_path)
 
 
 def test_urdf_refuses_a_ball_joint_and_two_free_bodies() -> None:
