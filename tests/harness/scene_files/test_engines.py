@@ -7,13 +7,14 @@ error that does not fall. A sixteenth of the span of a case, over which no motio
 import csv
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from gnomon.cases import Case, get, names
-from gnomon.cases.core.scene import Vector
+from gnomon.cases.core.scene import Scene, Vector
 from gnomon.cases.scenes.attitude import matrix
 from gnomon.harness.scene_files.tree import Link, Tree, tree_of
 from gnomon.harness.scene_files.written import Written, unstated, write
@@ -262,6 +263,28 @@ def test_drake_reads_the_same_doubles(name: str, form: str, tmp_path: Path) -> N
             assert np.abs(plant.GetJointByName(link.joint_name).revolute_axis() - link.axis).max() <= 2.0**-52
         if link.joint == "slider":
             assert np.abs(plant.GetJointByName(link.joint_name).translation_axis() - link.axis).max() <= 2.0**-52
+
+
+@pytest.mark.parametrize("form", ["sdf", "urdf", "mjcf"])
+def test_a_link_is_placed_on_its_parent(form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A double pendulum whose pivot is not the origin."""
+    case = get("double_pendulum")
+    scene = case.scene
+    assert scene is not None
+
+    def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
+        found = scene.build(state, parameters)
+        upper, lower = found.hinges
+        return replace(found, hinges=(replace(upper, anchor=(0.5, 2.0, 1.0)), replace(lower, anchor=(0.5, 2.0, -0.25))))
+
+    monkeypatch.setattr(type(case), "scene", replace(scene, build=build))
+    plant = plant_of(write(case, form, tmp_path))
+    context = plant.CreateDefaultContext()
+    places = [
+        plant.EvalBodyPoseInWorld(context, plant.GetBodyByName(name)).translation().tolist()
+        for name in ("upper", "lower")
+    ]
+    assert places == [[0.5, 2.0, 1.0], [0.5, 2.0, -0.25]]
 
 
 @pytest.mark.parametrize(("name", "form"), [each for each in FOR_DRAKE if each[1] != "mjcf"])
