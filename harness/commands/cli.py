@@ -25,6 +25,7 @@ from gnomon.harness.commands.published.history import history
 from gnomon.harness.commands.published.recommend import recommend
 from gnomon.harness.commands.report import report
 from gnomon.harness.commands.run import run
+from gnomon.harness.commands.scene import scene
 from gnomon.harness.commands.show import show
 from gnomon.harness.commands.stability import stability
 from gnomon.harness.commands.verify import verify
@@ -61,6 +62,7 @@ for command in (
     *(
         show,
         exact,
+        scene,
         run,
         merge,
         ensemble,

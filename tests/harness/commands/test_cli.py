@@ -85,7 +85,7 @@ def test_every_command_takes_cases_and_integrators_by_the_same_options() -> None
     group: Any = typer.main.get_command(app)
     commands = {name: each for name, each in group.commands.items() if name != "baseline"}
     commands["write"] = group.commands["baseline"].commands["write"]
-    with_case = {"show", "exact", "run", "ensemble", "verify", "write", "certify"}
+    with_case = {"show", "exact", "scene", "run", "ensemble", "verify", "write", "certify"}
     with_integrator = {"run", "ensemble", "verify", "write", "stability"}
     for name, command in commands.items():
         named = {option for each in command.params for option in each.opts}
