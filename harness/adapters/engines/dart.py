@@ -3,9 +3,11 @@
 Forces are applied once a step; DART's own springs and dampers of joints are implicit and err ten times more. A body whose
 fixed point is the origin has a BallJoint: an EulerJoint is singular where its second angle is 90 degrees. It errs less on
 fast tops near the vertical (0.015 instead of 0.25 on the heavy top of the engine tables at 1e-3 s), and eight times more
-on `lagrange_top_sleeping_separatrix`. Forces at contacts are friction cones by NsgsFrictionSolver.
+on `lagrange_top_sleeping_separatrix`. Friction is a cone by NsgsFrictionSolver. Spheres,
+also tiny ones at the corners of a box, touch PlaneShapes; a box alone would touch a plane in one point.
 
-Limits that Python cannot change: an impact rebounds only above 0.1 m/s and up to 100 m/s.
+Limits that Python cannot change: a body rebounds only with more than 0.1 m/s and at most 100 m/s, and the depth of a
+contact turns into a velocity of at most 1 mm/s. A rope is a Coupler of two joints, whose force comes a step late.
 """
 
 from collections.abc import Iterable, Mapping
@@ -70,7 +72,7 @@ class World(Built):
         candidates = (
             cross(out, body.velocity),
             cross(out, scene.gravity),
-            *(cross(out, each) for each in np.eye(3).tolist()),
+            cross(out, (1.0, 0.0, 0.0)),
         )
         normal = next((each for each in candidates if dot(each, each) > 1e-24), (0.0, 1.0, 0.0))
         normal = along(ORIGIN, normal, 1 / sqrt(dot(normal, normal)))
@@ -100,11 +102,11 @@ class World(Built):
                 step()
         else:
             for done in range(self.steps, self.steps + steps):
-                self._push(done * self.dt)
+                self.push(done * self.dt)
                 step()
         self.steps += steps
 
-    def _push(self, t: float) -> None:
+    def push(self, t: float) -> None:
         """Apply forces, torques and blows at time t for one step, over which the engine keeps them constant."""
         for name, force, _ in forces_at(self.scene, t, self._motion):
             self.nodes[name].addExtForce(force)
@@ -137,7 +139,7 @@ class World(Built):
 def matrix(quaternion: Quaternion) -> Floats:
     """The rotation matrix of a unit quaternion."""
     x, y, z, w = quaternion
-    return np.eye(3) + 2 * np.array(
+    twice: Floats = 2 * np.array(
         [
             [-y * y - z * z, x * y - z * w, x * z + y * w],
             [x * y + z * w, -x * x - z * z, y * z - x * w],
@@ -192,3 +194,4 @@ class DartAsShipped(Dart):
 
 
 INTEGRATORS = (Dart, DartAsShipped)
+    return np.eye(3) + twice
