@@ -146,6 +146,7 @@ def matrix(quaternion: Quaternion) -> Floats:
             [x * z - y * w, y * z + x * w, -x * x - y * y],
         ]
     )
+    return np.eye(3) + twice
 
 
 CURVES = "no joint or contact follows a smooth curve or surface that a function gives"
@@ -194,4 +195,3 @@ class DartAsShipped(Dart):
 
 
 INTEGRATORS = (Dart, DartAsShipped)
-    return np.eye(3) + twice
