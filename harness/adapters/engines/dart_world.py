@@ -37,7 +37,8 @@ class Built:
 
     def __init__(self, dartpy: Any, form: SceneForm, dt: float, configured: bool) -> None:
         self.api, self.needs, self.dt, self.configured = dartpy, form.needs, dt, configured
-        self.options: Mapping[str, Any] = {}
+        self.chosen: dict[str, Any] = {}
+        self.options: Mapping[str, Any] = self.chosen
         self.close()
 
     def close(self) -> None:
@@ -70,12 +71,12 @@ class Built:
         sleep = self.world.getDeactivationOptions()
         sleep.mEnabled = False
         self.world.setDeactivationOptions(sleep)
-        self.options = {"deactivation": False}
+        self.chosen["deactivation"] = False
         if touching:
             friction = self.api.constraint.NsgsFrictionSolver()
             self.world.getConstraintSolver().setBoxedLcpSolver(friction)
             self.world.setCollisionDetector(self.api.collision.DARTCollisionDetector())
-            self.options = {**self.options, **CONTACT}
+            self.chosen |= CONTACT
 
     def _node(self, kind: str, parent: Any = None) -> tuple[Any, Any]:
         """A joint of this kind and its body, on the parent or in a skeleton of its own."""

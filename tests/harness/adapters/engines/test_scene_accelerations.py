@@ -21,7 +21,16 @@ from scipy.spatial.transform import Rotation
 
 SMOOTH = [name for name in names() if (case := get(name)).scene is not None and case.hybrid is None]
 ENGINES: tuple[type[SceneIntegrator], ...] = (PyBullet, Dart)
-TAKEN = [(engine, name) for engine in ENGINES for name in SMOOTH if engine().unsupported(get(name).scene) is None]  # type: ignore[arg-type]
+LATE: dict[type[SceneIntegrator], set[str]] = {Dart: {"rope", "driven_axis"}}
+"""Needs of scenes in which an engine gives a body the velocity that its leader, or its drive, had in the last step."""
+
+
+def takes(engine: type[SceneIntegrator], name: str) -> bool:
+    form = get(name).scene
+    return form is not None and engine().unsupported(form) is None and not form.needs & LATE.get(engine, set())
+
+
+TAKEN = [(engine, name) for engine in ENGINES for name in SMOOTH if takes(engine, name)]
 BALL_JOINT = {"ball_joint", "gyroscopic", "position_force", "velocity_force"}
 ON_A_BALL_JOINT = [name for name in SMOOTH if "ball_joint" in (needs := get(name).scene.needs) and needs <= BALL_JOINT]  # type: ignore[union-attr]
 
