@@ -1,13 +1,14 @@
 """DART: rigid bodies in joint coordinates (Featherstone), built from scenes. A step is a kick, then a drift.
 
-Forces are applied once a step; DART's own springs and dampers of joints are implicit and err ten times more. A body whose
-fixed point is the origin has a BallJoint: an EulerJoint is singular where its second angle is 90 degrees. It errs less on
-fast tops near the vertical (0.015 instead of 0.25 on the heavy top of the engine tables at 1e-3 s), and eight times more
-on `lagrange_top_sleeping_separatrix`. Friction is a cone by NsgsFrictionSolver. Spheres,
-also tiny ones at the corners of a box, touch PlaneShapes; a box alone would touch a plane in one point.
+Forces are applied once a step; DART's own springs and dampers of joints err ten times more. A body whose fixed point is
+the origin has a BallJoint: an EulerJoint is singular where its second angle is 90 degrees. The EulerJoint errs less on a
+fast top (0.015 instead of 0.25 on the heavy top of the engine tables at 1e-3 s), and eight times more on
+`lagrange_top_sleeping_separatrix`. Friction is a cone by NsgsFrictionSolver. A box touches a PlaneShape in one point, so
+it has tiny spheres at its corners instead.
 
-Limits that Python cannot change: a body rebounds only with more than 0.1 m/s and at most 100 m/s, and the depth of a
-contact turns into a velocity of at most 1 mm/s. A rope is a Coupler of two joints, whose force comes a step late.
+Limits that Python cannot change: a body rebounds only with more than 0.1 m/s and at most 100 m/s, a coefficient of
+friction below 1e-3 counts as none, and the depth of a contact turns into a velocity of at most 1 mm/s. A rope is a
+Coupler of two joints, whose force comes a step late.
 """
 
 from collections.abc import Iterable, Mapping

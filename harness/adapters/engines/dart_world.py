@@ -117,9 +117,8 @@ class Built:
     def _jointed(self, joint: Hinge | Slider) -> Any:
         parent, anchor = joint.parent, joint.anchor
         first = self.scene.hinges[0] if "chained_hinges" in self.needs else joint
-        if (
-            joint != first and not parent
-        ):  # the first hinge carries the others, whose anchors are in space at angle zero
+        # The first hinge carries the others, whose anchors are in space at angle zero.
+        if joint != first and not parent:
             parent, anchor = first.body, along(along(anchor, first.anchor, -1.0), first.arm, -1.0)  # type: ignore[union-attr]
         if parent:
             self._add(next(body for body in self.scene.bodies if body.name == parent))
@@ -193,7 +192,7 @@ class Built:
             if body.radius is not None:
                 self._shape(node, shapes.SphereShape(body.radius), share, grip)
             elif body.half_extents is not None and (self.configured or not all(body.half_extents)):
-                for corner in set(product(*((-each, each) for each in body.half_extents))):
+                for corner in sorted(set(product(*((-each, each) for each in body.half_extents)))):
                     self._shape(node, shapes.SphereShape(POINT), share, grip).setRelativeTranslation(corner)
             elif body.half_extents is not None:
                 self._shape(node, shapes.BoxShape([2 * each for each in body.half_extents]), share, grip)

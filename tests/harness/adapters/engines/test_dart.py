@@ -252,6 +252,31 @@ def test_a_call_after_a_reset_builds_nothing(policy: type[Dart], monkeypatch: py
         assert np.array_equal(run(initial_state(case)[None]).states, first)
 
 
+def after_one_step(name: str, state: tuple[float, ...], parameters: tuple[float, ...]) -> Floats:
+    form = get(name).scene
+    assert form is not None
+    world = World(dartpy, form, 1e-3, True)
+    world.build(form.build((0.0,) * len(state), parameters))
+    world.place(form.build(state, parameters))
+    world.advance(1)
+    found = np.array(form.observe(world.read(), parameters))
+    world.close()
+    return found
+
+
+@pytest.mark.parametrize(("before", "rebound"), [(0.12, 0.0), (0.13, 0.104), (1.0, 0.8), (150.0, 100.0)])
+def test_a_rebound_is_above_a_tenth_and_up_to_a_hundred_metres_a_second(before: float, rebound: float) -> None:
+    """Without gravity; 1e-5 of an impulse is lost in DART's constraint force mixing."""
+    _, after = after_one_step("bouncing_ball", (-1e-9, -before), (0.0, 0.8))
+    assert after == pytest.approx(rebound, rel=3e-5, abs=2e-6)
+
+
+def test_depth_turns_into_a_velocity_of_at_most_a_millimetre_a_second() -> None:
+    for depth in (1e-3, 1e-1):
+        _, velocity = after_one_step("bouncing_ball", (-depth, 0.0), (0.0, 0.0))
+        assert velocity == pytest.approx(1e-3, rel=2e-5)
+
+
 def test_what_dart_lacks_has_no_name_in_its_interface() -> None:
     """No joint, shape or constraint of it is a curve, a belt, a string, a blade or something that sticks."""
     known = [name.lower() for part in (dartpy.dynamics, dartpy.constraint, dartpy.collision) for name in dir(part)]
