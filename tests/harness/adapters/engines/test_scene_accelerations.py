@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from breadth import tenth
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.scene import Readings, Scene
@@ -30,7 +31,7 @@ def takes(engine: type[SceneIntegrator], name: str) -> bool:
     return form is not None and engine().unsupported(form) is None and not form.needs & LATE.get(engine, set())
 
 
-TAKEN = [(engine, name) for engine in ENGINES for name in SMOOTH if takes(engine, name)]
+TAKEN = {engine: [(engine, name) for name in SMOOTH if takes(engine, name)] for engine in ENGINES}
 BALL_JOINT = {"ball_joint", "gyroscopic", "position_force", "velocity_force"}
 ON_A_BALL_JOINT = [name for name in SMOOTH if "ball_joint" in (needs := get(name).scene.needs) and needs <= BALL_JOINT]  # type: ignore[union-attr]
 
@@ -57,7 +58,7 @@ def assert_same_rates(case: Case, state: Floats, found: Floats, share: float) ->
         assert np.linalg.norm((found - expected)[members]) <= share * size, (group, found, expected)
 
 
-@pytest.mark.parametrize(("engine", "name"), TAKEN)
+@pytest.mark.parametrize(("engine", "name"), [*TAKEN[PyBullet], *tenth(TAKEN[Dart])])
 def test_one_tiny_step_of_an_engine(engine: type[SceneIntegrator], name: str) -> None:
     """The first step errs by its length over the time scale, times the change of the rates in a time scale: a few 1e-5."""
     pytest.importorskip(engine.library, reason="pybullet has wheels up to CPython 3.11 only")
