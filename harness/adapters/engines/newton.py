@@ -23,24 +23,28 @@ from gnomon.harness.contract.integrator import Steps
 
 NO_SOLVER_HAS = {
     "driven_frame": "frames that rotate",
-    "joint_friction": "dry friction of joints in these solvers",
-    "pulley": "tendons over pulleys with inertia, apart from a modelled pulley with friction",
-    "unwinding_string": "strings that unwind",
+    "joint_friction": "dry friction of joints: `Model.joint_friction` is for other solvers",
+    "pulley": "pulleys without a radius, as the scene has: the rollers of its tendons need one",
+    "unwinding_string": "tendons that end wound on a body",
     "belt": "belts",
-    "linkage": "closed loops of joints in these solvers",
+    "linkage": "bodies that stand for the links of a linkage",
     "adhesion": "bodies that stick at an impact",
-    "adhesive_contact": "planes that hold a body without a distance",
+    "adhesive_contact": "planes that hold a body at no distance",
     "static_friction": "a second coefficient of friction",
-    "drill_friction": "contact patches; torsional friction has a length of its own",
+    "drill_friction": "contact patches: torsional friction has a length that the scene does not state",
     "thin_rod_contact": "exact contacts of a rod of no thickness",
-    "disc_contact": "contacts with a sharp edge",
+    "disc_contact": "discs without thickness",
     "rolling_without_slip": "constraints on velocities",
-    "curved_guide": "guides along curves",
-    "curved_surface": "constraints to surfaces",
+    "curved_guide": "guides along curves: meshes have facets",
+    "curved_surface": "constraints to smooth surfaces: meshes have facets",
     "loss_of_contact": "guides that hold on one side",
     "knife_edge": "constraints on velocities",
 }
-"""What the table "Joint feature support" of Newton's manual and its `ModelBuilder` do not have."""
+"""What neither the joints and shapes of `ModelBuilder` nor the limitations in the docstrings of the solvers offer.
+
+Of joint friction they say: "`Model.joint_armature`, `Model.joint_friction`, `Model.joint_effort_limit`,
+`Model.joint_velocity_limit`, and `Model.joint_target_mode` are not supported" (SolverXPBD; the others alike).
+"""
 PENALTY_HAS_NOT = {
     "rigid_impact": "coefficients of restitution: contacts are springs and dampers",
     "body_contact": "impacts of bodies: contacts are springs and dampers",

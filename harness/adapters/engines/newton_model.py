@@ -92,7 +92,9 @@ class Assembly:
             share = 0.5
             inertia = (body.mass * dot(arm, arm) / 4,) * 3
         elif isinstance(joint, Hinge) and not all(inertia) and not self.reduced:
-            raise Refused("coordinates of bodies: a body without inertia, such as a point mass, does not turn on a hinge")
+            raise Refused(
+                "coordinates of bodies: a body without inertia, such as a point mass, does not turn on a hinge"
+            )
         arm = along(ORIGIN, arm, share)
         parent = self.parts[joint.parent] if joint and joint.parent else None
         number = self._add(Part(body, joint, share), self.builder.add_link, inertia)
@@ -147,7 +149,11 @@ class Assembly:
         config = self.newton.ModelBuilder.ShapeConfig(mu=contact.friction, restitution=contact.restitution)
         # Stiffness follows the step: 12 steps a period; damping acts while bodies approach; a slip ends within steps.
         rate = 0.5 / self.dt
-        stiff = {"ke": body.mass * rate**2 / points, "kd": body.mass * rate / points, "kf": body.mass * rate / 2 / points}
+        stiff = {
+            "ke": body.mass * rate**2 / points,
+            "kd": body.mass * rate / points,
+            "kf": body.mass * rate / 2 / points,
+        }
         for name, value in self.chosen(mu_torsional=0.0, mu_rolling=0.0, **(stiff if self.penalty else {})).items():
             setattr(config, name, value)
         self._shape(body, config)
@@ -166,7 +172,7 @@ class Assembly:
 
     def _shape(self, body: Body, config: Any) -> None:
         number = self.parts[body.name].number
-        if number in self.builder.body_shapes and self.builder.body_shapes[number]:
+        if self.builder.body_shapes.get(number):
             return
         if body.half_extents:
             a, b, c = body.half_extents
@@ -181,8 +187,14 @@ class Assembly:
             end = self.parts[rope.other]
         else:
             body = Body(f"puller of {rope.body}", 1.0, ORIGIN, along(rope.hole, rope.axis, 1.0))
-            end = self._free(body, Slider(body.name, body.name, body.position, rope.axis, 0.0, 0.0, drive=_pulled(length)))
-        guides = ((self.parts[rope.body].number, "ANCHOR", ORIGIN), (-1, "PINHOLE", rope.hole), (end.number, "ANCHOR", ORIGIN))
+            end = self._free(
+                body, Slider(body.name, body.name, body.position, rope.axis, 0.0, 0.0, drive=_pulled(length))
+            )
+        guides = (
+            (self.parts[rope.body].number, "ANCHOR", ORIGIN),
+            (-1, "PINHOLE", rope.hole),
+            (end.number, "ANCHOR", ORIGIN),
+        )
         self.builder.add_tendon(
             [
                 newton.TendonGuide(body=number, guide_type=newton.TendonGuideType[kind], offset=self.warp.vec3(*at))

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.scene import Body, Hinge, Quaternion, Readings, Scene, SceneForm, Slider, Vector
-from gnomon.harness.adapters.engines.newton_model import Assembly, Part
+from gnomon.harness.adapters.engines.newton_model import Assembly
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot
-from gnomon.harness.contract.integrator import Floats
 
 START_SHAPES = frozenset({"ball_joint", "rod", "rope"})
 """Scenes whose geometry follows from their start: the model is built when the start is known."""
@@ -22,12 +21,21 @@ class World:
     """
 
     def __init__(
-        self, form: SceneForm, dt: float, make: Callable[["World"], Any], *, reduced: bool, penalty: bool, configured: bool
+        self,
+        form: SceneForm,
+        dt: float,
+        make: Callable[["World"], Any],
+        *,
+        reduced: bool,
+        penalty: bool,
+        configured: bool,
     ) -> None:
-        import newton
         import warp
 
-        warp.config.quiet = True  # else each module of kernels prints a line
+        # Else each module of kernels prints a line; and on a machine without a graphics card a warning.
+        warp.config.log_level = warp.LOG_ERROR
+        import newton
+
         self.newton, self.warp = newton, warp
         self.needs, self.dt, self.make = form.needs, dt, make
         self.kind, self.configured = {"reduced": reduced, "penalty": penalty}, configured
@@ -114,7 +122,9 @@ class World:
             for part in self.driven:
                 assert part.drive is not None
                 start, end = part.drive(t), part.drive(t + self.dt)
-                row, twist = (part.number, part.number) if names[0] == "body_q" else (slice(part.q, None), slice(part.qd, None))
+                row, twist = (
+                    (part.number, part.number) if names[0] == "body_q" else (slice(part.q, None), slice(part.qd, None))
+                )
                 q[row][:3] = end
                 qd[twist][:3] = along(ORIGIN, along(end, start, -1.0), 1 / self.dt)
             poses.assign(q)
