@@ -32,7 +32,6 @@ NO_SOLVER_HAS = {
     "adhesive_contact": "planes that hold a body at no distance",
     "static_friction": "a second coefficient of friction",
     "drill_friction": "contact patches: torsional friction has a length that the scene does not state",
-    "thin_rod_contact": "exact contacts of a rod of no thickness",
     "disc_contact": "discs without thickness",
     "rolling_without_slip": "constraints on velocities",
     "curved_guide": "guides along curves: meshes have facets",
@@ -48,6 +47,7 @@ Of joint friction they say: "`Model.joint_armature`, `Model.joint_friction`, `Mo
 PENALTY_HAS_NOT = {
     "rigid_impact": "coefficients of restitution: contacts are springs and dampers",
     "body_contact": "impacts of bodies: contacts are springs and dampers",
+    "thin_rod_contact": "impacts without rebound: contacts are springs and dampers",
     "rope": "tendons in this solver",
     "driven_axis": "joints or tendons whose coordinate is prescribed",
 }

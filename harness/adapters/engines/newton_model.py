@@ -41,8 +41,6 @@ class Assembly:
 
     def __init__(
         self,
-        newton: Any,
-        warp: Any,
         scene: Scene,
         needs: frozenset[str],
         dt: float,
@@ -51,6 +49,9 @@ class Assembly:
         reduced: bool,
         penalty: bool,
     ) -> None:
+        import newton
+        import warp
+
         self.newton, self.warp, self.needs, self.dt = newton, warp, needs, dt
         self.chosen, self.reduced, self.penalty = chosen, reduced, penalty
         self.parts: dict[str, Part] = {}
@@ -119,14 +120,16 @@ class Assembly:
         return int(made)
 
     def _free(self, body: Body, joint: Hinge | Slider | None = None) -> Part:
-        """A body with six degrees of freedom, whose attitude is of no interest if it is a point; or one that is driven."""
+        """A body with six degrees of freedom; the attitude of a point is of no interest. Or one that is driven."""
         part = Part(body, joint)
         if isinstance(joint, Slider) and joint.drive:
             if joint.parent:
                 raise Refused("prescribes the motion only of bodies that no moving body carries")
             rail, drive = joint, joint.drive
             part.drive = lambda t: along(rail.anchor, rail.axis, drive(t))
-        moment = body.inertia if any(body.inertia) else (body.mass,) * 3
+        spare = max(body.inertia) or body.mass  # a thin rod and a point have no spin where their moment is 0
+        a, b, c = body.inertia
+        moment = a or spare, b or spare, c or spare
         self._add(part, self.builder.add_body, moment, is_kinematic=part.drive is not None)
         self._indexed(part)
         return part
@@ -157,7 +160,8 @@ class Assembly:
         for name, value in self.chosen(mu_torsional=0.0, mu_rolling=0.0, **(stiff if self.penalty else {})).items():
             setattr(config, name, value)
         self._shape(body, config)
-        depth, at = 0.0 if body.radius or body.half_extents else STAND_IN, -1
+        # Spheres stand for a point and for the ends of a rod: the plane is as far below as their radius.
+        depth, at = 0.0 if body.radius or all(body.half_extents or (0.0,)) else STAND_IN, -1
         if contact.partner:
             partner = self.parts[contact.partner]
             if partner.body.radius:
@@ -174,31 +178,41 @@ class Assembly:
         number = self.parts[body.name].number
         if self.builder.body_shapes.get(number):
             return
-        if body.half_extents:
+        if body.half_extents and all(body.half_extents):
             a, b, c = body.half_extents
             self.builder.add_shape_box(number, hx=a, hy=b, hz=c, cfg=config)
-        else:
-            self.builder.add_shape_sphere(number, radius=body.radius or STAND_IN, cfg=config)
+            return
+        ends = body.half_extents or ORIGIN
+        for end in dict.fromkeys((ends, along(ORIGIN, ends, -1.0))):
+            at = self.warp.transform(self.warp.vec3(*end), self.warp.quat_identity())
+            self.builder.add_shape_sphere(number, xform=at, radius=body.radius or STAND_IN, cfg=config)
 
     def _tie(self, rope: Rope) -> None:
         """A tendon through a hole without friction. A rope without another end is pulled by a driven body below the hole."""
-        newton, length = self.newton, rope.length
+        newton = self.newton
         if rope.other:
             end = self.parts[rope.other]
         else:
             body = Body(f"puller of {rope.body}", 1.0, ORIGIN, along(rope.hole, rope.axis, 1.0))
             end = self._free(
-                body, Slider(body.name, body.name, body.position, rope.axis, 0.0, 0.0, drive=_pulled(length))
+                body, Slider(body.name, body.name, body.position, rope.axis, 0.0, 0.0, drive=_pulled(rope.length))
             )
         guides = (
             (self.parts[rope.body].number, "ANCHOR", ORIGIN),
             (-1, "PINHOLE", rope.hole),
             (end.number, "ANCHOR", ORIGIN),
         )
+        # Without compliance a rope that moves through the hole sticks there; the shorter the step, the less it yields.
+        yields = self.chosen(compliance=self.dt / (4 * self.parts[rope.body].body.mass)) if rope.other else {}
         self.builder.add_tendon(
             [
-                newton.TendonGuide(body=number, guide_type=newton.TendonGuideType[kind], offset=self.warp.vec3(*at))
-                for number, kind, at in guides
+                newton.TendonGuide(
+                    body=number,
+                    guide_type=newton.TendonGuideType[kind],
+                    offset=self.warp.vec3(*at),
+                    **(yields if place else {}),
+                )
+                for place, (number, kind, at) in enumerate(guides)
             ]
         )
 

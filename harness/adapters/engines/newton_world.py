@@ -1,11 +1,11 @@
 """A Newton world: a model of a scene with a solver and its states, which are float32."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from gnomon.cases.core.scene import Body, Hinge, Quaternion, Readings, Scene, SceneForm, Slider, Vector
-from gnomon.harness.adapters.engines.newton_model import Assembly
+from gnomon.harness.adapters.engines.newton_model import Assembly, Part
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot
 
@@ -36,21 +36,27 @@ class World:
         warp.config.log_level = warp.LOG_ERROR
         import newton
 
-        self.newton, self.warp = newton, warp
+        self.newton = newton
         self.needs, self.dt, self.make = form.needs, dt, make
         self.kind, self.configured = {"reduced": reduced, "penalty": penalty}, configured
-        self.options: dict[str, Any] = {}
+        self.settings: dict[str, Any] = {}
+        self.options: Mapping[str, Any] = self.settings
+        self.assembly: Any = None
+        self.model: Any = None
+        self.solver: Any = None
+        self.contacts: Any = None
+        self.states: list[Any] = []
 
     def close(self) -> None:
         """The engine frees arrays with their last reference."""
-        self.assembly = self.solver = self.control = self.pipeline = self.contacts = None  # type: ignore[assignment]
-        self.states: list[Any] = []
+        self.assembly = self.model = self.solver = self.contacts = None
+        self.states.clear()
 
     def chosen(self, **settings: Any) -> dict[str, Any]:
         """The settings, recorded, if the world is configured; none otherwise."""
         if not self.configured:
             return {}
-        self.options |= settings
+        self.settings |= settings
         return settings
 
     def build(self, scene: Scene) -> None:
@@ -59,14 +65,15 @@ class World:
 
     def _build(self, scene: Scene) -> None:
         self.scene = scene
-        self.assembly = Assembly(self.newton, self.warp, scene, self.needs, self.dt, self.chosen, **self.kind)
+        self.assembly = Assembly(scene, self.needs, self.dt, self.chosen, **self.kind)
         self.model, self.parts = self.assembly.model, self.assembly.parts
         self.driven = [part for part in self.parts.values() if part.drive]
         self.solver = self.make(self)
         self.states = [self.model.state(), self.model.state()]
-        self.control, self.contacts = self.model.control(), None
+        self.control: Any = self.model.control()
+        self.contacts = None
         if self.model.shape_count:
-            self.pipeline = self.newton.CollisionPipeline(self.model)
+            self.pipeline: Any = self.newton.CollisionPipeline(self.model)
             self.contacts = self.pipeline.contacts()
 
     def place(self, scene: Scene) -> None:
@@ -135,7 +142,7 @@ class World:
         poses, twists = state.body_q.numpy().tolist(), state.body_qd.numpy().tolist()
 
         def motion(name: str) -> tuple[Vector, Vector]:
-            part = self.parts[name]
+            part: Part = self.parts[name]
             return part.motion(poses[part.number], twists[part.number])
 
         def rotation(name: str) -> tuple[Quaternion, Vector]:
