@@ -99,7 +99,14 @@ class Assembly:
         arm = along(ORIGIN, arm, share)
         parent = self.parts[joint.parent] if joint and joint.parent else None
         number = self._add(Part(body, joint, share), self.builder.add_link, inertia)
-        frame, turn = self.warp.transform, self.warp.quat_identity()
+        frame, turn, axis = self.warp.transform, self.warp.quat_identity(), joint.axis if joint else ORIGIN
+        if (
+            sum(map(bool, axis)) > 1
+        ):  # XPBD frees whole coordinates of the frame of a joint: one is turned along the axis
+            turn, axis = (
+                self.warp.quat_between_vectors(self.warp.vec3(1.0, 0.0, 0.0), self.warp.vec3(*axis)),
+                (1.0, 0.0, 0.0),
+            )
         anchor = joint.anchor if joint else ORIGIN
         ends = {
             "parent_xform": frame(self.warp.vec3(*anchor), turn),
@@ -115,7 +122,7 @@ class Assembly:
         else:
             hinge = isinstance(joint, Hinge)
             add = self.builder.add_joint_revolute if hinge else self.builder.add_joint_prismatic
-            made = add(at, number, axis=self.warp.vec3(*joint.axis), **ends)
+            made = add(at, number, axis=self.warp.vec3(*axis), **ends)
         self._indexed(self.parts[body.name])
         return int(made)
 

@@ -32,7 +32,7 @@ class World:
     ) -> None:
         import warp
 
-        # Else each module of kernels prints a line; and on a machine without a graphics card a warning.
+        # Else each module of kernels prints a line when it is loaded.
         warp.config.log_level = warp.LOG_ERROR
         import newton
 
