@@ -10,6 +10,8 @@ from gnomon.harness.contract.integrator import Refused
 
 STAND_IN = 0.1
 """A point on a plane is a sphere of this radius (m), with the plane as far below."""
+POINT_MOMENT = 1e12
+"""The moment of a free point over its mass (m^2); it does not change the motion of the centre of mass."""
 
 
 class Part:
@@ -134,7 +136,9 @@ class Assembly:
                 raise Refused("prescribes the motion only of bodies that no moving body carries")
             rail, drive = joint, joint.drive
             part.drive = lambda t: along(rail.anchor, rail.axis, drive(t))
-        spare = max(body.inertia) or body.mass  # a thin rod and a point have no spin where their moment is 0
+        # A thin rod and a point have no spin where their moment is 0. That of a point is large, because it must not drown in
+        # mass times distance squared, which the mass matrix of float32 holds.
+        spare = max(body.inertia) or POINT_MOMENT * body.mass
         a, b, c = body.inertia
         moment = a or spare, b or spare, c or spare
         self._add(part, self.builder.add_body, moment, is_kinematic=part.drive is not None)
