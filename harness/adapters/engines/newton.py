@@ -4,8 +4,8 @@ How it is driven: `ModelBuilder` makes a model of links, joints and shapes; `Col
 each step, and `solver.step` moves one `State` into another. Forces of a scene are Python functions: once a step they are
 evaluated and written to `State.body_f`. Warp compiles each module of kernels at its first use (minutes in all) and keeps it.
 
-Traps: the damping of rotation is not zero by default in two of the solvers; the engine corrects the inertia of a body
-unless it is told not to; `Contacts` of friction have torsional and rolling parts by default. All results are float32, so an
+Traps: SolverSemiImplicit damps rotation by default (SolverFeatherstone has the same argument and ignores it); the engine
+corrects the inertia of a body unless it is told not to; friction has torsional and rolling parts by default. All results are float32, so an
 error stops falling at some 1e-5 to 1e-3 of the motion.
 
 SolverMuJoCo does not take part: `newton` installs without `mujoco` and `mujoco-warp`, and without them its constructor fails
@@ -119,7 +119,7 @@ class XPBD(Newton):
 
 
 class FeatherstoneAsShipped(Featherstone):
-    """The same solver with its defaults, among them a damping of rotation: no order against the exact motion."""
+    """The same solver with its defaults: contacts of a fixed stiffness, and the engine may correct inertia."""
 
     policy, configured, order = "as shipped", False, None
     sweep = Steps(coarsest=0.5, halvings=7)
