@@ -51,7 +51,7 @@ class Assembly:
         reduced: bool,
         penalty: bool,
     ) -> None:
-        import newton
+        import newton  # optional, and slow: 6 s
         import warp
 
         self.newton, self.warp, self.needs, self.dt = newton, warp, needs, dt

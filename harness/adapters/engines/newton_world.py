@@ -30,7 +30,7 @@ class World:
         penalty: bool,
         configured: bool,
     ) -> None:
-        import warp
+        import warp  # without the library the status is `not_installed`
 
         # Else each module of kernels prints a line when it is loaded.
         warp.config.log_level = warp.LOG_ERROR
