@@ -6,8 +6,8 @@ evaluated and written to `State.body_f`. Warp compiles each module of kernels at
 
 Traps: SolverSemiImplicit damps rotation by default (SolverFeatherstone has the same argument and ignores it); the engine
 corrects the inertia of a body unless it is told not to; friction has torsional and rolling parts by default. All results are float32, so an
-error stops falling at some 1e-5 to 1e-3 of the motion. XPBD holds `millikan_oil_drop`, which moves by micrometres, at rest
-or nearly so, and at the steps tried `flywheel` and `gyrocompass_damped` do not converge in it; the causes are not known.
+error stops falling at some 1e-5 to 1e-3 of the motion. In XPBD
+`millikan_oil_drop`, `flywheel` and `gyrocompass_damped` do not converge at the steps tried; the causes are not known.
 
 SolverMuJoCo does not take part: `newton` installs without `mujoco` and `mujoco-warp`, and without them its constructor fails
 (ImportError: MuJoCo backend not installed). It steps MuJoCo's own equations. SolverKamino, SolverSteel and SolverVBD are not
