@@ -1,5 +1,6 @@
 """Vectors in space as tuples, which engines take and return; numpy is slower for three numbers."""
 
+from collections.abc import Sequence
 from math import cos, sin
 
 from gnomon.cases.core.scene import Quaternion, Vector
@@ -24,3 +25,15 @@ def turned(axis: Vector, arm: Vector, angle: float) -> tuple[Quaternion, Vector]
     x, y, z = along(ORIGIN, axis, sin(angle / 2))
     lever = along(along(ORIGIN, arm, cos(angle)), cross(axis, arm), sin(angle))
     return (x, y, z, cos(angle / 2)), along(lever, axis, dot(axis, arm) * (1 - cos(angle)))
+
+
+def vector(values: Sequence[float]) -> Vector:
+    """The first three of the values."""
+    return values[0], values[1], values[2]
+
+
+def rotated(q: Quaternion, arm: Vector) -> Vector:
+    """The arm after the rotation by a unit quaternion."""
+    axis = vector(q)
+    twice = along(ORIGIN, cross(axis, arm), 2.0)
+    return along(along(arm, twice, q[3]), cross(axis, twice), 1.0)

@@ -1,0 +1,143 @@
+"""Newton on Warp: three of its solvers of rigid bodies, which step a model in float32, on a processor or a graphics card.
+
+How it is driven: `ModelBuilder` makes a model of links, joints and shapes; `CollisionPipeline` finds contacts at the start of
+each step, and `solver.step` moves one `State` into another. Forces of a scene are Python functions: once a step they are
+evaluated and written to `State.body_f`. Warp compiles each module of kernels at its first use (minutes in all) and keeps it.
+
+Traps: SolverSemiImplicit damps rotation by default (SolverFeatherstone has the same argument and ignores it); the engine
+corrects the inertia of a body unless it is told not to; friction has torsional and rolling parts by default. All results are float32, so an
+error stops falling at some 1e-5 to 1e-3 of the motion. In XPBD
+`millikan_oil_drop`, `flywheel` and `gyrocompass_damped` do not converge at the steps tried; the causes are not known.
+
+SolverMuJoCo does not take part: `newton` installs without `mujoco` and `mujoco-warp`, and without them its constructor fails
+(ImportError: MuJoCo backend not installed). It steps MuJoCo's own equations. SolverKamino, SolverSteel and SolverVBD are not
+driven; the solvers of cloth and particles hold no rigid bodies.
+"""
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.adapters.engines.newton_world import World
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
+from gnomon.harness.contract.integrator import Steps
+
+NO_SOLVER_HAS = {
+    "driven_frame": "frames that rotate",
+    "joint_friction": "dry friction of joints: `Model.joint_friction` is for other solvers",
+    "pulley": "pulleys without a radius, as the scene has: the rollers of its tendons need one",
+    "unwinding_string": "tendons that end wound on a body",
+    "belt": "belts",
+    "linkage": "bodies that stand for the links of a linkage",
+    "adhesion": "bodies that stick at an impact",
+    "adhesive_contact": "planes that hold a body at no distance",
+    "static_friction": "a second coefficient of friction",
+    "drill_friction": "contact patches: torsional friction has a length that the scene does not state",
+    "disc_contact": "discs without thickness",
+    "rolling_without_slip": "constraints on velocities",
+    "curved_guide": "guides along curves: meshes have facets",
+    "curved_surface": "constraints to smooth surfaces: meshes have facets",
+    "loss_of_contact": "guides that hold on one side",
+    "knife_edge": "constraints on velocities",
+}
+"""What neither the joints and shapes of `ModelBuilder` nor the limitations in the docstrings of the solvers offer.
+
+Of joint friction they say: "`Model.joint_armature`, `Model.joint_friction`, `Model.joint_effort_limit`,
+`Model.joint_velocity_limit`, and `Model.joint_target_mode` are not supported" (SolverXPBD; the others alike).
+"""
+PENALTY_HAS_NOT = {
+    "rigid_impact": "coefficients of restitution: contacts are springs and dampers",
+    "body_contact": "impacts of bodies: contacts are springs and dampers",
+    "thin_rod_contact": "impacts without rebound: contacts are springs and dampers",
+    "rope": "tendons in this solver",
+    "driven_axis": "joints or tendons whose coordinate is prescribed",
+}
+
+
+class Newton(SceneIntegrator):
+    """What the solvers have in common: order 1, symplectic Euler; forces once a step.
+
+    `reduced`: the solver moves the coordinates of joints; `penalty`: contacts are springs and dampers.
+    """
+
+    library = "newton"
+    order: ClassVar[int | None] = 1
+    lacks: ClassVar[Mapping[str, str]] = NO_SOLVER_HAS | PENALTY_HAS_NOT
+    configured: ClassVar[bool] = True
+    reduced: ClassVar[bool] = False
+    penalty: ClassVar[bool] = True
+
+    def world(self, form: SceneForm, dt: float) -> World:
+        return World(form, dt, self.solver, reduced=self.reduced, penalty=self.penalty, configured=self.configured)
+
+    def solver(self, world: World) -> Any:
+        """The engine's solver for a world with a model."""
+        raise NotImplementedError
+
+
+class Featherstone(Newton):
+    """Featherstone's composite rigid bodies in coordinates of joints. Order 1. Springs and dampers at contacts.
+
+    Newton Developers, `newton.solvers.SolverFeatherstone`; Featherstone 2014.
+    """
+
+    name, reduced = "SolverFeatherstone", True
+
+    def solver(self, world: World) -> Any:
+        return world.newton.solvers.SolverFeatherstone(world.model, **world.chosen(angular_damping=0.0))
+
+
+class SemiImplicit(Newton):
+    """Symplectic Euler for each body; joints and contacts are springs and dampers. Order 1.
+
+    The springs stiffen as the step shortens: their fastest period stays 2 pi steps, and what they yield vanishes with the
+    square of the step.
+    """
+
+    name = "SolverSemiImplicit"
+
+    def solver(self, world: World) -> Any:
+        settings = world.chosen(angular_damping=0.0)
+        held = world.assembly.light
+        if held < float("inf"):
+            settings |= world.chosen(joint_attach_ke=held / world.dt**2, joint_attach_kd=held / world.dt)
+        return world.newton.solvers.SolverSemiImplicit(world.model, **settings)
+
+
+class XPBD(Newton):
+    """Extended position-based dynamics: positions are corrected after a free step. Order 1; restitution at impacts.
+
+    Mueller, Macklin, Chentanez, Jeschke and Kim 2020.
+    """
+
+    name, penalty = "SolverXPBD", False
+    lacks = NO_SOLVER_HAS
+
+    def solver(self, world: World) -> Any:
+        settings = world.chosen(iterations=10, joint_linear_relaxation=1.0, joint_angular_relaxation=1.0)
+        impacts = "rigid_impact" in world.needs
+        return world.newton.solvers.SolverXPBD(world.model, enable_restitution=impacts, **settings)
+
+
+class FeatherstoneAsShipped(Featherstone):
+    """The same solver with its defaults: contacts of a fixed stiffness, and the engine may correct inertia."""
+
+    policy, configured, order = "as shipped", False, None
+    sweep = Steps(coarsest=0.5, halvings=7)
+
+
+class SemiImplicitAsShipped(SemiImplicit):
+    """The same solver with its defaults: damping of rotation, and joints and contacts of a fixed stiffness."""
+
+    policy, configured, order = "as shipped", False, None
+    sweep = Steps(coarsest=0.5, halvings=7)
+
+
+class XPBDAsShipped(XPBD):
+    """The same solver with its defaults: two iterations, and torsional and rolling friction."""
+
+    policy, configured, order = "as shipped", False, None
+    sweep = Steps(coarsest=0.5, halvings=7)
+
+
+INTEGRATORS = (Featherstone, SemiImplicit, XPBD, FeatherstoneAsShipped, SemiImplicitAsShipped, XPBDAsShipped)
