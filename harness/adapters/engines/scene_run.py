@@ -46,12 +46,15 @@ class SceneIntegrator(Installed):
     ----------
     lacks : mapping of str to str
         The tokens of scenes that the engine cannot model, each with what the engine lacks.
+    bits : int
+        The bits of the significand of the engine's numbers: 24 for an engine that computes in binary32.
     """
 
     accepts, sampling, counts_rhs = (SceneForm,), "grid", False
     policy = "configured"
     sweep = Steps(coarsest=0.5, halvings=9)
     lacks: ClassVar[Mapping[str, str]] = {}
+    bits: ClassVar[int] = 53
 
     @abstractmethod
     def world(self, form: SceneForm, dt: float) -> World:
