@@ -40,6 +40,7 @@ TEXTS: dict[str, dict[str, str]] = declared("studies", "preflights.toml")
 ROUNDINGS = 64
 """Roundings of a step, each by the unit round-off of the largest number."""
 STATES = 16
+TINY = float(np.finfo(float).tiny)
 UNSETTLED = 2.0**-6
 """Rates that steps of h/2 and h/4 give may differ by this share."""
 STRONGER = {"foucault_pendulum_nonlinear": "turntable"}
@@ -91,7 +92,7 @@ class Engine:
         """States after each start at each time, shape (starts, times, dimension), from a new world."""
         return self.run(Problem(form, len(starts[0]), np.empty(0), np.array(times), 1.0), starts, step)
 
-    def run(self, problem: Problem, starts: Sequence[Floats], step: float) -> Floats:
+    def run(self, problem: Problem, starts: Sequence[Floats] | Floats, step: float) -> Floats:
         solver = solver_of(self.integrator, problem, step)
         try:
             return solver(np.array(starts)).states
@@ -195,15 +196,15 @@ def rate_error(
     `angles`: the coordinates whose whole turns are ignored. The text `acceleration` of `TEXTS` has the bound.
     """
     longest = problem.time_scale * 2.0 ** -(engine.bits // 4)
-    found = []
+    estimates = []
     for step in (longest, longest / 2, longest / 4):
         change = engine.run(replace(problem, times=np.array([problem.t0 + step])), starts, step)[:, 0] - starts
         if angles is not None:
             change[:, angles] = np.remainder(change[:, angles] + np.pi, 2 * np.pi) - np.pi
-        found.append(change / step)
-    coarse, fine = 2 * found[1] - found[0], 2 * found[2] - found[1]
+        estimates.append(change / step)
+    coarse, fine = 2 * estimates[1] - estimates[0], 2 * estimates[2] - estimates[1]
     expected = np.array([rates(problem.t0, start) for start in starts])
-    worst = 0.0, 1.0
+    worst = -1.0, 0.0, 0.0, ""
     for members in map(list, groups):
         largest = np.max(np.linalg.norm(starts[:, members], axis=1))
         size = np.maximum(np.linalg.norm(expected[:, members], axis=1), largest / problem.time_scale)
@@ -211,18 +212,21 @@ def rate_error(
         spread = np.linalg.norm((fine - coarse)[:, members], axis=1) / size
         error = np.linalg.norm((fine - expected)[:, members], axis=1) / size
         bound = spread + 10 * engine.rounding * largest / (longest * size)
-        error, bound = np.where(spread > UNSETTLED, [spread, np.full(len(spread), UNSETTLED)], [error, bound])
-        # A quotient of 0 / 0 is right, and nan anywhere is worst.
-        quotient = np.where(error == 0, 0.0, error / np.maximum(bound, np.finfo(float).tiny))
-        k = int(np.argmax(quotient))
-        if not quotient[k] < worst[0] / worst[1]:
-            worst = float(error[k]), float(bound[k])
-    return *worst, "error of the rates of change, relative"
+        for each, most, unsettled in zip(error.tolist(), bound.tolist(), spread.tolist(), strict=True):
+            if unsettled > UNSETTLED:
+                judged = unsettled, UNSETTLED, "difference of the rates from steps of h/2 and h/4, relative"
+            else:
+                judged = each, most, "error of the rates of change, relative"
+            # Numbers that are not finite are worst, and 0 / 0 is right.
+            quotient = judged[0] / max(judged[1], TINY) if math.isfinite(judged[0]) else math.inf
+            worst = max(worst, (quotient, *judged))
+    return worst[1:]
 
 
 def _free(form: SceneForm, engine: Engine, start: Floats, steps: int, step: float) -> Floats:
     """The state of a free body after some steps."""
-    return engine.solve(form, [start], [steps * step], step)[0, 0]
+    found: Floats = engine.solve(form, [start], [steps * step], step)[0, 0]
+    return found
 
 
 def _relative(found: Floats, expected: Floats) -> float:

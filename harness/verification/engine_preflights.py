@@ -60,14 +60,12 @@ def preflight_rows(
     absent = lookup.missing(integrator)
     if absent is not None:
         raise ValueError(f"{integrator.id} cannot run here: {absent}")
-    if names:
-        on = [case for case, _ in selection.choose(names, variants=False)]
-    else:
-        on = [case for case in preflight.smooth_cases() if depth != "low" or case.id in CASES]
     parts: list[Part] = []
     for name in preflight.TEXTS:
         if not chosen or name in chosen:
-            parts += [(name, case) for case in on] if name == preflight.ACCELERATION else [(name, None)]
+            parts += (
+                [(name, case) for case in _cases(names, depth)] if name == preflight.ACCELERATION else [(name, None)]
+            )
     rows = {part: list[Row]() for part in parts}
 
     def add(part: Part, row: Row) -> None:
@@ -76,6 +74,12 @@ def preflight_rows(
 
     run([PreflightJob(integrator, parts[k::workers], add, CLAIM_SECONDS[depth]) for k in range(workers)], workers, ends)
     return [row for found in rows.values() for row in found]
+
+
+def _cases(names: Sequence[str] | None, depth: str) -> list[Case]:
+    if names:
+        return [case for case, _ in selection.choose(names, variants=False)]
+    return [case for case in preflight.smooth_cases() if depth != "low" or case.id in CASES]
 
 
 Part = tuple[str, Case | None]
@@ -97,7 +101,9 @@ class PreflightJob(Job):
 
     def work(self, send: Send) -> None:
         for name, case in self.parts:
-            send([asdict(row) for row in preflight.preflights(self.integrator, [name], case and [case])])
+            send(
+                [asdict(row) for row in preflight.preflights(self.integrator, [name], None if case is None else [case])]
+            )
 
     def receive(self, message: Any) -> None:
         part = self.parts.pop(0)

@@ -85,6 +85,18 @@ def test_states_that_are_not_numbers_pass_nothing_but_the_same_bits() -> None:
     assert {row.verdict for row in rows if row.name != "same_bits"} == {FAILED}
 
 
+class LosesCoordinates(RigidEngine):
+    def step(self, dt: float) -> None:
+        super().step(dt)
+        self.y[0] = np.nan
+
+
+def test_one_coordinate_that_is_not_a_number_fails() -> None:
+    """The rate of the joint is right in the first step, and is compared after the coordinate."""
+    engine = from_engine(LosesCoordinates, name="loses", tokens=rigid_engine.TOKENS)
+    assert {row.verdict for row in run(engine, "joint_axes")} == {FAILED}
+
+
 def test_an_engine_without_an_order_has_none_to_verify() -> None:
     engine = from_engine(RigidEngine, name="no order", tokens=rigid_engine.TOKENS)
     assert {row.note for row in run(engine, "declared_order")} == {"it declares no order"}
