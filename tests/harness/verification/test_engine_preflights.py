@@ -2,11 +2,13 @@
 
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
 from command_line import gnomon
 from gnomon.cases.core.scene import Scene
+from gnomon.harness.studies.preflight import TEXTS
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.engine_adapter import from_engine
 from gnomon.harness.verification.engine_preflights import preflight_rows
@@ -107,3 +109,8 @@ def test_an_engine_that_ends_its_process_fails_where_it_does_and_the_rest_is_ver
 def test_other_numbers_of_bits_are_refused(bits: int) -> None:
     with pytest.raises(ValueError, match="it is 53, or 24"):
         from_engine(RigidEngine, name="odd", bits=bits)
+
+
+def test_the_page_lists_every_pre_flight() -> None:
+    page = (HERE.parents[2] / "docs" / "engine.md").read_text()
+    assert re.findall(r"^\| `(\w+)` \|", page, re.M) == list(TEXTS)
