@@ -8,12 +8,12 @@ from typing import Any
 from gnomon.cases import Case
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator
-from gnomon.harness.registry import lookup, selection
+from gnomon.harness.registry import selection
 from gnomon.harness.studies import preflight
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.supervisor import Job, Send, run
 from gnomon.harness.verification.claims import Finding, failed, not_applicable, passed
-from gnomon.harness.verification.verify import CASES, CLAIM_SECONDS, Row
+from gnomon.harness.verification.verify import CASES, CLAIM_SECONDS, Row, planned
 
 
 def preflight_rows(
@@ -52,20 +52,18 @@ def preflight_rows(
     Raises
     ------
     ValueError
-        For an integrator that takes no scenes, or is not installed.
+        For an integrator that takes no scenes, and as `verify` does.
     """
     need_fork()
     if SceneForm not in integrator.accepts:
         raise ValueError(f"{integrator.id} takes no scenes; name it without --engine")
-    absent = lookup.missing(integrator)
-    if absent is not None:
-        raise ValueError(f"{integrator.id} cannot run here: {absent}")
+    # Raises for a wrong argument before anything runs.
+    planned(integrator, names, depth, [name for name in chosen or () if name not in preflight.TEXTS])
     parts: list[Part] = []
     for name in preflight.TEXTS:
         if not chosen or name in chosen:
-            parts += (
-                [(name, case) for case in _cases(names, depth)] if name == preflight.ACCELERATION else [(name, None)]
-            )
+            on = _cases(names, depth) if name == preflight.ACCELERATION else [None]
+            parts += [(name, case) for case in on]
     rows = {part: list[Row]() for part in parts}
 
     def add(part: Part, row: Row) -> None:
@@ -76,7 +74,7 @@ def preflight_rows(
     return [row for found in rows.values() for row in found]
 
 
-def _cases(names: Sequence[str] | None, depth: str) -> list[Case]:
+def _cases(names: Sequence[str] | None, depth: str) -> Sequence[Case]:
     if names:
         return [case for case, _ in selection.choose(names, variants=False)]
     return [case for case in preflight.smooth_cases() if depth != "low" or case.id in CASES]
@@ -101,9 +99,8 @@ class PreflightJob(Job):
 
     def work(self, send: Send) -> None:
         for name, case in self.parts:
-            send(
-                [asdict(row) for row in preflight.preflights(self.integrator, [name], None if case is None else [case])]
-            )
+            on = None if case is None else [case]
+            send([asdict(row) for row in preflight.preflights(self.integrator, [name], on)])
 
     def receive(self, message: Any) -> None:
         part = self.parts.pop(0)

@@ -20,6 +20,7 @@ HERE = Path(__file__).parent
 
 
 def verified(engine: str, *options: str) -> int:
+    """The exit code of the command."""
     return gnomon("verify", "--engine", engine, "--depth", "low", *options)
 
 
@@ -71,6 +72,8 @@ def test_a_verification_that_checked_nothing_fails(monkeypatch: pytest.MonkeyPat
         (("--engine", "gnomon:RK4"), "takes no scenes"),
         (("rigid_engine:SOUND", "--claim", "drift"), "is a pre-flight of an engine"),
         (("--engine", "rigid_engine:SOUND", "--claim", "drifts"), "no claim is called"),
+        (("--engine", "rigid_engine:SOUND", "--claim", "drift", "--depth", "lowest"), "no depth is called"),
+        (("--engine", "rigid_engine:SOUND", "--claim", "drift", "--case", "kepler_orb"), "no case"),
         (("rigid_engine:SOUND", "--engine", "rigid_engine:SOUND"), "name one engine"),
         (
             ("--engine", "rigid_engine:SOUND", "--claim", "drift", "--case", "kepler_orbit", "--picture", "x.svg"),
