@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -40,8 +42,13 @@ def verify(
     integrator: options.IntegratorArgument = None,
     named: options.IntegratorOption = None,
     command: options.Programs = None,
+    engine: Annotated[
+        str | None, typer.Option(help="A physics engine, by its name as an integrator; its pre-flights run too.")
+    ] = None,
     case: options.Cases = None,
-    claim: Annotated[list[str] | None, typer.Option(help="A claim by its id; repeatable. By default all.")] = None,
+    claim: Annotated[
+        list[str] | None, typer.Option(help="A claim, or a pre-flight, by its id; repeatable. By default all.")
+    ] = None,
     depth: Annotated[
         str, typer.Option(help="low, normal or high: how many cases, and how short the steps.")
     ] = "normal",
@@ -60,6 +67,7 @@ def verify(
 ) -> None:
     """Verify an integrator: order, error, conservation, repeatability, bad input, hard variants, events.
 
+    With --engine also the pre-flights of a physics engine: damping, limits, sleeping, frames, joints, contacts.
     Exit code 1 if a claim failed whose failure is not known, if the first trial raises, if it is worse than the
     baseline or slower than another version; 2 if no claim was checked.
     """
@@ -67,7 +75,7 @@ def verify(
     from gnomon.harness.verification import verification_report
     from gnomon.harness.verification.baseline import case_names, read
 
-    integrator = options.one_of(integrator, named, "integrator")
+    integrator = options.one_of(options.one_of(integrator, named, "integrator"), engine, "engine")
     _validate(integrator, against, picture, case, claim)
     options.validate_workers(workers)
     if max_seconds is not None and not max_seconds > 0:
@@ -80,7 +88,9 @@ def verify(
         if path is not None:
             options.ensure_writable(path, f"--{kind}")
     chosen, how = options.integrator_or_program(integrator, command)
-    report = _verified(chosen, case, depth, claim, max_seconds, workers, (integrator, against))
+    if engine is not None:
+        how = f"--engine {how}"
+    report = _verified(chosen, case, depth, claim, max_seconds, workers, (integrator, against), engine is not None)
     _show(report, known, how)
     if picture is not None:
         _draw(chosen, report, picture)
@@ -99,8 +109,11 @@ def _validate(
     integrator: str | None, against: str | None, picture: Path | None, case: list[str] | None, claim: list[str] | None
 ) -> None:
     """Raise ValueError for options that do not fit together."""
+    from gnomon.harness.studies import preflight
     from gnomon.harness.verification.claims import TIME
 
+    if picture is not None and any(name in preflight.TEXTS for name in claim or ()):
+        raise ValueError(f"--picture {picture}: a pre-flight has no picture")
     if against is not None and integrator is None:
         raise ValueError("--against compares versions of a Python package; a program of --command has none")
     if against is None and TIME in (claim or ()):
@@ -119,15 +132,18 @@ def _verified(
     seconds: float | None,
     workers: int,
     versions: tuple[str | None, str | None],
+    engine: bool,
 ) -> Report:
     """Verify and give the report; prints each row as soon as it is measured.
 
     Exits with 1 and the traceback if the first trial raises. `versions`: the integrator as it was named, and the
-    requirement of the other version, None if time is not compared.
+    requirement of the other version, None if time is not compared. `engine`: whether pre-flights run too.
     """
+    from gnomon.harness.studies import preflight
     from gnomon.harness.verification.claims import Outcome
+    from gnomon.harness.verification.engine_preflights import preflight_rows
     from gnomon.harness.verification.other_version import installed
-    from gnomon.harness.verification.verify import FirstTrialError
+    from gnomon.harness.verification.verify import FirstTrialError, Report
     from gnomon.harness.verification.verify import verify as verify_
 
     def show(row: Row) -> None:
@@ -136,12 +152,19 @@ def _verified(
 
     named, against = versions
     other = None if against is None else installed(against)
+    ends = math.inf if seconds is None else monotonic() + seconds
+    rows = preflight_rows(chosen, case, depth, claim, workers, show, ends) if engine else []
+    claims = [name for name in claim or () if not (engine and name in preflight.TEXTS)]
+    if claim and not claims:
+        return Report(chosen.id, depth, rows, claims=tuple(claim))
+    left = None if seconds is None else max(ends - monotonic(), 0.0)
     try:
-        report = verify_(chosen, case, depth, claim, seconds, workers, show)
+        report = verify_(chosen, case, depth, claims, left, workers, show)
     except FirstTrialError as error:
         problems.print(escape(str(error).rstrip()), highlight=False)
         problems.print("nothing was verified: the first trial raised")
         raise typer.Exit(1) from None
+    report.rows[:0] = rows
     if named is not None and against is not None and other is not None:
         _compare(chosen, case, report, (named, against), other, show)
     return report

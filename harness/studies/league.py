@@ -71,7 +71,7 @@ def engine_row(one: SceneIntegrator, reduced: pd.DataFrame) -> dict[str, Any]:
         "title": LIBRARIES[one.library].title,
         "policy": one.policy,
         "order": one.order,
-        "bits": getattr(one, "bits", BITS),
+        "bits": one.bits,
         "versions": versions,
         "changed": changed,
         "lacks": dict(one.lacks),
@@ -112,7 +112,7 @@ def result_rows(
         beside = beside[beside["integrator"] == one.name]
         errors = [float(e) for e in scored["error_max"].fillna(math.inf)]
         steps = [float(h) for h in scored["setting"]]
-        floor = floor_of(getattr(one, "bits", BITS), float(max(part["conditioning"].max(), part["floor"].max())))
+        floor = floor_of(one.bits, float(max(part["conditioning"].max(), part["floor"].max())))
         pairs = zip(beside["setting"].tolist(), beside["error_max"].tolist(), strict=True)
         tighter = {float(h): float(e) for h, e in pairs if math.isfinite(e)}
         each = scored["seconds"] / scored["steps"]

@@ -10,6 +10,7 @@ from typing import Any
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Unsupported
 from gnomon.harness.measuring.trials import Trials
+from gnomon.harness.studies import preflight
 
 
 class Outcome(StrEnum):
@@ -52,8 +53,8 @@ def within(allowed: float, got: float, setting: str, expected: str) -> Finding:
     return passed(f"{got:.2g}") if got <= allowed else failed(setting, expected, f"{got:.2g}")
 
 
-TEXTS: dict[str, dict[str, Any]] = declared("verification", "claims.toml")
-"""The statement, reason and bound of each claim by id, the most informative claims first."""
+TEXTS: dict[str, dict[str, Any]] = declared("verification", "claims.toml") | preflight.TEXTS
+"""The statement, reason and bound of each claim by id, the most informative claims first, then of each pre-flight."""
 TIME = "time"
 """The claim about two versions; only `gnomon verify --against` makes it."""
 

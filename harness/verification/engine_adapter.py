@@ -43,7 +43,7 @@ class EngineIntegrator(Integrator):
 
     def __init__(self, engine: Callable[[], Engine], path: tuple[str, str], declared: Mapping[str, Any]) -> None:
         self.engine, self.path, self.declared = engine, path, dict(declared)
-        self.tokens = frozenset(self.declared["tokens"])
+        self.tokens, self.bits = frozenset(self.declared["tokens"]), self.declared["bits"]
         self.__dict__.update(name=declared["name"], order=declared["order"], sweep=Steps(**declared["sweep"]))
         self.__dict__.update(conserves=tuple(declared["conserves"]))
 
@@ -88,6 +88,7 @@ def from_engine(
     conserves: Iterable[str] = (),
     coarsest: float = 0.5,
     halvings: int = 9,
+    bits: int = 53,
 ) -> EngineIntegrator:
     """Make an integrator from a physics engine.
 
@@ -107,6 +108,8 @@ def from_engine(
         The largest step size, in time scales of the case.
     halvings : int
         The number of times that the sweep halves the largest step size.
+    bits : {53, 24}
+        The bits of the significand of the engine's numbers: 24 if it computes in binary32.
 
     Returns
     -------
@@ -130,12 +133,15 @@ def from_engine(
     module, qualified = getattr(engine, "__module__", None), getattr(engine, "__qualname__", "")
     if not isinstance(module, str) or not qualified.isidentifier():
         raise ValueError(f"{short(engine)}: name a class or function at the top level of a module; workers import it")
+    if bits not in (53, 24):
+        raise ValueError(f"bits = {short(bits)}; it is 53, or 24 for an engine that computes in binary32")
     declared = {
         "name": name,
         "order": order,
         "tokens": sorted(tokens),
         "conserves": list(conserves),
         "sweep": {"coarsest": coarsest, "halvings": halvings},
+        "bits": bits,
     }
     made = EngineIntegrator(engine, (module, qualified), declared)
     declaration.validate(made, f"{module}:{qualified}")

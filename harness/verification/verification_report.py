@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.results.visible import visible
+from gnomon.harness.studies import preflight
 from gnomon.harness.system.files import read_text
 from gnomon.harness.verification.claims import TEXTS, TIME, Outcome
 from gnomon.harness.verification.diagnosis import HISTORY
@@ -79,6 +80,10 @@ def command(report: Report, row: Row, how: str) -> str:
 
     If solutions depend on earlier calls, a claim may fail only after others: the command then verifies all claims.
     """
+    if row.claim in preflight.TEXTS:
+        return f"gnomon verify {how} --claim {row.claim}" + f" --case {row.case}" * (
+            row.claim == preflight.ACCELERATION
+        )
     if row.claim != TIME and (report.diagnosis or "").startswith(HISTORY):
         named = "".join(f" --claim {claim}" for claim in report.claims)
         return f"gnomon verify {how} --case {row.case}{named} --depth {report.depth}"

@@ -17,6 +17,7 @@ from gnomon.harness.contract.problem import takes
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Depth, Trials
 from gnomon.harness.registry import declaration, lookup, selection
+from gnomon.harness.studies import preflight
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.supervisor import Job, Send, run
 from gnomon.harness.verification import (
@@ -38,7 +39,11 @@ _MODULES = (
     convergence_claims, quadrature_claim, structure_claims, relation_claims, call_claims, equation_claims, event_claims
 )  # fmt: skip
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
-CLAIMS = {name: next(claim for claim in _DECLARED if claim.id == name) for name in TEXTS if name != TIME}
+CLAIMS = {
+    name: next(claim for claim in _DECLARED if claim.id == name)
+    for name in TEXTS
+    if name not in (TIME, *preflight.TEXTS)
+}
 """All claims about one integrator by id, the most informative first."""
 CASES = (
     "pendulum_simple", "forced_oscillator", "kepler_orbit", "bouncing_ball", "sliding_can",
@@ -249,6 +254,8 @@ def _made(claim: Claim, case: Case, first: Case | None) -> bool:
 
 def _claim_ids(given: Sequence[str] | None) -> list[str]:
     for name in given or ():
+        if name in preflight.TEXTS:
+            raise ValueError(f"{name} is a pre-flight of an engine; name the engine with --engine")
         if name not in TEXTS:
             raise ValueError(f"no claim is called {name!r}; {nearest(name, TEXTS)}")
     return [name for name in CLAIMS if not given or name in given]

@@ -48,6 +48,8 @@ class SceneIntegrator(Installed):
         The tokens of scenes that the engine cannot model, each with what the engine lacks.
     lines : mapping of str to str
         For each option that the adapter records, the line of code that sets it; {} stands for the value.
+    bits : int
+        The bits of the significand of the engine's numbers: 24 for an engine that computes in binary32.
     """
 
     accepts, sampling, counts_rhs = (SceneForm,), "grid", False
@@ -55,6 +57,7 @@ class SceneIntegrator(Installed):
     sweep = Steps(coarsest=0.5, halvings=9)
     lacks: ClassVar[Mapping[str, str]] = {}
     lines: ClassVar[Mapping[str, str]] = {}
+    bits: ClassVar[int] = 53
 
     @abstractmethod
     def world(self, form: SceneForm, dt: float) -> World:

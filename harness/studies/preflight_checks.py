@@ -1,0 +1,271 @@
+"""The pre-flights on small scenes of their own: `CHECKS` has the scenes of each, with what is measured."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache, partial
+
+import numpy as np
+from gnomon.cases.core.scene import SceneForm
+from gnomon.cases.scenes.attitude import matrix
+from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solver, solver_of
+from gnomon.harness.studies.preflight_rates import STATES, Engine, rate_error
+from gnomon.harness.studies.preflight_scenes import (
+    AT_REST,
+    ATTITUDE,
+    GRAVITY,
+    POINT,
+    POSITION,
+    RADIUS,
+    SMOOTH,
+    SPIN,
+    TUMBLING,
+    TURNED,
+    VELOCITY,
+    Rates,
+    ball,
+    box,
+    flow,
+    oblique_hinge,
+    oblique_slider,
+    state,
+    tumbling_rates,
+)
+
+Measure = Callable[[], tuple[float, float, str]]
+"""Gives the number measured, its bound, and what the number is."""
+Scenes = dict[str, tuple[SceneForm, Measure]]
+
+
+def _free(form: SceneForm, engine: Engine, start: Floats, steps: int, step: float) -> Floats:
+    """The state of a free body after some steps."""
+    found: Floats = engine.solve(form, [start], [steps * step], step)[0, 0]
+    return found
+
+
+def _relative(found: Floats, expected: Floats) -> float:
+    return float(np.linalg.norm(found - expected) / np.linalg.norm(expected))
+
+
+def _drift(engine: Engine) -> Scenes:
+    start = state(velocity=(1.0, -2.0, 3.0), spin=(0.0, 0.0, 1.5))
+
+    def kept(form: SceneForm, part: slice, what: str) -> tuple[float, float, str]:
+        end = _free(form, engine, start, 100, 2.0**-7)
+        return _relative(end[part], start[part]), 100 * engine.rounding, f"change of {what} over 100 steps, relative"
+
+    return {
+        "moving_body": (AT_REST, partial(kept, AT_REST, VELOCITY, "velocity")),
+        "spinning_body": (TUMBLING, partial(kept, TUMBLING, SPIN, "spin")),
+    }
+
+
+def _moves(engine: Engine, speed: float, steps: int, step: float) -> tuple[float, float, str]:
+    start = state(velocity=speed * np.array([1.0, -2.0, 2.0]) / 3)
+    end = _free(AT_REST, engine, start, steps, step)
+    error = max(_relative(end[VELOCITY], start[VELOCITY]), _relative(end[POSITION], steps * step * start[VELOCITY]))
+    return error, steps * engine.rounding, "error of velocity or path, relative"
+
+
+def _spins(engine: Engine, rate: float, steps: int, step: float) -> tuple[float, float, str]:
+    start = state(spin=(0.0, 0.0, rate))
+    end = _free(TUMBLING, engine, start, steps, step)
+    return _relative(end[SPIN], start[SPIN]), steps * engine.rounding, "change of spin, relative"
+
+
+def _turns(engine: Engine, rate: float, steps: int, step: float) -> tuple[float, float, str]:
+    quaternion = _free(TUMBLING, engine, state(spin=(0.0, 0.0, rate)), steps, step)[ATTITUDE]
+    angle = 2 * math.atan2(float(np.linalg.norm(quaternion[:3])), abs(float(quaternion[3])))
+    wanted = rate * steps * step
+    return abs(angle / wanted - 1), rate * step + steps * engine.rounding, "error of the angle, relative"
+
+
+def _clamp(engine: Engine) -> Scenes:
+    return {
+        "speed_1e3": (AT_REST, partial(_moves, engine, 1e3, 4, 2.0**-7)),
+        "speed_1e4": (AT_REST, partial(_moves, engine, 1e4, 4, 2.0**-7)),
+        "spin_1e3": (TUMBLING, partial(_spins, engine, 1e3, 4, 1e-4)),
+        "turn_1e3": (TUMBLING, partial(_turns, engine, 1e3, 4, 1e-4)),
+    }
+
+
+def _sleep(engine: Engine) -> Scenes:
+    return {
+        "slow_body": (AT_REST, partial(_moves, engine, 1e-6, 320, 2.0**-6)),
+        "slow_spin": (TUMBLING, partial(_spins, engine, 1e-6, 320, 2.0**-6)),
+        "slow_turn": (TUMBLING, partial(_turns, engine, 1e-6, 320, 2.0**-6)),
+    }
+
+
+def _problem(form: SceneForm, dimension: int) -> Problem:
+    return Problem(form, dimension, np.empty(0), np.array([1.0]), 1.0)
+
+
+def _spin_rates(engine: Engine, starts: Sequence[Floats]) -> tuple[float, float, str]:
+    spin = list(range(13))[SPIN]
+    return rate_error(engine, _problem(TUMBLING, 13), tumbling_rates, np.array(starts), [spin])
+
+
+def _gyroscopic_term(engine: Engine) -> Scenes:
+    starts = [state(spin=spin) for spin in np.random.default_rng(0).uniform(-2, 2, (STATES, 3))]
+    return {"body_along_the_axes": (TUMBLING, partial(_spin_rates, engine, starts))}
+
+
+def _inertia_frame(engine: Engine) -> Scenes:
+    """The columns of a rotation matrix are the body's axes in space."""
+    turn = np.array(matrix(tuple(state(attitude=TURNED)[ATTITUDE].tolist()))).reshape(3, 3)  # type: ignore[arg-type]
+    starts = [state(attitude=TURNED, spin=1.5 * axis) for axis in turn.T]
+    return {"turned_body": (TUMBLING, partial(_spin_rates, engine, starts))}
+
+
+def _joint_axes(engine: Engine) -> Scenes:
+    starts = np.random.default_rng(0).uniform(-2, 2, (STATES, 2))
+    found: Scenes = {}
+    for axis, name in enumerate("xyz"):
+        gravity = (GRAVITY * (axis == 0), GRAVITY * (axis == 1), GRAVITY * (axis == 2))
+        for kind, (form, rates) in {"hinge": oblique_hinge(gravity), "slider": oblique_slider(gravity)}.items():
+            found[f"{kind}_gravity_{name}"] = (
+                form, partial(rate_error, engine, _problem(form, 2), rates, starts, [[0], [1]], [kind == "hinge", False]),
+            )  # fmt: skip
+    return found
+
+
+def _along(found: Floats, like: Floats) -> Floats:
+    """A state of a free body with the sign of the quaternion that is nearer to another state's: both are one attitude."""
+    sign = np.ones(13)
+    sign[ATTITUDE] = math.copysign(1.0, float(found[ATTITUDE] @ like[ATTITUDE]))
+    return sign * found
+
+
+def _distance(found: Floats, exact: Floats, part: list[int]) -> float:
+    return float(np.linalg.norm((_along(found, exact) - exact)[part]))
+
+
+def _first_step(engine: Engine) -> Scenes:
+    h = 2.0**-8
+
+    def compared(form: SceneForm, rates: Rates, start: Floats, part: list[int]) -> tuple[float, float, str]:
+        one, two = engine.solve(form, [start], [h, 2 * h], h)[0]
+        if part == POINT:
+            one = np.where(np.isin(range(13), POINT), one, start)
+        errors = [_distance(end, flow(rates, begin, h, 16), part) for begin, end in ((start, one), (one, two))]
+        size = float(np.linalg.norm(start[part]))
+        return errors[0] / size, 2 * errors[1] / size + 2 * engine.rounding, "error of the first step, relative"
+
+    return {name: (found[0], partial(compared, *found)) for name, found in SMOOTH.items()}
+
+
+@cache
+def _exact(name: str, steps: int) -> Floats:
+    """The state of a smooth scene after 1 s, with this number of steps."""
+    _, rates, start, _ = SMOOTH[name]
+    return flow(rates, start, 1.0, steps)
+
+
+def _declared_order(engine: Engine) -> Scenes:
+    def falls(name: str) -> tuple[float, float, str]:
+        form, _, start, part = SMOOTH[name]
+        order = engine.integrator.order
+        if order is None:
+            raise Refused("it declares no order")
+        exact = _exact(name, 512)
+        size = float(np.linalg.norm(exact[part]))
+        own = _distance(_exact(name, 256), exact, part) / size
+        coarse, fine = (_distance(_free(form, engine, start, n, 1 / n), exact, part) / size for n in (128, 256))
+        bound = max(coarse * 2.0 ** (0.5 - order), 20 * (256 * engine.rounding + own))
+        return fine, bound, f"error after 256 steps, relative ({coarse:.2g} after 128 steps)"
+
+    return {name: (found[0], partial(falls, name)) for name, found in SMOOTH.items()}
+
+
+def _restitution(engine: Engine) -> Scenes:
+    def bounced(form: SceneForm, e: float, speed: float) -> tuple[float, float, str]:
+        start = state((0.0, 0.0, 2 * RADIUS), velocity=(0.0, 0.0, -speed))
+        fall = RADIUS / speed
+        end = engine.solve(form, [start], [2 * fall], fall / 256)[0, 0]
+        left = float(end[VELOCITY][2]) / speed
+        return abs(left - e), 1 / 256, f"error of the speed after impact over the speed before it, which is {left:.4g}"
+
+    return {
+        f"{kind}_ball_e_{e:g}": (form, partial(bounced, form, e, speed))
+        for e in (0.0, 0.5, 1.0)
+        for form in [ball(e)]
+        for kind, speed in (("fast", 1.0), ("slow", 2.0**-6))
+    }
+
+
+def _friction(engine: Engine) -> Scenes:
+    friction, speed, time, steps = 0.5, 4.0, 0.5, 256
+    form, lost = box(friction), friction * GRAVITY * time
+
+    def slid(angle: float) -> tuple[float, float, str]:
+        along = np.array([math.cos(angle), math.sin(angle), 0.0])
+        start = state((0.0, 0.0, RADIUS), velocity=speed * along)
+        end = _free(form, engine, start, steps, time / steps)
+        error = float(np.linalg.norm(end[VELOCITY] - (speed - lost) * along))
+        return (
+            error / lost,
+            2 / steps,
+            f"error of the velocity over mu g t; it lost {speed - float(end[VELOCITY] @ along):.4g} of {lost:.4g} m/s",
+        )
+
+    return {f"box_at_{degrees}_degrees": (form, partial(slid, math.radians(degrees))) for degrees in (0, 45)}
+
+
+def _same_bits(engine: Engine) -> Scenes:
+    def again(form: SceneForm, start: Floats, other: Floats) -> tuple[float, float, str]:
+        problem = replace(_problem(form, len(start)), times=np.array([0.25, 0.5]))
+        step = 2.0**-8
+
+        def solve(solver: Solver, begin: Floats) -> Floats:
+            if solver.reset is not None:
+                solver.reset()
+            return solver(begin[None]).states
+
+        solver = solver_of(engine.integrator, problem, step)
+        try:
+            first = solve(solver, start)
+            found = {"in a second solve": solve(solver, start)}
+            solve(solver, other)
+            found["after another solve"] = solve(solver, start)
+            found["in a new world"] = engine.run(problem, [start], step)
+        finally:
+            solver.close()
+        for when, states in found.items():
+            if not np.array_equal(first, states, equal_nan=True):
+                return float(np.max(np.abs(states - first))), 0.0, f"largest difference {when}"
+        return 0.0, 0.0, "largest difference"
+
+    tilted, _ = oblique_hinge((0.0, 0.0, -GRAVITY))
+    landing = state((0.0, 0.0, 2 * RADIUS), velocity=(0.25, 0.0, -1.0))
+    sliding = state((0.0, 0.0, RADIUS), velocity=(4.0, 1.0, 0.0))
+    scenes = {
+        **{name: (form, start) for name, (form, _, start, _) in SMOOTH.items()},
+        "ball": (ball(0.5), landing),
+        "box": (box(0.5), sliding),
+        "hinge": (tilted, np.array([0.5, 1.0])),
+    }
+    return {name: (form, partial(again, form, start, _other(start))) for name, (form, start) in scenes.items()}
+
+
+def _other(start: Floats) -> Floats:
+    """A start with twice the rates."""
+    found = start.copy()
+    found[len(start) // 2 + len(start) % 2 :] *= 2
+    return found
+
+
+CHECKS: dict[str, Callable[[Engine], Scenes]] = {
+    "same_bits": _same_bits,
+    "drift": _drift,
+    "clamp": _clamp,
+    "sleep": _sleep,
+    "gyroscopic_term": _gyroscopic_term,
+    "inertia_frame": _inertia_frame,
+    "joint_axes": _joint_axes,
+    "first_step": _first_step,
+    "declared_order": _declared_order,
+    "restitution": _restitution,
+    "friction": _friction,
+}
+"""The scenes of each pre-flight but `acceleration`, whose scenes are cases."""

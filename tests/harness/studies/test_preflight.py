@@ -1,0 +1,134 @@
+"""Pre-flights pass a correct engine, and each names the fault that it is about."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+import rigid_engine
+from gnomon.cases import get
+from gnomon.harness.contract.integrator import Floats, Integrator
+from gnomon.harness.studies import preflight
+from gnomon.harness.studies.preflight import FAILED, PASSED, TEXTS, UNSUPPORTED, Row, preflights
+from gnomon.harness.studies.preflight_scenes import INERTIA, SMOOTH, flow, tumbling_rates
+from gnomon.harness.verification.engine_adapter import from_engine
+from rigid_engine import PLANTED, SINGLE, SOUND, RigidEngine
+from scipy.spatial.transform import Rotation
+
+ON = [get(name) for name in ("kepler_orbit", "euler_top", "pendulum_simple", "damped_oscillator", "forced_oscillator")]
+"""A free body, a free attitude, a hinge, a slider, and a force of time."""
+ALONE = ("clamp", "sleep", "joint_axes", "declared_order", "restitution", "friction", "same_bits")
+"""The faults that no other pre-flight sees. A wrong moment, force or damping changes accelerations too."""
+
+
+def run(engine: Integrator, *names: str) -> list[Row]:
+    return list(preflights(engine, names or None, ON))
+
+
+def failed(rows: Iterable[Row]) -> set[str]:
+    return {row.name for row in rows if row.verdict == FAILED}
+
+
+def test_each_pre_flight_has_a_text_and_a_planted_fault() -> None:
+    assert {*preflight.CHECKS, preflight.ACCELERATION} == set(TEXTS) == set(PLANTED)
+
+
+def test_a_correct_engine_passes_every_scene_of_every_pre_flight() -> None:
+    rows = run(SOUND)
+    assert {row.verdict for row in rows} == {PASSED}, [row for row in rows if row.verdict != PASSED]
+    assert {row.name for row in rows} == set(TEXTS)
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_a_fault_is_named_by_the_pre_flight_that_is_meant_for_it(name: str) -> None:
+    assert failed(run(PLANTED[name], name)) == {name}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ALONE)
+def test_no_other_pre_flight_fails(name: str) -> None:
+    assert failed(run(PLANTED[name])) == {name}
+
+
+@pytest.mark.slow
+def test_an_engine_of_binary32_passes_by_the_rounding_of_binary32() -> None:
+    assert failed(run(SINGLE)) == set()
+
+
+def test_binary32_fails_by_the_rounding_of_binary64() -> None:
+    declared = from_engine(rigid_engine.Single, name="Single", order=2, tokens=rigid_engine.TOKENS)
+    assert failed(run(declared, "clamp", "acceleration", "joint_axes")) == {"clamp", "acceleration", "joint_axes"}
+    assert failed(run(SINGLE, "clamp", "acceleration", "joint_axes")) == set()
+
+
+class Raises(RigidEngine):
+    def step(self, dt: float) -> None:
+        raise RuntimeError("no solver")
+
+
+def test_an_engine_that_raises_fails_and_an_engine_that_lacks_a_token_is_unsupported() -> None:
+    rows = run(from_engine(Raises, name="raises"), "drift", "friction")
+    found = {row.scene: (row.verdict, row.note) for row in rows}
+    assert found["moving_body"] == (FAILED, "RuntimeError: no solver")
+    assert found["spinning_body"] == (UNSUPPORTED, "lacks gyroscopic")
+    assert found["box_at_45_degrees"] == (UNSUPPORTED, "lacks coulomb_isotropic")
+
+
+class Diverges(RigidEngine):
+    def step(self, dt: float) -> None:
+        self.y = np.full_like(self.y, np.nan)
+
+
+def test_states_that_are_not_numbers_pass_nothing_but_the_same_bits() -> None:
+    engine = from_engine(Diverges, name="diverges", order=2, tokens=rigid_engine.TOKENS)
+    rows = run(engine)
+    assert failed(rows) == set(TEXTS) - {"same_bits"}
+    assert {row.verdict for row in rows if row.name != "same_bits"} == {FAILED}
+
+
+class LosesCoordinates(RigidEngine):
+    def step(self, dt: float) -> None:
+        super().step(dt)
+        self.y[0] = np.nan
+
+
+def test_one_coordinate_that_is_not_a_number_fails() -> None:
+    """The rate of the joint is right in the first step, and is compared after the coordinate."""
+    engine = from_engine(LosesCoordinates, name="loses", tokens=rigid_engine.TOKENS)
+    assert {row.verdict for row in run(engine, "joint_axes")} == {FAILED}
+
+
+def test_an_engine_without_an_order_has_none_to_verify() -> None:
+    engine = from_engine(RigidEngine, name="no order", tokens=rigid_engine.TOKENS)
+    assert {row.note for row in run(engine, "declared_order")} == {"it declares no order"}
+
+
+def test_the_motion_of_comparison_keeps_energy_and_angular_momentum() -> None:
+    """Runge-Kutta steps of 1/512 err by about 1e-11."""
+    start = SMOOTH["tumbling_body"][2]
+    end = flow(tumbling_rates, start, 1.0, 512)
+    for before, after in zip(*map(_conserved, (start, end)), strict=True):
+        assert np.allclose(before, after, rtol=1e-9, atol=0)
+    assert not np.allclose(start, end, atol=0.1)
+
+
+def _conserved(state: Floats) -> tuple[Floats, float]:
+    """Angular momentum and twice the energy of rotation."""
+    turn, spin = Rotation.from_quat(state[3:7]), state[10:]
+    momentum = turn.apply(np.array(INERTIA) * turn.inv().apply(spin))
+    return momentum, float(momentum @ spin)
+
+
+def test_pybullet_as_shipped_fails_all_pre_flights_of_motion() -> None:
+    pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
+    from gnomon.harness.adapters.engines.pybullet import PyBulletAsShipped
+
+    passed = {"same_bits", "first_step", "declared_order"}  # it declares no order
+    assert failed(run(PyBulletAsShipped())) == set(TEXTS) - passed
+
+
+def test_pybullet_configured_passes() -> None:
+    pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
+    from gnomon.harness.adapters.engines.pybullet import PyBullet
+
+    rows = run(PyBullet())
+    assert {row.verdict for row in rows} == {PASSED}
