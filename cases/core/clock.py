@@ -43,4 +43,6 @@ def _scene(scene: Scene, t0: float) -> Scene:
         forces=changed(scene.forces, "law", "fields"),
         sliders=changed(scene.sliders, "drive"),
         ropes=changed(scene.ropes, "length"),
+        torques=changed(scene.torques, "law"),
+        impulses=tuple(dataclasses.replace(one, time=one.time - t0) for one in scene.impulses),
     )

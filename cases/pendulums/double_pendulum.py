@@ -36,7 +36,7 @@ def double_pendulum_scene(state: Values, parameters: Values) -> Scene:
     origin, across = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     bodies = (Body("upper", m1, origin), Body("lower", m2, origin))
     first = Hinge("pivot", "upper", origin, across, (0.0, 0.0, -l1), th1, w1)
-    second = Hinge("joint", "lower", (0.0, 0.0, -l1), across, (0.0, 0.0, -l2), th2 - th1, w2 - w1)
+    second = Hinge("joint", "lower", origin, across, (0.0, 0.0, -l2), th2 - th1, w2 - w1, parent="upper")
     return Scene((0.0, 0.0, -g), bodies, hinges=(first, second))
 
 

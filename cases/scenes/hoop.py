@@ -27,7 +27,7 @@ def free_hoop_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> 
     g, radius, m, inertia = parameters
     hoop, bead = Body("hoop", 1.0, (inertia, inertia, inertia)), Body("bead", m, ORIGIN)
     upright = Hinge("spindle", "hoop", ORIGIN, (0.0, 0.0, 1.0), ORIGIN, phi, spin)
-    carried = Hinge("arm", "bead", ORIGIN, (0.0, 1.0, 0.0), (0.0, 0.0, -radius), theta, rate)
+    carried = Hinge("arm", "bead", ORIGIN, (0.0, 1.0, 0.0), (0.0, 0.0, -radius), theta, rate, parent="hoop")
     return Scene((0.0, 0.0, -g), (hoop, bead), hinges=(upright, carried))
 
 
@@ -37,7 +37,7 @@ def governor_scene(state: tuple[float, ...], parameters: tuple[float, ...]) -> S
     g, m, sleeve, length, inertia = parameters
     bodies = (Body("hoop", 1.0, (inertia, inertia, inertia)), Body("ball", m, ORIGIN), Body("sleeve", sleeve, ORIGIN))
     upright = Hinge("spindle", "hoop", ORIGIN, (0.0, 0.0, 1.0), ORIGIN, phi, spin)
-    carried = Hinge("arm", "ball", ORIGIN, (0.0, 1.0, 0.0), (0.0, 0.0, -length), theta, rate)
+    carried = Hinge("arm", "ball", ORIGIN, (0.0, 1.0, 0.0), (0.0, 0.0, -length), theta, rate, parent="hoop")
     return Scene((0.0, 0.0, -g), bodies, hinges=(upright, carried))
 
 
