@@ -1,0 +1,260 @@
+"""A MuJoCo world that holds one scene: only the bodies, joints, forces and contacts that the scene declares."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import hypot
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.scene import Body, Contact, Quaternion, Readings, Scene, SceneForm, Slider, Vector
+from gnomon.harness.adapters.engines.mujoco_model import AXES, PRESCRIBED, Model, damping_ratio, is_point, link, numbers
+from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
+from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot
+from gnomon.harness.contract.integrator import Floats
+
+HARD = (0.9999, 0.9999, 0.001)
+"""`solimp`: the largest impedance that the engine takes, at every depth. The default yields by a tenth of the force."""
+STIFFEST = 2
+"""The smallest time constant of a constraint in steps: below it the engine's `refsafe` raises it."""
+SLIDING = 10
+"""The time constant for a box in steps: at the smallest one it hops on its corners."""
+IMPACT = 0.1
+"""The frequency of an impact times the step: it lasts 31 steps. The limit of `refsafe` is 1/2."""
+
+
+class World:
+    """A world of the engine: `build` compiles the model of a scene, `place` sets its start, then `advance` and `read`.
+
+    `configured`: constraints are as hard as the step allows, friction has an elliptic cone, and large accelerations are
+    no reason for a reset; otherwise the engine keeps its defaults. `options`: the options that differ from the defaults,
+    apart from the step and what the scene declares.
+    """
+
+    def __init__(self, mujoco: Any, form: SceneForm, dt: float, integrator: str, configured: bool) -> None:
+        self.api, self.needs, self.dt = mujoco, form.needs, dt
+        self.integrator, self.configured = integrator, configured
+        self.options: dict[str, Any] = {} if integrator == "Euler" else {"integrator": integrator}
+        self.twist = np.empty(6)
+
+    def close(self) -> None:
+        """Forget the model; the engine frees it."""
+        self.model = self.data = None
+
+    def build(self, scene: Scene) -> None:
+        """Compile the bodies, joints, contacts and forces of `scene`."""
+        self.scene = scene
+        soft = ""
+        if scene.ropes or any(hinge.friction for hinge in scene.hinges):
+            soft = self._attributes(solref=(STIFFEST * self.dt, 1.0), solimp=HARD)
+        self.layout = Model(scene, bool(self.needs & {"ball_joint", "rod"}), "chained_hinges" in self.needs, soft)
+        self.text = self.layout.text(self._option(), self._contact)
+        self.model = self.api.MjModel.from_xml_string(self.text)
+        self.data = self.api.MjData(self.model)
+        self.numbers = {body.name: self.model.body(body.name).id for body in scene.bodies}
+        self.prescribed = [(slider.body, slider.drive) for slider in scene.sliders if slider.drive is not None]
+        self.prescribed += [(rope.body, rope.length) for rope in scene.ropes if not rope.other]
+        self.pushed = bool(scene.forces or scene.torques or self.prescribed)
+
+    def _option(self) -> str:
+        option = f'timestep="{self.dt!r}" integrator="{self.integrator}" gravity="{numbers(*self.scene.gravity)}"'
+        if not self.configured:
+            return f"<option {option}/>"
+        if any(contact.friction for contact in self.scene.contacts):
+            option += self._attributes(cone="elliptic")
+        self.options["autoreset"] = "disable"
+        return f'<option {option}><flag autoreset="disable"/></option>'
+
+    def _contact(self, contact: Contact) -> str:
+        """The attributes of a contact: a spring and a damper if it rebounds, else a critically damped constraint."""
+        (body,) = (body for body in self.scene.bodies if body.name == contact.body)
+        reference = ((SLIDING if body.half_extents and all(body.half_extents) else STIFFEST) * self.dt, 1.0)
+        if contact.restitution:
+            frequency = IMPACT / self.dt
+            reference = -(frequency**2), -2 * damping_ratio(contact.restitution) * frequency
+        return self._attributes(solref=reference, solimp=HARD)
+
+    def _attributes(self, **values: Any) -> str:
+        """If `configured`, the text that sets these attributes, which are recorded."""
+        if not self.configured:
+            return ""
+        self.options |= values
+        texts = {name: value if isinstance(value, str) else numbers(*value) for name, value in values.items()}
+        return "".join(f' {name}="{text}"' for name, text in texts.items())
+
+    def place(self, scene: Scene) -> None:
+        """Set the initial state of every body and joint."""
+        mujoco, model, data = self.api, self.model, self.data
+        mujoco.mj_resetData(model, data)  # also the solver's start from the last solution
+        for joint in scene.joints:
+            where = model.joint(joint.body)
+            values = (joint.position, joint.rate) if isinstance(joint, Slider) else (joint.angle, joint.rate)
+            data.qpos[where.qposadr], data.qvel[where.dofadr] = values
+        for body in scene.bodies:
+            getattr(self, f"_place_{self.layout.kind(body)}")(body)
+        self._prescribe(0.0)
+
+    def _place_joint(self, body: Body) -> None:
+        pass
+
+    def _place_slides(self, body: Body) -> None:
+        first = self.model.body(body.name)
+        q, v = self.model.jnt_qposadr[first.jntadr[0]], first.dofadr[0]
+        self.data.qpos[q : q + 3], self.data.qvel[v : v + 3] = body.position, body.velocity
+
+    def _place_rope(self, body: Body) -> None:
+        """The rope's plane contains the hole, the body's position and velocity; the weight if it starts at rest."""
+        (rope,) = (rope for rope in self.scene.ropes if body.name in (rope.body, rope.other))
+        rail, arm = self.model.joint(body.name), along(body.position, rope.hole, -1.0)
+        q, v = rail.qposadr, rail.dofadr
+        if body.name == rope.other:
+            self.data.qpos[q], self.data.qvel[v] = dot(arm, rope.axis), dot(body.velocity, rope.axis)
+            return
+        size = dot(arm, arm) ** 0.5
+        outward = along(ORIGIN, arm, 1 / size)
+        normal = next((n for each in (body.velocity, self.scene.gravity, *AXES) if dot(n := cross(outward, each), n)))
+        normal = along(ORIGIN, normal, dot(normal, normal) ** -0.5)
+        turning, number = self.model.joint(link(rope)), self.model.body(link(rope)).id
+        frame = np.array([outward, cross(normal, outward), normal]).T
+        self.api.mju_mat2Quat(self.model.body_quat[number], frame.ravel())
+        self.data.qpos[q], self.data.qvel[v] = size, dot(body.velocity, outward)
+        self.data.qvel[turning.dofadr] = dot(cross(outward, body.velocity), normal) / size
+
+    def _place_free(self, body: Body) -> None:
+        first = self.model.body(body.name)
+        q, v = self.model.jnt_qposadr[first.jntadr[0]], first.dofadr[0]
+        self.data.qpos[q : q + 7] = *body.position, *scalar_first(body.quaternion)
+        self.data.qvel[v : v + 6] = *body.velocity, *inward(body.quaternion, body.angular_velocity)
+
+    def _place_ball(self, body: Body) -> None:
+        """The body with its fixed point at the origin.
+
+        A point mass at the arm's end moves like a body of twice the mass at half the arm, with moments m L^2 / 2: weight
+        and moment about the fixed point are the same. About the arm it never turns, so that moment has no effect.
+        """
+        model, attitude, spin = self.model, body.quaternion, body.angular_velocity
+        number, square = self.numbers[body.name], dot(body.position, body.position)
+        if is_point(body):
+            attitude, spin = upward_to(body.position), along(ORIGIN, cross(body.position, body.velocity), 1 / square)
+            model.body_ipos[number] = 0.0, 0.0, -(square**0.5) / 2
+            model.body_inertia[number] = body.mass * square / 2
+        arm = inward(attitude, body.position)
+        joint = model.body_jntadr[number]
+        model.body_pos[number], model.jnt_pos[joint] = arm, along(ORIGIN, arm, -1.0)
+        q, v = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
+        self.data.qpos[q : q + 4], self.data.qvel[v : v + 3] = scalar_first(attitude), inward(attitude, spin)
+
+    def _prescribe(self, t: float) -> None:
+        """Set prescribed joints to their values at time t; the differences err like the classical Runge-Kutta method."""
+        h = self.dt
+        for name, law in self.prescribed:
+            where = self.model.joint(name)
+            self.data.qpos[where.qposadr] = law(t)
+            self.data.qvel[where.dofadr] = (law(t - 2 * h) - 8 * law(t - h) + 8 * law(t + h) - law(t + 2 * h)) / (12 * h)
+
+    def advance(self, steps: int) -> None:
+        model, data, step = self.model, self.data, self.api.mj_step
+        with self._hooks():
+            if not (self.prescribed or self.scene.impulses):
+                step(model, data, nstep=steps)
+                return
+            for _ in range(steps):
+                self._strike(data.time)
+                step(model, data)
+                self._prescribe(data.time)
+
+    @contextmanager
+    def _hooks(self) -> Iterator[None]:
+        """The callbacks are global to the process: they are set while this world steps.
+
+        Without a handler the engine writes its warnings, of large accelerations, to a file in the working directory.
+        """
+        self.api.set_mju_user_warning(lambda message: None)
+        self.api.set_mjcb_passive(self._push if self.pushed else None)
+        try:
+            yield
+        finally:
+            self.api.set_mjcb_passive(None)
+            self.api.set_mju_user_warning(None)
+
+    def _push(self, model: Any, data: Any) -> None:
+        """Add the forces of the scene at the time and in the state of a stage."""
+        t, target = data.time, data.qfrc_passive
+        for body, force, place in forces_at(self.scene, t, self._motion):
+            self.api.mj_applyFT(model, data, np.array(force), ZERO, np.array(place), self.numbers[body], target)
+        for body, torque in torques_at(self.scene, t, self._rotation):
+            self.api.mj_applyFT(model, data, ZERO, np.array(torque), ZERO, self.numbers[body], target)
+        h = self.dt
+        for name, law in self.prescribed:
+            bend = 16 * (law(t - h) + law(t + h)) - law(t - 2 * h) - law(t + 2 * h) - 30 * law(t)
+            target[model.joint(name).dofadr] += PRESCRIBED * bend / (12 * h * h)
+
+    def _strike(self, t: float) -> None:
+        """Apply the blows of the coming step as forces over it."""
+        model, data = self.model, self.data
+        data.qfrc_applied[:] = 0.0
+        for body, linear, angular in impulses_within(self.scene, t, self.dt):
+            number, force, torque = self.numbers[body], np.array(linear) / self.dt, np.array(angular) / self.dt
+            self.api.mj_kinematics(model, data)
+            self.api.mj_comPos(model, data)
+            self.api.mj_applyFT(model, data, force, torque, data.xpos[number], number, data.qfrc_applied)
+
+    def _motion(self, name: str) -> tuple[Vector, Vector]:
+        """Position and velocity of a body's centre of mass."""
+        place, (_, _, _, x, y, z) = self.data.xpos[self.numbers[name]].tolist(), self._twist(name)
+        return (place[0], place[1], place[2]), (x, y, z)
+
+    def _rotation(self, name: str) -> tuple[Quaternion, Vector]:
+        """Attitude and angular velocity of a body."""
+        (w, i, j, k), (x, y, z, *_) = self.data.xquat[self.numbers[name]].tolist(), self._twist(name)
+        return (i, j, k, w), (x, y, z)
+
+    def _twist(self, name: str) -> list[float]:
+        kind = self.api.mjtObj.mjOBJ_XBODY
+        self.api.mj_objectVelocity(self.model, self.data, kind, self.numbers[name], self.twist, 0)
+        return self.twist.tolist()
+
+    def read(self) -> Readings:
+        model, data = self.model, self.data
+        for update in (self.api.mj_kinematics, self.api.mj_comPos, self.api.mj_comVel):
+            update(model, data)  # after a step they belong to its last stage
+        joints, bodies = {}, {}
+        for joint in self.scene.joints:
+            where = model.joint(joint.body)
+            joints[joint.name] = data.qpos[where.qposadr].item(), data.qvel[where.dofadr].item()
+        for body in self.scene.bodies:
+            if self.layout.kind(body) != "joint":
+                (place, velocity), (attitude, spin) = self._motion(body.name), self._rotation(body.name)
+                bodies[body.name] = place, attitude, velocity, spin
+        return Readings(joints, bodies)
+
+    def accelerations(self) -> Floats:
+        """The engine's accelerations of its coordinates in the present state, without a step."""
+        with self._hooks():
+            self.api.mj_forward(self.model, self.data)
+        return self.data.qacc.copy()
+
+
+ZERO = np.zeros(3)
+
+
+def scalar_first(attitude: Quaternion) -> tuple[float, float, float, float]:
+    x, y, z, w = attitude
+    return w, x, y, z
+
+
+def inward(attitude: Quaternion, vector: Vector) -> Vector:
+    """A vector in space in the frame of a body with this attitude."""
+    x, y, z, w = attitude
+    axis = (-x, -y, -z)
+    turn = along(ORIGIN, cross(axis, vector), 2.0)
+    return along(along(vector, turn, w), cross(axis, turn), 1.0)
+
+
+def upward_to(position: Vector) -> Quaternion:
+    """An attitude that turns the third axis into the direction of a position."""
+    x, y, z = position
+    level, size = hypot(x, y), hypot(x, y, z)
+    if not level:
+        return (0.0, 0.0, 0.0, 1.0) if z > 0 else (1.0, 0.0, 0.0, 0.0)
+    half = ((1 - z / size) / 2) ** 0.5 if z < 0 else level / size / (2 * (1 + z / size)) ** 0.5
+    return -y / level * half, x / level * half, 0.0, (1 - half * half) ** 0.5 if z > 0 else level / size / (2 * half)
