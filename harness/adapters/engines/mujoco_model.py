@@ -1,10 +1,9 @@
 """A scene as MJCF, the text that MuJoCo compiles: a frame for each body, at its centre of mass, and joints between frames."""
 
 from collections.abc import Callable, Iterator
-from math import atan2, exp, log, sqrt
 
 from gnomon.cases.core.scene import Body, Contact, Hinge, Rope, Scene, Slider, Vector
-from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot
+from gnomon.harness.adapters.engines.vectors import ORIGIN, along, dot
 
 TINY = 2e-15
 """The engine refuses moments below 1e-15 (mjMINVAL). Beside the moment of a point mass about its joint this is rounding."""
@@ -12,9 +11,13 @@ PRESCRIBED = 1e12
 """Armature of a prescribed joint (kg): forces of a scene change its acceleration by about 1e-12 of it."""
 FINE = 1e-9
 """Radius of the ends of a thin rod, as a share of its half length: a geom needs a positive size."""
-TABLE = 10.0
+TABLE = 100.0
 """Half width of the box that is a moving plane (m): the engine fixes planes to the world."""
 LIGHT = f'diaginertia="{TINY!r} {TINY!r} {TINY!r}"'
+APART = 'contype="0" conaffinity="0"'
+"""Only the pairs that the scene declares collide."""
+FOLLOWERS = {"other arm": 1.0, "link": 2.0}
+"""The joints of a linkage and their angles over the angle of the arm."""
 AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -39,51 +42,36 @@ def link(rope: Rope) -> str:
     return f"link of {rope.body}"
 
 
-def rebound(ratio: float) -> float:
-    """The coefficient of restitution of a spring and damper with `ratio` of the critical damping.
-
-    The contact ends when its force is zero, before the spring is relaxed (Schwager and Poschel, Granular Matter 9, 2007, 465).
-    """
-    if ratio < 1:
-        root = sqrt(1 - ratio * ratio)
-        return exp(-ratio / root * atan2(2 * ratio * root, 2 * ratio * ratio - 1))
-    root = sqrt(ratio * ratio - 1)
-    return exp(-ratio / root * log((ratio + root) / (ratio - root))) if root else exp(-2.0)
-
-
-def damping_ratio(restitution: float) -> float:
-    """The share of the critical damping that gives this coefficient of restitution, which is above 0."""
-    low, high = 0.0, 1.0
-    while rebound(high) > restitution:
-        high *= 2
-    for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (middle, high) if rebound(middle) > restitution else (low, middle)
-    return high
+def table(name: str, normal: Vector) -> str:
+    """A moving plane through the origin of its body: the upper face of a box."""
+    size, place = numbers(TABLE, TABLE, TABLE), numbers(*along(ORIGIN, normal, -TABLE))
+    return f'<geom name="{name}" type="box" size="{size}" pos="{place}" zaxis="{numbers(*normal)}" {APART}/>'
 
 
 class Model:
     """The text of a scene.
 
-    `on_ball_joint`: the body is fixed at the origin. `chained`: each hinge carries the next one. `soft`: attributes of
-    the constraints of ropes, for example their solref.
+    `tokens`: the needs of its form. `soft`: attributes of constraints other than contacts, for example their solref. With
+    chained hinges each hinge carries the next one.
 
     A body on a rope has polar coordinates about the hole, in the plane in which it starts; an equality of two joints
-    holds the length of a rope between two bodies.
+    holds the length of a rope between two bodies. In a linkage equalities of joints let the other arm and the link to
+    the sleeve follow the last hinge.
     """
 
-    def __init__(self, scene: Scene, on_ball_joint: bool, chained: bool, soft: str) -> None:
-        self.scene, self.on_ball_joint, self.soft = scene, on_ball_joint, soft
+    def __init__(self, scene: Scene, tokens: frozenset[str], soft: str) -> None:
+        self.scene, self.soft, self.linked = scene, soft, "linkage" in tokens
+        self.on_ball_joint = bool(tokens & {"ball_joint", "rod"})
         self.joints: dict[str, Hinge | Slider] = {joint.body: joint for joint in scene.joints}
         self.parents = {joint.body: joint.parent for joint in scene.joints if joint.parent}
-        if chained:
+        if "chained_hinges" in tokens:
             for inner, outer in zip(scene.hinges, scene.hinges[1:], strict=False):
                 self.parents.setdefault(outer.body, inner.body)
         self.roped = {name for rope in scene.ropes for name in (rope.body, rope.other)}
 
     def text(self, option: str, attributes: Callable[[Contact], str]) -> str:
         """The model with this element `option`, and these attributes of its contacts."""
-        bodies = "".join(self._body(body, ORIGIN) for body in self.scene.bodies if body.name not in self.parents)
+        bodies = "".join(self._body(body, ORIGIN) for body in self.scene.bodies if self._stands(body))
         planes, pairs = self._contacts(attributes)
         return (
             f'<mujoco><compiler angle="radian" inertiafromgeom="false"/>{option}<worldbody>{planes}{bodies}</worldbody>'
@@ -91,12 +79,18 @@ class Model:
         )
 
     def kind(self, body: Body) -> str:
-        """How the body moves: `joint`, `rope`, `ball`, `slides` (a point without a joint) or `free`."""
+        """How the body moves: `joint`, `rope`, `sleeve`, `ball`, `slides` (a point) or `free`."""
         if body.name in self.joints:
             return "joint"
         if body.name in self.roped:
             return "rope"
+        if self.linked:
+            return "sleeve"
         return "ball" if self.on_ball_joint else "slides" if is_point(body) else "free"
+
+    def _stands(self, body: Body) -> bool:
+        """Whether no other body carries this one."""
+        return body.name not in self.parents and self.kind(body) != "sleeve"
 
     def _body(self, body: Body, base: Vector) -> str:
         """The element of a body in the frame of its parent, whose centre of mass is at `base` at zero coordinates."""
@@ -107,9 +101,12 @@ class Model:
         mass, centre = body.mass, ORIGIN
         if self.kind(body) == "ball" and is_point(body):
             mass, centre = 2 * body.mass, (0.0, 0.0, -0.5)
-        here = along(base, place, 1.0)
+        here, beside = along(base, place, 1.0), ""
         carried = "".join(self._body(b, here) for b in self.scene.bodies if self.parents.get(b.name) == body.name)
-        return (
+        if self.linked and body.name == self.scene.hinges[-1].body:
+            carried += self._link(self.scene.hinges[-1])
+            beside = self._other_arm(body, place, self.scene.hinges[-1])
+        return beside + (
             f'<body name="{body.name}" pos="{numbers(*place)}"><inertial pos="{numbers(*centre)}" mass="{numbers(mass)}"'
             f' diaginertia="{numbers(*moments(body))}"/>{joints}{self._geoms(body)}{carried}</body>'
         )
@@ -134,30 +131,31 @@ class Model:
         return ORIGIN, '<joint type="ball" pos="0 0 -1"/>' if kind == "ball" else "<freejoint/>"
 
     def _geoms(self, body: Body) -> str:
-        """The shapes of a body that touches something; only the pairs that the scene declares collide."""
-        apart = 'contype="0" conaffinity="0"'
+        """The shapes of a body that touches something."""
         if body.half_extents is not None and not all(body.half_extents):
             return "".join(
                 f'<geom name="{body.name} {end}" size="{numbers(FINE * max(body.half_extents))}"'
-                f' pos="{numbers(*along(ORIGIN, body.half_extents, end))}" {apart}/>'
+                f' pos="{numbers(*along(ORIGIN, body.half_extents, end))}" {APART}/>'
                 for end in (-1, 1)
             )
         if body.half_extents is not None:
-            return f'<geom name="{body.name}" type="box" size="{numbers(*body.half_extents)}" {apart}/>'
+            return f'<geom name="{body.name}" type="box" size="{numbers(*body.half_extents)}" {APART}/>'
         if body.radius:
-            return f'<geom name="{body.name}" size="{numbers(body.radius)}" {apart}/>'
+            return f'<geom name="{body.name}" size="{numbers(body.radius)}" {APART}/>'
         normal = next((each.normal for each in self.scene.contacts if each.partner == body.name), None)
-        if normal is None:
-            return ""
-        place = numbers(*along(ORIGIN, normal, -TABLE))
-        return f'<geom name="{body.name}" type="box" size="{numbers(TABLE, TABLE, TABLE)}" pos="{place}" zaxis="{numbers(*normal)}" {apart}/>'
+        return "" if normal is None else table(body.name, normal)
 
     def _contacts(self, attributes: Callable[[Contact], str]) -> tuple[str, str]:
         planes, pairs = "", ""
         for number, (contact, names) in enumerate(self.touching()):
-            if not contact.partner:
-                normal = numbers(*contact.normal)
-                planes += f'<geom name="plane {number}" type="plane" size="1 1 1" zaxis="{normal}" contype="0" conaffinity="0"/>'
+            normal, speed = numbers(*contact.normal), dot(contact.velocity, contact.velocity) ** 0.5
+            if speed:
+                axis = numbers(*along(ORIGIN, contact.velocity, 1 / speed))
+                slide = f'<joint name="plane {number}" type="slide" axis="{axis}" armature="{numbers(PRESCRIBED)}"/>'
+                inertial = f'<inertial pos="0 0 0" mass="1" {LIGHT}/>'
+                planes += f"<body>{inertial}{slide}{table(f'plane {number}', contact.normal)}</body>"
+            elif not contact.partner:
+                planes += f'<geom name="plane {number}" type="plane" size="1 1 1" zaxis="{normal}" {APART}/>'
             mu = contact.friction
             friction = f'condim="{3 if mu else 1}" friction="{numbers(mu, mu, 0, 0, 0)}"'
             for name in names:
@@ -190,10 +188,32 @@ class Model:
             f'<body name="{body.name}">{inertial}{slide} axis="1 0 0" armature="{numbers(armature)}"/></body></body>'
         )
 
+    def _other_arm(self, ball: Body, place: Vector, hinge: Hinge) -> str:
+        """The arm with its ball on the other side of the axis."""
+        inertial = f'<inertial pos="0 0 0" mass="{numbers(ball.mass)}" {LIGHT}/>'
+        return f'<body pos="{numbers(*place)}">{inertial}{_follower("other arm", hinge)}</body>'
+
+    def _link(self, hinge: Hinge) -> str:
+        """A link from a ball back to the axis, as long as the arm, with the sleeve at its end."""
+        (sleeve,) = (body for body in self.scene.bodies if self.kind(body) == "sleeve")
+        inertial = f'<inertial pos="0 0 0" mass="{numbers(max(sleeve.mass, TINY))}" {LIGHT}/>'
+        return f'<body name="{sleeve.name}" pos="{numbers(*hinge.arm)}">{inertial}{_follower("link", hinge)}</body>'
+
     def _equalities(self) -> str:
-        """The lengths of ropes between two bodies."""
+        """The lengths of ropes between two bodies, and the angles of a linkage."""
+        if self.linked:
+            return "".join(
+                f'<joint joint1="{name}" joint2="{self.scene.hinges[-1].body}" polycoef="{numbers(0, share, 0, 0, 0)}" {self.soft}/>'
+                for name, share in FOLLOWERS.items()
+            )
         return "".join(
             f'<joint joint1="{rope.body}" joint2="{rope.other}" polycoef="{numbers(rope.length(0.0), -1, 0, 0, 0)}" {self.soft}/>'
             for rope in self.scene.ropes
             if rope.other
         )
+
+
+def _follower(name: str, hinge: Hinge) -> str:
+    """A hinge that turns against this one."""
+    place, axis = (numbers(*along(ORIGIN, each, -1.0)) for each in (hinge.arm, hinge.axis))
+    return f'<joint name="{name}" pos="{place}" axis="{axis}"/>'

@@ -2,12 +2,15 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import hypot
+from functools import partial
+from operator import mul
 from typing import Any
 
 import numpy as np
 from gnomon.cases.core.scene import Body, Contact, Quaternion, Readings, Scene, SceneForm, Slider, Vector
-from gnomon.harness.adapters.engines.mujoco_model import AXES, PRESCRIBED, Model, damping_ratio, is_point, link, numbers
+from gnomon.harness.adapters.engines.attitudes import inward, scalar_first, upward_to
+from gnomon.harness.adapters.engines.compliant import damping_ratio
+from gnomon.harness.adapters.engines.mujoco_model import AXES, FOLLOWERS, PRESCRIBED, Model, is_point, link, numbers
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot
 from gnomon.harness.contract.integrator import Floats
@@ -16,8 +19,9 @@ HARD = (0.9999, 0.9999, 0.001)
 """`solimp`: the largest impedance that the engine takes, at every depth. The default yields by a tenth of the force."""
 STIFFEST = 2
 """The smallest time constant of a constraint in steps: below it the engine's `refsafe` raises it."""
-SLIDING = 10
-"""The time constant for a box in steps: at the smallest one it hops on its corners."""
+SLIDING = 20
+"""The time constant of a contact with friction, in steps. The engine's convex model of friction also lifts a body that
+slides at v, in a step by 2 mu v over this number: at the smallest one the body hops."""
 IMPACT = 0.1
 """The frequency of an impact times the step: it lasts 31 steps. The limit of `refsafe` is 1/2."""
 
@@ -44,15 +48,20 @@ class World:
         """Compile the bodies, joints, contacts and forces of `scene`."""
         self.scene = scene
         soft = ""
-        if scene.ropes or any(hinge.friction for hinge in scene.hinges):
+        if scene.ropes or self.needs & {"linkage", "joint_friction"}:
             soft = self._attributes(solref=(STIFFEST * self.dt, 1.0), solimp=HARD)
-        self.layout = Model(scene, bool(self.needs & {"ball_joint", "rod"}), "chained_hinges" in self.needs, soft)
+        self.layout = Model(scene, self.needs, soft)
         self.text = self.layout.text(self._option(), self._contact)
         self.model = self.api.MjModel.from_xml_string(self.text)
         self.data = self.api.MjData(self.model)
         self.numbers = {body.name: self.model.body(body.name).id for body in scene.bodies}
         self.prescribed = [(slider.body, slider.drive) for slider in scene.sliders if slider.drive is not None]
         self.prescribed += [(rope.body, rope.length) for rope in scene.ropes if not rope.other]
+        self.prescribed += [
+            (f"plane {n}", partial(mul, speed))
+            for n, c in enumerate(scene.contacts)
+            if (speed := dot(c.velocity, c.velocity) ** 0.5)
+        ]
         self.pushed = bool(scene.forces or scene.torques or self.prescribed)
 
     def _option(self) -> str:
@@ -60,14 +69,13 @@ class World:
         if not self.configured:
             return f"<option {option}/>"
         if any(contact.friction for contact in self.scene.contacts):
-            option += self._attributes(cone="elliptic")
+            option += self._attributes(cone="elliptic", impratio=(100.0,), tolerance=(1e-10,))
         self.options["autoreset"] = "disable"
         return f'<option {option}><flag autoreset="disable"/></option>'
 
     def _contact(self, contact: Contact) -> str:
         """The attributes of a contact: a spring and a damper if it rebounds, else a critically damped constraint."""
-        (body,) = (body for body in self.scene.bodies if body.name == contact.body)
-        reference = ((SLIDING if body.half_extents and all(body.half_extents) else STIFFEST) * self.dt, 1.0)
+        reference = ((SLIDING if contact.friction else STIFFEST) * self.dt, 1.0)
         if contact.restitution:
             frequency = IMPACT / self.dt
             reference = -(frequency**2), -2 * damping_ratio(contact.restitution) * frequency
@@ -94,7 +102,15 @@ class World:
         self._prescribe(0.0)
 
     def _place_joint(self, body: Body) -> None:
-        pass
+        """Set with the scene's joints."""
+
+    def _place_sleeve(self, body: Body) -> None:
+        """The joints of a linkage follow its arm."""
+        arm = self.model.joint(self.scene.hinges[-1].body)
+        for name, share in FOLLOWERS.items():
+            where = self.model.joint(name)
+            self.data.qpos[where.qposadr] = share * self.data.qpos[arm.qposadr]
+            self.data.qvel[where.dofadr] = share * self.data.qvel[arm.dofadr]
 
     def _place_slides(self, body: Body) -> None:
         first = self.model.body(body.name)
@@ -111,7 +127,7 @@ class World:
             return
         size = dot(arm, arm) ** 0.5
         outward = along(ORIGIN, arm, 1 / size)
-        normal = next((n for each in (body.velocity, self.scene.gravity, *AXES) if dot(n := cross(outward, each), n)))
+        normal = next(n for each in (body.velocity, self.scene.gravity, *AXES) if dot(n := cross(outward, each), n))
         normal = along(ORIGIN, normal, dot(normal, normal) ** -0.5)
         turning, number = self.model.joint(link(rope)), self.model.body(link(rope)).id
         frame = np.array([outward, cross(normal, outward), normal]).T
@@ -149,7 +165,9 @@ class World:
         for name, law in self.prescribed:
             where = self.model.joint(name)
             self.data.qpos[where.qposadr] = law(t)
-            self.data.qvel[where.dofadr] = (law(t - 2 * h) - 8 * law(t - h) + 8 * law(t + h) - law(t + 2 * h)) / (12 * h)
+            self.data.qvel[where.dofadr] = (law(t - 2 * h) - 8 * law(t - h) + 8 * law(t + h) - law(t + 2 * h)) / (
+                12 * h
+            )
 
     def advance(self, steps: int) -> None:
         model, data, step = self.model, self.data, self.api.mj_step
@@ -235,26 +253,3 @@ class World:
 
 
 ZERO = np.zeros(3)
-
-
-def scalar_first(attitude: Quaternion) -> tuple[float, float, float, float]:
-    x, y, z, w = attitude
-    return w, x, y, z
-
-
-def inward(attitude: Quaternion, vector: Vector) -> Vector:
-    """A vector in space in the frame of a body with this attitude."""
-    x, y, z, w = attitude
-    axis = (-x, -y, -z)
-    turn = along(ORIGIN, cross(axis, vector), 2.0)
-    return along(along(vector, turn, w), cross(axis, turn), 1.0)
-
-
-def upward_to(position: Vector) -> Quaternion:
-    """An attitude that turns the third axis into the direction of a position."""
-    x, y, z = position
-    level, size = hypot(x, y), hypot(x, y, z)
-    if not level:
-        return (0.0, 0.0, 0.0, 1.0) if z > 0 else (1.0, 0.0, 0.0, 0.0)
-    half = ((1 - z / size) / 2) ** 0.5 if z < 0 else level / size / (2 * (1 + z / size)) ** 0.5
-    return -y / level * half, x / level * half, 0.0, (1 - half * half) ** 0.5 if z > 0 else level / size / (2 * half)
