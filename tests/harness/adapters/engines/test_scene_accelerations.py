@@ -1,24 +1,28 @@
 """A scene gives the same rates of change of the state as the equations of its case, at a moving state.
 
 An engine's motion over many steps hides a wrong force that is small at the start, and scenes that no engine here takes
-are not run at all. So this takes one tiny step of PyBullet for all scenes without events that it accepts, and for a body
-on a ball joint Euler's equations about its fixed point.
+are not run at all. So this takes one tiny step of an engine for all scenes without events that it accepts, the accelerations
+of MuJoCo without a step, and for a body on a ball joint Euler's equations about its fixed point.
 """
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from breadth import tenth
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.scene import Readings, Scene
+from gnomon.harness.adapters.engines.mujoco import Euler
 from gnomon.harness.adapters.engines.pybullet import PyBullet
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import problem_of
 from scipy.spatial.transform import Rotation
 
 SMOOTH = [name for name in names() if (case := get(name)).scene is not None and case.hybrid is None]
-TAKEN = [name for name in SMOOTH if PyBullet().unsupported(get(name).scene) is None]  # type: ignore[arg-type]
+ENGINES: tuple[type[SceneIntegrator], ...] = (PyBullet, Euler)
+TAKEN = [(one, name) for one in ENGINES for name in SMOOTH if one().unsupported(get(name).scene) is None]  # type: ignore[arg-type]
 BALL_JOINT = {"ball_joint", "gyroscopic", "position_force", "velocity_force"}
 ON_A_BALL_JOINT = [name for name in SMOOTH if "ball_joint" in (needs := get(name).scene.needs) and needs <= BALL_JOINT]  # type: ignore[union-attr]
 
@@ -45,14 +49,17 @@ def assert_same_rates(case: Case, state: Floats, found: Floats, share: float) ->
         assert np.linalg.norm((found - expected)[members]) <= share * size, (group, found, expected)
 
 
-@pytest.mark.parametrize("name", TAKEN)
-def test_one_tiny_step_of_an_engine(name: str) -> None:
+@pytest.mark.parametrize(
+    ("engine", "name"),
+    [*(row for row in TAKEN if row[0] is PyBullet), *tenth(row for row in TAKEN if row[0] is not PyBullet)],
+)
+def test_one_tiny_step_of_an_engine(engine: type[SceneIntegrator], name: str) -> None:
     """The first step errs by its length over the time scale, times the change of the rates in a time scale: a few 1e-5."""
-    pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
+    pytest.importorskip(engine.library, reason=f"{engine.library} is not installed, or has no wheel for this Python")
     case = get(name).rounded()
     state, step = moving_state(case), 1e-5 * case.fastest_time
-    problem = replace(problem_of(case, PyBullet.accepts), times=np.array([step]))
-    run = PyBullet().prepare(problem, step)
+    problem = replace(problem_of(case, engine.accepts), times=np.array([step]))
+    run = engine().prepare(problem, step)
     try:
         end = run(state[None]).states[0, 0]
     finally:
@@ -60,6 +67,34 @@ def test_one_tiny_step_of_an_engine(name: str) -> None:
     change, angles = end - state, [coordinate.kind == "angle" for coordinate in case.state]
     change[angles] = np.remainder(change[angles] + np.pi, 2 * np.pi) - np.pi  # whole turns are ignored
     assert_same_rates(case, state, change / step, 1e-3)
+
+
+@pytest.mark.parametrize("name", tenth(name for engine, name in TAKEN if engine is Euler))
+def test_accelerations_of_mujoco(name: str) -> None:
+    """The equations of motion, where no soft constraint acts; one yields by 1e-4 of the accelerations without it.
+
+    The readings are differentiated along a curve with the engine's velocities and accelerations, with an error of h^4.
+    """
+    mujoco = pytest.importorskip("mujoco")
+    case = get(name).rounded()
+    form, parameters, state = case.scene, tuple(map(float, case.parameter_values())), moving_state(case)
+    assert form is not None
+    world = Euler().world(form, 1e-3 * case.fastest_time)
+    world.build(form.build((0.0,) * len(state), parameters))
+    world.place(form.build(tuple(state.tolist()), parameters))
+    data, change = world.data, world.accelerations()
+    q, v, h = data.qpos.copy(), data.qvel.copy(), 3e-4 * case.fastest_time
+
+    def along_the_motion(time: float) -> Floats:
+        data.qpos, data.qvel = q, v + time * change
+        mujoco.mj_integratePos(world.model, data.qpos, v, time)
+        return np.array(form.observe(world.read(), parameters))
+
+    near, far = (along_the_motion(x) - along_the_motion(-x) for x in (h, 2 * h))
+    angles = [coordinate.kind == "angle" for coordinate in case.state]
+    near[angles], far[angles] = (np.remainder(x[angles] + np.pi, 2 * np.pi) - np.pi for x in (near, far))
+    soft = form.needs & {"rope", "linkage"} and "driven_axis" not in form.needs
+    assert_same_rates(case, state, (8 * near - far) / (12 * h), 1e-3 if soft else 1e-9)
 
 
 def turned_about_the_origin(scene: Scene, h: float) -> Readings:
