@@ -39,6 +39,8 @@ class World:
         self.integrator, self.configured = integrator, configured
         self.options: dict[str, Any] = {} if integrator == "Euler" else {"integrator": integrator}
         self.twist = np.empty(6)
+        self.model: Any = None
+        self.data: Any = None
 
     def close(self) -> None:
         """Forget the model; the engine frees it."""
@@ -98,11 +100,14 @@ class World:
             values = (joint.position, joint.rate) if isinstance(joint, Slider) else (joint.angle, joint.rate)
             data.qpos[where.qposadr], data.qvel[where.dofadr] = values
         for body in scene.bodies:
-            getattr(self, f"_place_{self.layout.kind(body)}")(body)
+            if (kind := self.layout.kind(body)) != "joint":
+                getattr(self, f"_place_{kind}")(body)
         self._prescribe(0.0)
 
-    def _place_joint(self, body: Body) -> None:
-        """Set with the scene's joints."""
+    def _first(self, body: Body) -> tuple[int, int]:
+        """The first coordinate and the first rate of a body."""
+        joint = self.model.body_jntadr[self.numbers[body.name]]
+        return self.model.jnt_qposadr[joint], self.model.jnt_dofadr[joint]
 
     def _place_sleeve(self, body: Body) -> None:
         """The joints of a linkage follow its arm."""
@@ -113,15 +118,13 @@ class World:
             self.data.qvel[where.dofadr] = share * self.data.qvel[arm.dofadr]
 
     def _place_slides(self, body: Body) -> None:
-        first = self.model.body(body.name)
-        q, v = self.model.jnt_qposadr[first.jntadr[0]], first.dofadr[0]
+        q, v = self._first(body)
         self.data.qpos[q : q + 3], self.data.qvel[v : v + 3] = body.position, body.velocity
 
     def _place_rope(self, body: Body) -> None:
         """The rope's plane contains the hole, the body's position and velocity; the weight if it starts at rest."""
         (rope,) = (rope for rope in self.scene.ropes if body.name in (rope.body, rope.other))
-        rail, arm = self.model.joint(body.name), along(body.position, rope.hole, -1.0)
-        q, v = rail.qposadr, rail.dofadr
+        (q, v), arm = self._first(body), along(body.position, rope.hole, -1.0)
         if body.name == rope.other:
             self.data.qpos[q], self.data.qvel[v] = dot(arm, rope.axis), dot(body.velocity, rope.axis)
             return
@@ -136,8 +139,7 @@ class World:
         self.data.qvel[turning.dofadr] = dot(cross(outward, body.velocity), normal) / size
 
     def _place_free(self, body: Body) -> None:
-        first = self.model.body(body.name)
-        q, v = self.model.jnt_qposadr[first.jntadr[0]], first.dofadr[0]
+        q, v = self._first(body)
         self.data.qpos[q : q + 7] = *body.position, *scalar_first(body.quaternion)
         self.data.qvel[v : v + 6] = *body.velocity, *inward(body.quaternion, body.angular_velocity)
 
@@ -156,7 +158,7 @@ class World:
         arm = inward(attitude, body.position)
         joint = model.body_jntadr[number]
         model.body_pos[number], model.jnt_pos[joint] = arm, along(ORIGIN, arm, -1.0)
-        q, v = model.jnt_qposadr[joint], model.jnt_dofadr[joint]
+        q, v = self._first(body)
         self.data.qpos[q : q + 4], self.data.qvel[v : v + 3] = scalar_first(attitude), inward(attitude, spin)
 
     def _prescribe(self, t: float) -> None:
@@ -210,10 +212,10 @@ class World:
         """Apply the blows of the coming step as forces over it."""
         model, data = self.model, self.data
         data.qfrc_applied[:] = 0.0
-        for body, linear, angular in impulses_within(self.scene, t, self.dt):
-            number, force, torque = self.numbers[body], np.array(linear) / self.dt, np.array(angular) / self.dt
+        for body, *blow in impulses_within(self.scene, t, self.dt):
             self.api.mj_kinematics(model, data)
             self.api.mj_comPos(model, data)
+            (force, torque), number = np.array(blow) / self.dt, self.numbers[body]
             self.api.mj_applyFT(model, data, force, torque, data.xpos[number], number, data.qfrc_applied)
 
     def _motion(self, name: str) -> tuple[Vector, Vector]:
@@ -249,7 +251,8 @@ class World:
         """The engine's accelerations of its coordinates in the present state, without a step."""
         with self._hooks():
             self.api.mj_forward(self.model, self.data)
-        return self.data.qacc.copy()
+        found: Floats = self.data.qacc.copy()
+        return found
 
 
 ZERO = np.zeros(3)
