@@ -1,6 +1,8 @@
 """A scene as MJCF, the text that MuJoCo compiles: a frame for each body, at its centre of mass, and joints between frames."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
+from operator import mul
 
 from gnomon.cases.core.scene import Body, Contact, Hinge, Rope, Scene, Slider, Vector
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, dot
@@ -77,6 +79,15 @@ class Model:
             f'<mujoco><compiler angle="radian" inertiafromgeom="false"/>{option}<worldbody>{planes}{bodies}</worldbody>'
             f"<contact>{pairs}</contact><equality>{self._equalities()}</equality></mujoco>"
         )
+
+    def prescribed(self) -> list[tuple[str, Callable[[float], float]]]:
+        """The joints whose positions are given functions of time: sliders, lengths of ropes, moving planes."""
+        planes = [(f"plane {n}", dot(c.velocity, c.velocity) ** 0.5) for n, c in enumerate(self.scene.contacts)]
+        return [
+            *((slider.body, slider.drive) for slider in self.scene.sliders if slider.drive is not None),
+            *((rope.body, rope.length) for rope in self.scene.ropes if not rope.other),
+            *((name, partial(mul, speed)) for name, speed in planes if speed),
+        ]
 
     def kind(self, body: Body) -> str:
         """How the body moves: `joint`, `rope`, `sleeve`, `ball`, `slides` (a point) or `free`."""

@@ -2,13 +2,11 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
-from operator import mul
 from typing import Any
 
 import numpy as np
 from gnomon.cases.core.scene import Body, Contact, Quaternion, Readings, Scene, SceneForm, Slider, Vector
-from gnomon.harness.adapters.engines.attitudes import inward, scalar_first, upward_to
+from gnomon.harness.adapters.engines.attitudes import frame_along, inward, scalar_first, upward_to
 from gnomon.harness.adapters.engines.compliant import damping_ratio
 from gnomon.harness.adapters.engines.mujoco_model import AXES, FOLLOWERS, PRESCRIBED, Model, is_point, link, numbers
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
@@ -57,13 +55,9 @@ class World:
         self.model = self.api.MjModel.from_xml_string(self.text)
         self.data = self.api.MjData(self.model)
         self.numbers = {body.name: self.model.body(body.name).id for body in scene.bodies}
-        self.prescribed = [(slider.body, slider.drive) for slider in scene.sliders if slider.drive is not None]
-        self.prescribed += [(rope.body, rope.length) for rope in scene.ropes if not rope.other]
-        self.prescribed += [
-            (f"plane {n}", partial(mul, speed))
-            for n, c in enumerate(scene.contacts)
-            if (speed := dot(c.velocity, c.velocity) ** 0.5)
-        ]
+        self.prescribed = self.layout.prescribed()
+        if self.prescribed:
+            self.options["armature"] = PRESCRIBED
         self.pushed = bool(scene.forces or scene.torques or self.prescribed)
 
     def _option(self) -> str:
@@ -93,8 +87,8 @@ class World:
 
     def place(self, scene: Scene) -> None:
         """Set the initial state of every body and joint."""
-        mujoco, model, data = self.api, self.model, self.data
-        mujoco.mj_resetData(model, data)  # also the solver's start from the last solution
+        model, data = self.model, self.data
+        self.api.mj_resetData(model, data)  # also the solver's start from the last solution
         for joint in scene.joints:
             where = model.joint(joint.body)
             values = (joint.position, joint.rate) if isinstance(joint, Slider) else (joint.angle, joint.rate)
@@ -130,13 +124,11 @@ class World:
             return
         size = dot(arm, arm) ** 0.5
         outward = along(ORIGIN, arm, 1 / size)
-        normal = next(n for each in (body.velocity, self.scene.gravity, *AXES) if dot(n := cross(outward, each), n))
-        normal = along(ORIGIN, normal, dot(normal, normal) ** -0.5)
+        frame = frame_along(outward, body.velocity, self.scene.gravity, *AXES)
         turning, number = self.model.joint(link(rope)), self.model.body(link(rope)).id
-        frame = np.array([outward, cross(normal, outward), normal]).T
-        self.api.mju_mat2Quat(self.model.body_quat[number], frame.ravel())
+        self.api.mju_mat2Quat(self.model.body_quat[number], np.array(frame).T.ravel())
         self.data.qpos[q], self.data.qvel[v] = size, dot(body.velocity, outward)
-        self.data.qvel[turning.dofadr] = dot(cross(outward, body.velocity), normal) / size
+        self.data.qvel[turning.dofadr] = dot(body.velocity, frame[1]) / size
 
     def _place_free(self, body: Body) -> None:
         q, v = self._first(body)
@@ -229,8 +221,8 @@ class World:
         return (i, j, k, w), (x, y, z)
 
     def _twist(self, name: str) -> list[float]:
-        kind = self.api.mjtObj.mjOBJ_XBODY
-        self.api.mj_objectVelocity(self.model, self.data, kind, self.numbers[name], self.twist, 0)
+        frame, number = self.api.mjtObj.mjOBJ_XBODY, self.numbers[name]
+        self.api.mj_objectVelocity(self.model, self.data, frame, number, self.twist, 0)
         return self.twist.tolist()
 
     def read(self) -> Readings:
@@ -251,8 +243,7 @@ class World:
         """The engine's accelerations of its coordinates in the present state, without a step."""
         with self._hooks():
             self.api.mj_forward(self.model, self.data)
-        found: Floats = self.data.qacc.copy()
-        return found
+        return np.array(self.data.qacc)
 
 
 ZERO = np.zeros(3)
