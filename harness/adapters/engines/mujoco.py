@@ -17,12 +17,14 @@ from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 
 # "The solver can actually work with non-holonomic constraints as well, but we do not yet have such constraint types defined."
 # (Computation: Equality.)
+# Of a tendon's friction: "Such friction will be load-independent though." (Friction loss.) Of its way: "a minimal-length string
+# wrapping around spatial obstacles". (Equality.)
 NO_RATES = "constraints act on positions: it has no type of non-holonomic constraint"
 WELDS = "a weld is switched on by a program, not by a touch"
 LACKS: Mapping[str, str] = {
     "driven_frame": "gravity and forces are in one inertial frame",
-    "unwinding_string": "a tendon wraps a body by less than a turn, without friction: it turns no spool",
-    "belt": "a tendon slides without friction over the bodies that it wraps",
+    "unwinding_string": "a tendon takes the shortest way around a body: it is not wound on it",
+    "belt": "the friction of a tendon on the bodies that it wraps does not depend on the load",
     "adhesion": WELDS,
     "adhesive_contact": WELDS,
     "static_friction": "a contact has one coefficient for sticking and sliding",
