@@ -1,0 +1,83 @@
+"""MuJoCo: generalized coordinates and soft constraints, built from scenes as MJCF.
+
+Forces come from the callback `mjcb_passive`, which every stage of RK4 calls with its time and state: forces that are set once a
+step (`qfrc_applied`) drop RK4 to order 1. Blows are such forces. Ropes between two bodies, impacts, contacts and dry friction
+are constraints, which the engine makes soft; configured, they harden as the step decreases, so RK4 has order 2 with ropes and
+dry friction, and all have an irregular order 1 with contacts. A body that slides with friction hops: see `SLIDING`.
+
+A callback is global to the process: a world sets it while it steps. Large accelerations reset the state by default.
+"""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.adapters.engines.mujoco_world import World
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
+
+# "The solver can actually work with non-holonomic constraints as well, but we do not yet have such constraint types defined."
+# (Computation: Equality.)
+# Of a tendon's friction: "Such friction will be load-independent though." (Friction loss.) Of its way: "a minimal-length string
+# wrapping around spatial obstacles". (Equality.)
+NO_RATES = "constraints act on positions: it has no type of non-holonomic constraint"
+WELDS = "a weld is switched on by a program, not by a touch"
+LACKS: Mapping[str, str] = {
+    "driven_frame": "gravity and forces are in one inertial frame",
+    "unwinding_string": "a tendon takes the shortest way around a body: it is not wound on it",
+    "belt": "the friction of a tendon on the bodies that it wraps does not depend on the load",
+    "adhesion": WELDS,
+    "adhesive_contact": WELDS,
+    "static_friction": "a contact has one coefficient for sticking and sliding",
+    "drill_friction": "force and drilling torque share an elliptic cone, which is not the law of a patch of contact",
+    "disc_contact": "geoms are solids: a disc has a thickness and two edges",
+    "rolling_without_slip": NO_RATES,
+    "curved_guide": "joints turn or slide; a curve is a polynomial of at most degree 4 between two joints",
+    "curved_surface": "no joint moves on a curved surface",
+    "loss_of_contact": "limits stop joints and tendons; no curve holds on one side",
+    "knife_edge": NO_RATES,
+}
+
+
+class Euler(SceneIntegrator):
+    """Semi-implicit Euler, the engine's default integrator. Order 1.
+
+    Todorov, Erez and Tassa, IROS 2012; mujoco.readthedocs.io, Computation.
+    """
+
+    name, library = "Euler", "mujoco"
+    order: ClassVar[int | None] = 1
+    integrator: ClassVar[str] = "Euler"
+    configured: ClassVar[bool] = True
+    lacks = LACKS
+
+    def world(self, form: SceneForm, dt: float) -> World:
+        import mujoco  # without the library the status is `not_installed`
+
+        return World(mujoco, form, dt, self.integrator, self.configured)
+
+
+class ImplicitFast(Euler):
+    """Implicit in the velocities for damping and for the gyroscopic torque of free bodies, which the manual recommends. Order 1.
+
+    Forces of a callback are explicit, so on most scenes it moves as Euler does.
+    """
+
+    name, integrator = "implicitfast", "implicitfast"
+
+
+class RungeKutta(Euler):
+    """The classical method of Runge and Kutta. Order 4; with ropes between two bodies, linkages and dry friction of hinges 2."""
+
+    name, integrator, order = "RK4", "RK4", 4
+
+
+class EulerAsShipped(Euler):
+    """Euler with the engine's defaults: contacts have a time constant of 0.02 s and a pyramid of friction. Order 1.
+
+    On scenes without contacts, ropes and dry friction it moves as configured, unless an acceleration above 1e10 resets it.
+    """
+
+    policy, configured = "as shipped", False
+
+
+INTEGRATORS = (Euler, ImplicitFast, RungeKutta, EulerAsShipped)
