@@ -3,14 +3,14 @@
 Positions and rates are read through the functions that return doubles (`getLinkState` gives float32 velocities).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import ClassVar
 
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.engines.pybullet_world import World
-from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, SceneRun, unsupported
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, SceneRun
 from gnomon.harness.contract.integrator import Floats, Problem, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
 
@@ -26,27 +26,29 @@ class PyBullet(SceneIntegrator):
 
     name, library = "stepSimulation", "pybullet"
     order: ClassVar[int | None] = 1
-    tokens: ClassVar[frozenset[str]] = frozenset(
-        {
-            "hinge",
-            "slider",
-            "rigid_impact",
-            "coulomb_isotropic",
-            "gyroscopic",
-            "position_force",
-            "velocity_force",
-            "time_force",
-            "mutual_force",
-            "body_contact",
-        }
-    )
+    lacks: ClassVar[Mapping[str, str]] = {
+        "driven_frame": "x",
+        "unwinding_string": "x",
+        "belt": "x",
+        "adhesion": "x",
+        "adhesive_contact": "x",
+        "static_friction": "x",
+        "drill_friction": "x",
+        "thin_rod_contact": "x",
+        "disc_contact": "x",
+        "rolling_without_slip": "x",
+        "curved_guide": "x",
+        "curved_surface": "x",
+        "loss_of_contact": "x",
+        "knife_edge": "x",
+    }
     configured: ClassVar[bool] = True
     staggered: ClassVar[bool] = False
     maximal: ClassVar[frozenset[str]] = frozenset({"rigid_impact"})
     """Scenes with one of these tokens are in maximal coordinates."""
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        lacking = unsupported(form, self.tokens, self.lacks)
+        lacking = super().unsupported(form)
         if lacking is None and self.staggered and isinstance(form, SceneForm) and not form.conservative:
             return "a staggered start needs accelerations that depend on position alone"
         return lacking
