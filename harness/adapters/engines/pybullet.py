@@ -27,20 +27,17 @@ class PyBullet(SceneIntegrator):
     name, library = "stepSimulation", "pybullet"
     order: ClassVar[int | None] = 1
     lacks: ClassVar[Mapping[str, str]] = {
-        "driven_frame": "x",
-        "unwinding_string": "x",
-        "belt": "x",
-        "adhesion": "x",
-        "adhesive_contact": "x",
-        "static_friction": "x",
-        "drill_friction": "x",
-        "thin_rod_contact": "x",
-        "disc_contact": "x",
-        "rolling_without_slip": "x",
-        "curved_guide": "x",
-        "curved_surface": "x",
-        "loss_of_contact": "x",
-        "knife_edge": "x",
+        "driven_frame": "its frame of reference is inertial: gravity is its only field",
+        "unwinding_string": "it has no string that unwinds",
+        "belt": "it has no belt: its gear does not slip at a given force",
+        "adhesion": "its contacts do not stick, and fast small bodies pass through one another between two steps",
+        "static_friction": "it has one coefficient of friction, for rest and sliding",
+        "drill_friction": "its friction against rotation about the normal does not depend on the slip, nor the slip's on it",
+        "disc_contact": "its discs are cylinders with a thickness, and thin ones do not roll straight",
+        "rolling_without_slip": "it has friction, no constraint of rolling",
+        "curved_guide": "it has no constraint of a point to a curve",
+        "curved_surface": "its fixed surfaces other than planes and spheres are made of flat triangles",
+        "knife_edge": "its constraints restrict positions, and none restricts the velocity in one direction of the body",
     }
     configured: ClassVar[bool] = True
     staggered: ClassVar[bool] = False
@@ -73,6 +70,10 @@ class PyBulletStaggered(PyBullet):
     order, policy, staggered = 2, "staggered", True
 
 
+ON_JOINTS = frozenset({"slider", "linked_joint", "chained_hinges", "ball_joint", "rod", "rope", "linkage"})
+"""Scenes with one of these tokens have bodies that only joint coordinates model here."""
+
+
 class PyBulletMaximal(PyBullet):
     """PyBullet in maximal coordinates for scenes that both kinds of coordinates can model. Order 1.
 
@@ -83,10 +84,10 @@ class PyBulletMaximal(PyBullet):
     maximal = frozenset({"gyroscopic", "hinge"})
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        if isinstance(form, SceneForm) and not form.needs & self.maximal:
+        if isinstance(form, SceneForm) and (not form.needs & self.maximal or form.needs & ON_JOINTS):
             return "runs hinges and gyroscopic motion only; the rest is as configured"
-        if isinstance(form, SceneForm) and "hinge" in form.needs and form.needs & {"position_force", "velocity_force"}:
-            return "a force on a hinged body is applied as a torque of its joint, which maximal coordinates lack"
+        if isinstance(form, SceneForm) and "hinge" in form.needs and form.needs != {"hinge"}:
+            return "what acts on a hinged body is applied to its joint, which maximal coordinates lack"
         return super().unsupported(form)
 
 

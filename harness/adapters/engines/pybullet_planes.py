@@ -1,14 +1,16 @@
 """Planes in PyBullet, at rest and moving, and the surfaces of the bodies that touch them."""
 
+from collections.abc import Callable
 from math import sqrt
 from typing import Any
 
-from gnomon.cases.core.scene import Contact, Scene, Slider, Vector
+from gnomon.cases.core.scene import IDENTITY, Body, Contact, Scene, Slider, Vector
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, unit, upright_to
 
 IMPACT_BODY = {"contactProcessingThreshold": 0.0}
 HEAVY = 1e9
 """Mass of a moving plane (kg): the reaction changes its velocity by a share of 1e-9 of that of a body of 1 kg."""
+SKIN = 0.05
 HALF = (50.0, 50.0, 1.0)
 
 
@@ -18,7 +20,12 @@ def surface(world: Any, number: int, restitution: float, friction: float) -> Non
         world.extra("changeDynamics", IMPACT_BODY, number, -1)
 
 
-def touch(world: Any, number: int, contacts: list[Contact]) -> None:
+def skin(body: Body) -> float:
+    """The radius of the spheres that stand for a point, or for the ends of a thin rod; the planes they touch are set back by it."""
+    return SKIN if body.radius == 0.0 or (body.half_extents and not any(body.half_extents[:2])) else 0.0
+
+
+def touch(world: Any, number: int, body: Body, contacts: list[Contact]) -> None:
     """Give a body the coefficients of its contacts, and create the planes at rest. The engine multiplies coefficients."""
     for contact in contacts:
         if contact.partner and contact.partner not in world.planes:
@@ -32,6 +39,26 @@ def touch(world: Any, number: int, contacts: list[Contact]) -> None:
             continue
         plane = world.create(0.0, world.shape_of("GEOM_PLANE", planeNormal=contact.normal))
         surface(world, plane, 1.0, 1.0)
+        if back := skin(body):
+            place = along(ORIGIN, contact.normal, -back)
+            world.call("resetBasePositionAndOrientation", plane, place, IDENTITY)
+        if contact.adhesive:
+            world.chores.append(adhesive(world, number, plane))
+
+
+def adhesive(world: Any, number: int, plane: int) -> Callable[[float], None]:
+    """A function that fixes a body in its place by a constraint, once the engine reports a force of contact."""
+    stuck: list[int] = []
+
+    def stick(t: float) -> None:
+        if stuck or not any(point[9] > 0 for point in world.call("getContactPoints", number, plane)):
+            return
+        position, attitude = world.pose(number)
+        kind = world.api.JOINT_FIXED
+        arguments = (number, -1, -1, -1, kind, ORIGIN, ORIGIN, position, IDENTITY, attitude)
+        stuck.append(world.call("createConstraint", *arguments))
+
+    return stick
 
 
 class MovingPlane:

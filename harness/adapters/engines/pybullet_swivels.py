@@ -24,7 +24,7 @@ from gnomon.harness.adapters.engines.vectors import (
 )
 
 AXES: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-SINGULAR = 0.3
+SINGULAR = 0.7
 """Two axes of rotation that are nearer than this (sine of the angle) are chosen anew: at zero the middle one is lost."""
 
 

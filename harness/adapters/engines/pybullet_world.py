@@ -8,7 +8,7 @@ from typing import Any
 from gnomon.cases.core.scene import IDENTITY, Body, Contact, Hinge, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.engines.pybullet_forces import Charges, Chore, chores_of
 from gnomon.harness.adapters.engines.pybullet_joints import Link, Motion, Multibody
-from gnomon.harness.adapters.engines.pybullet_planes import MovingPlane, touch
+from gnomon.harness.adapters.engines.pybullet_planes import MovingPlane, skin, touch
 from gnomon.harness.adapters.engines.pybullet_swivels import Pointer, Swivel, on_ropes
 from gnomon.harness.adapters.engines.scene_tree import branches, with_parents
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, turned
@@ -22,6 +22,8 @@ UNLIMITED = {"maxJointVelocity": 1e9}
 """By default all velocities of a multibody, also of its base, are limited to 100."""
 IMPACT = {"restitutionVelocityThreshold": 0.0, "contactERP": 0.0, "contactSlop": 0.0}
 """By default contacts act before they close, and restitution vanishes as the step size decreases."""
+NO_CORRECTION = {"contactERP": 0.0, "contactSlop": 0.0}
+"""By default the engine removes penetration by velocity, which lifts a rod whose end slides on."""
 ITERATED = {"solverResidualThreshold": 0.0, "numSolverIterations": 100}
 """With the default residual and 50 iterations a block at rest creeps, and two gears do not agree."""
 FRICTION = {"contactSlop": 0.0}
@@ -29,6 +31,7 @@ FRICTION = {"contactSlop": 0.0}
 PARAMETERS = (
     ({"rigid_impact"}, IMPACT),
     ({"coulomb_isotropic"}, FRICTION | ITERATED),
+    ({"thin_rod_contact", "adhesive_contact"}, NO_CORRECTION | ITERATED),
     ({"rope", "linkage", "driven_axis"}, ITERATED),
 )
 
@@ -160,8 +163,10 @@ class World:
         number = self.create(body.mass, shape)
         if shape >= 0 and not contacts:
             self.call("setCollisionFilterGroupMask", number, -1, 0, 0)
-        self.set_inertia(number, -1, body.mass, body.inertia)
-        touch(self, number, contacts)
+        # A rod does not turn about its own axis, where its moment is 0 and the engine needs a positive one.
+        moments = [moment or max(body.inertia) for moment in body.inertia]
+        self.set_inertia(number, -1, body.mass, (moments[0], moments[1], moments[2]))
+        touch(self, number, body, contacts)
         self.bodies[body.name] = number
         self.handles[body.name] = number, -1
 
@@ -192,9 +197,17 @@ class World:
 
     def _shape(self, body: Body) -> int:
         """The body's shape: a box, or a sphere, in maximal coordinates also for bodies without contacts."""
+        if (radius := skin(body)) and (ends := body.half_extents):
+            places = [ends, along(ORIGIN, ends, -1.0)]
+            kinds = [self.api.GEOM_SPHERE] * 2
+            return int(
+                self.call(
+                    "createCollisionShapeArray", shapeTypes=kinds, radii=[radius] * 2, collisionFramePositions=places
+                )
+            )
         if body.half_extents is not None:
             return self.shape_of("GEOM_BOX", halfExtents=body.half_extents)
-        return self.shape_of("GEOM_SPHERE", radius=body.radius if body.radius is not None else 0.1)
+        return self.shape_of("GEOM_SPHERE", radius=body.radius or radius or 0.1)
 
     def shape_of(self, kind: str, **sizes: Any) -> int:
         return int(self.call("createCollisionShape", getattr(self.api, kind), **sizes))
