@@ -68,9 +68,7 @@ class MovingPlane:
     `rail` prescribes the motion of the box; a `velocity` is that of its surface alone, as of a belt.
     """
 
-    def __init__(
-        self, world: Any, normal: Vector, rail: Slider | None = None, velocity: Vector = ORIGIN
-    ) -> None:
+    def __init__(self, world: Any, normal: Vector, rail: Slider | None = None, velocity: Vector = ORIGIN) -> None:
         self.world, self.rail, self.velocity = world, rail, velocity
         self.number = world.create(HEAVY, world.shape_of("GEOM_BOX", halfExtents=HALF))
         surface(world, self.number, 1.0, 1.0)

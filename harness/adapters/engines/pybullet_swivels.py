@@ -42,7 +42,13 @@ class Pointer:
     """
 
     def __init__(
-        self, world: Any, body: Body, pivot: Vector = ORIGIN, *, normal: Vector | None = None, line: Vector | None = None
+        self,
+        world: Any,
+        body: Body,
+        pivot: Vector = ORIGIN,
+        *,
+        normal: Vector | None = None,
+        line: Vector | None = None,
     ) -> None:
         self.world, self.pivot, self.normal, self.line = world, pivot, normal, line
         self.wheel: Multibody | None = None
@@ -162,4 +168,3 @@ def _join(world: Any, rope: Rope, one: Pointer, two: Pointer) -> None:
     one.wheel = wheel
     wheel.gear(0, one.multibody, one.end, -1.0)
     wheel.gear(0, two.multibody, two.end, 1.0)
-

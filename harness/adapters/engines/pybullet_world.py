@@ -5,12 +5,12 @@ from functools import partial
 from math import atan2
 from typing import Any
 
-from gnomon.cases.core.scene import IDENTITY, Body, Contact, Hinge, Readings, Scene, SceneForm, Slider, Vector
+from gnomon.cases.core.scene import IDENTITY, Body, Contact, Hinge, Readings, Scene, SceneForm, Vector
 from gnomon.harness.adapters.engines.pybullet_forces import Charges, Chore, chores_of
-from gnomon.harness.adapters.engines.pybullet_joints import Link, Motion, Multibody
+from gnomon.harness.adapters.engines.pybullet_joints import Motion
 from gnomon.harness.adapters.engines.pybullet_planes import MovingPlane, skin, touch
 from gnomon.harness.adapters.engines.pybullet_swivels import Pointer, Swivel, on_ropes
-from gnomon.harness.adapters.engines.scene_tree import branches, with_parents
+from gnomon.harness.adapters.engines.pybullet_trees import grow, place_joints
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, turned
 
 BREAKING_THRESHOLD = 0.02
@@ -68,6 +68,8 @@ class World:
         self.hinged: dict[str, tuple[int, Hinge, Vector]] = {}
         self.jointed: dict[str, tuple[int, int]] = {}
         self.swivels: dict[str, Pointer | Swivel] = {}
+        self.sleeve: tuple[int, int] | None = None
+        self.measured: dict[str, Callable[[], Motion]] = {}
         self.carriers: dict[str, Callable[[], Motion]] = {}
         self.handles: dict[str, tuple[int, int]] = {}
         self.call("resetSimulation")
@@ -86,62 +88,22 @@ class World:
         self._create_joints(scene)
         self._create_swivels(scene)
         for body in scene.bodies:
-            if body.name not in self.handles and body.name not in self.planes:
+            if body.name not in (self.handles.keys() | self.planes.keys() | self.measured.keys()):
                 self._free(body, [c for c in scene.contacts if body.name in (c.body, c.partner)])
         self.chores += [*(plane.chore for plane in self.planes.values()), *chores_of(self, scene)]
 
     def _create_joints(self, scene: Scene) -> None:
-        """The joints, except the drives of planes: those in maximal coordinates, and each tree as a multibody."""
+        """The joints; a body that is driven and touched is a plane, which the engine does not take as a link."""
         touched = {contact.partner: contact for contact in scene.contacts if contact.partner}
         for slider in scene.sliders:
             if slider.drive and slider.body in touched:
                 self.planes[slider.body] = MovingPlane(self, touched[slider.body].normal, slider)
-        bodies = {body.name: body for body in scene.bodies}
         if self.maximal:
+            bodies = {body.name: body for body in scene.bodies}
             for hinge in scene.hinges:
                 self._constrained(bodies[hinge.body], hinge)
-            return
-        trees: dict[str, tuple[Vector, list[Link], list[Hinge | Slider]]] = {}
-        member: dict[str, str] = {}
-        for branch in branches(with_parents(scene) if "chained_hinges" in self.needs else scene):
-            joint, body = branch.joint, bodies[branch.joint.body]
-            root = member[joint.name] = member.get(branch.before, joint.name)
-            base, links, joints = trees.setdefault(root, (branch.place, [], []))
-            before = next((i for i, each in enumerate(joints) if each.name == branch.before), -1)
-            place = branch.place if links else ORIGIN
-            slides = isinstance(joint, Slider)
-            links.append(Link(joint.axis, slides, before, place, branch.arm, body.mass, body.inertia))
-            joints.append(joint)
-        for base, links, joints in trees.values():
-            if "linkage" in self.needs:
-                self._hang_sleeve(links, bodies, {joint.body for joint in joints})
-            self._tree(Multibody(self, links, base), joints)
-
-    def _tree(self, multibody: Multibody, joints: list[Hinge | Slider]) -> None:
-        number = multibody.number
-        for index, joint in enumerate(joints):
-            self.jointed[joint.name] = self.handles[joint.body] = number, index
-            self.carriers[joint.body] = partial(multibody.motion, index)
-            if isinstance(joint, Slider) and joint.drive:
-                self.chores.append(multibody.driven(index, joint.drive))
-            if isinstance(joint, Hinge) and joint.friction:  # a motor that stops the joint with at most this torque
-                mode = self.api.VELOCITY_CONTROL
-                self.call("setJointMotorControl2", number, index, mode, targetVelocity=0.0, force=joint.friction)
-        if len(multibody.links) > len(joints):
-            multibody.gear(len(joints), multibody, len(joints) - 1, 2.0)
-
-    def _hang_sleeve(self, links: list[Link], bodies: dict[str, Body], jointed: set[str]) -> None:
-        """A governor with one arm of twice the mass, and the sleeve at the end of a link of the same length.
-
-        The link has twice the arm's angle, the other way, so that its end stays on the axis: a gear in `_tree`.
-        """
-        from dataclasses import replace
-
-        (sleeve,) = (body for name, body in bodies.items() if name not in jointed)
-        links[-1] = replace(links[-1], mass=2 * links[-1].mass)
-        if sleeve.mass:
-            arm = links[-1]
-            links.append(Link(arm.axis, before=len(links) - 1, place=arm.arm, arm=arm.arm, mass=sleeve.mass))
+        else:
+            grow(self, scene)
 
     def _create_swivels(self, scene: Scene) -> None:
         """The bodies on ropes, rods and ball joints."""
@@ -155,7 +117,7 @@ class World:
                 self.chores.append(swivel.keep)
                 self.swivels[body.name] = swivel
         for name, swivel in self.swivels.items():
-            self.carriers[name] = swivel.motion
+            self.carriers[name] = self.measured[name] = swivel.motion
             self.handles[name] = swivel.multibody.number, len(swivel.multibody.links) - 1
 
     def _free(self, body: Body, contacts: list[Contact]) -> None:
@@ -239,13 +201,7 @@ class World:
                 spin = along(ORIGIN, hinge.axis, hinge.rate)
                 poses.append((number, along(hinge.anchor, lever, 1.0), attitude))
                 twists.append((number, cross(spin, lever), spin))
-            else:
-                self.call("resetJointState", *self.jointed[hinge.name], hinge.angle, hinge.rate)
-        for slider in scene.sliders:
-            if slider.name in self.jointed:
-                self.call("resetJointState", *self.jointed[slider.name], slider.position, slider.rate)
-        if "linkage" in self.needs:
-            self._place_sleeve(scene.hinges[-1])
+        place_joints(self, scene)
         for plane in self.planes.values():
             plane.place(scene)
         for pose in poses:
@@ -257,11 +213,6 @@ class World:
             self.call("setGravity", *scene.gravity)
         for twist in twists:
             self.call("resetBaseVelocity", *twist)
-
-    def _place_sleeve(self, arm: Hinge) -> None:
-        number, index = self.jointed[arm.name]
-        if self.call("getNumJoints", number) > index + 1:
-            self.call("resetJointState", number, index + 1, -2 * arm.angle, -2 * arm.rate)
 
     def advance(self, steps: int) -> None:
         for done in range(self.steps, self.steps + steps):
@@ -277,7 +228,7 @@ class World:
             angle = 2 * atan2(dot(attitude[:3], hinge.axis), attitude[3])
             joints[name] = angle, dot(spin, hinge.axis)
         joints |= {plane.rail.name: plane.state() for plane in self.planes.values() if plane.rail}
-        bodies = {name: swivel.motion() for name, swivel in self.swivels.items()}
+        bodies = {name: motion() for name, motion in self.measured.items()}
         for name, number in self.bodies.items():
             (position, attitude), (velocity, spin) = self.pose(number), self.twist(number)
             velocity = self.charges.pushed(name, self.steps * self.dt, position, velocity, 0.5)

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
-from gnomon.cases.core.scene import Readings, Scene
+from gnomon.cases.core.scene import Hinge, Readings, Scene
 from gnomon.harness.adapters.engines.pybullet import PyBullet
+from gnomon.harness.adapters.engines.pybullet_accelerations import MODELLED, joint_accelerations
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import problem_of
 from scipy.spatial.transform import Rotation
@@ -60,6 +61,31 @@ def test_one_tiny_step_of_an_engine(name: str) -> None:
     change, angles = end - state, [coordinate.kind == "angle" for coordinate in case.state]
     change[angles] = np.remainder(change[angles] + np.pi, 2 * np.pi) - np.pi  # whole turns are ignored
     assert_same_rates(case, state, change / step, 1e-3)
+
+
+ON_JOINTS = [
+    name for name in names() if (form := get(name).scene) is not None and form.needs and form.needs <= MODELLED
+]
+
+
+@pytest.mark.parametrize("name", [name for name in ON_JOINTS if get(name).scene.needs & {"hinge", "slider"}])  # type: ignore[union-attr]
+def test_accelerations_of_joints_without_a_step(name: str) -> None:
+    """The state is linear in the joints, so a difference over 1 s of their rates and accelerations has no error of its own."""
+    pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
+    case = get(name).rounded()
+    form, parameters, state = case.scene, tuple(map(float, case.parameter_values())), moving_state(case)
+    assert form is not None
+    scene = form.build(tuple(state.tolist()), parameters)
+    found = joint_accelerations(form, scene)
+    places = {each.name: each.angle if isinstance(each, Hinge) else each.position for each in scene.joints}
+    ahead, behind = (
+        form.observe(
+            Readings({x.name: (places[x.name] + h * x.rate, x.rate + h * found[x.name]) for x in scene.joints}),
+            parameters,
+        )
+        for h in (0.5, -0.5)
+    )
+    assert_same_rates(case, state, np.subtract(ahead, behind), 1e-9)
 
 
 def turned_about_the_origin(scene: Scene, h: float) -> Readings:
