@@ -28,8 +28,8 @@ class PyBullet(SceneIntegrator):
     order: ClassVar[int | None] = 1
     lacks: ClassVar[Mapping[str, str]] = {
         "driven_frame": "its frame of reference is inertial: gravity is its only field",
-        "unwinding_string": "it has no string that unwinds",
-        "belt": "it has no belt: its gear does not slip at a given force",
+        "unwinding_string": "it has no string: a gear in its place needs a radius, which the scene does not give",
+        "belt": "it has no belt: a gear in its place needs radii and a force, which the scene does not give",
         "adhesion": "its contacts do not stick, and fast small bodies pass through one another between two steps",
         "static_friction": "it has one coefficient of friction, for rest and sliding",
         "drill_friction": "its friction against rotation about the normal does not depend on the slip, nor the slip's on it",

@@ -33,8 +33,13 @@ def moving_state(case: Case) -> Floats:
 
 
 def rates_of_the_equations(case: Case, state: Floats) -> Floats:
-    form = next(found for found in map(first_order, case.all_forms()) if found is not None)
-    return np.array(form.equations(0.0, tuple(state.tolist()), tuple(map(float, case.parameter_values()))), dtype=float)
+    values, parameters = tuple(state.tolist()), tuple(map(float, case.parameter_values()))
+    if (hybrid := case.hybrid) is not None:
+        mode = hybrid.mode(hybrid.start(0.0, values, parameters))
+        equations, parameters = mode.equations, (*parameters, *mode.constants)
+    else:
+        equations = next(found for found in map(first_order, case.all_forms()) if found is not None).equations
+    return np.array(equations(0.0, values, parameters), dtype=float)
 
 
 def assert_same_rates(case: Case, state: Floats, found: Floats, share: float) -> None:
