@@ -107,7 +107,8 @@ class World:
 
     def _create_swivels(self, scene: Scene) -> None:
         """The bodies on ropes, rods and ball joints."""
-        self.swivels, chores = on_ropes(self, scene)
+        pointers, chores = on_ropes(self, scene)
+        self.swivels |= pointers
         self.chores += chores
         if self.needs & {"ball_joint", "rod"}:
             for body in scene.bodies:
