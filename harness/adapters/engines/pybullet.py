@@ -1,6 +1,14 @@
 """PyBullet: Bullet's rigid bodies, built from scenes. A step is a kick, then a drift: symplectic Euler.
 
 Positions and rates are read through the functions that return doubles (`getLinkState` gives float32 velocities).
+
+How it is driven: joints are trees of links in reduced coordinates, in which the engine's joints have no error of their own
+(pybullet_trees). Ball joints are three revolutes, rods and ropes are rails that a motor or a gear holds (pybullet_swivels).
+Driven coordinates are motors. Forces, torques and blows act over a step (pybullet_forces). Moving planes are heavy boxes,
+as the engine's static bodies are at rest in contacts (pybullet_planes).
+
+Traps: `changeDynamics` is called once for mass and inertia and again for the rest, as one call for all gives a link of zero
+inertia nan. A force on a link is given at the position that the engine keeps of it, which is one step old.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,7 +29,7 @@ class PyBullet(SceneIntegrator):
     Coumans, pybullet.org.
 
     Bodies are multibodies in reduced coordinates (Featherstone). Scenes with bouncing bodies are in maximal
-    coordinates, as a multibody gains energy at impacts.
+    coordinates, as a multibody gains energy at impacts. `lacks` says what it is not given; all other scenes run.
     """
 
     name, library = "stepSimulation", "pybullet"

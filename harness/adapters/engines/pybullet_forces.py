@@ -27,7 +27,7 @@ def _push(world: Any, force: Force, joint: Hinge | Slider | None) -> Chore:
     if force.partner:
         return _push_pair(world, force)
     if isinstance(joint, Slider):
-        rail, (number, link) = joint, world.handle(force.body)
+        rail, (number, link) = joint, world.handles[force.body]
         drive = world.bound("setJointMotorControl2", number, link, world.api.TORQUE_CONTROL)
 
         def push_along(t: float) -> None:
@@ -36,7 +36,7 @@ def _push(world: Any, force: Force, joint: Hinge | Slider | None) -> Chore:
 
         return push_along
     if isinstance(joint, Hinge):
-        hinge, (number, link) = joint, world.handle(force.body)
+        hinge, (number, link) = joint, world.handles[force.body]
         turn = world.bound("setJointMotorControl2", number, link, world.api.TORQUE_CONTROL)
 
         def push_around(t: float) -> None:
@@ -51,7 +51,7 @@ def _push(world: Any, force: Force, joint: Hinge | Slider | None) -> Chore:
 
         def push_link(t: float) -> None:
             position, _, velocity, _ = motion()
-            apply(law(t, position, velocity))
+            apply(law(t, position, velocity), position)
 
         return push_link
     return world.charges.push(force.body) if force.body in world.charges.fields else _push_free(world, force)
@@ -77,27 +77,27 @@ def _push_pair(world: Any, force: Force) -> Chore:
     def push(t: float) -> None:
         (place, _, velocity, _), (other, _, drift, _) = here(), there()
         pull = law(t, along(place, other, -1.0), along(velocity, drift, -1.0))
-        apply(pull)
-        apply_other(along(ORIGIN, pull, -1.0))
+        apply(pull, place)
+        apply_other(along(ORIGIN, pull, -1.0), other)
 
     return push
 
 
-def _applied(world: Any, body: str) -> Callable[[Vector], None]:
-    """A function that applies a force at the centre of mass.
+def _applied(world: Any, body: str) -> Callable[[Vector, Vector], None]:
+    """A function that applies a force at the centre of mass, whose position it is given.
 
-    The engine forms the torque with the pose that it keeps of a link, one step old: its own place gives no torque.
+    For a link the engine forms the torque with the position that it keeps, one step old: there a force has no torque.
     """
-    number, link = world.handle(body)
+    number, link = world.handles[body]
     apply, frame = world.bound("applyExternalForce"), world.api.WORLD_FRAME
     if link < 0:
-        return lambda force: apply(number, -1, force, world.pose(number)[0], frame)
+        return lambda force, position: apply(number, link, force, position, frame)
     state = world.bound("getLinkState", number, link)
-    return lambda force: apply(number, link, force, state()[0], frame)
+    return lambda force, _position: apply(number, link, force, state()[0], frame)
 
 
 def _turn(world: Any, torque: Torque) -> Chore:
-    number, link = world.handle(torque.body)
+    number, link = world.handles[torque.body]
     apply, frame, law = world.bound("applyExternalTorque"), world.api.WORLD_FRAME, torque.law
     motion = world.motion_of(torque.body)
 
@@ -111,13 +111,15 @@ def _turn(world: Any, torque: Torque) -> Chore:
 def _strike(world: Any, scene: Scene) -> Chore:
     """A blow as a force over the step in which it falls."""
     dt, frame = world.dt, world.api.WORLD_FRAME
-    apply = {impulse.body: _applied(world, impulse.body) for impulse in scene.impulses}
+    struck = {impulse.body for impulse in scene.impulses}
+    known = {body: (world.motion_of(body), _applied(world, body)) for body in struck}
     twist = world.bound("applyExternalTorque")
 
     def strike(t: float) -> None:
         for body, linear, angular in impulses_within(scene, t, dt):
-            apply[body](along(ORIGIN, linear, 1 / dt))
-            twist(*world.handle(body), along(ORIGIN, angular, 1 / dt), frame)
+            motion, apply = known[body]
+            apply(along(ORIGIN, linear, 1 / dt), motion()[0])
+            twist(*world.handles[body], along(ORIGIN, angular, 1 / dt), frame)
 
     return strike
 

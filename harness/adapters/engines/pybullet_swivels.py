@@ -26,6 +26,8 @@ from gnomon.harness.adapters.engines.vectors import (
 AXES: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 SINGULAR = 0.7
 """Two axes of rotation that are nearer than this (sine of the angle) are chosen anew: at zero the middle one is lost."""
+PLANE = 1e-20
+"""Below this share of its largest square, the angular momentum has no direction but that of rounding."""
 
 
 def across(vector: Vector) -> Vector:
@@ -65,9 +67,13 @@ class Pointer:
     def _set(self, position: Vector, velocity: Vector) -> None:
         arm = along(position, self.pivot, -1.0)
         toward = self.line or unit(arm)
-        momentum = cross(arm, velocity)
-        normal = self.normal or (unit(momentum) if any(momentum) and not self.line else across(toward))
-        aside = cross(normal, toward)
+        momentum = self.normal or cross(arm, velocity)
+        if self.line or (
+            not self.normal and dot(momentum, momentum) <= PLANE * dot(arm, arm) * dot(velocity, velocity)
+        ):
+            momentum = across(toward)
+        aside = unit(cross(momentum, toward))
+        normal = cross(toward, aside)
         distance = dot(arm, toward)
         self.multibody.turn_base(upright_to(toward, normal))
         turns = () if self.line else ((0.0, dot(velocity, aside) / distance), (0.0, -dot(velocity, normal) / distance))
@@ -87,10 +93,12 @@ class Pointer:
 
 
 class Swivel:
-    """A rigid body on a ball joint: three revolutes, the first and the last along the same principal axis of the body.
+    """A rigid body on a ball joint: three revolutes, the last one along the principal axis of the body nearest to the arm.
 
-    This axis is the one nearest to the arm, so the large spin of a top is one coordinate, and exact. The first axis is
-    chosen at a right angle to it, and anew where the two come near one another.
+    So the large spin of a top is one coordinate, and exact. The first axis is at a right angle to it at the start, and is
+    chosen anew where the two come near one another. On the heavy top of 40 rad/s the axis errs by 0.010 at 1e-3 s, on the
+    engine's ball joint by 0.070; a vertical first axis gives 0.007, but seven times the error of a top that rises to the
+    vertical.
     """
 
     def __init__(self, world: Any, body: Body) -> None:
@@ -107,7 +115,7 @@ class Swivel:
 
     def _set(self, attitude: Quaternion, spin: Vector) -> None:
         b = rotated(attitude, AXES[self.spun])
-        first = self.first_axis(b)
+        first = across(b)
         middle = unit(cross(first, b))
         sine, cosine = dot(cross(first, b), middle), dot(first, b)
         axes = [ORIGIN] * 3
@@ -122,9 +130,6 @@ class Swivel:
             (tilt, dot(spin, middle)),
             (2 * atan2(rest[self.spun], rest[3]), (inner - outer * cosine) / sine**2),
         )
-
-    def first_axis(self, spun: Vector) -> Vector:
-        return across(spun)
 
     def keep(self, t: float) -> None:
         """Choose new axes where the present ones are nearly singular."""

@@ -236,10 +236,6 @@ class World:
             bodies[name] = position, attitude, velocity, spin
         return Readings(joints, bodies)
 
-    def handle(self, body: str) -> tuple[int, int]:
-        """The numbers of the body and its link in the engine."""
-        return self.handles[body]
-
     def motion_of(self, body: str) -> Callable[[], Motion]:
         """A function that tells the motion of a body."""
         if body in self.carriers:
