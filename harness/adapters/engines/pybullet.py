@@ -7,8 +7,8 @@ How it is driven: joints are trees of links in reduced coordinates, in which the
 Driven coordinates are motors. Forces, torques and blows act over a step (pybullet_forces). Moving planes are heavy boxes,
 as the engine's static bodies are at rest in contacts (pybullet_planes).
 
-Traps: `changeDynamics` is called once for mass and inertia and again for the rest, as one call for all gives a link of zero
-inertia nan. A force on a link is given at the position that the engine keeps of it, which is one step old.
+Traps: a call of `changeDynamics` that sets the mass and inertia of a link must set nothing else, or the inertia becomes
+zero. A force on a link is given at the position that the engine keeps of it, which is one step old.
 """
 
 from collections.abc import Callable, Mapping

@@ -193,3 +193,18 @@ def test_worlds_have_no_rotating_frame() -> None:
     """The only field of a world is a constant gravity: no function sets a rotation of the frame."""
     fields = {name for name in dir(pybullet) if name.startswith("set") and ("Gravity" in name or "Frame" in name)}
     assert fields == {"setGravity"}
+
+
+@pytest.mark.parametrize(("together", "moment"), [(True, 0.0), (False, 0.5)])
+def test_the_inertia_of_a_link_is_lost_if_set_together_with_damping(call: Call, together: bool, moment: float) -> None:
+    """The adapter sets mass and inertia in a call of their own."""
+    number = call(
+        "createMultiBody", linkMasses=[1], linkCollisionShapeIndices=[-1], linkVisualShapeIndices=[-1],
+        linkPositions=[(0, 0, 0)], linkOrientations=[(0, 0, 0, 1)], linkInertialFramePositions=[(0, 0, 0)],
+        linkInertialFrameOrientations=[(0, 0, 0, 1)], linkParentIndices=[0],
+        linkJointTypes=[pybullet.JOINT_REVOLUTE], linkJointAxis=[(0, 0, 1)],
+    )  # fmt: skip
+    inertia, undamped = {"mass": 1, "localInertiaDiagonal": (0.5, 0.5, 0.5)}, {"linearDamping": 0, "angularDamping": 0}
+    for settings in [inertia | undamped] if together else [inertia, undamped]:
+        call("changeDynamics", number, 0, **settings)
+    assert call("getDynamicsInfo", number, 0)[2] == pytest.approx((moment,) * 3)
