@@ -44,7 +44,7 @@ class PyBullet(SceneIntegrator):
         "disc_contact": "its discs are cylinders with a thickness, and thin ones do not roll straight",
         "rolling_without_slip": "it has friction, no constraint of rolling",
         "curved_guide": "it has no constraint of a point to a curve",
-        "curved_surface": "its fixed surfaces other than planes and spheres are made of flat triangles",
+        "curved_surface": "its surfaces are planes, spheres, boxes, cylinders and flat triangles",
         "knife_edge": "its constraints restrict positions, and none restricts the velocity in one direction of the body",
     }
     configured: ClassVar[bool] = True

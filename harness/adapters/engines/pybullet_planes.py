@@ -8,10 +8,13 @@ from gnomon.cases.core.scene import IDENTITY, Body, Contact, Scene, Slider, Vect
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, unit, upright_to
 
 IMPACT_BODY = {"contactProcessingThreshold": 0.0}
+"""See `IMPACT` of a world."""
 HEAVY = 1e9
 """Mass of a moving plane (kg): the reaction changes its velocity by a share of 1e-9 of that of a body of 1 kg."""
-SKIN = 0.05
 HALF = (50.0, 50.0, 1.0)
+"""Half the sides of a moving plane (m), so large that no body comes to its edge."""
+SKIN = 0.05
+"""Radius (m) of the spheres that stand for points, as the engine's contacts need bodies of some size."""
 
 
 def surface(world: Any, number: int, restitution: float, friction: float) -> None:
@@ -21,7 +24,7 @@ def surface(world: Any, number: int, restitution: float, friction: float) -> Non
 
 
 def skin(body: Body) -> float:
-    """The radius of the spheres that stand for a point, or for the ends of a thin rod; the planes they touch are set back by it."""
+    """SKIN for a point, and for a thin rod, whose ends are points; 0 for other bodies. Planes are set back by it."""
     return SKIN if body.radius == 0.0 or (body.half_extents and not any(body.half_extents[:2])) else 0.0
 
 

@@ -71,6 +71,14 @@ def test_errors_are_of_order_one(name: str) -> None:
         assert apart / within < coarse / fine < apart * within, errors
 
 
+def test_a_belt_carries_a_block() -> None:
+    """Of static friction as large as the kinetic one: the block sticks to the belt until the spring holds it."""
+    case = get("stick_slip_belt", "one_friction").rounded()
+    coarse, fine = worst(case, 16), worst(case, 64)
+    assert coarse < 0.05
+    assert coarse / fine == pytest.approx(4.0, rel=0.1)
+
+
 Measure = Callable[[Floats], float]
 PUBLISHED: tuple[tuple[str, Measure, tuple[float, ...]], ...] = (
     ("lagrange_top_attitude", lambda off: float(np.linalg.norm(off[-1, [5, 8, 11]])), (0.096, 0.0071, 7e-4)),
