@@ -1,16 +1,24 @@
 """PyBullet: Bullet's rigid bodies, built from scenes. A step is a kick, then a drift: symplectic Euler.
 
 Positions and rates are read through the functions that return doubles (`getLinkState` gives float32 velocities).
+
+How it is driven: joints are trees of links in reduced coordinates, in which the engine's joints have no error of their own
+(pybullet_trees). Ball joints are three revolutes, rods and ropes are rails that a motor or a gear holds (pybullet_swivels).
+Driven coordinates are motors. Forces, torques and blows act over a step (pybullet_forces). Moving planes are heavy boxes,
+as the engine's static bodies are at rest in contacts (pybullet_planes).
+
+Traps: a call of `changeDynamics` that sets the mass and inertia of a link must set nothing else, or the inertia becomes
+zero. A force on a link is given at the position that the engine keeps of it, which is one step old.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import ClassVar
 
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.engines.pybullet_world import World
-from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, SceneRun, unsupported
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, SceneRun
 from gnomon.harness.contract.integrator import Floats, Problem, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
 
@@ -21,32 +29,31 @@ class PyBullet(SceneIntegrator):
     Coumans, pybullet.org.
 
     Bodies are multibodies in reduced coordinates (Featherstone). Scenes with bouncing bodies are in maximal
-    coordinates, as a multibody gains energy at impacts.
+    coordinates, as a multibody gains energy at impacts. `lacks` says what it is not given; all other scenes run.
     """
 
     name, library = "stepSimulation", "pybullet"
     order: ClassVar[int | None] = 1
-    tokens: ClassVar[frozenset[str]] = frozenset(
-        {
-            "hinge",
-            "slider",
-            "rigid_impact",
-            "coulomb_isotropic",
-            "gyroscopic",
-            "position_force",
-            "velocity_force",
-            "time_force",
-            "mutual_force",
-            "body_contact",
-        }
-    )
+    lacks: ClassVar[Mapping[str, str]] = {
+        "driven_frame": "its frame of reference is inertial: gravity is its only field",
+        "unwinding_string": "it has no string: a gear in its place needs a radius, which the scene does not give",
+        "belt": "it has no belt: a gear in its place needs radii and a force, which the scene does not give",
+        "adhesion": "its contacts do not stick, and fast small bodies pass through one another between two steps",
+        "static_friction": "it has one coefficient of friction, for rest and sliding",
+        "drill_friction": "its friction against rotation about the normal does not depend on the slip, nor the slip's on it",
+        "disc_contact": "its discs are cylinders with a thickness, and thin ones do not roll straight",
+        "rolling_without_slip": "it has friction, no constraint of rolling",
+        "curved_guide": "it has no constraint of a point to a curve",
+        "curved_surface": "its surfaces are planes, spheres, boxes, cylinders and flat triangles",
+        "knife_edge": "its constraints restrict positions, and none restricts the velocity in one direction of the body",
+    }
     configured: ClassVar[bool] = True
     staggered: ClassVar[bool] = False
     maximal: ClassVar[frozenset[str]] = frozenset({"rigid_impact"})
     """Scenes with one of these tokens are in maximal coordinates."""
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        lacking = unsupported(form, self.tokens, self.lacks)
+        lacking = super().unsupported(form)
         if lacking is None and self.staggered and isinstance(form, SceneForm) and not form.conservative:
             return "a staggered start needs accelerations that depend on position alone"
         return lacking
@@ -71,6 +78,10 @@ class PyBulletStaggered(PyBullet):
     order, policy, staggered = 2, "staggered", True
 
 
+ON_JOINTS = frozenset({"slider", "linked_joint", "chained_hinges", "ball_joint", "rod", "rope", "linkage"})
+"""Scenes with one of these tokens have bodies that only joint coordinates model here."""
+
+
 class PyBulletMaximal(PyBullet):
     """PyBullet in maximal coordinates for scenes that both kinds of coordinates can model. Order 1.
 
@@ -81,10 +92,10 @@ class PyBulletMaximal(PyBullet):
     maximal = frozenset({"gyroscopic", "hinge"})
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        if isinstance(form, SceneForm) and not form.needs & self.maximal:
+        if isinstance(form, SceneForm) and (not form.needs & self.maximal or form.needs & ON_JOINTS):
             return "runs hinges and gyroscopic motion only; the rest is as configured"
-        if isinstance(form, SceneForm) and "hinge" in form.needs and form.needs & {"position_force", "velocity_force"}:
-            return "a force on a hinged body is applied as a torque of its joint, which maximal coordinates lack"
+        if isinstance(form, SceneForm) and "hinge" in form.needs and form.needs != {"hinge"}:
+            return "what acts on a hinged body is applied to its joint, which maximal coordinates lack"
         return super().unsupported(form)
 
 

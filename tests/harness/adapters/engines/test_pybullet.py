@@ -387,8 +387,14 @@ def form(*needs: str, conservative: bool = True) -> SceneForm:
 
 def test_missing_tokens_are_named_before_anything_is_built() -> None:
     for policy in INTEGRATORS:
-        answer = policy().unsupported(form("hinge", "ball_joint", "moving_surface"))
-        assert answer == "lacks ball_joint, moving_surface"
+        answer = policy().unsupported(form("hinge", "curved_guide", "unwinding_string"))
+        if policy is PyBulletMaximal:
+            assert "applied to its joint" in (answer or "")
+            continue
+        assert answer == (
+            "lacks curved_guide (it has no constraint of a point to a curve), "
+            f"unwinding_string ({PyBullet.lacks['unwinding_string']})"
+        )
     assert PyBullet().unsupported(form("hinge")) is None
     assert PyBullet().unsupported(form()) is None
     assert "staggered" in (PyBulletStaggered().unsupported(form("gyroscopic", conservative=False)) or "")
@@ -401,7 +407,8 @@ def test_static_friction_is_needed_only_where_a_body_sticks() -> None:
         for label in (None, "holds", "gap", "limit_above", "limit_below", "thrown_down", "end_stop")
         if (scene := get("block_incline_friction", label).scene) is not None
     }
-    lacking = {label for label, answer in answers.items() if answer == "lacks static_friction"}
+    expected = f"lacks static_friction ({PyBullet.lacks['static_friction']})"
+    lacking = {label for label, answer in answers.items() if answer == expected}
     assert lacking == {"holds", "gap", "limit_above"}
     assert all(answer is None for label, answer in answers.items() if label not in lacking)
 
