@@ -18,8 +18,8 @@ STEPS_OF_A_BOUNCE = 10
 """Continuous contact is a spring that an explicit step must resolve: its period is 2 pi times this number of steps."""
 SLIP_STEPS = 4
 """The tolerance of stiction of continuous contact, over the change of the velocity by friction in one step."""
-INELASTIC = 1e3
-"""s/m, the dissipation of continuous contacts with a restitution of 0."""
+DAMPED_STEPS = {True: 5.0, False: 0.2}
+"""A contact with a restitution of 0 loses its speed, under the weight, in this number of steps: continuous, discrete."""
 
 
 class World:
@@ -87,21 +87,20 @@ class World:
             self.options |= {"integration_scheme": self.scheme, "fixed_step_mode": True}
 
     def _inertia(self, body: Body, jointed: bool, on_ball: bool) -> Any:
-        """The inertia of a body about its frame, whose origin is the body's centre of mass at first.
+        """The inertia of a body about its frame, whose origin is the scene's centre of mass.
 
         The engine inverts the inertia of every joint, so what does not move needs a positive moment too:
-        - A free point mass turns, unseen: any moment will do.
+        - A free point mass turns, unseen: any moment will do. A thin rod is not turned about itself.
         - A point mass at distance r on a ball joint moves like twice the mass at r/2 with a moment of m r^2/2 about each
           axis: the weight's torque is m g r and the moment across the arm m r^2, as they were. Nothing turns it about the
           arm, so the moment there does not count.
-        - A thin rod is not turned about itself.
         """
         api, moments, mass, centre = self.api, body.inertia, body.mass, ORIGIN
         if on_ball and not any(moments):
-            r2 = dot(body.position, body.position)
-            moments, mass, centre = (body.mass * r2 / 2,) * 3, 2 * body.mass, (0.0, 0.0, -sqrt(r2) / 2)
+            r = sqrt(dot(body.position, body.position)) or 1.0
+            moments, mass, centre = (mass * r * r / 2,) * 3, 2 * mass, (0.0, 0.0, -r / 2)
         elif not jointed and not all(moments):
-            moments = (max(moments) or body.mass,) * 3
+            moments = (max(moments) or mass,) * 3
         return api.SpatialInertia.MakeFromCentralInertia(mass, np.array(centre), api.RotationalInertia(*moments))
 
     def _pose(self, position: Vector, rotation: Any = None) -> Any:
@@ -135,10 +134,12 @@ class World:
         """
         api, plant, frame = self.api, self.plant, self.bodies[body.name].body_frame()
         self.turn = api.RotationMatrix(np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]))
-        lever = self._attitude(body).inverse() @ np.array(body.position)
-        here = plant.AddFrame(api.FixedOffsetFrame("ball", plant.world_frame(), self._pose(ORIGIN, self.turn)))
-        there = plant.AddFrame(api.FixedOffsetFrame("socket", frame, api.RigidTransform(self.turn, -lever)))
-        self.balls[body.name] = plant.AddJoint(api.BallRpyJoint("ball joint", here, there, damping=0.0))
+        ball = plant.AddFrame(api.FixedOffsetFrame("ball", plant.world_frame(), self._pose(ORIGIN, self.turn)))
+        self.socket = plant.AddFrame(api.FixedOffsetFrame("socket", frame, self._socket(body)))
+        self.balls[body.name] = plant.AddJoint(api.BallRpyJoint("ball joint", ball, self.socket, damping=0.0))
+
+    def _socket(self, body: Body) -> Any:
+        return self.api.RigidTransform(self.turn, -(self._attitude(body).inverse() @ np.array(body.position)))
 
     def _attitude(self, body: Body) -> Any:
         """The attitude of a body; a point mass, which has none, is on the positive z axis of its own."""
@@ -158,14 +159,8 @@ class World:
                     raise Refused("discrete contact has no coefficient of restitution: it damps every impact")
         elif bounces and any(contact.restitution for contact in scene.contacts):
             raise Refused("contact has no coefficient of restitution")
-        friction = max(contact.friction for contact in scene.contacts)
         if self.configured:
-            slip = SLIP
-            if self.continuous:
-                slip = SLIP_STEPS * max(friction, 1e-3) * max(sqrt(dot(scene.gravity, scene.gravity)), 1e-3) * self.dt
-            plant.set_stiction_tolerance(slip)
-            plant.set_contact_model(api.ContactModel.kPoint)
-            self.options |= {"stiction_tolerance": slip, "contact_model": "point"}
+            self._set_contact(scene)
         for number, contact in enumerate(scene.contacts):
             if not contact.partner:
                 plane = api.HalfSpace.MakePose(np.array(contact.normal), np.zeros(3))
@@ -179,6 +174,16 @@ class World:
                     self._register(
                         self.bodies[body.name], self._pose(place), shape, f"{body.name} {number}", rough, body.mass
                     )
+
+    def _set_contact(self, scene: Scene) -> None:
+        weight = sqrt(dot(scene.gravity, scene.gravity)) or 1.0
+        self.dissipation = 1 / (DAMPED_STEPS[self.continuous] * weight * self.dt)
+        slip = SLIP
+        if self.continuous:
+            slip = SLIP_STEPS * weight * self.dt * (max(contact.friction for contact in scene.contacts) or 1.0)
+        self.plant.set_stiction_tolerance(slip)
+        self.plant.set_contact_model(self.api.ContactModel.kPoint)
+        self.options |= {"stiction_tolerance": slip, "contact_model": "kPoint"}
 
     def _shapes(self, body: Body) -> list[tuple[Vector, Any]]:
         """A sphere, or the corners of a box: a contact of box and plane is one point, on which the box would rock."""
@@ -198,7 +203,7 @@ class World:
         else:
             # Two surfaces in contact are springs in a row, so that each has twice the stiffness.
             stiffness = 2 * (mass / (STEPS_OF_A_BOUNCE * self.dt) ** 2 if self.continuous else STIFFNESS)
-            dissipation = 0.0 if contact.restitution else INELASTIC
+            dissipation = 0.0 if contact.restitution else self.dissipation
             api.AddContactMaterial(
                 dissipation=dissipation, point_stiffness=stiffness, friction=friction, properties=surface
             )
@@ -227,8 +232,10 @@ class World:
 
     def _place_on_ball(self, body: Body) -> None:
         ball, spin = self.balls[body.name], body.angular_velocity
-        if not any(body.inertia):
+        if not any(body.inertia):  # at zero state it may be in the joint: only now the length of its arm is known
             r = body.position
+            self.socket.SetPoseInParentFrame(self.context, self._socket(body))
+            self.bodies[body.name].SetSpatialInertiaInBodyFrame(self.context, self._inertia(body, False, True))
             spin = along(ORIGIN, cross(r, body.velocity), 1 / dot(r, r))
         turned = self.turn.inverse() @ self._attitude(body) @ self.turn
         ball.set_angles(self.context, self.api.RollPitchYaw(turned).vector())
