@@ -22,7 +22,7 @@ LACKS = {
     "pulley": "no ropes, so no pulleys",
     "unwinding_string": "no strings",
     "belt": "no belts",
-    "linkage": "no closed loops of joints",
+    "linkage": "a loop of joints closes by a soft constraint, in discrete plants only",
     "adhesion": "contact only pushes; bodies cannot be joined at a touch",
     "adhesive_contact": "contact only pushes",
     "static_friction": "friction at rest is a steep function of the slip speed, so that a body creeps",
@@ -46,7 +46,7 @@ class DrakeRungeKutta3(SceneIntegrator):
     name, library = "runge_kutta3", "pydrake"
     order: ClassVar[int | None] = 3
     lacks: ClassVar[Mapping[str, str]] = LACKS | {
-        "thin_rod_contact": "the dissipation of contact stops no impact within a fixed explicit step"
+        "thin_rod_contact": "no restitution of 0: the dissipation that stops a body is too stiff for fixed explicit steps"
     }
     scheme: ClassVar[str] = "runge_kutta3"
     configured: ClassVar[bool] = True

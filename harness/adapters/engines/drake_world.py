@@ -1,25 +1,14 @@
 """A Drake plant that holds one scene: only the bodies, joints, forces and contacts that the scene declares."""
 
-from collections.abc import Callable
 from math import sqrt
 from typing import Any
 
 import numpy as np
-from gnomon.cases.core.scene import Body, Contact, Hinge, Readings, Scene, SceneForm, Vector
+from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Vector
+from gnomon.harness.adapters.engines.drake_contact import Contacts
 from gnomon.harness.adapters.engines.scene_run import forces_at, torques_at
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot
-from gnomon.harness.contract.integrator import Floats, Refused
-
-STIFFNESS = 1e8
-"""N/m, of discrete contact: 1e5 leaves an error of 2e-3 m at every step."""
-SLIP = 1e-7
-"""m/s, the tolerance of stiction of discrete contact: with the default of 1e-3 a block at rest creeps."""
-STEPS_OF_A_BOUNCE = 10
-"""Continuous contact is a spring that an explicit step must resolve: its period is 2 pi times this number of steps."""
-SLIP_STEPS = 4
-"""The tolerance of stiction of continuous contact, over the change of the velocity by friction in one step."""
-DAMPED_STEPS = {True: 5.0, False: 0.2}
-"""A contact with a restitution of 0 loses its speed, under the weight, in this number of steps: continuous, discrete."""
+from gnomon.harness.contract.integrator import Floats
 
 
 class World:
@@ -66,7 +55,8 @@ class World:
                 self._hang(body)
         self._join(scene)
         if scene.contacts:
-            self._touch(scene)
+            contacts = Contacts(api, plant, self.bodies, self.dt, self.continuous)
+            self.options |= contacts.add(scene, self.configured, "rigid_impact" in self.needs)
         plant.Finalize()
         self.free = {
             name: (body.floating_positions_start(), body.floating_velocities_start_in_v())
@@ -147,68 +137,6 @@ class World:
             x, y, z, w = body.quaternion
             return self.api.RotationMatrix(self.api.Quaternion(w, x, y, z))
         return self.api.RotationMatrix.MakeFromOneVector(np.array(body.position), 2)
-
-    def _touch(self, scene: Scene) -> None:
-        api, plant = self.api, self.plant
-        bounces = "rigid_impact" in self.needs
-        if bounces and self.configured:
-            for contact in scene.contacts:
-                if self.continuous and contact.restitution != 1.0:
-                    raise Refused("Hunt-Crossley dissipation has no constant coefficient of restitution")
-                if not self.continuous and contact.restitution:
-                    raise Refused("discrete contact has no coefficient of restitution: it damps every impact")
-        elif bounces and any(contact.restitution for contact in scene.contacts):
-            raise Refused("contact has no coefficient of restitution")
-        if self.configured:
-            self._set_contact(scene)
-        for number, contact in enumerate(scene.contacts):
-            if not contact.partner:
-                plane = api.HalfSpace.MakePose(np.array(contact.normal), np.zeros(3))
-                body = next(each for each in scene.bodies if each.name == contact.body)
-                self._register(plant.world_body(), plane, api.HalfSpace(), f"plane {number}", contact, body.mass)
-        for body in scene.bodies:
-            mine = [c for c in scene.contacts if body.name in (c.body, c.partner)]
-            if mine:
-                rough = max(mine, key=lambda contact: contact.friction)
-                for number, (place, shape) in enumerate(self._shapes(body)):
-                    self._register(
-                        self.bodies[body.name], self._pose(place), shape, f"{body.name} {number}", rough, body.mass
-                    )
-
-    def _set_contact(self, scene: Scene) -> None:
-        weight = sqrt(dot(scene.gravity, scene.gravity)) or 1.0
-        self.dissipation = 1 / (DAMPED_STEPS[self.continuous] * weight * self.dt)
-        slip = SLIP
-        if self.continuous:
-            slip = SLIP_STEPS * weight * self.dt * (max(contact.friction for contact in scene.contacts) or 1.0)
-        self.plant.set_stiction_tolerance(slip)
-        self.plant.set_contact_model(self.api.ContactModel.kPoint)
-        self.options |= {"stiction_tolerance": slip, "contact_model": "kPoint"}
-
-    def _shapes(self, body: Body) -> list[tuple[Vector, Any]]:
-        """A sphere, or the corners of a box: a contact of box and plane is one point, on which the box would rock."""
-        if body.half_extents is None:
-            return [(ORIGIN, self.api.Sphere(body.radius))]
-        x, y, z = body.half_extents
-        if not self.configured and all(body.half_extents):
-            return [(ORIGIN, self.api.Box(2 * x, 2 * y, 2 * z))]
-        corners = {(a * x, b * y, c * z) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)}
-        return [(corner, self.api.Sphere(0.0)) for corner in sorted(corners)]
-
-    def _register(self, body: Any, pose: Any, shape: Any, name: str, contact: Contact, mass: float) -> None:
-        api, surface = self.api, self.api.ProximityProperties()
-        friction = api.CoulombFriction(contact.friction, contact.friction)
-        if not self.configured:
-            api.AddContactMaterial(properties=surface, friction=friction)
-        else:
-            # Two surfaces in contact are springs in a row, so that each has twice the stiffness.
-            stiffness = 2 * (mass / (STEPS_OF_A_BOUNCE * self.dt) ** 2 if self.continuous else STIFFNESS)
-            dissipation = 0.0 if contact.restitution else self.dissipation
-            api.AddContactMaterial(
-                dissipation=dissipation, point_stiffness=stiffness, friction=friction, properties=surface
-            )
-            self.options |= {"point_contact_stiffness": stiffness, "hunt_crossley_dissipation": dissipation}
-        self.plant.RegisterCollisionGeometry(body, pose, shape, name, surface)
 
     def place(self, scene: Scene) -> None:
         """Set the initial state of every body and joint, at t = 0."""
