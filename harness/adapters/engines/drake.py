@@ -25,7 +25,7 @@ LACKS = {
     "linkage": "a loop of joints closes by a soft constraint, in discrete plants only",
     "adhesion": "contact only pushes; bodies cannot be joined at a touch",
     "adhesive_contact": "contact only pushes",
-    "static_friction": "friction at rest is a steep function of the slip speed, so that a body creeps",
+    "static_friction": "the static coefficient is ignored",
     "drill_friction": "point contact has no torsional friction",
     "moving_surface": "a surface moves with its body only",
     "disc_contact": "a disc is a cylinder, whose length must be positive",
@@ -46,7 +46,8 @@ class DrakeRungeKutta3(SceneIntegrator):
     name, library = "runge_kutta3", "pydrake"
     order: ClassVar[int | None] = 3
     lacks: ClassVar[Mapping[str, str]] = LACKS | {
-        "thin_rod_contact": "no restitution of 0: the dissipation that stops a body is too stiff for fixed explicit steps"
+        "static_friction": "friction at rest is a function of the slip speed, so that a body creeps",
+        "thin_rod_contact": "no restitution of 0: the dissipation that stops a body is too stiff for fixed explicit steps",
     }
     scheme: ClassVar[str] = "runge_kutta3"
     configured: ClassVar[bool] = True

@@ -2,6 +2,7 @@
 
 from math import sqrt
 from typing import Any
+from weakref import ref
 
 import numpy as np
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Vector
@@ -24,22 +25,19 @@ class World:
         self.options: dict[str, Any] = {}
 
     def close(self) -> None:
-        """Release the diagram; its cycle of references needs the garbage collector."""
-        self.simulator = self.plant = self.context = self.law = None
-        self.bodies.clear()
+        """Release the diagram, which each part of it keeps alive."""
+        vars(self).clear()
 
     def build(self, scene: Scene) -> None:
         api, self.steps, self.scene = self.api, 0, scene
         builder = api.DiagramBuilder()
         plant = self.plant = api.MultibodyPlant(0.0 if self.continuous else self.dt)
+        builder.AddSystem(plant)
         if scene.contacts:
-            builder.AddSystem(plant)
             graph = builder.AddSystem(api.SceneGraph())
             plant.RegisterAsSourceForSceneGraph(graph)
             builder.Connect(graph.get_query_output_port(), plant.get_geometry_query_input_port())
             builder.Connect(plant.get_geometry_pose_output_port(), graph.get_source_pose_port(plant.get_source_id()))
-        else:
-            builder.AddSystem(plant)
         if self.scheme and not self.continuous:
             plant.set_discrete_contact_approximation(getattr(api.DiscreteContactApproximation, self.scheme))
             self.options["discrete_contact_approximation"] = self.scheme
@@ -108,11 +106,8 @@ class World:
             at[joint.body] = along(along(anchor, at.get(parent, ORIGIN), 1.0), arm, 1.0)
             frame = plant.world_frame() if not parent else self.bodies[parent].body_frame()
             here = plant.AddFrame(api.FixedOffsetFrame(f"{joint.name} anchor", frame, self._pose(anchor)))
-            there = plant.AddFrame(
-                api.FixedOffsetFrame(
-                    f"{joint.name} end", self.bodies[joint.body].body_frame(), self._pose(along(ORIGIN, arm, -1.0))
-                )
-            )
+            back, mine = self._pose(along(ORIGIN, arm, -1.0)), self.bodies[joint.body].body_frame()
+            there = plant.AddFrame(api.FixedOffsetFrame(f"{joint.name} end", mine, back))
             kind = api.RevoluteJoint if hinge else api.PrismaticJoint
             self.joints[joint.name] = plant.AddJoint(kind(joint.name, here, there, joint.axis, damping=0.0))
             carrier = joint.body if hinge else carrier
@@ -249,7 +244,10 @@ def _law(world: World) -> Any:
         def __init__(self) -> None:
             super().__init__()
             self.state = self.DeclareVectorInputPort("state", world.plant.num_multibody_states())
-            self.DeclareVectorOutputPort("load", world.plant.num_velocities(), self.calculate)
+            weak = ref(self)  # the engine never releases a system that is in its own callback
+            self.DeclareVectorOutputPort(
+                "load", world.plant.num_velocities(), lambda context, output: weak().calculate(context, output)
+            )
 
         def calculate(self, context: Any, output: Any) -> None:
             output.SetFromVector(world.load(context.get_time(), self.state.Eval(context).tolist()))

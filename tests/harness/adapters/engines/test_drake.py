@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from breadth import tenth
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.scene import TOKENS
@@ -123,8 +122,6 @@ SMOOTH = [
     *product([(DrakeRungeKutta5, 4)], taken(DrakeRungeKutta5)),
     *product([(DrakeSap, 64), (DrakeTamsi, 64)], taken(DrakeSap)),
 ]
-FRICTION = {"billiard_ball_attitude"}
-"""Rolls and slides without an event: its friction is a contact, of order 1 with every integrator."""
 
 
 def assert_order(policy: Policy, name: str, coarse: int) -> None:
@@ -137,11 +134,24 @@ def assert_order(policy: Policy, name: str, coarse: int) -> None:
     assert first < 0.1
 
 
-@pytest.mark.parametrize(("policy", "name"), tenth(SMOOTH))
+@pytest.mark.parametrize(
+    ("policy", "name", "coarse"),
+    [
+        (DrakeRungeKutta3, "pendulum_simple", 8),
+        (DrakeRungeKutta5, "double_pendulum", 4),
+        (DrakeSap, "spherical_pendulum", 32),
+        (DrakeTamsi, "pendulum_on_cart", 32),
+    ],
+)
+def test_order_of_an_integrator(policy: Policy, name: str, coarse: int) -> None:
+    assert_order(policy, name, coarse)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("policy", "name"), SMOOTH)
 def test_scene_moves_as_its_case(policy: tuple[Policy, int], name: str) -> None:
     """The order over one halving, at least; of order 5 the steps are so coarse that higher terms lower it by 1.2."""
-    if name not in FRICTION:
-        assert_order(policy[0], name, policy[1])
+    assert_order(policy[0], name, policy[1])
 
 
 @pytest.mark.slow
@@ -167,7 +177,7 @@ def test_the_derivatives_of_the_continuous_plant_are_the_equations(name: str) ->
     state = np.array(list(map(float, case.exact(case.times[2].item()))))
     form = next(found for found in map(first_order, case.all_forms()) if found is not None)
     expected = np.array(form.equations(0.0, tuple(state.tolist()), tuple(map(float, case.parameter_values()))), float)
-    with running(DrakeRungeKutta3, case, 1e-3) as run:
+    with running(DrakeRungeKutta3, case, float(case.times[0])) as run:
         world = run.world
         world.place(run.form.build(tuple(state.tolist()), run.parameters))  # type: ignore[arg-type]
         here = world.root.get_continuous_state_vector().CopyToVector()
@@ -190,7 +200,7 @@ def test_every_token_that_is_refused_has_a_reason() -> None:
 @pytest.mark.parametrize(
     ("token", "fragments"),
     [
-        ("driven_axis", ("Prescri", "Kinematic", "Mocap")),
+        ("driven_axis", ("Prescri", "DrivenJoint", "Mocap")),
         ("driven_frame", ("Prescri", "Rotating", "Mocap")),
         ("joint_friction", ("JointFriction", "DryFriction", "FrictionLoss")),
         ("rope", ("Rope", "Cable", "Tendon")),
@@ -223,23 +233,16 @@ def test_nothing_in_the_engine_has_such_a_name(token: str, fragments: tuple[str,
 
 
 def test_a_disc_has_a_thickness() -> None:
-    with pytest.raises(RuntimeError):
+    with pytest.raises(SystemExit, match="length > 0"):
         drake.Cylinder(0.25, 0.0)
 
 
-def test_a_continuous_plant_closes_no_loop() -> None:
-    plant = drake.MultibodyPlant(0.0)
-    bodies = [plant.AddRigidBody(name, drake.SpatialInertia.SolidSphereWithMass(1.0, 0.1)) for name in "ab"]
-    with pytest.raises(RuntimeError, match="continuous"):
-        plant.AddBallConstraint(bodies[0], np.zeros(3), bodies[1], np.zeros(3))
-
-
-@pytest.mark.parametrize(("policy", "moves"), [(DrakeRungeKutta3, True), (DrakeSap, False), (DrakeTamsi, False)])
+@pytest.mark.parametrize(("policy", "moves"), [(DrakeRungeKutta3, True), (DrakeTamsi, False)])
 def test_a_block_at_rest_creeps_in_a_continuous_plant(policy: Policy, moves: bool) -> None:
     """At 16 degrees the limit is 16.7: what a continuous plant calls rest is slip below the tolerance."""
     case = get("block_incline_friction", "engines_stick").rounded()
-    end = states(policy, case, 1e-2, np.array([1.0]))[-1]
-    assert (abs(end[0]) > 1e-3) is moves
+    end = states(policy, case, 1e-2, np.array([0.5]))[-1]
+    assert bool(abs(end[0]) > 1e-3) is moves
 
 
 @pytest.mark.parametrize("policy", [DrakeRungeKutta3, DrakeSap, DrakeTamsi, DrakeAsShipped])
@@ -274,12 +277,6 @@ def test_as_shipped_differs_in_contact_only(name: str) -> None:
     assert np.array_equal(states(DrakeAsShipped, case, dt), states(DrakeSap, case, dt))
 
 
-def test_as_shipped_contact_is_soft() -> None:
-    case = get("billiard_ball", "engines").rounded()
-    shipped, configured = (position_at_the_end(policy, case, 1e-2) for policy in (DrakeAsShipped, DrakeSap))
-    assert shipped > 1.5 * configured
-
-
 def test_the_options_recorded_are_the_options_used() -> None:
     case = get("block_incline_friction", "engines_stop").rounded()
     with running(DrakeTamsi, case, 1e-2) as run:
@@ -289,7 +286,6 @@ def test_the_options_recorded_are_the_options_used() -> None:
         assert plant.get_contact_model() == drake.ContactModel.kPoint
     with running(DrakeRungeKutta5, case, 1e-2) as run:
         integrator = run.world.simulator.get_integrator()  # type: ignore[attr-defined]
-        assert type(integrator).__name__.startswith("RungeKutta5")
         assert integrator.get_fixed_step_mode() is run.options["fixed_step_mode"] is True
     with running(DrakeAsShipped, case, 1e-2) as run:
         assert not run.options
@@ -305,14 +301,19 @@ def test_runs_repeat_to_the_bit(policy: Policy) -> None:
     assert np.array_equal(first[0], pair[1])
 
 
-def test_a_singular_force_stops_the_run() -> None:
-    case = get("kepler_orbit", "plunge").rounded()
-    problem = replace(problem_of(case, DrakeSap.accepts), times=np.array([0.125, 0.25]))
-    run = DrakeSap().prepare(problem, 0.125)
+@pytest.mark.parametrize("policy", [DrakeRungeKutta3, DrakeSap])
+def test_an_error_of_a_force_passes_through_the_engine(policy: Policy) -> None:
+    case = get("kepler_orbit").rounded()
+    problem = problem_of(case, policy.accepts)
+
+    def singular(state: Any, parameters: Any) -> Any:
+        scene = case.scene.build(state, parameters)  # type: ignore[union-attr]
+        return replace(scene, forces=(replace(scene.forces[0], law=lambda t, x, v: (1 / 0, 0.0, 0.0)),))
+
+    run = policy().prepare(replace(problem, form=replace(case.scene, build=singular)), float(case.times[0]))  # type: ignore[type-var, arg-type]
     found = run(initial_state(case)[None])
     run.close()
-    assert found.stopped is not None
-    assert "ZeroDivisionError" in found.stopped
+    assert found.stopped == "ZeroDivisionError: division by zero"
 
 
 def test_closed_worlds_are_collected() -> None:
@@ -334,4 +335,4 @@ def test_only_prepare_imports_the_library(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setitem(sys.modules, "pydrake.all", None)
     case = get("projectile_parabola").rounded()
     with pytest.raises(ImportError):
-        DrakeSap().prepare(problem_of(case, DrakeSap.accepts), 1e-2)
+        DrakeSap().prepare(problem_of(case, DrakeSap.accepts), float(case.times[0]))
