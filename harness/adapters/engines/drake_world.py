@@ -31,8 +31,7 @@ class World:
     def build(self, scene: Scene) -> None:
         api, self.steps, self.scene = self.api, 0, scene
         builder = api.DiagramBuilder()
-        plant = self.plant = api.MultibodyPlant(0.0 if self.continuous else self.dt)
-        builder.AddSystem(plant)
+        plant = self.plant = builder.AddSystem(api.MultibodyPlant(0.0 if self.continuous else self.dt))
         if scene.contacts:
             graph = builder.AddSystem(api.SceneGraph())
             plant.RegisterAsSourceForSceneGraph(graph)
@@ -42,9 +41,7 @@ class World:
             plant.set_discrete_contact_approximation(getattr(api.DiscreteContactApproximation, self.scheme))
             self.options["discrete_contact_approximation"] = self.scheme
         plant.mutable_gravity_field().set_gravity_vector(scene.gravity)
-        self.joints: dict[str, Any] = {}
-        self.balls: dict[str, Any] = {}
-        self.bodies: dict[str, Any] = {}
+        self.joints, self.balls, self.bodies = dict[str, Any](), dict[str, Any](), dict[str, Any]()
         jointed = {joint.body for joint in scene.joints}
         for body in scene.bodies:
             on_ball = body.name not in jointed and bool(self.needs & {"ball_joint", "rod"})
@@ -62,10 +59,9 @@ class World:
             if body.is_floating_base_body()
         }
         if scene.forces or scene.torques:
-            self.law = _law(self)
-            builder.AddSystem(self.law)
-            builder.Connect(plant.get_state_output_port(), self.law.get_input_port())
-            builder.Connect(self.law.get_output_port(), plant.get_applied_generalized_force_input_port())
+            law = builder.AddSystem(_law(self))
+            builder.Connect(plant.get_state_output_port(), law.get_input_port())
+            builder.Connect(law.get_output_port(), plant.get_applied_generalized_force_input_port())
         self.simulator = api.Simulator(builder.Build())
         self.root = self.simulator.get_mutable_context()
         self.context = plant.GetMyMutableContextFromRoot(self.root)
@@ -138,12 +134,10 @@ class World:
         api, plant, context = self.api, self.plant, self.context
         self.steps = 0
         self.root.SetTime(0.0)
-        for hinge in scene.hinges:
-            self.joints[hinge.name].set_angle(context, hinge.angle)
-            self.joints[hinge.name].set_angular_rate(context, hinge.rate)
-        for slider in scene.sliders:
-            self.joints[slider.name].set_translation(context, slider.position)
-            self.joints[slider.name].set_translation_rate(context, slider.rate)
+        for joint in scene.joints:
+            place = joint.angle if isinstance(joint, Hinge) else joint.position
+            self.joints[joint.name].SetPositions(context, [place])
+            self.joints[joint.name].SetVelocities(context, [joint.rate])
         for body in scene.bodies:
             if body.name in self.balls:
                 self._place_on_ball(body)
@@ -179,8 +173,7 @@ class World:
     def _strike(self, body: str, blow: tuple[float, ...]) -> None:
         """The jump of the velocities by a blow, with the engine's own mass matrix."""
         plant, context = self.plant, self.context
-        mass = plant.CalcMassMatrix(context)
-        jump = np.linalg.solve(mass, self._jacobian(body).T @ np.array(blow))
+        jump = np.linalg.solve(plant.CalcMassMatrix(context), self._jacobian(body).T @ np.array(blow))
         plant.SetVelocities(context, plant.GetVelocities(context) + jump)
 
     def _jacobian(self, body: str) -> Floats:
@@ -200,8 +193,9 @@ class World:
             pose = plant.EvalBodyPoseInWorld(context, self.bodies[name])
             twist = plant.EvalBodySpatialVelocityInWorld(context, self.bodies[name])
             w, x, y, z = pose.rotation().ToQuaternion().wxyz().tolist()
-            place, velocity = pose.translation().tolist(), twist.translational().tolist()
-            bodies[name] = tuple(place), (x, y, z, w), tuple(velocity), tuple(twist.rotational().tolist())
+            motion = (pose.translation(), twist.translational(), twist.rotational())
+            place, velocity, spin = (tuple(each.tolist()) for each in motion)
+            bodies[name] = place, (x, y, z, w), velocity, spin
         return Readings(joints, bodies)
 
     def load(self, t: float, state: list[float]) -> Floats:
@@ -243,13 +237,14 @@ def _law(world: World) -> Any:
     class Law(api.LeafSystem):  # type: ignore[misc, name-defined]
         def __init__(self) -> None:
             super().__init__()
-            self.state = self.DeclareVectorInputPort("state", world.plant.num_multibody_states())
+            self.DeclareVectorInputPort("state", world.plant.num_multibody_states())
             weak = ref(self)  # the engine never releases a system that is in its own callback
             self.DeclareVectorOutputPort(
                 "load", world.plant.num_velocities(), lambda context, output: weak().calculate(context, output)
             )
 
         def calculate(self, context: Any, output: Any) -> None:
-            output.SetFromVector(world.load(context.get_time(), self.state.Eval(context).tolist()))
+            state = self.get_input_port().Eval(context).tolist()
+            output.SetFromVector(world.load(context.get_time(), state))
 
     return Law()
