@@ -66,8 +66,7 @@ class World:
         self.root = self.simulator.get_mutable_context()
         self.context = plant.GetMyMutableContextFromRoot(self.root)
         if self.continuous:
-            integrator = api.ResetIntegratorFromFlags(self.simulator, self.scheme, self.dt)
-            integrator.set_fixed_step_mode(True)
+            api.ResetIntegratorFromFlags(self.simulator, self.scheme, self.dt).set_fixed_step_mode(True)
             self.options |= {"integration_scheme": self.scheme, "fixed_step_mode": True}
 
     def _inertia(self, body: Body, jointed: bool, on_ball: bool) -> Any:
@@ -134,10 +133,12 @@ class World:
         api, plant, context = self.api, self.plant, self.context
         self.steps = 0
         self.root.SetTime(0.0)
-        for joint in scene.joints:
-            place = joint.angle if isinstance(joint, Hinge) else joint.position
-            self.joints[joint.name].SetPositions(context, [place])
-            self.joints[joint.name].SetVelocities(context, [joint.rate])
+        for hinge in scene.hinges:
+            self.joints[hinge.name].set_angle(context, hinge.angle)
+            self.joints[hinge.name].set_angular_rate(context, hinge.rate)
+        for slider in scene.sliders:
+            self.joints[slider.name].set_translation(context, slider.position)
+            self.joints[slider.name].set_translation_rate(context, slider.rate)
         for body in scene.bodies:
             if body.name in self.balls:
                 self._place_on_ball(body)
@@ -178,8 +179,7 @@ class World:
 
     def _jacobian(self, body: str) -> Floats:
         """Angular velocity and velocity of a body for each of the plant's velocities."""
-        world, frame = self.plant.world_frame(), self.bodies[body].body_frame()
-        kind = self.api.JacobianWrtVariable.kV
+        world, frame, kind = self.plant.world_frame(), self.bodies[body].body_frame(), self.api.JacobianWrtVariable.kV
         found: Floats = self.plant.CalcJacobianSpatialVelocity(self.context, kind, frame, np.zeros(3), world, world)
         return found
 
