@@ -6,8 +6,8 @@ How it is driven, and why:
 - Forces are functions in XML, traced from the laws of the scene, so they are evaluated at each new state. A force that is
   set from Python arrives a step late, which leaves order 1.
 - The numbers of a scene, in SI units, are given as feet, slugs and pounds of force, in which the equations are the same.
-- The body starts at latitude and longitude 0, at a distance from the planet's centre where its displacements keep 13
-  digits. The axes of the scene are north, east and down there, so that the start has no singular Euler angles.
+- The body starts at latitude and longitude 0, far from the planet's centre, where directions have no singularity. The axes of the scene are north, east and down
+  there, so that the usual start has no singular Euler angles.
 
 Traps: a mass in slugs becomes too small by 2.15e-7, so it is given as a weight in pounds, 32.174049 for a slug. The
 present attitude is no property, so a torque is either constant in space or a function of the rates in the body.
@@ -111,8 +111,9 @@ class World:
     def place(self, scene: Scene) -> None:
         """Set the initial state, and let the engine compute the first derivatives, which also become its history."""
         (body,), fdm = scene.bodies, self.fdm
-        # Positions from the centre err by an ulp of the distance: 1e-13 of the displacements in the course of a second.
-        self.distance = 1.0 + 1e3 * max(map(abs, (*body.position, *body.velocity)))
+        # Positions are differences from the centre's distance, so they have 3 to 6 digits less than a double.
+        reach = max(map(abs, body.position)) + 1e3 * self.dt * max(map(abs, body.velocity))
+        self.distance = 1.0 + 1e3 * reach
         self.start = along(body.position, (0.0, 0.0, 1.0), self.distance)
         for axis, value in zip("xyz", self.start, strict=True):
             fdm[f"scene/{axis}"] = value
