@@ -12,6 +12,7 @@ import pytest
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.scene import Readings, Scene
+from gnomon.harness.adapters.engines.jsbsim import JsbsimEuler
 from gnomon.harness.adapters.engines.pybullet import PyBullet
 from gnomon.harness.adapters.engines.pymunk import Pymunk
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
@@ -20,7 +21,7 @@ from gnomon.harness.contract.problem import problem_of
 from scipy.spatial.transform import Rotation
 
 SMOOTH = [name for name in names() if (case := get(name)).scene is not None and case.hybrid is None]
-ENGINES: tuple[type[SceneIntegrator], ...] = (PyBullet, Pymunk)
+ENGINES: tuple[type[SceneIntegrator], ...] = (PyBullet, Pymunk, JsbsimEuler)
 CORRECTED = {
     "pendulum_on_cart", "man_on_cart", "wedge_block_energy_momentum", "double_pendulum", "holonomic_constraint_dae",
     "free_fall_first_order",
