@@ -24,7 +24,7 @@ from gnomon.harness.adapters.engines.jsbsim_files import PLANET, Matrix, body_fi
 from gnomon.harness.adapters.engines.vectors import along, dot
 from gnomon.harness.contract.integrator import Refused
 
-INTEGRATORS = tuple(
+SELECTORS = tuple(
     f"simulation/integrator/{part}"
     for part in ("rate/rotational", "rate/translational", "position/rotational", "position/translational")
 )
@@ -65,7 +65,7 @@ class World:
                 raise RuntimeError("JSBSim could not load the body")
         self.fdm.set_dt(self.dt)
         if self.methods is not None:
-            for name, number in zip(INTEGRATORS, self.methods, strict=True):
+            for name, number in zip(SELECTORS, self.methods, strict=True):
                 if self.fdm[name] != number:
                     self.fdm[name] = self.options[name] = number
 
@@ -108,7 +108,7 @@ class World:
         x, y, z = (fdm[f"position/eci-{axis}-ft"] for axis in "xyz")
         u, v, w = (fdm[f"velocities/eci-{axis}-fps"] for axis in "xyz")
         p, q, r = (fdm[f"velocities/{axis}i-rad_sec"] for axis in "pqr")
-        forward, right, below = np.asarray(fdm.get_propagate().get_Tec2b()).tolist()  # the axes of the body in the inertial frame
+        forward, right, below = fdm.get_propagate().get_Tec2b().tolist()  # the axes of the body in the inertial frame
         matrix = (
             (forward[2], right[2], below[2]),
             (forward[1], right[1], below[1]),

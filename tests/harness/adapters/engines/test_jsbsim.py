@@ -155,7 +155,7 @@ def test_options_are_the_integrators_that_differ_from_the_defaults(policy: Polic
     case = get("euler_top").rounded()
     run = policy().prepare(problem_of(case, policy.accepts), float(case.times[0]))
     run(initial_state(case)[None])
-    defaults = dict(zip(jsbsim_world.INTEGRATORS, (1, 3, 1, 4), strict=True))
+    defaults = dict(zip(jsbsim_world.SELECTORS, (1, 3, 1, 4), strict=True))
     held = {name: run.world.fdm[name] for name in defaults}  # type: ignore[attr-defined]
     run.close()
     assert tuple(held.values()) == (policy.methods or (1, 3, 1, 4))
