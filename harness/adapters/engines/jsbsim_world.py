@@ -39,6 +39,7 @@ class World:
     def __init__(self, jsbsim: Any, dt: float, methods: tuple[int, int, int, int] | None) -> None:
         self.api, self.dt, self.methods = jsbsim, dt, methods
         self.options: dict[str, Any] = {}
+        self.fdm: Any = None
         logger = jsbsim.DefaultLogger()
         logger.set_min_level(jsbsim.LogLevel.FATAL)
         jsbsim.set_logger(logger)

@@ -98,11 +98,10 @@ class Built:
         start = plane.flat(anchor)
         if isinstance(joint, Hinge):
             arm = plane.flat(joint.arm)
-            center = (arm[0] - part.tip[0], arm[1] - part.tip[1])
             if part.body.moment == inf:
                 self._add(self.api.PinJoint(base, part.body, start, (0.0, 0.0))).distance = hypot(*arm)
             else:
-                self._add(self.api.PivotJoint(base, part.body, start, (-center[0], -center[1])))
+                self._add(self.api.PivotJoint(base, part.body, start, (part.tip[0] - arm[0], part.tip[1] - arm[1])))
             if joint.friction:
                 self._add(self.api.SimpleMotor(base, part.body, 0.0)).max_force = joint.friction
         elif joint.drive is None:
@@ -131,15 +130,19 @@ class Built:
 
     def _tie(self, scene: Scene, rod: bool) -> None:
         """A rod from the origin (token `rod`), and ropes from a hole, which hold by their length."""
-        static, dt = self.space.static_body, self.dt
         if rod:
+            static = self.space.static_body
             self.rods = [self._add(self.api.PinJoint(static, self.parts[b.name].body)) for b in scene.bodies]
         for rope in scene.ropes:
-            hole, length = self.plane.flat(rope.hole), rope.length
-            slide = self._add(
-                self.api.SlideJoint(static, self.parts[rope.body].body, hole, (0.0, 0.0), 0.0, length(0.0))
-            )
-            self.drives.append(lambda t, slide=slide, length=length: setattr(slide, "max", length(t + 2 * dt)))
+            self._hang(self.parts[rope.body].body, self.plane.flat(rope.hole), rope.length)
+
+    def _hang(self, body: Any, hole: Pair, length: Callable[[float], float]) -> None:
+        slide = self._add(self.api.SlideJoint(self.space.static_body, body, hole, (0.0, 0.0), 0.0, length(0.0)))
+
+        def shorten(t: float) -> None:
+            slide.max = length(t + 2 * self.dt)
+
+        self.drives.append(shorten)
 
     def _add(self, constraint: Any) -> Any:
         if self.options is not None:

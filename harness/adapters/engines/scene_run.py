@@ -20,7 +20,7 @@ from gnomon.harness.contract.validation import require_positive
 class World(Protocol):
     """A world of an engine, made for one scene form and one step size."""
 
-    options: Mapping[str, Any]
+    options: dict[str, Any]
     """Everything that is set on the engine and differs from its defaults, apart from the step and what the scene declares."""
 
     def build(self, scene: Scene) -> None:
