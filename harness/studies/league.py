@@ -23,7 +23,7 @@ from gnomon.harness.contract.status import SCORED
 from gnomon.harness.registry import environment, lookup
 from gnomon.harness.results import analysis, store, study_file
 from gnomon.harness.studies import engine_costs, preflight
-from gnomon.harness.studies.error_parts import BINARY32, BITS, floor_of, parts
+from gnomon.harness.studies.error_parts import BINARY32, floor_of, parts
 from gnomon.harness.system.supervisor import calls
 
 SCENES: tuple[str, ...] = tuple(declared("running", "suites.toml")["engines"]["cases"])

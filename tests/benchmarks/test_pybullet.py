@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases import get
-from gnomon.harness.adapters.engines.pybullet import PyBullet, PyBulletMaximal
+from gnomon.harness.adapters.engines.bullet.pybullet import PyBullet, PyBulletMaximal
 from gnomon.harness.contract.problem import initial_state, problem_of
 
 pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")

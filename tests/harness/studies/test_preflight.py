@@ -120,7 +120,7 @@ def _conserved(state: Floats) -> tuple[Floats, float]:
 
 def test_pybullet_as_shipped_fails_all_pre_flights_of_motion() -> None:
     pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
-    from gnomon.harness.adapters.engines.pybullet import PyBulletAsShipped
+    from gnomon.harness.adapters.engines.bullet.pybullet import PyBulletAsShipped
 
     passed = {"same_bits", "first_step", "declared_order"}  # it declares no order
     assert failed(run(PyBulletAsShipped())) == set(TEXTS) - passed
@@ -128,7 +128,7 @@ def test_pybullet_as_shipped_fails_all_pre_flights_of_motion() -> None:
 
 def test_pybullet_configured_passes() -> None:
     pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
-    from gnomon.harness.adapters.engines.pybullet import PyBullet
+    from gnomon.harness.adapters.engines.bullet.pybullet import PyBullet
 
     rows = run(PyBullet())
     assert {row.verdict for row in rows} == {PASSED}

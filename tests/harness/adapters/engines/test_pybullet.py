@@ -16,14 +16,14 @@ from breadth import tenth
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.core.scene import Readings, Scene, SceneForm
-from gnomon.harness.adapters.engines.pybullet import (
+from gnomon.harness.adapters.engines.bullet.pybullet import (
     INTEGRATORS,
     PyBullet,
     PyBulletAsShipped,
     PyBulletMaximal,
     PyBulletStaggered,
 )
-from gnomon.harness.adapters.engines.pybullet_world import World
+from gnomon.harness.adapters.engines.bullet.pybullet_world import World
 from gnomon.harness.adapters.engines.scene_run import SceneRun, step_counts
 from gnomon.harness.adapters.engines.vectors import turned
 from gnomon.harness.contract.integrator import Floats, Refused
@@ -414,7 +414,7 @@ def test_static_friction_is_needed_only_where_a_body_sticks() -> None:
 
 
 def test_only_prepare_imports_the_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    code = "import sys, gnomon.harness.adapters.engines.pybullet; sys.exit('pybullet' in sys.modules)"
+    code = "import sys, gnomon.harness.adapters.engines.bullet.pybullet; sys.exit('pybullet' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     monkeypatch.setitem(sys.modules, "pybullet", None)
     case = variant("projectile_parabola", "engines")

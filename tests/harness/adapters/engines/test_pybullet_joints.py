@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.scene import Body, Hinge, Quaternion, Scene, SceneForm, Slider
-from gnomon.harness.adapters.engines.pybullet import PyBullet
-from gnomon.harness.adapters.engines.pybullet_joints import Multibody
-from gnomon.harness.adapters.engines.pybullet_world import World
+from gnomon.harness.adapters.engines.bullet.pybullet import PyBullet
+from gnomon.harness.adapters.engines.bullet.pybullet_joints import Multibody
+from gnomon.harness.adapters.engines.bullet.pybullet_world import World
 from gnomon.harness.adapters.engines.scene_tree import branches, with_parents
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import initial_state, problem_of

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gnomon.cases import get, names
 from gnomon.cases.core.scene import TOKENS
-from gnomon.harness.adapters.engines.pybullet import PyBullet
+from gnomon.harness.adapters.engines.bullet.pybullet import PyBullet
 
 pybullet = pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
 

@@ -13,11 +13,11 @@ from breadth import tenth
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.scene import Hinge, Readings, Scene
+from gnomon.harness.adapters.engines.bullet.pybullet import PyBullet
+from gnomon.harness.adapters.engines.bullet.pybullet_accelerations import MODELLED, joint_accelerations
 from gnomon.harness.adapters.engines.dart import Dart
 from gnomon.harness.adapters.engines.jsbsim import JsbsimEuler
 from gnomon.harness.adapters.engines.mujoco import Euler
-from gnomon.harness.adapters.engines.pybullet import PyBullet
-from gnomon.harness.adapters.engines.pybullet_accelerations import MODELLED, joint_accelerations
 from gnomon.harness.adapters.engines.pymunk import Pymunk
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 from gnomon.harness.contract.integrator import Floats, Refused
@@ -75,7 +75,9 @@ def assert_same_rates(case: Case, state: Floats, found: Floats, share: float) ->
         assert np.linalg.norm((found - expected)[members]) <= share * size, (group, found, expected)
 
 
-@pytest.mark.parametrize(("engine", "name"), [row for one in ENGINES for row in (TAKEN[one] if one is PyBullet else tenth(TAKEN[one]))])
+@pytest.mark.parametrize(
+    ("engine", "name"), [row for one in ENGINES for row in (TAKEN[one] if one is PyBullet else tenth(TAKEN[one]))]
+)
 def test_one_tiny_step_of_an_engine(engine: type[SceneIntegrator], name: str) -> None:
     """The first step errs by its length over the time scale, times the change of the rates in a time scale: a few 1e-5."""
     pytest.importorskip(engine.library, reason="not every engine has wheels for every Python")

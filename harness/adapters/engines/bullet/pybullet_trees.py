@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any
 
 from gnomon.cases.core.scene import Body, Hinge, Scene, Slider, Vector
-from gnomon.harness.adapters.engines.pybullet_joints import Link, Multibody
+from gnomon.harness.adapters.engines.bullet.pybullet_joints import Link, Multibody
 from gnomon.harness.adapters.engines.scene_tree import branches, with_parents
 from gnomon.harness.adapters.engines.vectors import ORIGIN
 

@@ -17,7 +17,7 @@ from typing import ClassVar
 
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
-from gnomon.harness.adapters.engines.pybullet_world import World
+from gnomon.harness.adapters.engines.bullet.pybullet_world import World
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, SceneRun
 from gnomon.harness.contract.integrator import Floats, Problem, Solver, Steps
 from gnomon.harness.contract.validation import require_positive

@@ -8,7 +8,7 @@ from itertools import groupby
 
 import numpy as np
 from gnomon.cases.core.scene import Scene, SceneForm, Vector
-from gnomon.harness.adapters.engines.pybullet_world import World
+from gnomon.harness.adapters.engines.bullet.pybullet_world import World
 from gnomon.harness.adapters.engines.scene_run import forces_at, torques_at
 from gnomon.harness.contract.integrator import Floats
 

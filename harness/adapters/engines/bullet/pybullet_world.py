@@ -6,11 +6,11 @@ from math import atan2
 from typing import Any
 
 from gnomon.cases.core.scene import IDENTITY, Body, Contact, Hinge, Readings, Scene, SceneForm, Vector
-from gnomon.harness.adapters.engines.pybullet_forces import Charges, Chore, chores_of
-from gnomon.harness.adapters.engines.pybullet_joints import Motion
-from gnomon.harness.adapters.engines.pybullet_planes import MovingPlane, skin, touch
-from gnomon.harness.adapters.engines.pybullet_swivels import Pointer, Swivel, on_ropes
-from gnomon.harness.adapters.engines.pybullet_trees import grow, place_joints
+from gnomon.harness.adapters.engines.bullet.pybullet_forces import Charges, Chore, chores_of
+from gnomon.harness.adapters.engines.bullet.pybullet_joints import Motion
+from gnomon.harness.adapters.engines.bullet.pybullet_planes import MovingPlane, skin, touch
+from gnomon.harness.adapters.engines.bullet.pybullet_swivels import Pointer, Swivel, on_ropes
+from gnomon.harness.adapters.engines.bullet.pybullet_trees import grow, place_joints
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, turned
 
 BREAKING_THRESHOLD = 0.02

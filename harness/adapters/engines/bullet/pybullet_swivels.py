@@ -9,7 +9,7 @@ from math import atan2, cos, sin
 from typing import Any
 
 from gnomon.cases.core.scene import Body, Quaternion, Rope, Scene, Vector
-from gnomon.harness.adapters.engines.pybullet_joints import Link, Motion, Multibody
+from gnomon.harness.adapters.engines.bullet.pybullet_joints import Link, Motion, Multibody
 from gnomon.harness.adapters.engines.vectors import (
     ORIGIN,
     along,
