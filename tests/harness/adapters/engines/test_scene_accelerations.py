@@ -1,7 +1,7 @@
 """A scene gives the same rates of change of the state as the equations of its case, at a moving state.
 
 An engine's motion over many steps hides a wrong force that is small at the start, and scenes that no engine here takes
-are not run at all. So this takes one tiny step of PyBullet for all scenes without events that it accepts, and for a body
+are not run at all. So this takes one tiny step of each engine for all scenes without events that it accepts, and for a body
 on a ball joint Euler's equations about its fixed point.
 """
 
@@ -12,13 +12,21 @@ import pytest
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.scene import Readings, Scene
+from gnomon.harness.adapters.engines.drake import DrakeSap
 from gnomon.harness.adapters.engines.pybullet import PyBullet
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import problem_of
 from scipy.spatial.transform import Rotation
 
 SMOOTH = [name for name in names() if (case := get(name)).scene is not None and case.hybrid is None]
-TAKEN = [name for name in SMOOTH if PyBullet().unsupported(get(name).scene) is None]  # type: ignore[arg-type]
+ENGINES: tuple[type[SceneIntegrator], ...] = (PyBullet, DrakeSap)
+TAKEN = [
+    (engine, name)
+    for engine in ENGINES
+    for name in SMOOTH
+    if engine().unsupported(get(name).scene) is None  # type: ignore[arg-type]
+]
 BALL_JOINT = {"ball_joint", "gyroscopic", "position_force", "velocity_force"}
 ON_A_BALL_JOINT = [name for name in SMOOTH if "ball_joint" in (needs := get(name).scene.needs) and needs <= BALL_JOINT]  # type: ignore[union-attr]
 
@@ -45,14 +53,14 @@ def assert_same_rates(case: Case, state: Floats, found: Floats, share: float) ->
         assert np.linalg.norm((found - expected)[members]) <= share * size, (group, found, expected)
 
 
-@pytest.mark.parametrize("name", TAKEN)
-def test_one_tiny_step_of_an_engine(name: str) -> None:
+@pytest.mark.parametrize(("engine", "name"), TAKEN)
+def test_one_tiny_step_of_an_engine(engine: type[SceneIntegrator], name: str) -> None:
     """The first step errs by its length over the time scale, times the change of the rates in a time scale: a few 1e-5."""
-    pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
+    pytest.importorskip(engine.library, reason="an engine is an extra")
     case = get(name).rounded()
     state, step = moving_state(case), 1e-5 * case.fastest_time
-    problem = replace(problem_of(case, PyBullet.accepts), times=np.array([step]))
-    run = PyBullet().prepare(problem, step)
+    problem = replace(problem_of(case, engine.accepts), times=np.array([step]))
+    run = engine().prepare(problem, step)
     try:
         end = run(state[None]).states[0, 0]
     finally:
