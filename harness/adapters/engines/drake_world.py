@@ -238,7 +238,7 @@ def _law(world: World) -> Any:
         def __init__(self) -> None:
             super().__init__()
             self.DeclareVectorInputPort("state", world.plant.num_multibody_states())
-            weak = ref(self)  # the engine never releases a system that is in its own callback
+            weak: Any = ref(self)  # the engine never releases a system that is in its own callback
             self.DeclareVectorOutputPort(
                 "load", world.plant.num_velocities(), lambda context, output: weak().calculate(context, output)
             )
