@@ -52,7 +52,7 @@ def _measured(integrator: SceneIntegrator, case: Case, form: SceneForm) -> dict[
     first = _run(integrator, form, scene)
     worlds = [_placed(integrator, form, scene) for _ in range(2)]
     together = _least(lambda: worlds[0].advance(STEPS))
-    single = _least(lambda: [worlds[0].advance(1) for _ in range(STEPS)])
+    single = _least(lambda: _singly(worlds[0]))
     read = _least(lambda: [worlds[0].read() for _ in range(STEPS)])
     bare = worlds[1] if scene.forces else worlds[0]
     if scene.forces:
@@ -117,6 +117,11 @@ def _in_threads(integrator: SceneIntegrator, form: SceneForm, scene: Scene, firs
     for thread in threads:
         thread.join()
     return found == [first, first]
+
+
+def _singly(world: World) -> None:
+    for _ in range(STEPS):
+        world.advance(1)
 
 
 def _least(call: Callable[[], object]) -> float:

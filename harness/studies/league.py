@@ -28,6 +28,8 @@ from gnomon.harness.system.supervisor import calls
 
 SCENES: tuple[str, ...] = tuple(declared("running", "suites.toml")["engines"]["cases"])
 """The scenes of the suite, in its order."""
+ON = tuple(dict.fromkeys(name for name in SCENES if get(*name.split("/")).hybrid is None))
+"""The cases of the pre-flight of accelerations."""
 TIGHT = "tighter solver"
 """The policy of an engine whose solver has more iterations and a smaller tolerance, for the part of the solver."""
 
@@ -161,7 +163,21 @@ def measured(study: Any, engines: Sequence[SceneIntegrator]) -> Iterator[dict[st
 
 
 def preflights_of(name: str) -> list[dict[str, Any]]:
-    return [{"integrator": name, **row} for row in preflight.rows(lookup.own()[name])]
+    """A row for each scene that the engine takes; `text` says what was measured, the bound, and what it means."""
+    rows = preflight.preflights(lookup.own()[name], on=[get(*case.split("/")) for case in ON])
+    return [
+        {
+            "integrator": name,
+            "name": row.name,
+            "scene": row.scene,
+            "verdict": row.verdict,
+            "measured": row.measured if math.isfinite(row.measured) else None,
+            "bound": row.bound if math.isfinite(row.bound) else None,
+            "text": row.note,
+        }
+        for row in rows
+        if row.verdict != preflight.UNSUPPORTED
+    ]
 
 
 def costs_of(name: str) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """A Drake plant that holds one scene: only the bodies, joints, forces and contacts that the scene declares."""
 
+from collections.abc import Callable
 from math import sqrt
 from typing import Any
 from weakref import ref
@@ -238,7 +239,7 @@ def _law(world: World) -> Any:
         def __init__(self) -> None:
             super().__init__()
             self.DeclareVectorInputPort("state", world.plant.num_multibody_states())
-            weak = ref(self)  # the engine never releases a system that is in its own callback
+            weak: Callable[[], Any] = ref(self)  # the engine never releases a system that is in its own callback
             self.DeclareVectorOutputPort(
                 "load", world.plant.num_velocities(), lambda context, output: weak().calculate(context, output)
             )

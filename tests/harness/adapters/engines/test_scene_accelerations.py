@@ -16,6 +16,7 @@ from gnomon.cases.core.scene import Hinge, Readings, Scene
 from gnomon.harness.adapters.engines.bullet.pybullet import PyBullet
 from gnomon.harness.adapters.engines.bullet.pybullet_accelerations import MODELLED, joint_accelerations
 from gnomon.harness.adapters.engines.dart import Dart
+from gnomon.harness.adapters.engines.drake import DrakeSap
 from gnomon.harness.adapters.engines.jsbsim import JsbsimEuler
 from gnomon.harness.adapters.engines.mujoco import Euler
 from gnomon.harness.adapters.engines.pymunk import Pymunk
@@ -25,7 +26,7 @@ from gnomon.harness.contract.problem import problem_of
 from scipy.spatial.transform import Rotation
 
 SMOOTH = [name for name in names() if (case := get(name)).scene is not None and case.hybrid is None]
-ENGINES: tuple[type[SceneIntegrator], ...] = (PyBullet, Euler, Dart, Pymunk, JsbsimEuler)
+ENGINES: tuple[type[SceneIntegrator], ...] = (PyBullet, Euler, Dart, DrakeSap, Pymunk, JsbsimEuler)
 LATE = {Dart: {"rope", "driven_axis"}}
 """Needs of scenes in which an engine gives a body the velocity that its leader, or its drive, had in the last step."""
 CORRECTED = {
