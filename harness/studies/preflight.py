@@ -116,5 +116,8 @@ def _on_case(engine: Engine, case: Case) -> tuple[float, float, str]:
 
     groups = [[i for i, each in enumerate(problem.groups) if each == group] for group in dict.fromkeys(problem.groups)]
     angles = [coordinate.kind == "angle" for coordinate in case.state]
-    problem = replace(problem, t0=t0, time_scale=float(case.fastest_time))
-    return rate_error(engine, problem, rates, case.sample(np.sort(chosen)), groups, angles)
+    scale = float(case.fastest_time)
+    sizes = {"rad": 1.0, "rad/s": 1 / scale}
+    turning = [max(sizes.get(case.state[i].unit, 0.0) for i in members) for members in groups]
+    problem = replace(problem, t0=t0, time_scale=scale)
+    return rate_error(engine, problem, rates, case.sample(np.sort(chosen)), groups, angles, turning)

@@ -52,10 +52,12 @@ def rate_error(
     starts: Floats,
     groups: Sequence[Sequence[int]],
     angles: Sequence[bool] | None = None,
+    turning: Sequence[float] | None = None,
 ) -> tuple[float, float, str]:
     """The largest error of the rates of change, relative to their size in a group of coordinates, over its bound.
 
-    `angles`: the coordinates whose whole turns are ignored. The text `acceleration` of `TEXTS` has the bound.
+    `angles`: the coordinates whose whole turns are ignored. `turning`: for each group the size that its numbers have in an
+    attitude, whose entries are of size 1, however small an angle is; 0 for lengths. The text `acceleration` of `TEXTS` has the bound.
     """
     longest = problem.time_scale * 2.0 ** -(engine.bits // 4)
     estimates = []
@@ -67,13 +69,13 @@ def rate_error(
     coarse, fine = 2 * estimates[1] - estimates[0], 2 * estimates[2] - estimates[1]
     expected = np.array([rates(problem.t0, start) for start in starts])
     worst = -1.0, 0.0, 0.0, ""
-    for members in map(list, groups):
+    for members, natural in zip(map(list, groups), turning or [0.0] * len(groups), strict=True):
         largest = np.max(np.linalg.norm(starts[:, members], axis=1))
         size = np.maximum(np.linalg.norm(expected[:, members], axis=1), largest / problem.time_scale)
         size[size == 0] = 1.0
         spread = np.linalg.norm((fine - coarse)[:, members], axis=1) / size
         error = np.linalg.norm((fine - expected)[:, members], axis=1) / size
-        bound = spread + 10 * engine.rounding * largest / (longest * size)
+        bound = spread + 10 * engine.rounding * max(largest, natural) / (longest * size)
         for each, most, unsettled in zip(error.tolist(), bound.tolist(), spread.tolist(), strict=True):
             if unsettled > UNSETTLED:
                 judged = unsettled, UNSETTLED, "difference of the rates from steps of h/2 and h/4, relative"
