@@ -142,10 +142,7 @@ def tree_of(case: Case) -> Tree:
 
 
 def _parents_first(scene: Scene) -> list[Hinge | Slider]:
-    """The joints, each after the one that carries its parent.
-
-    A second hinge without a named parent hangs from the body of the first: its anchor is in space, at angle zero.
-    """
+    """The joints, each after the one that carries its parent."""
     waiting: list[Hinge | Slider] = [*scene.sliders, *scene.hinges]
     found: list[Hinge | Slider] = []
     known = {""}
@@ -167,11 +164,6 @@ def _jointed(body: Body, joint: Hinge | Slider, links: Mapping[str, Link]) -> Li
         raise ValueError(f"{body.name}: on joint {joint.name} its axes are not parallel to space at coordinate zero")
     if parent:
         place = along(links[parent].point, joint.anchor, 1.0)
-    elif isinstance(joint, Hinge) and (hinges := [link for link in links.values() if link.joint == "hinge"]):
-        # In space, at angle zero: the frames of its ancestors lie in their places.
-        parent = ancestor = hinges[-1].name
-        while ancestor:
-            place, ancestor = along(place, links[ancestor].place, -1.0), links[ancestor].parent
     if isinstance(joint, Slider):
         link = Link(body.name, "slider", joint.name, body.mass, body.inertia, parent, place)
         return _without_turning(replace(link, axis=joint.axis, coordinate=joint.position, rate=joint.rate))

@@ -115,16 +115,11 @@ class Built:
         self.nodes[body.name] = node
 
     def _jointed(self, joint: Hinge | Slider) -> Any:
-        parent, anchor = joint.parent, joint.anchor
-        first = self.scene.hinges[0] if "chained_hinges" in self.needs else joint
-        # The first hinge carries the others, whose anchors are in space at angle zero.
-        if joint != first and not parent:
-            parent, anchor = first.body, along(along(anchor, first.anchor, -1.0), first.arm, -1.0)  # type: ignore[union-attr]
-        if parent:
-            self._add(next(body for body in self.scene.bodies if body.name == parent))
-        made, node = self._node("Revolute" if isinstance(joint, Hinge) else "Prismatic", self.nodes.get(parent))
+        if joint.parent:
+            self._add(next(body for body in self.scene.bodies if body.name == joint.parent))
+        made, node = self._node("Revolute" if isinstance(joint, Hinge) else "Prismatic", self.nodes.get(joint.parent))
         made.setAxis(joint.axis)
-        made.setTransformFromParentBodyNode(self._pose(anchor))
+        made.setTransformFromParentBodyNode(self._pose(joint.anchor))
         if isinstance(joint, Hinge):
             made.setTransformFromChildBodyNode(self._pose(along(ORIGIN, joint.arm, -1.0)))
             made.setCoulombFriction(0, joint.friction)

@@ -91,22 +91,15 @@ class World:
         return self.api.RigidTransform(rotation or self.api.RotationMatrix(), np.array(position))
 
     def _join(self, scene: Scene) -> None:
-        api, plant, at = self.api, self.plant, {body.name: ORIGIN for body in scene.bodies}
-        carrier = ""
+        api, plant = self.api, self.plant
         for joint in scene.joints:
-            hinge = isinstance(joint, Hinge)
-            parent, anchor, arm = joint.parent, joint.anchor, joint.arm if isinstance(joint, Hinge) else ORIGIN
-            if hinge and not parent and carrier and "chained_hinges" in self.needs:
-                # A chain without names: each hinge is on the body of the one before, its anchor in space at angles zero.
-                parent, anchor = carrier, along(anchor, at[carrier], -1.0)
-            at[joint.body] = along(along(anchor, at.get(parent, ORIGIN), 1.0), arm, 1.0)
-            frame = plant.world_frame() if not parent else self.bodies[parent].body_frame()
-            here = plant.AddFrame(api.FixedOffsetFrame(f"{joint.name} anchor", frame, self._pose(anchor)))
+            hinge, arm = isinstance(joint, Hinge), joint.arm if isinstance(joint, Hinge) else ORIGIN
+            frame = self.bodies[joint.parent].body_frame() if joint.parent else plant.world_frame()
+            here = plant.AddFrame(api.FixedOffsetFrame(f"{joint.name} anchor", frame, self._pose(joint.anchor)))
             back, mine = self._pose(along(ORIGIN, arm, -1.0)), self.bodies[joint.body].body_frame()
             there = plant.AddFrame(api.FixedOffsetFrame(f"{joint.name} end", mine, back))
             kind = api.RevoluteJoint if hinge else api.PrismaticJoint
             self.joints[joint.name] = plant.AddJoint(kind(joint.name, here, there, joint.axis, damping=0.0))
-            carrier = joint.body if hinge else carrier
 
     def _hang(self, body: Body) -> None:
         """The body on a ball joint at the origin: roll, pitch and yaw, of which roll is the spin about the body's z.

@@ -53,8 +53,7 @@ def table(name: str, normal: Vector) -> str:
 class Model:
     """The text of a scene.
 
-    `tokens`: the needs of its form. `soft`: attributes of constraints other than contacts, for example their solref. With
-    chained hinges each hinge carries the next one.
+    `tokens`: the needs of its form. `soft`: attributes of constraints other than contacts, for example their solref.
 
     A body on a rope has polar coordinates about the hole, in the plane in which it starts; an equality of two joints
     holds the length of a rope between two bodies. In a linkage equalities of joints let the other arm and the link to
@@ -66,9 +65,6 @@ class Model:
         self.on_ball_joint = bool(tokens & {"ball_joint", "rod"})
         self.joints: dict[str, Hinge | Slider] = {joint.body: joint for joint in scene.joints}
         self.parents = {joint.body: joint.parent for joint in scene.joints if joint.parent}
-        if "chained_hinges" in tokens:
-            for inner, outer in zip(scene.hinges, scene.hinges[1:], strict=False):
-                self.parents.setdefault(outer.body, inner.body)
         self.roped = {name for rope in scene.ropes for name in (rope.body, rope.other)}
 
     def text(self, option: str, attributes: Callable[[Contact], str]) -> str:
@@ -126,16 +122,14 @@ class Model:
         """The place of the body's frame, relative to `base`, and the elements of its joints."""
         joint, kind = self.joints.get(body.name), self.kind(body)
         if joint is not None:
-            in_space = body.name in self.parents and not joint.parent
-            anchor = along(joint.anchor, base, -1.0) if in_space else joint.anchor
             if isinstance(joint, Slider):
                 armature = PRESCRIBED if joint.drive is not None else 0.0
                 more = f'type="slide" armature="{numbers(armature)}"'
-                return anchor, f'<joint name="{body.name}" {more} axis="{numbers(*joint.axis)}"/>'
+                return joint.anchor, f'<joint name="{body.name}" {more} axis="{numbers(*joint.axis)}"/>'
             friction = f'frictionloss="{numbers(joint.friction)}" {self.soft.replace("=", "friction=")}'
             axis = f'pos="{numbers(*along(ORIGIN, joint.arm, -1.0))}" axis="{numbers(*joint.axis)}"'
             more = friction if joint.friction else ""
-            return along(anchor, joint.arm, 1.0), f'<joint name="{body.name}" type="hinge" {axis} {more}/>'
+            return along(joint.anchor, joint.arm, 1.0), f'<joint name="{body.name}" type="hinge" {axis} {more}/>'
         if kind == "slides":
             slides = (f'<joint type="slide" axis="{numbers(*axis)}"/>' for axis in AXES)
             return ORIGIN, "".join(slides)

@@ -1,7 +1,6 @@
 """A model of Newton that holds one scene: only the bodies, joints and contacts that the scene declares."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 from gnomon.cases.core.scene import Body, Contact, Hinge, Rope, Scene, Slider, Vector
@@ -60,7 +59,7 @@ class Assembly:
         self.light = float("inf")
         """The least effective mass that a joint holds: kg, or kg m^2 where it holds an attitude."""
         self.builder = newton.ModelBuilder(gravity=warp.vec3(*scene.gravity))
-        joints = joints_of(scene, "chained_hinges" in needs)
+        joints: dict[str, Hinge | Slider] = {joint.body: joint for joint in scene.joints}
         parents = {joint.parent for joint in joints.values()}
         jointed = [body for body in scene.bodies if self._holds(joints.get(body.name))]
         numbers = [self._link(body, joints.get(body.name), body.name in parents) for body in jointed]
@@ -230,13 +229,3 @@ class Assembly:
 
 def _pulled(length: Callable[[float], float]) -> Callable[[float], float]:
     return lambda t: length(0.0) - length(t)
-
-
-def joints_of(scene: Scene, chained: bool) -> dict[str, Hinge | Slider]:
-    """The joint of each body. A chained hinge that names no parent is on the body of the hinge before it."""
-    found: dict[str, Hinge | Slider] = {joint.body: joint for joint in scene.joints}
-    for before, hinge in zip(scene.hinges, scene.hinges[1:], strict=False):
-        if chained and not hinge.parent:
-            centre = along(before.anchor, before.arm, 1.0)
-            found[hinge.body] = replace(hinge, parent=before.body, anchor=along(hinge.anchor, centre, -1.0))
-    return found

@@ -40,7 +40,7 @@ class Built:
     parts : dict
         The bodies.
     parents : dict
-        For each joint the body that carries it and the anchor, as `parents_of` gives them.
+        For each joint the body that carries it, or "", and its anchor.
     drives : list
         Functions of the time at the start of a step, which set what is prescribed for it.
     rods, grooves : list, dict
@@ -56,7 +56,7 @@ class Built:
         self.api, self.plane, self.dt, self.options = pymunk, plane, dt, options
         self.space = pymunk.Space()
         self.space.gravity = plane.flat(scene.gravity)
-        self.parents = parents_of(scene)
+        self.parents = {joint.name: (joint.parent, joint.anchor) for joint in scene.joints}
         self.joints: dict[str, Hinge | Slider] = {joint.body: joint for joint in scene.joints}
         self.drives: list[Callable[[float], None]] = []
         self.rods: list[Any] = []
@@ -191,18 +191,3 @@ class Built:
         """A joint at the first contact, as in Chipmunk's own example of sticky surfaces."""
         one, two = (shape.body for shape in arbiter.shapes)
         space.add_post_step_callback(lambda *_: self._add(self.api.PivotJoint(one, two, tuple(one.position))), one)
-
-
-def parents_of(scene: Scene) -> dict[str, tuple[str, Vector]]:
-    """For each joint the body that carries it, and its anchor relative to that body's centre of mass.
-
-    A hinge without a named parent is on the body of the hinge before it (token `chained_hinges`).
-    """
-    found, before = {}, None
-    for joint in scene.joints:
-        parent, anchor = joint.parent, joint.anchor
-        if not parent and before is not None and isinstance(joint, Hinge):
-            parent, anchor = before.body, along(along(joint.anchor, before.anchor, -1.0), before.arm, -1.0)
-        found[joint.name] = parent, anchor
-        before = joint if isinstance(joint, Hinge) else None
-    return found

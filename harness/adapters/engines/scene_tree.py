@@ -1,7 +1,7 @@
 """The joints of a scene as trees: each joint after the joint that carries it, from the world outwards."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from gnomon.cases.core.scene import Hinge, Scene, Slider, Vector
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along
@@ -35,20 +35,3 @@ def branches(scene: Scene) -> Iterator[Branch]:
         before = carrier[joint.parent].name if joint.parent else ""
         place = along(arms[before], joint.anchor, 1.0) if before else joint.anchor
         yield Branch(joint, before, place, arms[joint.name])
-
-
-def with_parents(scene: Scene) -> Scene:
-    """The scene of a chain (token `chained_hinges`) with the parent of each hinge.
-
-    A chain may leave the parents out: then each hinge hangs from the body of the hinge before it, and its anchor is in space
-    at angle zero.
-    """
-    hinges: list[Hinge] = []
-    centre = ORIGIN
-    for hinge in scene.hinges:
-        if hinges and not hinge.parent:
-            hinges.append(replace(hinge, parent=hinges[-1].body, anchor=along(hinge.anchor, centre, -1.0)))
-        else:
-            hinges.append(hinge)
-        centre = along(hinge.anchor, hinge.arm, 1.0)
-    return replace(scene, hinges=tuple(hinges))

@@ -275,7 +275,7 @@ def test_a_link_is_placed_on_its_parent(form: str, tmp_path: Path, monkeypatch: 
     def build(state: tuple[float, ...], parameters: tuple[float, ...]) -> Scene:
         found = scene.build(state, parameters)
         upper, lower = found.hinges
-        return replace(found, hinges=(replace(upper, anchor=(0.5, 2.0, 1.0)), replace(lower, anchor=(0.5, 2.0, -0.25))))
+        return replace(found, hinges=(replace(upper, anchor=(0.5, 2.0, 1.0)), replace(lower, anchor=(0.0, 0.25, 0.5))))
 
     monkeypatch.setattr(type(case), "scene", replace(scene, build=build))
     plant = plant_of(write(case, form, tmp_path))
@@ -284,7 +284,10 @@ def test_a_link_is_placed_on_its_parent(form: str, tmp_path: Path, monkeypatch: 
         plant.EvalBodyPoseInWorld(context, plant.GetBodyByName(name)).translation().tolist()
         for name in ("upper", "lower")
     ]
-    assert places == [[0.5, 2.0, 1.0], [0.5, 2.0, -0.25]]
+    assert places == [
+        [0.5, 2.0, 1.0],
+        [0.5, 2.25, 1.5 - float(case.l1)],
+    ]  # the lower anchor is relative to the upper mass
 
 
 @pytest.mark.parametrize(("name", "form"), [each for each in FOR_DRAKE if each[1] != "mjcf"])

@@ -56,8 +56,8 @@ def test_an_engine_of_binary32_passes_by_the_rounding_of_binary32() -> None:
 
 def test_binary32_fails_by_the_rounding_of_binary64() -> None:
     declared = from_engine(rigid_engine.Single, name="Single", order=2, tokens=rigid_engine.TOKENS)
-    assert failed(run(declared, "clamp", "acceleration", "joint_axes")) == {"clamp", "acceleration", "joint_axes"}
-    assert failed(run(SINGLE, "clamp", "acceleration", "joint_axes")) == set()
+    assert failed(run(declared, "acceleration", "joint_axes")) == {"acceleration", "joint_axes"}
+    assert failed(run(SINGLE, "acceleration", "joint_axes")) == set()
 
 
 class Raises(RigidEngine):

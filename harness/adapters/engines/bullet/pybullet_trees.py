@@ -6,7 +6,7 @@ from typing import Any
 
 from gnomon.cases.core.scene import Body, Hinge, Scene, Slider, Vector
 from gnomon.harness.adapters.engines.bullet.pybullet_joints import Link, Multibody
-from gnomon.harness.adapters.engines.scene_tree import branches, with_parents
+from gnomon.harness.adapters.engines.scene_tree import branches
 from gnomon.harness.adapters.engines.vectors import ORIGIN
 
 Joints = list[Hinge | Slider]
@@ -17,7 +17,7 @@ def grow(world: Any, scene: Scene) -> None:
     bodies = {body.name: body for body in scene.bodies}
     trees: dict[str, tuple[Vector, list[Link], Joints]] = {}
     roots: dict[str, str] = {}
-    for branch in branches(with_parents(scene) if "chained_hinges" in world.needs else scene):
+    for branch in branches(scene):
         joint, body = branch.joint, bodies[branch.joint.body]
         if body.name in world.planes:
             continue

@@ -12,7 +12,7 @@ from gnomon.cases.core.scene import Body, Hinge, Quaternion, Scene, SceneForm, S
 from gnomon.harness.adapters.engines.bullet.pybullet import PyBullet
 from gnomon.harness.adapters.engines.bullet.pybullet_joints import Multibody
 from gnomon.harness.adapters.engines.bullet.pybullet_world import World
-from gnomon.harness.adapters.engines.scene_tree import branches, with_parents
+from gnomon.harness.adapters.engines.scene_tree import branches
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import initial_state, problem_of
 
@@ -212,11 +212,3 @@ def test_joints_are_ordered_from_the_world_outwards() -> None:
     ring = replace(bob, parent="tip")
     with pytest.raises(ValueError, match="end, pin carry one another in a circle"):
         list(branches(Scene((0, 0, 0), (), hinges=(tip, ring))))
-
-
-def test_a_chain_without_parents_hangs_each_hinge_on_the_one_before() -> None:
-    form = get("double_pendulum").scene
-    assert form is not None
-    upper, lower = with_parents(form.build((0.0,) * 4, (1.0, 1.0, 1.0, 2.0, 9.81))).hinges
-    assert (upper.parent, lower.parent) == ("", "upper")
-    assert lower.anchor == (0.0, 0.0, 0.0)  # at the end of the arm, where the upper mass is
