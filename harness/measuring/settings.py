@@ -7,17 +7,18 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Toler
 
 FEWEST = 8
 """Minimum number of settings of a sweep."""
-DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
-"""Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s."""
+DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
+"""Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s. A method that declares few
+halvings, because finer steps only show its round-off, has the first of them."""
 
 
 def sweep_settings(integrator: Integrator, case: Case, problem: Problem) -> tuple[float, ...]:
-    """The settings of a sweep, from cheap to expensive, at least FEWEST."""
+    """The settings of a sweep, from cheap to expensive; at least FEWEST but on the variants `engines*`."""
     sweep = integrator.sweep
     if isinstance(sweep, Tolerance):
         return _tolerances(sweep)
     if case.variant is not None and case.variant.startswith("engines"):
-        return DECIMAL_STEPS
+        return DECIMAL_STEPS[: sweep.halvings + 1]
     return _steps(sweep, problem.interval, problem.time_scale)
 
 

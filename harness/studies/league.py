@@ -6,6 +6,7 @@
 
 import argparse
 import math
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
@@ -30,6 +31,7 @@ SCENES: tuple[str, ...] = tuple(declared("running", "suites.toml")["engines"]["c
 """The scenes of the suite, in its order."""
 ON = tuple(dict.fromkeys(name for name in SCENES if get(*name.split("/")).hybrid is None))
 """The cases of the pre-flight of accelerations."""
+SHIPPED = "as shipped"
 TIGHT = "tighter solver"
 """The policy of an engine whose solver has more iterations and a smaller tolerance, for the part of the solver."""
 
@@ -49,8 +51,9 @@ def league(path: Path) -> dict[str, Any]:
         "scenes": [scene_row(part) for _, part in ran.groupby(["place", "case", "variant"], sort=True)],
         "rows": [*result_rows(ran, reduced, {one.id: one for one in found})],
         "table": {one.id: taken(one) for one in found if one.primary},
-        "preflights": [*measured(preflights_of, found)],
-        "costs": [*measured(costs_of, found)],
+        "preflights": [*measured(preflights_of, found, os.cpu_count() or 1)],
+        # One at a time, as these are times; a way as shipped steps as the same engine does configured.
+        "costs": [*measured(costs_of, [one for one in found if one.policy != SHIPPED], 1)],
     }
 
 
@@ -151,9 +154,9 @@ def _declined(one: SceneIntegrator, name: str) -> str:
     return ""
 
 
-def measured(study: Any, engines: Sequence[SceneIntegrator]) -> Iterator[dict[str, Any]]:
-    """The rows of a study of each engine, each in a process of its own, one at a time; a crash is a row too."""
-    found = dict(calls(study, [one.id for one in engines], 1, "spawn"))
+def measured(study: Any, engines: Sequence[SceneIntegrator], workers: int) -> Iterator[dict[str, Any]]:
+    """The rows of a study of each engine, each in a process of its own; a crash is a row too."""
+    found = dict(calls(study, [one.id for one in engines], workers, "spawn"))
     for one in engines:
         result = found[one.id]
         if isinstance(result, BaseException):

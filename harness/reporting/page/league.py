@@ -158,7 +158,7 @@ def _way(one: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
     """One way to drive an engine: pre-flights, orders, time of a step by part, memory, bits."""
     name = one["id"]
     checks = Counter(row.get("verdict", "crashed") for row in found["preflights"] if row["integrator"] == name)
-    cost = next((row for row in found["costs"] if row["integrator"] == name), {"reason": "not measured"})
+    cost = next((row for row in found["costs"] if row["integrator"] == name), {"reason": "as configured"})
     orders = sorted(row["order"] for row in found["rows"] if row["integrator"] == name and row.get("order") is not None)
     takes = found["table"].get(name)
     return {
