@@ -46,5 +46,7 @@ STEPS = (1e-2, 1e-3, 1e-4)
 for order, number in ((2, 3), (3, 4), (4, 5), (5, 9)):
     errors = [error(number, dt) for dt in STEPS]
     seen = math.log10(errors[1] / errors[2])
-    print(f"AB{order}: error after 1 s {', '.join(f'{each:.1e}' for each in errors)} rad/s at steps of 1e-2, 1e-3, 1e-4 s")
+    print(
+        f"AB{order}: error after 1 s {', '.join(f'{each:.1e}' for each in errors)} rad/s at steps of 1e-2, 1e-3, 1e-4 s"
+    )
     assert 1.9 < seen < 2.1, f"AB{order} now has order {seen:.1f}"

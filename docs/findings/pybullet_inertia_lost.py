@@ -1,4 +1,7 @@
-"""PyBullet: `changeDynamics` with mass, inertia and damping in one call sets the inertia of a link to 0."""
+"""PyBullet: `changeDynamics` with mass, inertia and a damping in one call sets the inertia of a link to 0.
+
+Of the other arguments tried, `maxJointVelocity` does so too; `jointDamping`, `lateralFriction` and `restitution` do not.
+"""
 
 import pybullet as p
 
@@ -25,6 +28,12 @@ def inertia(**more):
     return found
 
 
-alone, damped = inertia(), inertia(linearDamping=0)
-print(f"inertia set to (1, 2, 3) kg m^2: {alone} with the mass alone, {damped} with linearDamping=0 in the same call")
-assert alone == (1, 2, 3) and damped == (0, 0, 0), "the inertia is no longer lost"
+alone = inertia()
+print(f"set to (1, 2, 3) kg m^2 with the mass alone: {alone}")
+assert alone == (1, 2, 3)
+for name in ("linearDamping", "angularDamping", "maxJointVelocity"):
+    found = inertia(**{name: 1})
+    print(f"with {name}=1 in the same call: {found}")
+    assert found == (0, 0, 0), "the inertia is no longer lost"
+for name in ("jointDamping", "lateralFriction", "restitution"):
+    assert inertia(**{name: 1}) == alone

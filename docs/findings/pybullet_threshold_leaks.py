@@ -23,5 +23,7 @@ world = p.connect(p.DIRECT)
 p.setPhysicsEngineParameter(contactBreakingThreshold=0.001)
 p.disconnect(world)
 later = contacts()
-print(f"contacts at a distance of 1.5 mm: {first} in a first world, {later} after another world set the threshold to 1 mm")
+print(
+    f"contacts at a distance of 1.5 mm: {first} in a first world, {later} after another world set the threshold to 1 mm"
+)
 assert (first, later) == (1, 0), "the threshold no longer leaks"

@@ -30,9 +30,11 @@ def energy(dt, during):
     return body.position.length**2 + body.velocity.length**2
 
 
-for dt in (1e-1, 1e-2, 1e-3):
+for dt in (1e-1, 1e-2):
     before, during = energy(dt, during=False), energy(dt, during=True)
-    print(f"step {dt:g} s, energy after {PERIODS} periods over the first: {before:.3g} set before, {during:.4g} in velocity_func")
+    print(
+        f"step {dt:g} s, energy after {PERIODS} periods over the first: {before:.3g} set before, {during:.4g} in velocity_func"
+    )
     explicit = (1 + dt * dt) ** round(2 * math.pi * PERIODS / dt)
     assert abs(before / explicit - 1) < 1e-6, "it is no longer Euler's explicit step"
     assert abs(during - 1) < dt
