@@ -18,7 +18,7 @@ from gnomon.harness.adapters.engines.dart import INTEGRATORS, Dart, DartAsShippe
 from gnomon.harness.adapters.engines.scene_run import SceneRun
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import initial_state, problem_of
-from recorded import recorded
+from on_cases import recorded
 from scipy.spatial.transform import Rotation
 
 dartpy = pytest.importorskip("dartpy")
@@ -215,7 +215,8 @@ def test_the_options_recorded_are_the_options_used() -> None:
 def test_the_line_of_each_option_sets_it() -> None:
     """Whatever is recorded on the scenes of the suite `engines` has a line, and the engine says what the line set."""
     assert not recorded(DartAsShipped)
-    assert recorded(Dart).keys() < (options := recorded(DartTight)).keys() == DartTight.lines.keys()
+    options = recorded(DartTight)
+    assert recorded(Dart).keys() < options.keys() == DartTight.lines.keys()
     world = dartpy.simulation.World()
     names = {"dartpy": dartpy, "world": world}
     for option, line in DartTight.lines.items():

@@ -27,7 +27,7 @@ from gnomon.harness.adapters.engines.drake import (
 from gnomon.harness.adapters.engines.scene_run import SceneRun
 from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
-from recorded import recorded
+from on_cases import recorded
 
 drake: Any = pytest.importorskip("pydrake.all", reason="drake is not installed")
 
@@ -298,14 +298,13 @@ def test_the_line_of_each_option_sets_it() -> None:
     options = {option: value for options in found for option, value in options.items()}
     assert options.keys() == LINES.keys()
     names = vars(drake) | {"plant": drake.MultibodyPlant(1e-2), "dt": 1e-2, "properties": drake.ProximityProperties()}
-    names["simulator"] = drake.Simulator(drake.MultibodyPlant(0.0))
-    names["simulator"].get_system().Finalize()
+    names["simulator"] = drake.Simulator(drake.ConstantVectorSource([0.0]))
     for option, line in LINES.items():
         exec(line.format(options[option]), names)
     plant, surface = names["plant"], names["properties"]
     assert plant.get_discrete_contact_approximation().name == options["discrete_contact_approximation"]
     assert plant.get_contact_model().name == options["contact_model"]
-    assert isinstance(names["integrator"], drake.RungeKutta5Integrator)
+    assert names["integrator"].get_maximum_step_size() == 1e-2
     assert names["integrator"].get_fixed_step_mode()
     for option in ("point_contact_stiffness", "hunt_crossley_dissipation"):
         assert surface.GetProperty("material", option) == options[option]
@@ -318,7 +317,9 @@ def test_no_setting_makes_sap_tighter(monkeypatch: pytest.MonkeyPatch) -> None:
     ends = []
     for threshold in (1.0, 0.0):
 
-        def configured(self: Any, scene: Any, threshold: float = threshold, set_plant: Any = drake_contact.Contacts._set_plant) -> None:
+        def configured(
+            self: Any, scene: Any, threshold: float = threshold, set_plant: Any = drake_contact.Contacts._set_plant
+        ) -> None:
             self.plant.set_sap_near_rigid_threshold(threshold)
             set_plant(self, scene)
 
