@@ -7,9 +7,12 @@ from unittest.mock import ANY
 
 import numpy as np
 import pytest
+from gnomon.cases import get
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.formulation import Formulation
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, solver_of
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, SceneRun
+from gnomon.harness.contract.declared import declared
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, solver_of
 from gnomon.harness.contract.problem import initial_state, problem_of
 
 
@@ -77,3 +80,21 @@ def solved(
 def of_order(order: float | None) -> tuple[Any, Any]:
     """Equal to a fit of this order, to a tenth, to any number of points."""
     return pytest.approx(order, abs=0.1), ANY
+
+
+def recorded(policy: type[SceneIntegrator]) -> dict[str, Any]:
+    """Each option that an engine records on the scenes of the suite `engines`, as the last scene that has it does."""
+    options: dict[str, Any] = {}
+    for name in declared("running", "suites.toml")["engines"]["cases"]:
+        case = get(*name.split("/")).rounded()
+        if case.scene is None or policy().unsupported(case.scene) is not None:
+            continue
+        try:
+            run = policy().prepare(problem_of(case, policy.accepts), float(case.times[0]))
+        except Refused:
+            continue
+        assert isinstance(run, SceneRun)
+        run.world.place(run.form.build(tuple(initial_state(case).tolist()), run.parameters))
+        options |= run.options
+        run.close()
+    return options

@@ -33,10 +33,11 @@ class Built:
     """A world of the engine with the things of a scene, which `build` creates.
 
     `configured`: everything that the engine adds to the scene is switched off; otherwise the engine keeps its defaults.
+    `tight`: the contact solver iterates longer.
     """
 
-    def __init__(self, dartpy: Any, form: SceneForm, dt: float, configured: bool) -> None:
-        self.api, self.needs, self.dt, self.configured = dartpy, form.needs, dt, configured
+    def __init__(self, dartpy: Any, form: SceneForm, dt: float, configured: bool, tight: bool = False) -> None:
+        self.api, self.needs, self.dt, self.configured, self.tight = dartpy, form.needs, dt, configured, tight
         self.chosen: dict[str, Any] = {}
         self.options: Mapping[str, Any] = self.chosen
         self.close()
@@ -74,6 +75,11 @@ class Built:
         self.chosen["deactivation"] = False
         if touching:
             friction = self.api.constraint.NsgsFrictionSolver()
+            if self.tight:
+                options = friction.getOptions()
+                options.maxSweeps, options.tolerance = 10 * options.maxSweeps, options.tolerance / 100
+                friction.setOptions(options)
+                self.chosen |= {"maxSweeps": options.maxSweeps, "tolerance": options.tolerance}
             self.world.getConstraintSolver().setBoxedLcpSolver(friction)
             self.world.setCollisionDetector(self.api.collision.DARTCollisionDetector())
             self.chosen |= CONTACT

@@ -8,6 +8,7 @@ the plant's defaults leave contact as soft as 1 mm.
 """
 
 from collections.abc import Mapping
+from logging import ERROR, getLogger
 from typing import ClassVar
 
 from gnomon.cases.core.scene import SceneForm
@@ -36,6 +37,17 @@ LACKS = {
     "knife_edge": "no constraints of velocities",
 }
 
+LINES = {
+    "integration_scheme": 'integrator = ResetIntegratorFromFlags(simulator, "{}", dt)',
+    "fixed_step_mode": "integrator.set_fixed_step_mode({})  # the default accuracy does not bound the error",
+    "discrete_contact_approximation": "plant.set_discrete_contact_approximation(DiscreteContactApproximation.{})",
+    "contact_model": "plant.set_contact_model(ContactModel.{})",
+    "stiction_tolerance": "plant.set_stiction_tolerance({})  # default 1e-3 m/s: bodies at rest creep",
+    "point_contact_stiffness": "AddContactMaterial(properties=properties, point_stiffness={})  # of each body",
+    "hunt_crossley_dissipation": "AddContactMaterial(properties=properties, dissipation={})  # of each body",
+}
+"""The names are those of `pydrake.all`."""
+
 
 class DrakeRungeKutta3(SceneIntegrator):
     """A continuous plant with Drake's default integrator, Bogacki and Shampine's (1989), at fixed steps. Order 3.
@@ -49,12 +61,15 @@ class DrakeRungeKutta3(SceneIntegrator):
         "static_friction": "friction at rest is a function of the slip speed, so that a body creeps",
         "thin_rod_contact": "no restitution of 0: the dissipation that stops a body is too stiff for fixed explicit steps",
     }
+    lines: ClassVar[Mapping[str, str]] = LINES
     scheme: ClassVar[str] = "runge_kutta3"
     configured: ClassVar[bool] = True
 
     def world(self, form: SceneForm, dt: float) -> World:
         import pydrake.all  # without the library the status is `not_installed`
 
+        # Half spaces bring a warning about deformable bodies, of which no scene has any.
+        getLogger("drake").setLevel(ERROR)
         return World(pydrake.all, form, dt, self.scheme, self.configured)
 
 
@@ -67,7 +82,8 @@ class DrakeRungeKutta5(DrakeRungeKutta3):
 class DrakeSap(DrakeRungeKutta3):
     """A discrete plant with the convex contact solver SAP (Castro, Permenter, Han 2022). Order 1: symplectic Euler.
 
-    The contact law is `kLagged`. With `kSap` a sliding body hops: the law has it hover, at a height of mu v dt.
+    The contact law is `kLagged`. With `kSap` a sliding body hops: the law has it hover, at a height of mu v dt. There is no
+    tighter solver: Python has no tolerance or iteration of SAP, and its near-rigid threshold changes nothing of this law.
     """
 
     name, order, scheme, lacks = "SAP", 1, "kLagged", LACKS

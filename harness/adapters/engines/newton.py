@@ -1,13 +1,16 @@
 """Newton on Warp: three of its solvers of rigid bodies, which step a model in float32, on a processor or a graphics card.
 
 How it is driven: `ModelBuilder` makes a model of links, joints and shapes; `CollisionPipeline` finds contacts at the start of
-each step, and `solver.step` moves one `State` into another. Forces of a scene are Python functions: once a step they are
-evaluated and written to `State.body_f`. Warp compiles each module of kernels at its first use (minutes in all) and keeps it.
+each step, and `solver.step` moves one `State` into another; both are recorded once and replayed (`ScopedCapture`). Forces of
+a scene are Python functions: once a step they are evaluated and written to `State.body_f`. Warp compiles each module of
+kernels at its first use (minutes in all) and keeps it.
 
 Traps: SolverSemiImplicit damps rotation by default (SolverFeatherstone has the same argument and ignores it); the engine
-corrects the inertia of a body unless it is told not to; friction has torsional and rolling parts by default. All results are float32, so an
-error stops falling at some 1e-5 to 1e-3 of the motion. In XPBD
-`millikan_oil_drop`, `flywheel` and `gyrocompass_damped` do not converge at the steps tried; the causes are not known.
+corrects the inertia of a body unless it is told not to; friction has torsional and rolling parts by default. All results are
+float32, so an error stops falling at some 1e-5 to 1e-3 of the motion. XPBD sets speeds below 1e-4 (m/s, rad/s) to zero in
+each iteration ("this improves gradient stability", `apply_body_deltas`): `millikan_oil_drop` never leaves rest, nor does
+`gyrocompass_damped` at fine steps, because a step adds less than that. On a hinge it brakes fast rotation, w' = -w^3 dt/2:
+`flywheel`, at 30 rad/s, still errs by 0.3 at steps of 8e-5 s.
 
 SolverMuJoCo does not take part: `newton` installs without `mujoco` and `mujoco-warp`, and without them its constructor fails
 (ImportError: MuJoCo backend not installed). It steps MuJoCo's own equations. SolverKamino, SolverSteel and SolverVBD are not
@@ -17,6 +20,7 @@ driven; the solvers of cloth and particles hold no rigid bodies.
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engines.newton_world import World
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
@@ -52,6 +56,27 @@ PENALTY_HAS_NOT = {
     "rope": "tendons in this solver",
     "driven_axis": "joints or tendons whose coordinate is prescribed",
 }
+CONSTRAINED = frozenset({"hinge", "slider", "ball_joint", "rod", "rope", "rigid_impact", "coulomb_isotropic"}) | {
+    "thin_rod_contact"
+}
+"""Scenes with one of these tokens have joints, tendons or contacts, on which XPBD iterates."""
+SOLVER = "solver = newton.solvers.{name}(model, {option}={{}})"
+LINES = {
+    "lock_inertia": "body = builder.add_link(mass=mass, inertia=inertia, lock_inertia={})  # shapes have a mass by default",
+    "skip_validation_inertia": "model = builder.finalize(skip_validation_inertia={})  # by default it changes inertia",
+    "mu_torsional": "config = newton.ModelBuilder.ShapeConfig(mu_torsional={})",
+    "mu_rolling": "config = newton.ModelBuilder.ShapeConfig(mu_rolling={})",
+}
+PENALTY_LINES = {
+    "ke": "config = newton.ModelBuilder.ShapeConfig(ke={})  # stiffness of contacts",
+    "kd": "config = newton.ModelBuilder.ShapeConfig(kd={})  # damping of contacts",
+    "kf": "config = newton.ModelBuilder.ShapeConfig(kf={})  # damping of slip",
+}
+
+
+def lines(name: str, *options: str, **more: str) -> Mapping[str, str]:
+    """The lines of the options of this solver, and those that all solvers have."""
+    return LINES | {option: SOLVER.format(name=name, option=option) for option in options} | more
 
 
 class Newton(SceneIntegrator):
@@ -66,6 +91,7 @@ class Newton(SceneIntegrator):
     configured: ClassVar[bool] = True
     reduced: ClassVar[bool] = False
     penalty: ClassVar[bool] = True
+    bits = 24
 
     def world(self, form: SceneForm, dt: float) -> World:
         return World(form, dt, self.solver, reduced=self.reduced, penalty=self.penalty, configured=self.configured)
@@ -82,6 +108,7 @@ class Featherstone(Newton):
     """
 
     name, reduced = "SolverFeatherstone", True
+    lines = lines(name, "angular_damping", **PENALTY_LINES)
 
     def solver(self, world: World) -> Any:
         return world.newton.solvers.SolverFeatherstone(world.model, **world.chosen(angular_damping=0.0))
@@ -95,6 +122,7 @@ class SemiImplicit(Newton):
     """
 
     name = "SolverSemiImplicit"
+    lines = lines(name, "angular_damping", "joint_attach_ke", "joint_attach_kd", **PENALTY_LINES)
 
     def solver(self, world: World) -> Any:
         settings = world.chosen(angular_damping=0.0)
@@ -112,11 +140,19 @@ class XPBD(Newton):
 
     name, penalty = "SolverXPBD", False
     lacks = NO_SOLVER_HAS
+    iterations: ClassVar[Mapping[str, int]] = {"iterations": 10}
+    lines = lines(
+        name,
+        *("iterations", "joint_linear_relaxation", "joint_angular_relaxation", "enable_restitution"),
+        "rigid_contact_restitution_iterations",
+        compliance="guide = newton.TendonGuide(body=body, guide_type=newton.TendonGuideType.PINHOLE, compliance={})",
+    )
 
     def solver(self, world: World) -> Any:
-        settings = world.chosen(iterations=10, joint_linear_relaxation=1.0, joint_angular_relaxation=1.0)
-        impacts = "rigid_impact" in world.needs
-        return world.newton.solvers.SolverXPBD(world.model, enable_restitution=impacts, **settings)
+        settings = world.chosen(joint_linear_relaxation=1.0, joint_angular_relaxation=1.0, **self.iterations)
+        if "rigid_impact" in world.needs:
+            settings["enable_restitution"] = world.settings["enable_restitution"] = True
+        return world.newton.solvers.SolverXPBD(world.model, **settings)
 
 
 class FeatherstoneAsShipped(Featherstone):
@@ -140,4 +176,15 @@ class XPBDAsShipped(XPBD):
     sweep = Steps(coarsest=0.5, halvings=7)
 
 
-INTEGRATORS = (Featherstone, SemiImplicit, XPBD, FeatherstoneAsShipped, SemiImplicitAsShipped, XPBDAsShipped)
+class XPBDTight(XPBD):
+    """XPBD as configured, with ten times the iterations, also of restitution."""
+
+    policy, tight, primary = "tighter solver", True, False
+    iterations: ClassVar[Mapping[str, int]] = {"iterations": 100, "rigid_contact_restitution_iterations": 20}
+
+    def unsupported(self, form: Form | SceneForm) -> str | None:
+        idle = isinstance(form, SceneForm) and not form.needs & CONSTRAINED
+        return super().unsupported(form) or ("no iterative solver on this scene" if idle else None)
+
+
+INTEGRATORS = (Featherstone, SemiImplicit, XPBD, FeatherstoneAsShipped, SemiImplicitAsShipped, XPBDAsShipped, XPBDTight)

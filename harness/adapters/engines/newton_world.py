@@ -36,21 +36,23 @@ class World:
         warp.config.log_level = warp.LOG_ERROR
         import newton
 
-        self.newton = newton
+        self.newton, self.warp = newton, warp
         self.needs, self.dt, self.make = form.needs, dt, make
         self.kind, self.configured = {"reduced": reduced, "penalty": penalty}, configured
-        self.settings: dict[str, Any] = {}
+        self.settings: dict[str, Any] = {"lock_inertia": True}  # else shapes add to the mass that the scene declares
         self.options: Mapping[str, Any] = self.settings
         self.assembly: Any = None
         self.model: Any = None
         self.solver: Any = None
         self.contacts: Any = None
         self.states: list[Any] = []
+        self.graphs: list[Any] = []
 
     def close(self) -> None:
         """The engine frees arrays with their last reference."""
         self.assembly = self.model = self.solver = self.contacts = None
         self.states.clear()
+        self.graphs.clear()
 
     def chosen(self, **settings: Any) -> dict[str, Any]:
         """The settings, recorded, if the world is configured; none otherwise."""
@@ -75,6 +77,20 @@ class World:
         if self.model.shape_count:
             self.pipeline: Any = self.newton.CollisionPipeline(self.model)
             self.contacts = self.pipeline.contacts()
+        self._capture()
+
+    def _capture(self) -> None:
+        """Record a step from the first state to the second, and one back: a replay spares the Python code of every launch.
+
+        On a processor that code takes 10 to 70 times as long as the kernels. The states are the same to the bit.
+        """
+        self.graphs.clear()
+        for old, new in (self.states, self.states[::-1]):
+            with self.warp.ScopedCapture(device=self.model.device) as capture:
+                if self.contacts is not None:
+                    self.pipeline.collide(old, self.contacts)
+                self.solver.step(old, new, self.control, self.contacts, self.dt)
+            self.graphs.append(capture.graph)
 
     def place(self, scene: Scene) -> None:
         """All solvers start from the coordinates of the joints; a free body is on a joint with six of them."""
@@ -108,17 +124,14 @@ class World:
 
     def advance(self, steps: int) -> None:
         pushed = bool(self.scene.forces or self.scene.torques or self.scene.impulses)
-        old, new = self.states
         for done in range(self.steps, self.steps + steps):
             if self.driven:
-                self._drive(old, done * self.dt)
+                self._drive(self.states[0], done * self.dt)
             if pushed:
-                self._push(old, done * self.dt)
-            if self.contacts is not None:
-                self.pipeline.collide(old, self.contacts)
-            self.solver.step(old, new, self.control, self.contacts, self.dt)
-            old, new = new, old
-        self.states = [old, new]
+                self._push(self.states[0], done * self.dt)
+            self.warp.capture_launch(self.graphs[0])
+            self.states.reverse()
+            self.graphs.reverse()
         self.steps += steps
 
     def _drive(self, state: Any, t: float) -> None:

@@ -14,10 +14,11 @@ from breadth import tenth
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.scene import Readings, Scene
-from gnomon.harness.adapters.engines.dart import INTEGRATORS, Dart, DartAsShipped, World
+from gnomon.harness.adapters.engines.dart import INTEGRATORS, Dart, DartAsShipped, DartTight, World
 from gnomon.harness.adapters.engines.scene_run import SceneRun
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import initial_state, problem_of
+from on_cases import recorded
 from scipy.spatial.transform import Rotation
 
 dartpy = pytest.importorskip("dartpy")
@@ -209,6 +210,34 @@ def test_the_options_recorded_are_the_options_used() -> None:
         assert isinstance(world.getCollisionDetector(), dartpy.collision.DARTCollisionDetector)
     with running(DartAsShipped, case, 1e-2) as run:
         assert not run.options
+
+
+def test_the_line_of_each_option_sets_it() -> None:
+    """Whatever is recorded on the scenes of the suite `engines` has a line, and the engine says what the line set."""
+    assert not recorded(DartAsShipped)
+    options = recorded(DartTight)
+    assert recorded(Dart).keys() < options.keys() == DartTight.lines.keys()
+    world = dartpy.simulation.World()
+    names = {"dartpy": dartpy, "world": world}
+    for option, line in DartTight.lines.items():
+        exec(line.format(options[option]), names)
+    assert not world.getDeactivationOptions().mEnabled
+    solver = world.getConstraintSolver()
+    assert solver.getBoxedLcpSolver().getType() == options["boxedLcpSolver"]
+    assert solver.getCollisionDetector().getType() == options["collisionDetector"].lower()
+    chosen = solver.getBoxedLcpSolver().getOptions()
+    assert (chosen.maxSweeps, chosen.tolerance) == (options["maxSweeps"], options["tolerance"]) == (1000, 1e-5 / 100)
+
+
+def test_a_tighter_solver_runs_where_there_are_contacts() -> None:
+    """Elsewhere no solver iterates, and the motion would be the same."""
+    for name in TAKEN:
+        case = get(name).rounded()
+        assert case.scene is not None
+        scene = case.scene.build(tuple(initial_state(case).tolist()), tuple(map(float, case.parameter_values())))
+        ropes = {rope.body for rope in scene.ropes}
+        touches = any(contact.body not in ropes for contact in scene.contacts)
+        assert (DartTight().unsupported(case.scene) is None) is touches, name
 
 
 def stopped(policy: type[Dart], degrees: float) -> float:

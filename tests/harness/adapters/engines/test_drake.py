@@ -17,6 +17,7 @@ from gnomon.harness.adapters.engines import drake_contact
 from gnomon.harness.adapters.engines.drake import (
     INTEGRATORS,
     LACKS,
+    LINES,
     DrakeAsShipped,
     DrakeRungeKutta3,
     DrakeRungeKutta5,
@@ -26,6 +27,7 @@ from gnomon.harness.adapters.engines.drake import (
 from gnomon.harness.adapters.engines.scene_run import SceneRun
 from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
+from on_cases import recorded
 
 drake: Any = pytest.importorskip("pydrake.all", reason="drake is not installed")
 
@@ -288,6 +290,49 @@ def test_the_options_recorded_are_the_options_used() -> None:
         assert integrator.get_fixed_step_mode() is run.options["fixed_step_mode"] is True
     with running(DrakeAsShipped, case, 1e-2) as run:
         assert not run.options
+
+
+def test_the_line_of_each_option_sets_it() -> None:
+    """Whatever is recorded on the scenes of the suite `engines` has a line, and the engine says what the line set."""
+    found = [recorded(policy) for policy in (DrakeRungeKutta5, DrakeSap, DrakeTamsi, DrakeAsShipped)]
+    options = {option: value for options in found for option, value in options.items()}
+    assert options.keys() == LINES.keys()
+    names = vars(drake) | {"plant": drake.MultibodyPlant(1e-2), "dt": 1e-2, "properties": drake.ProximityProperties()}
+    names["simulator"] = drake.Simulator(drake.ConstantVectorSource([0.0]))
+    for option, line in LINES.items():
+        exec(line.format(options[option]), names)
+    plant, surface = names["plant"], names["properties"]
+    assert plant.get_discrete_contact_approximation().name == options["discrete_contact_approximation"]
+    assert plant.get_contact_model().name == options["contact_model"]
+    assert names["integrator"].get_maximum_step_size() == 1e-2
+    assert names["integrator"].get_fixed_step_mode()
+    for option in ("point_contact_stiffness", "hunt_crossley_dissipation"):
+        assert surface.GetProperty("material", option) == options[option]
+
+
+def test_no_setting_makes_sap_tighter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Why there is no policy with a tighter solver: 0 switches the near-rigid approximation off, and nothing changes."""
+    assert not [name for name in dir(drake) if "SapSolver" in name]
+    case = get("block_incline_friction", "engines_stop").rounded()
+    ends = []
+    for threshold in (1.0, 0.0):
+
+        def configured(
+            self: Any, scene: Any, threshold: float = threshold, set_plant: Any = drake_contact.Contacts._set_plant
+        ) -> None:
+            self.plant.set_sap_near_rigid_threshold(threshold)
+            set_plant(self, scene)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(drake_contact.Contacts, "_set_plant", configured)
+            ends.append(states(DrakeSap, case, 1e-2))
+    assert np.array_equal(*ends)
+
+
+def test_half_spaces_bring_no_warning(caplog: pytest.LogCaptureFixture) -> None:
+    case = get("block_incline_friction", "engines_stop").rounded()
+    with running(DrakeSap, case, 1e-2):
+        assert not caplog.records
 
 
 @pytest.mark.parametrize("policy", INTEGRATORS)
