@@ -32,7 +32,7 @@ def test_a_cache_that_others_can_write_stops_a_run_before_it_begins(
     cache.mkdir(parents=True, mode=0o700)
     cache.chmod(0o777)
     out = tmp_path / "a.sqlite"
-    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "RK4", "--out", str(out)) == 2
+    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "gnomon:RK4", "--out", str(out)) == 2
     line = capfd.readouterr().err.strip().splitlines()[-1]
     assert line.startswith(f"error: {cache} can be written by other users (mode 0777)")
     assert "set XDG_CACHE_HOME" in line
@@ -47,7 +47,7 @@ def test_a_cache_that_cannot_be_written_costs_one_warning(
     """The run goes on without it; its workers, each of which compiles for itself, say nothing."""
     monkeypatch.setenv("XDG_CACHE_HOME", "/proc/cache")
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    arguments = ("run", "--suite", "quick", "--case", "pendulum_simple", "--integrator", "RK4", "--limit", "10")
+    arguments = ("run", "--suite", "quick", "--case", "pendulum_simple", "--integrator", "gnomon:RK4", "--limit", "10")
     assert gnomon(*arguments, "--out", str(tmp_path / "a.sqlite")) == 0
     printed = capfd.readouterr()
     assert printed.err.count("cannot be written") == 2  # both folders, in one line
