@@ -49,7 +49,7 @@ def run(
     library: options.Libraries = None,
     family: options.Families = None,
     kind: options.Kinds = None,
-    suite: Annotated[str, typer.Option(help="standard, quick, foundation, full or catalogue.")] = "standard",
+    suite: Annotated[str, typer.Option(help="standard, quick, foundation, full, catalogue or engines.")] = "standard",
     out_path: Annotated[Path, options.path_option("The results: a folder or a file.sqlite.", "--out")] = Path("runs"),
     limit: Annotated[
         float | None,
@@ -92,7 +92,9 @@ def run(
     options.ensure_results(out_path)
     chosen = plan.with_timing_spans(chosen, chosen_suite)
     page = _page(report, out_path, chosen)
-    path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, named, page)
+    # The scenes of the suite `engines` are variants, on which all ways to drive an engine are compared.
+    every = named or chosen_suite.engines
+    path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, every, page)
     _summarize(path, chosen, integrators, chosen_suite, page, allow_missing, began)
 
 

@@ -50,7 +50,7 @@ def league(path: Path) -> dict[str, Any]:
         "absent": {one.library: str(lookup.missing(one)) for one in shown(engines) if lookup.missing(one) is not None},
         "scenes": [scene_row(part) for _, part in ran.groupby(["place", "case", "variant"], sort=True)],
         "rows": [*result_rows(ran, reduced, {one.id: one for one in found})],
-        "table": {one.id: taken(one) for one in found if one.primary},
+        "table": {one.id: taken(one) for one in found if one.policy != SHIPPED},
         "preflights": [*measured(preflights_of, found, os.cpu_count() or 1)],
         # One at a time, as these are times; a way as shipped steps as the same engine does configured.
         "costs": [*measured(costs_of, [one for one in found if one.policy != SHIPPED], 1)],

@@ -28,7 +28,7 @@ LONG = "a" * 300
 ZERO = "a\0b.sqlite"
 HALF = "a\ud800.sqlite"
 PENDULUM = ("--case", "pendulum_simple")
-RK4 = (*PENDULUM, "--integrator", "RK4")
+RK4 = (*PENDULUM, "--integrator", "gnomon:RK4")
 
 RAISES = "from planted import Sound\n\nclass Thing(Sound):\n    def __init__(self): raise {}\n"
 MODULES = {
@@ -84,9 +84,9 @@ def options() -> Iterator[Line]:
 
 def names() -> Iterator[Line]:
     for case in ("", " ", "pendulum_simpel", "Pendulum", "../pendulum_simple", "pendulum_simple\n", LONG, "\u03c0"):
-        yield ["run", "--case", case, "--integrator", "RK4"], 2, ("no case is named",)
+        yield ["run", "--case", case, "--integrator", "gnomon:RK4"], 2, ("no case is named",)
         yield ["show", case], 2, ("no case is named",)
-    yield ["run", "--case", "pendulum_simple/separatrx", "--integrator", "RK4"], 2, ("separatrx", "separatrix")
+    yield ["run", "--case", "pendulum_simple/separatrx", "--integrator", "gnomon:RK4"], 2, ("separatrx", "separatrix")
     yield ["show", "pendulum_simple/"], 2, ("pendulum_simple", "variant")
     yield ["certify", "pendulum_simple/wrong"], 2, ("no variant 'wrong'",)
     yield ["certify", ""], 2, ("no case is named",)
@@ -244,7 +244,7 @@ def common() -> Iterator[Line]:
         (["compare", "no_such_folder", "no_such_folder"], "no results here"),
         (["run", "--case", "keppler*"], "nothing matches 'keppler*'; did you mean kepler_orbit"),
         (["run", "--case", "kepler*", "--family", "contact"], "--family contact"),
-        (["run", "--integrator", "RK4", "--library", "scipy"], "--library scipy"),
+        (["run", "--integrator", "gnomon:RK4", "--library", "scipy"], "--library scipy"),
         (["list", "--family", "orbit"], "--family orbit: no integrator that is named has it; did you mean orbits"),
         (["list", "--library", "spicy"], "did you mean scipy?"),
         (["list", "--kind", "hybird"], "did you mean Hybrid"),

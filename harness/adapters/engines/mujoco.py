@@ -45,6 +45,7 @@ class Euler(SceneIntegrator):
     """
 
     name, library = "Euler", "mujoco"
+    primary = False  # RK4 and implicitfast are those that the manual recommends; the suite `engines` compares them all
     order: ClassVar[int | None] = 1
     integrator: ClassVar[str] = "Euler"
     configured: ClassVar[bool] = True
@@ -62,13 +63,13 @@ class ImplicitFast(Euler):
     Forces of a callback are explicit, so on most scenes it moves as Euler does.
     """
 
-    name, integrator = "implicitfast", "implicitfast"
+    name, integrator, primary = "implicitfast", "implicitfast", True
 
 
 class RungeKutta(Euler):
     """The classical method of Runge and Kutta. Order 4; with ropes between two bodies, linkages and dry friction of hinges 2."""
 
-    name, integrator, order = "RK4", "RK4", 4
+    name, integrator, order, primary = "RK4", "RK4", 4, True
 
 
 class EulerAsShipped(Euler):

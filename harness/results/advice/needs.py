@@ -302,8 +302,9 @@ def _of(measured: Measurements, subject: Subject, error: float) -> list[tuple[An
     """The answer of each library, with the claims for its other methods."""
     problems = measured.subject_problems(subject)
     found = []
-    for library in LIBRARIES:
-        found.append(_library(measured, subject, problems, library, error))
+    for library, one in LIBRARIES.items():
+        if one.suite is None or library in measured.libraries.values():
+            found.append(_library(measured, subject, problems, library, error))
     for name, library in measured.libraries.items():
         if library not in LIBRARIES and library != OURS:
             answer = _answer(measured.systems(problems, name, error), library, YOURS, (name,))

@@ -19,8 +19,10 @@ NAME = "recommendations.jsonl"
 MOST_BYTES = 200_000
 """The largest size of the table."""
 OURS = "gnomon"
-WORDS = {"jax": "diffrax", "cvode": "sksundae", "engine": "pybullet"}
+WORDS = {"jax": "diffrax", "cvode": "sksundae"}
 """Further words for libraries."""
+ENGINES = ("engine", "engines")
+"""Words for all physics engines."""
 
 
 @dataclass(frozen=True)
@@ -80,12 +82,19 @@ def library(word: str) -> str:
     return known[word.lower()]
 
 
+def libraries_of(word: str) -> list[str]:
+    """The library that a word names, or all physics engines; ValueError for others."""
+    if word.lower() in ENGINES:
+        return [name for name, one in LIBRARIES.items() if "engine" in one.calls.values()]
+    return [library(word)]
+
+
 def find(word: str, error: float | None = None, libraries: Sequence[str] = ()) -> Found:
     """The answers for a need or a kind of system, at an error, of these libraries or of all.
 
     Raises ValueError for an unknown subject or library, and for an error below those that were measured.
     """
-    key, chosen = subject(word), {library(name) for name in libraries}
+    key, chosen = subject(word), {one for word in libraries for one in libraries_of(word)}
     row, table = declared("results", "advice/needs.toml")[key], read()
     known = sorted({one["error"] for one in table.rows}, reverse=True)
     wanted = row["error"] if error is None else error

@@ -23,7 +23,7 @@ def test_an_interruption_is_quiet(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(lookup, step, interrupt)
-    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "RK4") == 130
+    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "gnomon:RK4") == 130
     assert capfd.readouterr() == ("", "")
 
 

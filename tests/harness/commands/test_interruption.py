@@ -148,7 +148,7 @@ def ended(process: subprocess.Popen[str]) -> str:
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["run", "--case", "long_motion:Long", "--integrator", "RK4", "--out", "results.sqlite"],
+        ["run", "--case", "long_motion:Long", "--integrator", "gnomon:RK4", "--out", "results.sqlite"],
         ["certify", "long_motion:Long", "--out", "certificates.json"],
         pytest.param(
             ["run", "--case", "pendulum_simple/default", "--suite", "quick", "--integrator", "long_motion:Compiled"],

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 import synthetic
 from command_line import gnomon
+from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.registry import lookup, representatives
@@ -29,6 +30,8 @@ from on_cases import solved
 from gnomon import cases
 
 TABLE = recommendations.read()
+PUBLISHED = [name for name, one in LIBRARIES.items() if one.suite is None and one.package in TABLE.head["versions"]]
+"""The libraries that take part in the published suites: those declared after the last publication are not in its table."""
 RECOMMENDED = [row for row in TABLE.rows if not row["why"]]
 PANDAS_ABSENT = "import sys; sys.modules |= dict.fromkeys(('pandas', 'pyarrow', 'jinja2')); sys.argv = {argv}; "
 CALL = "from gnomon.harness.commands.cli import main; main()"
@@ -41,7 +44,7 @@ def told(capfd: pytest.CaptureFixture[str], *words: str, code: int = 0) -> str:
 
 
 def test_the_table_answers_every_subject_error_and_library() -> None:
-    asked = {(key, error, name) for key in needs.SUBJECTS for error in TARGETS for name in (*LIBRARIES, "gnomon")}
+    asked = {(key, error, name) for key in needs.SUBJECTS for error in TARGETS for name in (*PUBLISHED, "gnomon")}
     assert {(row["subject"], row["error"], row["library"]) for row in TABLE.rows} == asked
     assert len(TABLE.rows) == len(asked)
 
@@ -63,7 +66,7 @@ def test_lines_are_given_and_are_python() -> None:
     for row in RECOMMENDED:
         code = TABLE.lines[row["setting"]["method"]]
         if code is None:
-            assert lookup.own()[row["setting"]["method"]].library == "pybullet"
+            assert lookup.own()[row["setting"]["method"]].accepts == (SceneForm,)
         else:
             assert code.count("{setting}") == 1
             compile(code.replace("{setting}", "rtol=1e-9"), "lines", "exec")
@@ -79,7 +82,10 @@ def test_equal_measurements_give_equal_tables(run: Run, tmp_path: Path, monkeypa
     assert first == second
     head, *rest = map(json.loads, first.splitlines())
     assert head["cpu"] == "Invented CPU"
-    assert {row["library"] for row in rest if "subject" in row} == {*LIBRARIES, "gnomon"}
+    assert {row["library"] for row in rest if "subject" in row} == {
+        *(name for name, one in LIBRARIES.items() if one.suite is None),
+        "gnomon",
+    }
     monkeypatch.setattr("gnomon.harness.running.recommending.MOST_BYTES", len(first) - 1)
     with pytest.raises(ValueError, match=r"takes \d+ bytes"):
         write_table(run, tmp_path / "one")
@@ -123,7 +129,7 @@ def test_it_says_whose_measurements_these_are(capfd: pytest.CaptureFixture[str])
 def test_each_library_is_named_once_and_gnomon_last(capfd: pytest.CaptureFixture[str]) -> None:
     text = told(capfd, "accurate", "--error", "1e-6")
     heads = re.findall(r"^(\S+): ", text, re.M)
-    assert heads == [*(one.title for one in LIBRARIES.values()), "gnomon"]
+    assert heads == [*(LIBRARIES[name].title for name in PUBLISHED), "gnomon"]
 
 
 def test_one_library_has_its_lines_with_the_setting(capfd: pytest.CaptureFixture[str]) -> None:
@@ -206,3 +212,10 @@ def test_the_lines_run_with_the_recommended_setting(row: Mapping[str, Any], tmp_
         pytest.skip("an engine, or not installed")
     (tmp_path / "lines.py").write_text(code.replace("{setting}", argument(row["setting"])))
     assert runpy.run_path(str(tmp_path / "lines.py"))["found"].success
+
+
+def test_engine_names_all_physics_engines() -> None:
+    """One of them would be an answer to another question."""
+    found = {row["library"] for row in recommendations.find("events", 1e-3, ["engine"]).rows}
+    assert found == {row["library"] for row in TABLE.rows if row["library"] in recommendations.libraries_of("engines")}
+    assert {"pybullet", "mujoco", "pydrake"} <= set(recommendations.libraries_of("Engine"))

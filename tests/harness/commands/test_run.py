@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from command_line import gnomon
 from gnomon.harness.results import store
+from gnomon.harness.running import first_trials, planned_run
 
 
 def test_a_run_in_which_nothing_ran_says_why(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -31,7 +32,7 @@ def test_a_cache_that_others_can_write_stops_a_run_before_it_begins(
     cache.mkdir(parents=True, mode=0o700)
     cache.chmod(0o777)
     out = tmp_path / "a.sqlite"
-    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "RK4", "--out", str(out)) == 2
+    assert gnomon("run", "--case", "pendulum_simple", "--integrator", "gnomon:RK4", "--out", str(out)) == 2
     line = capfd.readouterr().err.strip().splitlines()[-1]
     assert line.startswith(f"error: {cache} can be written by other users (mode 0777)")
     assert "set XDG_CACHE_HOME" in line
@@ -46,7 +47,7 @@ def test_a_cache_that_cannot_be_written_costs_one_warning(
     """The run goes on without it; its workers, each of which compiles for itself, say nothing."""
     monkeypatch.setenv("XDG_CACHE_HOME", "/proc/cache")
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    arguments = ("run", "--suite", "quick", "--case", "pendulum_simple", "--integrator", "RK4", "--limit", "10")
+    arguments = ("run", "--suite", "quick", "--case", "pendulum_simple", "--integrator", "gnomon:RK4", "--limit", "10")
     assert gnomon(*arguments, "--out", str(tmp_path / "a.sqlite")) == 0
     printed = capfd.readouterr()
     assert printed.err.count("cannot be written") == 2  # both folders, in one line
@@ -82,3 +83,20 @@ def test_an_interrupted_run_says_how_to_go_on(
     assert "the same command resumes the run" in capfd.readouterr().err
     assert gnomon(*run, "--out", str(tmp_path)) == 0
     assert {"ok"} <= set(store.load(tmp_path)["status"]) <= {"ok", "timeout", "skipped"}, "slow in Python"
+
+
+def test_the_suite_of_engines_runs_near_duplicates_on_its_variants(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Nearly all of its scenes are variants: without this, an engine as shipped would not stand beside the configured one."""
+    asked = []
+
+    def planned(*given: object, near_duplicates: bool) -> None:
+        asked.append(near_duplicates)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(planned_run, "run", planned)
+    monkeypatch.setattr(first_trials, "crashes", lambda *given: [])
+    for suite in ("engines", "quick"):
+        gnomon("run", "--suite", suite, "--out", str(tmp_path / "a.sqlite"))
+    assert asked == [True, False]

@@ -15,6 +15,8 @@ import pytest
 from breadth import cheap_and_tenth
 from gnomon.cases.core.forms import Separable
 from gnomon.cases.core.numbers import Domain
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
+from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.certification import agreement
 from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.contract.problem import problem_of
@@ -23,6 +25,7 @@ from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solu
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.measuring.settings import FEWEST, sweep_settings
 from gnomon.harness.registry import lookup, references, selection
+from gnomon.harness.registry.representatives import representatives
 from gnomon.harness.running import plan
 from gnomon.reference.storage import import_closure
 
@@ -88,6 +91,16 @@ def test_a_method_for_stiff_equations_runs_on_stiff_variants_alone() -> None:
     ran = [(one.variant, one.integrator.id) for one in found if suite.has(one) and one.left_out is None]
     assert [variant for variant, name in ran if name == bdf.id] == ["stiff_1e6"]
     assert len([name for _, name in ran if name == other.id]) == 3
+
+
+def test_standard_runs_the_ways_that_manuals_name_of_engines_and_the_suite_of_engines_all() -> None:
+    """`make report` has MuJoCo and PyBullet within its minutes; their other ways stand beside these in the suite `engines`."""
+    every = [one for one in lookup.own().values() if isinstance(one, SceneIntegrator)]
+    named = {one.integrator for one in representatives().values()}
+    ran = {one.id for one in plan.suite("standard").methods(every)}
+    assert ran == {one.id for one in every if one.id in named and LIBRARIES[one.library].suite is None}
+    assert ran
+    assert set(plan.suite("engines").methods(every)) == set(every)
 
 
 def test_a_pair_takes_the_most_structured_form_that_is_accepted() -> None:
@@ -206,7 +219,7 @@ def test_a_key_depends_on_the_sources_that_compile_the_equations() -> None:
 
 
 def test_a_name_means_all_policies_and_a_path_means_a_class() -> None:
-    assert len(lookup.find("rk4")) == 2, "RK4 and RK4 [events]"
+    assert len(lookup.find("gnomon:rk4")) == 2, "RK4 and RK4 [events]"
     with pytest.raises(ValueError, match=r"several libraries: name gnomon:DOP853 or scipy:DOP853, or \*:DOP853"):
         lookup.find("DOP853")
     assert {i.library for i in lookup.find("*:dop853*")} == {"gnomon", "scipy"}

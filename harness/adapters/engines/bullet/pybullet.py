@@ -76,6 +76,7 @@ class PyBulletStaggered(PyBullet):
     """
 
     order, policy, staggered = 2, "staggered", True
+    primary = False  # the suite `engines` compares the ways to drive an engine
 
 
 ON_JOINTS = frozenset({"slider", "linked_joint", "chained_hinges", "ball_joint", "rod", "rope", "linkage"})
@@ -89,6 +90,7 @@ class PyBulletMaximal(PyBullet):
     """
 
     policy = "configured, maximal coordinates"
+    primary = False
     maximal = frozenset({"gyroscopic", "hinge"})
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
@@ -106,6 +108,7 @@ class PyBulletAsShipped(PyBullet):
     """
 
     policy, configured, order = "as shipped", False, None
+    primary = False
     sweep = Steps(coarsest=0.5, halvings=7)  # its errors come from damping and motors: finer steps do not help
     maximal = frozenset()
 
