@@ -43,7 +43,7 @@ def setting_lines(integrators: Mapping[str, Integrator], library: str, scenes: S
 
 def on_scene(one: SceneIntegrator, case: Case) -> dict[str, str] | None:
     """The options that are recorded on a scene, with their values as code; None if the engine does not take the scene."""
-    if one.unsupported(case.scene or case.form) is not None:
+    if case.scene is None or one.unsupported(case.scene) is not None:
         return None
     try:
         whole, half = recorded(one, case, DT), recorded(one, case, DT / 2)

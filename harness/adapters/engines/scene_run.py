@@ -16,7 +16,6 @@ from gnomon.harness.adapters.installed import Installed
 from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
 
-
 TIGHTER = "tighter solver"
 """The policy with `tight`. It runs only the scenes on which the engine iterates, beside "configured" at the same step."""
 
