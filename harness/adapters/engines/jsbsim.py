@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from gnomon.cases.core.scene import TOKENS, SceneForm
-from gnomon.harness.adapters.engines.jsbsim_world import World
+from gnomon.harness.adapters.engines.jsbsim_world import SELECTORS, World
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 
 FREE = {"gyroscopic", "position_force", "velocity_force", "time_force", "torque", "drag_torque"}
@@ -41,6 +41,7 @@ class Jsbsim(SceneIntegrator):
     name, library, policy = "default", "jsbsim", "as shipped"
     order: ClassVar[int | None] = None
     lacks: ClassVar[Mapping[str, str]] = {token: REASONS.get(token, JOINTS) for token in TOKENS if token not in FREE}
+    lines: ClassVar[Mapping[str, str]] = {name: f'fdm["{name}"] = {{}}' for name in SELECTORS}
     methods: ClassVar[tuple[int, int, int, int] | None] = None
     """The numbers of the integrators: rates of rotation and translation, then positions of both; None for the defaults."""
 

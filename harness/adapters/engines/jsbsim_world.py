@@ -15,6 +15,7 @@ methods with the first derivative.
 """
 
 import tempfile
+import warnings
 from math import asin, atan2, hypot
 from pathlib import Path
 from typing import Any
@@ -109,7 +110,9 @@ class World:
         x, y, z = (fdm[f"position/eci-{axis}-ft"] for axis in "xyz")
         u, v, w = (fdm[f"velocities/eci-{axis}-fps"] for axis in "xyz")
         p, q, r = (fdm[f"velocities/{axis}i-rad_sec"] for axis in "pqr")
-        forward, right, below = fdm.get_propagate().get_Tec2b().tolist()  # the axes of the body in the inertial frame
+        with warnings.catch_warnings(action="ignore", category=PendingDeprecationWarning):  # it is a numpy.matrix
+            axes = fdm.get_propagate().get_Tec2b()
+        forward, right, below = axes.tolist()  # of the body, in the inertial frame
         matrix = (
             (forward[2], right[2], below[2]),
             (forward[1], right[1], below[1]),

@@ -11,9 +11,10 @@ A callback is global to the process: a world sets it while it steps. Large accel
 from collections.abc import Mapping
 from typing import ClassVar
 
+from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engines.mujoco_world import World
-from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
+from gnomon.harness.adapters.engines.scene_run import TIGHTER, SceneIntegrator, idle
 
 # "The solver can actually work with non-holonomic constraints as well, but we do not yet have such constraint types defined."
 # (Computation: Equality.)
@@ -38,6 +39,29 @@ LACKS: Mapping[str, str] = {
 }
 
 
+SOFT = "by default it yields by a tenth of the force"
+LINES: Mapping[str, str] = {
+    "integrator": "model.opt.integrator = mujoco.mjtIntegrator.mjINT_{upper}",
+    "autoreset": "model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # by default large accelerations reset",
+    "cone": "model.opt.cone = mujoco.mjtCone.mjCONE_{upper}  # by default a pyramid: friction depends on direction",
+    "impratio": "model.opt.impratio = {}  # default 1: a body at rest slips",
+    "iterations": "model.opt.iterations = {}  # default 100",
+    "noslip_iterations": "model.opt.noslip_iterations = {}  # default 0: friction yields, as all constraints do",
+    "tolerance": "model.opt.tolerance = {}  # default 1e-8",
+    "impact.solref": "model.pair_solref[pair, :] = {}  # -stiffness, -damping",
+    "contact.solref": "model.pair_solref[pair, :] = {}  # the default time constant is 0.02 s at every step",
+    "sliding.solref": "model.pair_solref[pair, :] = {}  # with friction; a shorter one lifts a body that slides",
+    "contact.solimp": "model.pair_solimp[pair, :3] = {}  # " + SOFT,
+    "equality.solref": "model.eq_solref[equality, :] = {}  # the default time constant is 0.02 s at every step",
+    "equality.solimp": "model.eq_solimp[equality, :3] = {}  # " + SOFT,
+    "friction.solref": "model.dof_solref[dof, :] = {}  # dry friction of a joint",
+    "friction.solimp": "model.dof_solimp[dof, :3] = {}  # dry friction of a joint: " + SOFT,
+    "armature": "model.dof_armature[dof] = {}  # a joint whose motion is prescribed, so that no force changes it",
+}
+ITERATES = frozenset({"rigid_impact", "coulomb_isotropic", "thin_rod_contact", "rope", "linkage", "joint_friction"})
+"""Scenes with one of these tokens have constraints here; joints are in reduced coordinates."""
+
+
 class Euler(SceneIntegrator):
     """Semi-implicit Euler, the engine's default integrator. Order 1.
 
@@ -49,12 +73,15 @@ class Euler(SceneIntegrator):
     order: ClassVar[int | None] = 1
     integrator: ClassVar[str] = "Euler"
     configured: ClassVar[bool] = True
-    lacks = LACKS
+    lacks, lines = LACKS, LINES
+
+    def unsupported(self, form: Form | SceneForm) -> str | None:
+        return super().unsupported(form) or (idle(form, ITERATES) if self.tight else None)
 
     def world(self, form: SceneForm, dt: float) -> World:
         import mujoco  # without the library the status is `not_installed`
 
-        return World(mujoco, form, dt, self.integrator, self.configured)
+        return World(mujoco, form, dt, self.integrator, self.configured, self.tight)
 
 
 class ImplicitFast(Euler):
@@ -81,4 +108,25 @@ class EulerAsShipped(Euler):
     policy, configured = "as shipped", False
 
 
-INTEGRATORS = (Euler, ImplicitFast, RungeKutta, EulerAsShipped)
+class EulerTight(Euler):
+    """Euler as configured, with ten times the iterations of its solver, a hundredth of its tolerance, and no slip.
+
+    The solver of no slip ignores the softness of friction, so a part of the model's error counts as the solver's.
+    """
+
+    policy, tight, primary = TIGHTER, True, False
+
+
+class ImplicitFastTight(ImplicitFast):
+    """implicitfast as configured, with the solver of `EulerTight`."""
+
+    policy, tight, primary = TIGHTER, True, False
+
+
+class RungeKuttaTight(RungeKutta):
+    """RK4 as configured, with the solver of `EulerTight`."""
+
+    policy, tight, primary = TIGHTER, True, False
+
+
+INTEGRATORS = (Euler, ImplicitFast, RungeKutta, EulerAsShipped, EulerTight, ImplicitFastTight, RungeKuttaTight)

@@ -20,6 +20,9 @@ STIFFEST = 2
 SLIDING = 20
 """The time constant of a contact with friction, in steps. The engine's convex model of friction also lifts a body that
 slides at v, in a step by 2 mu v over this number: at the smallest one the body hops."""
+TOLERANCE, ITERATIONS = 1e-8, 100
+"""The defaults of the solver. `tight`: ten times these iterations, a hundredth of the tolerance, and an exact
+friction force afterwards ("noslip")."""
 IMPACT = 0.1
 """The frequency of an impact times the step: it lasts 31 steps. The limit of `refsafe` is 1/2."""
 
@@ -32,9 +35,11 @@ class World:
     apart from the step and what the scene declares.
     """
 
-    def __init__(self, mujoco: Any, form: SceneForm, dt: float, integrator: str, configured: bool) -> None:
+    def __init__(
+        self, mujoco: Any, form: SceneForm, dt: float, integrator: str, configured: bool, tight: bool = False
+    ) -> None:
         self.api, self.needs, self.dt = mujoco, form.needs, dt
-        self.integrator, self.configured = integrator, configured
+        self.integrator, self.configured, self.tight = integrator, configured, tight
         self.options: dict[str, Any] = {} if integrator == "Euler" else {"integrator": integrator}
         self.twist = np.empty(6)
         self.model: Any = None
@@ -49,7 +54,8 @@ class World:
         self.scene = scene
         soft = ""
         if scene.ropes or self.needs & {"linkage", "joint_friction"}:
-            soft = self._attributes(solref=(STIFFEST * self.dt, 1.0), solimp=HARD)
+            kind = "friction." if "joint_friction" in self.needs else "equality."
+            soft = self._attributes(kind, solref=(STIFFEST * self.dt, 1.0), solimp=HARD)
         self.layout = Model(scene, self.needs, soft)
         self.text = self.layout.text(self._option(), self._contact)
         self.model = self.api.MjModel.from_xml_string(self.text)
@@ -64,25 +70,41 @@ class World:
         option = f'timestep="{self.dt!r}" integrator="{self.integrator}" gravity="{numbers(*self.scene.gravity)}"'
         if not self.configured:
             return f"<option {option}/>"
-        if any(contact.friction for contact in self.scene.contacts):
-            option += self._attributes(cone="elliptic", impratio=(100.0,), tolerance=(1e-10,))
+        sliding = any(contact.friction for contact in self.scene.contacts)
+        if sliding:
+            option += self._attributes(cone="elliptic", impratio=100.0)
+        if sliding or self.tight:
+            option += self._attributes(tolerance=(1e-10 if sliding else TOLERANCE) / (100 if self.tight else 1))
+        if self.tight:
+            option += self._attributes(iterations=10 * ITERATIONS, noslip_iterations=ITERATIONS)
         self.options["autoreset"] = "disable"
         return f'<option {option}><flag autoreset="disable"/></option>'
 
     def _contact(self, contact: Contact) -> str:
         """The attributes of a contact: a spring and a damper if it rebounds, else a critically damped constraint."""
+        kind, detail = "sliding" if contact.friction else "contact", ""
         reference = ((SLIDING if contact.friction else STIFFEST) * self.dt, 1.0)
         if contact.restitution:
             frequency = IMPACT / self.dt
             reference = -(frequency**2), -2 * damping_ratio(contact.restitution) * frequency
-        return self._attributes(solref=reference, solimp=HARD)
+            kind, detail = "impact", f" (restitution {contact.restitution:g})"
+        if self.configured:
+            self.options |= {f"{kind}.solref{detail}": reference, "contact.solimp": HARD}
+        return self._written(solref=reference, solimp=HARD)
 
-    def _attributes(self, **values: Any) -> str:
-        """If `configured`, the text that sets these attributes, which are recorded."""
+    def _attributes(self, kind: str = "", **values: Any) -> str:
+        """If `configured`, the text that sets these attributes, which are recorded as those of a kind of constraint."""
+        if self.configured:
+            self.options |= {kind + name: value for name, value in values.items()}
+        return self._written(**values)
+
+    def _written(self, **values: Any) -> str:
         if not self.configured:
             return ""
-        self.options |= values
-        texts = {name: value if isinstance(value, str) else numbers(*value) for name, value in values.items()}
+        texts = {
+            name: numbers(*value) if isinstance(value, tuple) else value if isinstance(value, str) else repr(value)
+            for name, value in values.items()
+        }
         return "".join(f' {name}="{text}"' for name, text in texts.items())
 
     def place(self, scene: Scene) -> None:

@@ -13,6 +13,9 @@ from gnomon.harness.adapters.engines.pymunk_plane import Pair, Plane, plane_of, 
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
 from gnomon.harness.contract.integrator import Refused
 
+TIGHTER = 10
+"""`tight`: so many times the iterations of the solver."""
+
 
 class World:
     """A world of the engine: `build` creates the bodies of a scene, `place` sets its start, then `advance` and `read`.
@@ -21,8 +24,8 @@ class World:
     the options that differ from the engine's defaults, apart from the step and the properties that the scene declares.
     """
 
-    def __init__(self, pymunk: Any, form: SceneForm, dt: float, configured: bool) -> None:
-        self.api, self.needs, self.dt, self.configured = pymunk, form.needs, dt, configured
+    def __init__(self, pymunk: Any, form: SceneForm, dt: float, configured: bool, tight: bool = False) -> None:
+        self.api, self.needs, self.dt, self.configured, self.tight = pymunk, form.needs, dt, configured, tight
         self.options: dict[str, Any] = {}
         self.failure: Exception | None = None
         self.plane = Plane(1)
@@ -39,6 +42,8 @@ class World:
         self.scene, self.plane, self.steps = scene, plane, 0
         options = self.options if self.configured else None
         self.built = Built(self.api, scene, plane, self.dt, "rod" in self.needs, options)
+        if self.tight:
+            self.built.space.iterations = self.options["iterations"] = TIGHTER * self.built.space.iterations
         self.parts, self.joints, self.parents = self.built.parts, self.built.joints, self.built.parents
         if scene.forces or scene.torques or scene.impulses or self.built.wheels:
             self.parts[scene.bodies[0].name].body.velocity_func = self._push

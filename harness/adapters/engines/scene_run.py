@@ -13,8 +13,11 @@ from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import TOKENS, Quaternion, Readings, Scene, SceneForm, Vector
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along
 from gnomon.harness.adapters.installed import Installed
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
+
+TIGHTER = "tighter solver"
+"""The policy with `tight`. It runs only the scenes on which the engine iterates, beside "configured" at the same step."""
 
 
 class World(Protocol):
@@ -48,7 +51,10 @@ class SceneIntegrator(Installed):
     lacks : mapping of str to str
         The tokens of scenes that the engine cannot model, each with what the engine lacks.
     lines : mapping of str to str
-        For each option that the adapter records, the line of code that sets it; {} stands for the value.
+        For each option that the adapter records, the line of code that sets it; {} stands for the value, {upper} for it
+        in capitals. What the name of an option has in brackets is left out here.
+    tight : bool
+        Whether iterative solvers have ten times the iterations, for the part of the error that is the solver's.
     bits : int
         The bits of the significand of the engine's numbers: 24 for an engine that computes in binary32.
     """
@@ -59,6 +65,7 @@ class SceneIntegrator(Installed):
     lacks: ClassVar[Mapping[str, str]] = {}
     lines: ClassVar[Mapping[str, str]] = {}
     bits: ClassVar[int] = 53
+    tight: ClassVar[bool] = False
 
     @abstractmethod
     def world(self, form: SceneForm, dt: float) -> World:
@@ -81,13 +88,9 @@ def unsupported(form: Form | SceneForm, tokens: frozenset[str], lacks: Mapping[s
     return f"lacks {', '.join(named)}" if missing else None
 
 
-def setting_lines(integrators: Mapping[str, Integrator], library: str) -> list[str]:
-    """The lines of code that set an engine as its adapter does on the scenes of all kinds, from the options it records."""
-    found: dict[str, None] = {}
-    own = [one for one in integrators.values() if isinstance(one, SceneIntegrator) and one.library == library]
-    for one in own:
-        found |= dict.fromkeys(one.lines.values())
-    return [*found]
+def idle(form: Form | SceneForm, tokens: frozenset[str]) -> str | None:
+    """Why a tighter solver does not run a scene: it has none of the tokens on which the engine iterates."""
+    return "no iterative solver on this scene" if isinstance(form, SceneForm) and not form.needs & tokens else None
 
 
 class SceneRun(Solver):

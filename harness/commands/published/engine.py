@@ -52,7 +52,8 @@ def _given(path: Path) -> dict[str, Any]:
 
 def described(found: Mapping[str, Any], library: str) -> Iterator[str]:
     """The text on an engine."""
-    from gnomon.harness.adapters.engines.scene_run import setting_lines
+    from gnomon.harness.adapters.engine_lines import setting_lines
+    from gnomon.harness.contract.declared import declared
     from gnomon.harness.registry import lookup
     from gnomon.harness.results.advice import engine_facts
 
@@ -62,7 +63,9 @@ def described(found: Mapping[str, Any], library: str) -> Iterator[str]:
     needs = {name: case.scene.needs for name in cases.names() if (case := cases.get(name)).scene is not None}
     versions = ", ".join(f"{key} {value}" for key, value in ways[0]["versions"].items())
     yield f"{ways[0]['title']} ({versions})"
-    lines = setting_lines(lookup.own(), library)
+    suite = {name: cases.get(*name.split("/")) for name in declared("running", "suites.toml")["engines"]["cases"]}
+    kinds = {name: (engine_facts.kind_of(needs[case.name]), case) for name, case in suite.items()}
+    lines = setting_lines(lookup.own(), library, kinds)
     if lines:
         yield "\nTo model a scene and nothing else, set:"
         yield from (f"    {line}" for line in lines)

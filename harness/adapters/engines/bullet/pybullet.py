@@ -18,7 +18,7 @@ from typing import ClassVar
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.engines.bullet.pybullet_world import World
-from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, SceneRun
+from gnomon.harness.adapters.engines.scene_run import TIGHTER, SceneIntegrator, SceneRun, idle
 from gnomon.harness.contract.integrator import Floats, Problem, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
 
@@ -49,6 +49,30 @@ class PyBullet(SceneIntegrator):
     }
     configured: ClassVar[bool] = True
     staggered: ClassVar[bool] = False
+    # Each option alone: a call that also sets mass and inertia makes the inertia zero. Link -1 is the base.
+    lines: ClassVar[Mapping[str, str]] = {
+        "linearDamping": "p.changeDynamics(body, link, linearDamping={})  # default 0.04; link: each, -1 is the base",
+        "angularDamping": "p.changeDynamics(body, link, angularDamping={})  # default 0.04",
+        "maxJointVelocity": "p.changeDynamics(body, link, maxJointVelocity={})  # default 100, also for free bodies",
+        "velocityMotorForce": "p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force={})  # the default motor brakes",
+        "motorForce": "p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, targetVelocity=rate, force={})"
+        "  # a joint that is held or driven",
+        "gearForce": "p.changeConstraint(gear, maxForce={})  # a gear that holds, as a rope over a pulley",
+        "movingPlaneMass": "plane = p.createMultiBody({}, shape)  # a plane that moves: fixed ones are at rest in contacts",
+        "useMaximalCoordinates": "body = p.createMultiBody(mass, shape, useMaximalCoordinates={})"
+        "  # a multibody gains energy at impacts",
+        "restitutionVelocityThreshold": "p.setPhysicsEngineParameter(restitutionVelocityThreshold={})"
+        "  # default 0.2: slower bodies do not bounce",
+        "contactERP": "p.setPhysicsEngineParameter(contactERP={})"
+        "  # by default restitution vanishes as the step decreases",
+        "contactSlop": "p.setPhysicsEngineParameter(contactSlop={})  # by default bodies sink in a little",
+        "contactProcessingThreshold": "p.changeDynamics(body, -1, contactProcessingThreshold={})"
+        "  # by default contacts act before they close; also for the plane",
+        "solverResidualThreshold": "p.setPhysicsEngineParameter(solverResidualThreshold={})"
+        "  # by default it stops early at small steps",
+        "numSolverIterations": "p.setPhysicsEngineParameter(numSolverIterations={})  # default 50: a block at rest creeps",
+        "charges": "# charges in a magnetic field: {}",
+    }
     maximal: ClassVar[frozenset[str]] = frozenset({"rigid_impact"})
     """Scenes with one of these tokens are in maximal coordinates."""
 
@@ -61,7 +85,7 @@ class PyBullet(SceneIntegrator):
     def world(self, form: SceneForm, dt: float) -> World:
         import pybullet  # without the library the status is `not_installed`
 
-        return World(pybullet, form, dt, self.configured, bool(form.needs & self.maximal))
+        return World(pybullet, form, dt, self.configured, bool(form.needs & self.maximal), self.tight)
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         require_positive(setting, "step size")
@@ -101,6 +125,22 @@ class PyBulletMaximal(PyBullet):
         return super().unsupported(form)
 
 
+ITERATES = frozenset(
+    {
+        "rigid_impact",
+        "coulomb_isotropic",
+        "thin_rod_contact",
+        "adhesive_contact",
+        "driven_axis",
+        "rope",
+        "rod",
+        "pulley",
+    }
+    | {"linkage", "joint_friction"}
+)
+"""Scenes with one of these tokens have contacts, motors or gears here; other joints are in reduced coordinates."""
+
+
 class PyBulletAsShipped(PyBullet):
     """PyBullet with its defaults: only the properties that the scene declares are set.
 
@@ -113,7 +153,16 @@ class PyBulletAsShipped(PyBullet):
     maximal = frozenset()
 
 
-INTEGRATORS = (PyBullet, PyBulletStaggered, PyBulletMaximal, PyBulletAsShipped)
+class PyBulletTight(PyBullet):
+    """PyBullet as configured, with ten times the iterations of its solver of contacts, motors and gears."""
+
+    policy, tight, primary = TIGHTER, True, False
+
+    def unsupported(self, form: Form | SceneForm) -> str | None:
+        return super().unsupported(form) or idle(form, ITERATES)
+
+
+INTEGRATORS = (PyBullet, PyBulletStaggered, PyBulletMaximal, PyBulletAsShipped, PyBulletTight)
 
 
 class StaggeredRun(SceneRun):

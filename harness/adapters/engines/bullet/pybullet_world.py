@@ -24,6 +24,7 @@ IMPACT = {"restitutionVelocityThreshold": 0.0, "contactERP": 0.0, "contactSlop":
 """By default contacts act before they close, and restitution vanishes as the step size decreases."""
 NO_SLOP = {"contactSlop": 0.0}
 """By default bodies may penetrate a little before a contact pushes: a drop flies on, and the end of a rod sinks."""
+DEFAULT_ITERATIONS, TIGHTER = 50, 10
 ITERATED = {"solverResidualThreshold": 0.0, "numSolverIterations": 100}
 """With the default residual and 50 iterations a block at rest creeps, and the two gears of a pulley do not agree. At small
 steps the impulses of a gear or of a joint in maximal coordinates are below the default residual, and the solver stops early."""
@@ -39,13 +40,16 @@ class World:
     """A world of the engine: `build` creates the bodies of a scene, `place` sets its start, then `advance` and `read`.
 
     `configured`: everything that the engine adds to the scene is switched off; otherwise the engine keeps its defaults.
-    `maximal`: six coordinates for each body and constraints, instead of joint coordinates. `options`: the options that
+    `maximal`: six coordinates for each body and constraints, instead of joint coordinates. `tight`: ten times the
+    iterations of the solver, and all of them. `options`: the options that
     differ from the engine's defaults, apart from the step and the properties that the scene declares.
     """
 
-    def __init__(self, pybullet: Any, form: SceneForm, dt: float, configured: bool, maximal: bool) -> None:
+    def __init__(
+        self, pybullet: Any, form: SceneForm, dt: float, configured: bool, maximal: bool, tight: bool = False
+    ) -> None:
         self.api, self.needs, self.dt = pybullet, form.needs, dt
-        self.configured, self.maximal = configured, maximal
+        self.configured, self.maximal, self.tight = configured, maximal, tight
         self.options: dict[str, Any] = {"useMaximalCoordinates": 1} if maximal else {}
         self.steps = 0
         self.client = int(pybullet.connect(pybullet.DIRECT))
@@ -78,11 +82,15 @@ class World:
             numSubSteps=0,
             contactBreakingThreshold=BREAKING_THRESHOLD,
         )
-        for tokens, values in PARAMETERS:
-            if self.needs & tokens:
-                self.extra("setPhysicsEngineParameter", values)
-        if self.maximal and "hinge" in self.needs:
-            self.extra("setPhysicsEngineParameter", ITERATED)
+        values: dict[str, Any] = {}
+        for tokens, own in PARAMETERS:
+            if self.needs & tokens or (self.maximal and own is ITERATED and "hinge" in self.needs):
+                values |= own
+        if self.tight:
+            values |= ITERATED | {
+                "numSolverIterations": TIGHTER * values.get("numSolverIterations", DEFAULT_ITERATIONS)
+            }
+        self.extra("setPhysicsEngineParameter", values)
         self.call("setGravity", *scene.gravity)
         self.charges = Charges(self, scene)
         self.chores: list[Chore] = []
