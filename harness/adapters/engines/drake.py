@@ -14,6 +14,7 @@ from typing import ClassVar
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engines.drake_world import World
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
+from gnomon.harness.contract.integrator import Steps
 
 LACKS = {
     "driven_axis": "no joint whose motion is prescribed; a joint can only be locked",
@@ -62,6 +63,7 @@ class DrakeRungeKutta3(SceneIntegrator):
         "thin_rod_contact": "no restitution of 0: the dissipation that stops a body is too stiff for fixed explicit steps",
     }
     lines: ClassVar[Mapping[str, str]] = LINES
+    sweep = Steps(coarsest=0.5, halvings=4)  # finer steps show round-off
     scheme: ClassVar[str] = "runge_kutta3"
     configured: ClassVar[bool] = True
 
@@ -87,18 +89,21 @@ class DrakeSap(DrakeRungeKutta3):
     """
 
     name, order, scheme, lacks = "SAP", 1, "kLagged", LACKS
+    sweep = SceneIntegrator.sweep
 
 
 class DrakeTamsi(DrakeRungeKutta3):
     """A discrete plant with the contact solver TAMSI (Castro and others 2020). Order 1: symplectic Euler."""
 
     name, order, scheme, lacks = "TAMSI", 1, "kTamsi", LACKS
+    sweep = SceneIntegrator.sweep
 
 
 class DrakeAsShipped(DrakeRungeKutta3):
     """A discrete plant with all defaults, on which the tutorials start: only what the scene declares is set. Order 1."""
 
     name, order, scheme, policy = "discrete", 1, "", "as shipped"
+    sweep = SceneIntegrator.sweep
     configured, lacks = False, LACKS
 
 

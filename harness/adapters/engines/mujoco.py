@@ -15,6 +15,7 @@ from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engines.mujoco_world import World
 from gnomon.harness.adapters.engines.scene_run import TIGHTER, SceneIntegrator, idle
+from gnomon.harness.contract.integrator import Steps
 
 # "The solver can actually work with non-holonomic constraints as well, but we do not yet have such constraint types defined."
 # (Computation: Equality.)
@@ -68,7 +69,7 @@ class Euler(SceneIntegrator):
     Todorov, Erez and Tassa, IROS 2012; mujoco.readthedocs.io, Computation.
     """
 
-    name, library = "Euler", "mujoco"
+    name, library = "mj_step Euler", "mujoco"
     primary = False  # RK4 and implicitfast are those that the manual recommends; the suite `engines` compares them all
     order: ClassVar[int | None] = 1
     integrator: ClassVar[str] = "Euler"
@@ -90,13 +91,14 @@ class ImplicitFast(Euler):
     Forces of a callback are explicit, so on most scenes it moves as Euler does.
     """
 
-    name, integrator, primary = "implicitfast", "implicitfast", True
+    name, integrator, primary = "mj_step implicitfast", "implicitfast", True
 
 
 class RungeKutta(Euler):
     """The classical method of Runge and Kutta. Order 4; with ropes between two bodies, linkages and dry friction of hinges 2."""
 
-    name, integrator, order, primary = "RK4", "RK4", 4, True
+    name, integrator, order, primary = "mj_step RK4", "RK4", 4, True
+    sweep = Steps(coarsest=0.5, halvings=4)  # finer steps show round-off
 
 
 class EulerAsShipped(Euler):

@@ -92,6 +92,7 @@ class Newton(SceneIntegrator):
     reduced: ClassVar[bool] = False
     penalty: ClassVar[bool] = True
     bits = 24
+    sweep = Steps(coarsest=0.5, halvings=3)  # finer steps show the rounding of binary32
 
     def world(self, form: SceneForm, dt: float) -> World:
         return World(form, dt, self.solver, reduced=self.reduced, penalty=self.penalty, configured=self.configured)
@@ -159,21 +160,18 @@ class FeatherstoneAsShipped(Featherstone):
     """The same solver with its defaults: contacts of a fixed stiffness, and the engine may correct inertia."""
 
     policy, configured, order = "as shipped", False, None
-    sweep = Steps(coarsest=0.5, halvings=7)
 
 
 class SemiImplicitAsShipped(SemiImplicit):
     """The same solver with its defaults: damping of rotation, and joints and contacts of a fixed stiffness."""
 
     policy, configured, order = "as shipped", False, None
-    sweep = Steps(coarsest=0.5, halvings=7)
 
 
 class XPBDAsShipped(XPBD):
     """The same solver with its defaults: two iterations, and torsional and rolling friction."""
 
     policy, configured, order = "as shipped", False, None
-    sweep = Steps(coarsest=0.5, halvings=7)
 
 
 class XPBDTight(XPBD):
