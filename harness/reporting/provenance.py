@@ -19,10 +19,11 @@ MADE_BY = {
     "certificates.json": "make certificates",
     "checks.json": "make certificates",
     "stability.json": "make stability",
+    "engines.json": "make engines",
     "verification.json": "make verification",
 }
 """The files of a publication beside the results, and the command that makes each again."""
-TIMED = ("benchmarks.json",)
+TIMED = ("benchmarks.json", "engines.json")
 """Of these, the files with times that a page shows."""
 NOT_VERSIONS = ("machine", "cpu", "cores", "system", "sources", "revision", "date")
 """What an environment names besides versions."""

@@ -31,7 +31,7 @@ SCENES: tuple[str, ...] = tuple(declared("running", "suites.toml")["engines"]["c
 """The scenes of the suite, in its order."""
 ON = tuple(dict.fromkeys(name for name in SCENES if get(*name.split("/")).hybrid is None))
 """The cases of the pre-flight of accelerations."""
-SHIPPED = "as shipped"
+SHIPPED, CONFIGURED = "as shipped", "configured"
 TIGHT = "tighter solver"
 """The policy of an engine whose solver has more iterations and a smaller tolerance, for the part of the solver."""
 
@@ -114,7 +114,7 @@ def result_rows(
             yield found | {"status": part["status"].iloc[0], "reason": part["reason"].iloc[0], "points": []}
             continue
         beside = tight[(tight["case"] == case) & (tight["variant"] == variant) & (tight["library"] == one.library)]
-        beside = beside[beside["integrator"] == one.name]
+        beside = beside[(beside["integrator"] == one.name) & (one.policy == CONFIGURED)]
         errors = [float(e) for e in scored["error_max"].fillna(math.inf)]
         steps = [float(h) for h in scored["setting"]]
         floor = floor_of(one.bits, float(max(part["conditioning"].max(), part["floor"].max())))

@@ -12,6 +12,7 @@ from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.contract.problem import problem_of
+from gnomon.harness.contract.status import Status
 from gnomon.harness.studies.preflight_checks import CHECKS, Measure, Scenes
 from gnomon.harness.studies.preflight_rates import STATES, Engine, rate_error
 
@@ -21,7 +22,7 @@ STRONGER = {"foucault_pendulum_nonlinear": "turntable"}
 """Variants in which a force is not lost in the rounding of the others."""
 ACCELERATION = "acceleration"
 """The pre-flight whose scenes are cases."""
-PASSED, FAILED, UNSUPPORTED = "passed", "failed", "unsupported"
+PASSED, FAILED, UNSUPPORTED = "passed", "failed", str(Status.UNSUPPORTED)
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,6 @@ LINES: Mapping[str, str] = {
     "cone": "model.opt.cone = mujoco.mjtCone.mjCONE_{upper}  # by default a pyramid: friction depends on direction",
     "impratio": "model.opt.impratio = {}  # default 1: a body at rest slips",
     "iterations": "model.opt.iterations = {}  # default 100",
-    "noslip_iterations": "model.opt.noslip_iterations = {}  # default 0: friction yields, as all constraints do",
     "tolerance": "model.opt.tolerance = {}  # default 1e-8",
     "impact.solref": "model.pair_solref[pair, :] = {}  # -stiffness, -damping",
     "contact.solref": "model.pair_solref[pair, :] = {}  # the default time constant is 0.02 s at every step",
@@ -111,10 +110,7 @@ class EulerAsShipped(Euler):
 
 
 class EulerTight(Euler):
-    """Euler as configured, with ten times the iterations of its solver, a hundredth of its tolerance, and no slip.
-
-    The solver of no slip ignores the softness of friction, so a part of the model's error counts as the solver's.
-    """
+    """Euler as configured, with ten times the iterations of its solver and a hundredth of its tolerance."""
 
     policy, tight, primary = TIGHTER, True, False
 

@@ -21,8 +21,7 @@ SLIDING = 20
 """The time constant of a contact with friction, in steps. The engine's convex model of friction also lifts a body that
 slides at v, in a step by 2 mu v over this number: at the smallest one the body hops."""
 TOLERANCE, ITERATIONS = 1e-8, 100
-"""The defaults of the solver. `tight`: ten times these iterations, a hundredth of the tolerance, and an exact
-friction force afterwards ("noslip")."""
+"""The defaults of the solver. `tight`: ten times these iterations, a hundredth of the tolerance."""
 IMPACT = 0.1
 """The frequency of an impact times the step: it lasts 31 steps. The limit of `refsafe` is 1/2."""
 
@@ -76,7 +75,7 @@ class World:
         if sliding or self.tight:
             option += self._attributes(tolerance=(1e-10 if sliding else TOLERANCE) / (100 if self.tight else 1))
         if self.tight:
-            option += self._attributes(iterations=10 * ITERATIONS, noslip_iterations=ITERATIONS)
+            option += self._attributes(iterations=10 * ITERATIONS)
         self.options["autoreset"] = "disable"
         return f'<option {option}><flag autoreset="disable"/></option>'
 

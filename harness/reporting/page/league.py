@@ -157,14 +157,14 @@ def _parts(row: Mapping[str, Any]) -> dict[str, str]:
 def _way(one: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
     """One way to drive an engine: pre-flights, orders, time of a step by part, memory, bits."""
     name = one["id"]
-    checks = Counter(row.get("verdict", "crashed") for row in found["preflights"] if row["integrator"] == name)
+    checks = Counter(row.get("verdict", "failed") for row in found["preflights"] if row["integrator"] == name)
     cost = next((row for row in found["costs"] if row["integrator"] == name), {"reason": "as configured"})
     orders = sorted(row["order"] for row in found["rows"] if row["integrator"] == name and row.get("order") is not None)
     takes = found["table"].get(name)
     return {
         "name": name,
         "takes": "" if takes is None else f"{sum(not why for why in takes.values())} of {len(takes)}",
-        "passed": f"{checks['passed']} of {checks['passed'] + checks['failed'] + checks['crashed']}",
+        "passed": f"{checks['passed']} of {checks['passed'] + checks['failed']}",
         "order": "" if not orders else f"{orders[len(orders) // 2]:.2f} (median of {len(orders)})",
         "declared": "" if one["order"] is None else str(one["order"]),
         "cost": _cost(cost),

@@ -179,7 +179,7 @@ def test_a_tighter_solver_runs_where_the_engine_iterates_alone(library: str) -> 
     policies = [kind for kind in MODULES[library].INTEGRATORS if kind.policy == TIGHTER]
     assert policies
     assert all(not kind.primary and kind.tight for kind in policies)
-    solver = {"numSolverIterations", "solverResidualThreshold", "iterations", "tolerance", "noslip_iterations"}
+    solver = {"numSolverIterations", "solverResidualThreshold", "iterations", "tolerance"}
     defaults = {"pybullet": 50, "mujoco": 100, "pymunk": 10}
     count = "numSolverIterations" if library == "pybullet" else "iterations"
     for kind in policies:
