@@ -202,13 +202,17 @@ def _failed(row: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _table(table: Mapping[str, Mapping[str, str]]) -> list[dict[str, Any]]:
-    """A row for each scene: the engines that run it, and of the others the reason."""
-    names = list(dict.fromkeys(name for column in table.values() for name in column))
-    return [
-        {
-            "scene": name,
-            "runs": [engine for engine, column in table.items() if not column.get(name)],
-            "lacks": [(engine, column[name]) for engine, column in table.items() if column.get(name)],
-        }
-        for name in names
-    ]
+    """A row for each scene: the engines of which a way runs it, and of the others the reasons."""
+    rows = []
+    for scene in dict.fromkeys(name for column in table.values() for name in column):
+        runs: dict[str, None] = {}
+        lacks: dict[str, dict[str, None]] = {}
+        for way, column in table.items():
+            engine = title(way.partition(":")[0])
+            if not column.get(scene):
+                runs[engine] = None
+            else:
+                lacks.setdefault(engine, {})[column[scene]] = None
+        without = [(engine, "; or ".join(why)) for engine, why in lacks.items() if engine not in runs]
+        rows.append({"scene": scene, "runs": list(runs), "lacks": without})
+    return rows
