@@ -5,7 +5,7 @@ a step. Everything is measured on one scene with one step size, in a process of 
 """
 
 import gc
-import resource
+import math
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -67,8 +67,8 @@ def _measured(integrator: SceneIntegrator, case: Case, form: SceneForm) -> dict[
         "forces_us": 1e6 * max(0.0, together - engine) if scene.forces else None,
         "call_us": 1e6 * max(0.0, single - together),
         "read_us": 1e6 * read,
-        "world_kilobytes": _world_kilobytes(integrator, form, scene),
-        "grown_kilobytes": _grown_kilobytes(integrator, form, scene),
+        "world_kilobytes": _known(_world_kilobytes(integrator, form, scene)),
+        "grown_kilobytes": _known(_grown_kilobytes(integrator, form, scene)),
         "same_bits": {
             "in a new world": _run(integrator, form, scene) == first,
             "with another world beside it": _beside(integrator, form, scene) == first,
@@ -154,14 +154,18 @@ def _grown_kilobytes(integrator: SceneIntegrator, form: SceneForm, scene: Scene)
     return _resident() - before
 
 
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
 def _resident() -> float:
-    """The memory of this process now (kB), where the system says it; else the largest so far."""
+    """The memory of this process now (kB); nan where the system does not say it."""
     gc.collect()
     try:
-        with open("/proc/self/statm", encoding="ascii") as file:
-            return int(file.read().split()[1]) * resource.getpagesize() / 1024
+        with open("/proc/self/status", encoding="ascii") as file:
+            return next(float(line.split()[1]) for line in file if line.startswith("VmRSS:"))
     except OSError:
-        return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+        return math.nan
 
 
 def _energy_an_hour(integrator: SceneIntegrator) -> float | None:

@@ -5,6 +5,7 @@
 """
 
 import argparse
+import json
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -13,8 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get, names
 from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.adapters.engine_lines import setting_lines
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
@@ -23,6 +26,7 @@ from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import SCORED
 from gnomon.harness.registry import environment, lookup
 from gnomon.harness.results import analysis, store, study_file
+from gnomon.harness.results.advice import engine_facts
 from gnomon.harness.studies import engine_costs, preflight
 from gnomon.harness.studies.error_parts import BINARY32, floor_of, parts
 from gnomon.harness.system.supervisor import calls
@@ -47,6 +51,7 @@ def league(path: Path) -> dict[str, Any]:
     return {
         "environment": environment.recorded() | {"run": str(store.runs(path)[-1]["started"])[:10]},
         "engines": [engine_row(one, reduced) for one in found],
+        "lines": dict(written(dict.fromkeys(one.library for one in found))),
         "absent": {one.library: str(lookup.missing(one)) for one in shown(engines) if lookup.missing(one) is not None},
         "scenes": [scene_row(part) for _, part in ran.groupby(["place", "case", "variant"], sort=True)],
         "rows": [*result_rows(ran, reduced, {one.id: one for one in found})],
@@ -69,7 +74,6 @@ def engine_row(one: SceneIntegrator, reduced: pd.DataFrame) -> dict[str, Any]:
     except PackageNotFoundError:
         versions = {}
     own = reduced[reduced["integrator_id"] == one.id]
-    changed = sorted({str(text) for text in own["settings_changed"] if text})
     return {
         "id": one.id,
         "library": one.library,
@@ -78,9 +82,34 @@ def engine_row(one: SceneIntegrator, reduced: pd.DataFrame) -> dict[str, Any]:
         "order": one.order,
         "bits": one.bits,
         "versions": versions,
-        "changed": changed,
+        "changed": changed_options(own["settings_changed"]),
         "lacks": dict(one.lacks),
     }
+
+
+def changed_options(texts: Iterable[str]) -> dict[str, str]:
+    """Each option that a trial recorded, with its value; of several values their number, as they follow scene and step."""
+    values: dict[str, dict[str, None]] = {}
+    for text in dict.fromkeys(texts):
+        for name, value in json.loads(text or "{}").items():
+            values.setdefault(name, {})[str(value)] = None
+    return {name: next(iter(found)) if len(found) == 1 else f"{len(found)} values" for name, found in values.items()}
+
+
+def lines_of(library: str) -> list[str]:
+    """The lines of code that set an engine, from what its adapter records on the scenes of the suite."""
+    kinds: dict[str, tuple[str, Case]] = {}
+    for name in SCENES:
+        case = get(*name.split("/"))
+        if case.scene is not None:
+            kinds[name] = engine_facts.kind_of(case.scene.needs), case
+    return setting_lines(lookup.own(), library, kinds)
+
+
+def written(libraries: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
+    """The lines of each engine, each in a process of its own; none for one that crashes."""
+    for library, lines in calls(lines_of, libraries, 1, "spawn"):
+        yield library, [] if isinstance(lines, BaseException) else lines
 
 
 def scene_row(part: pd.DataFrame) -> dict[str, Any]:

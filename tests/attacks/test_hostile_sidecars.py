@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from gnomon.harness.reporting import report_benchmarks, report_checks, sidecars
+from gnomon.harness.reporting.page import league
 from planted_sidecars import PAIR, files
 
 SINGLE = {"group": "call", "first_name": "Gauss", "unit": "s", "median": 7.0, "low": 6.0, "high": 8.0, "launches": 5}
@@ -33,6 +34,10 @@ def shown(folder: Path, name: str) -> str:
     """All texts of the page that come from a file."""
     if name in AS_HTML:
         return str(report_checks.certified(folder, folder)) + str(report_checks.certified_lines(folder, folder))
+    if name == league.FILE:
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(league, "stills", lambda figures: [json.dumps(each) for each in figures])
+            return str(league.league(folder))
     return str(getattr(report_benchmarks, name.removesuffix(".json"))(folder))
 
 

@@ -39,12 +39,13 @@ STABILITY = {
 
 WAY = {
     "id": "pybullet:stepSimulation [configured]", "library": "pybullet", "title": "PyBullet", "policy": "configured",
-    "order": 1, "bits": 53, "versions": {"pybullet": "3.2.7"}, "changed": ["linearDamping=0.0"],
+    "order": 1, "bits": 53, "versions": {"pybullet": "3.2.7"}, "changed": {"linearDamping": "0.0"},
     "lacks": {"curved_guide": "no curve as a constraint"},
 }  # fmt: skip
 LEAGUE = {
     "environment": {},
     "absent": {"pydrake": "not installed"},
+    "lines": {"pybullet": ["# always", "p.changeDynamics(body, -1, linearDamping=0.0)"]},
     "engines": [WAY, WAY | {"id": "pybullet:stepSimulation [as shipped]", "policy": "as shipped", "order": None}],
     "scenes": [
         {"scene": "pendulum_simple/engines", "title": "Simple pendulum", "span": 25.0, "time_scale": 0.32, "binary64": 2e-14, "binary32": 1.1e-5},

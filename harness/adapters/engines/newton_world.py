@@ -1,6 +1,7 @@
 """A Newton world: a model of a scene with a solver and its states, which are float32."""
 
 from collections.abc import Callable, Mapping
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,9 @@ class World:
         penalty: bool,
         configured: bool,
     ) -> None:
-        import warp  # without the library the status is `not_installed`
+        if find_spec("newton") is None:  # the status is then `not_installed`
+            raise ImportError("No module named 'newton'")
+        import warp
 
         # Else each module of kernels prints a line when it is loaded.
         warp.config.log_level = warp.LOG_ERROR

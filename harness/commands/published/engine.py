@@ -52,9 +52,6 @@ def _given(path: Path) -> dict[str, Any]:
 
 def described(found: Mapping[str, Any], library: str) -> Iterator[str]:
     """The text on an engine."""
-    from gnomon.harness.adapters.engine_lines import setting_lines
-    from gnomon.harness.contract.declared import declared
-    from gnomon.harness.registry import lookup
     from gnomon.harness.results.advice import engine_facts
 
     from gnomon import cases
@@ -63,16 +60,15 @@ def described(found: Mapping[str, Any], library: str) -> Iterator[str]:
     needs = {name: case.scene.needs for name in cases.names() if (case := cases.get(name)).scene is not None}
     versions = ", ".join(f"{key} {value}" for key, value in ways[0]["versions"].items())
     yield f"{ways[0]['title']} ({versions})"
-    suite = {name: cases.get(*name.split("/")) for name in declared("running", "suites.toml")["engines"]["cases"]}
-    kinds = {name: (engine_facts.kind_of(needs[case.name]), case) for name, case in suite.items()}
-    lines = setting_lines(lookup.own(), library, kinds)
+    lines = found["lines"].get(library)
     if lines:
         yield "\nTo model a scene and nothing else, set:"
         yield from (f"    {line}" for line in lines)
     for one in ways:
         if one["policy"] != engine_facts.SHIPPED:
             yield from _way(found, one, [*engine_facts.kinds(found, one["id"], needs)])
-    yield from _lacks(ways[0]["lacks"], needs)
+    in_all = {token: why for token, why in ways[0]["lacks"].items() if all(token in one["lacks"] for one in ways)}
+    yield from _lacks(in_all, needs)
     yield from _failed(found, ways)
     made_by = found["environment"]
     yield (

@@ -38,6 +38,7 @@ def league(*folders: Path) -> dict[str, Any] | None:
     return {
         "environment": found["environment"],
         "absent": found["absent"],
+        "lines": {title(name): lines for name, lines in found["lines"].items() if lines},
         "libraries": [
             {"name": name, "title": title(name), "version": _version(engines.values(), name)} for name in libraries
         ],
@@ -168,7 +169,7 @@ def _way(one: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
         "order": "" if not orders else f"{orders[len(orders) // 2]:.2f} (median of {len(orders)})",
         "declared": "" if one["order"] is None else str(one["order"]),
         "cost": _cost(cost),
-        "changed": "; ".join(one["changed"]),
+        "changed": "; ".join(f"{name} = {value}" for name, value in one["changed"].items()),
     }
 
 
@@ -188,7 +189,9 @@ def _cost(row: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _kilobytes(value: float) -> str:
+def _kilobytes(value: float | None) -> str:
+    if value is None:
+        return "unknown"
     return f"{value / 1024:.1f} MB" if abs(value) >= 1024 else f"{value:.0f} kB"
 
 

@@ -8,6 +8,7 @@ import pytest
 from breadth import marks
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.harness.adapters import heyoka
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Solver
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
 from gnomon.harness.integrators.runge_kutta.explicit import RK4
@@ -63,7 +64,9 @@ def pairs() -> list[Any]:
         if integrator.unsupported(FORMS[kind][0]) is None
         and (kind is SecondOrder or not isinstance(integrator, GaussFast))  # compiles for seconds for each form
     ]
-    assert {id(i) for i in own().values()} == {id(param.values[0]) for param in found}
+    tried = {id(param.values[0]) for param in found}
+    # An engine may lack the rail of this scene, and a tighter solver runs only where there is a solver.
+    assert all(isinstance(one, SceneIntegrator) for one in own().values() if id(one) not in tried)
     return found
 
 
