@@ -4,6 +4,7 @@ A step is divided by differences: all steps in one call; the same scene without 
 a step. Everything is measured on one scene with one step size, in a process of its own.
 """
 
+import contextlib
 import gc
 import math
 import threading
@@ -111,7 +112,14 @@ def _beside(integrator: SceneIntegrator, form: SceneForm, scene: Scene) -> Readi
 
 def _in_threads(integrator: SceneIntegrator, form: SceneForm, scene: Scene, first: Readings) -> bool:
     found: list[Readings] = []
-    threads = [threading.Thread(target=lambda: found.append(_run(integrator, form, scene))) for _ in range(2)]
+
+    def call() -> None:
+        with contextlib.suppress(
+            Exception
+        ):  # an engine whose callbacks are of the process may fail: then bits are missing
+            found.append(_run(integrator, form, scene))
+
+    threads = [threading.Thread(target=call) for _ in range(2)]
     for thread in threads:
         thread.start()
     for thread in threads:
