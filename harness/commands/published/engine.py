@@ -106,8 +106,14 @@ def _lacks(lacks: Mapping[str, str], needs: Mapping[str, frozenset[str]]) -> Ite
 
 
 def _failed(found: Mapping[str, Any], ways: list[dict[str, Any]]) -> Iterator[str]:
-    own = {one["id"] for one in ways}
-    failed = [row for row in found["preflights"] if row["integrator"] in own and row.get("verdict") == "failed"]
+    from gnomon.harness.results.advice.engine_facts import failure_text
+
+    failed: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    for row in found["preflights"]:
+        if row["integrator"] in {one["id"] for one in ways} and row.get("verdict", "failed") == "failed":
+            failed.setdefault((row["integrator"], row.get("name", "all")), []).append(row)
     if failed:
-        yield "\nPre-flights that failed:"
-        yield from (f"    {row['integrator']}: {row['name']}: {row['text']}" for row in failed)
+        yield "\nPre-flights that failed, each with the worst of its scenes:"
+    for (way, name), rows in failed.items():
+        worst = max(rows, key=lambda row: (row.get("measured") or math.inf) / (row.get("bound") or 1))
+        yield f"    {way}: {name}, {len(rows)} scene{'s' if len(rows) > 1 else ''}: {failure_text(worst)}"

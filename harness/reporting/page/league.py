@@ -11,6 +11,7 @@ from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting import sidecars
 from gnomon.harness.reporting.page.stills import stills
 from gnomon.harness.reporting.style import DRESS, QUIET, hue
+from gnomon.harness.results.advice import engine_facts
 from gnomon.harness.results.number_text import error_text, figures_text, join_words, short_text
 from markupsafe import Markup
 
@@ -85,7 +86,7 @@ def _figure(scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict
         for name in ("binary32", "binary64")
         if scene[name] > 0
     ]
-    x = _axis("x", "step (s)", {"tickMinStep": 1, "labelExpr": "'1e' + datum.value"})
+    x = _axis("x", "step (s)", {"tickMinStep": 1, "labelExpr": "datum.value % 1 ? '' : '1e' + datum.value"})
     y = _axis(
         "y", None, {"tickMinStep": 2, "labelExpr": "datum.value == 0 ? '1' : '1e' + datum.value"}, [LOWEST, HIGHEST]
     )
@@ -200,7 +201,7 @@ def _failed(row: Mapping[str, Any]) -> dict[str, str]:
     return {
         "integrator": row["integrator"],
         "name": row.get("name", "all"),
-        "text": row.get("text") or row.get("reason", ""),
+        "text": engine_facts.failure_text(row),
     }
 
 

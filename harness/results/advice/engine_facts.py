@@ -69,6 +69,14 @@ def library_of(found: Mapping[str, Any], name: str) -> str:
     return str(known[name.lower()])
 
 
+def failure_text(row: Mapping[str, Any]) -> str:
+    """What a pre-flight that failed measured; of an engine that crashed in it the reason."""
+    text = row.get("text") or row.get("reason") or ""
+    if row.get("measured") is None or row.get("bound") is None:
+        return str(text)
+    return f"{row['scene']}: {row['measured']:.2g}, at most {row['bound']:.2g} passes ({text})"
+
+
 def ways(found: Mapping[str, Any], library: str) -> list[dict[str, Any]]:
     return [one for one in found["engines"] if one["library"] == library]
 

@@ -56,7 +56,7 @@ def test_the_command_says_what_the_file_says() -> None:
     assert "no curve as a constraint" in text
     assert "error 0.32 (step / time scale)^1.00 on 1 of 1 scene" in text
     assert "no steady order on 1 scene" in text
-    assert f"{SHIPPED}: damping: speed falls by 4 %" in text
+    assert f"{SHIPPED}: damping, 1 scene: speed falls by 4 %" in text
 
 
 def test_an_engine_is_found_by_its_name_or_title_and_another_name_is_refused() -> None:
