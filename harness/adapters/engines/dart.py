@@ -21,7 +21,14 @@ import numpy as np
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Quaternion, Readings, Rope, Scene, SceneForm, Vector
 from gnomon.harness.adapters.engines.dart_world import Built
-from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, forces_at, impulses_within, torques_at
+from gnomon.harness.adapters.engines.scene_run import (
+    COARSE,
+    TIGHTER,
+    SceneIntegrator,
+    forces_at,
+    impulses_within,
+    torques_at,
+)
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot
 from gnomon.harness.contract.integrator import Floats
 
@@ -214,7 +221,8 @@ CONTACTS = frozenset({"rigid_impact", "coulomb_isotropic", "thin_rod_contact"})
 class DartTight(Dart):
     """DART as configured, with ten times the sweeps of its contact solver and a hundredth of its tolerance."""
 
-    policy, tight, primary = "tighter solver", True, False
+    policy, tight, primary = TIGHTER, True, False
+    sweep = COARSE
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
         idle = isinstance(form, SceneForm) and not form.needs & CONTACTS

@@ -14,7 +14,7 @@ from typing import ClassVar
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engines.mujoco_world import World
-from gnomon.harness.adapters.engines.scene_run import TIGHTER, SceneIntegrator, idle
+from gnomon.harness.adapters.engines.scene_run import COARSE, TIGHTER, SceneIntegrator, idle
 from gnomon.harness.contract.integrator import Steps
 
 # "The solver can actually work with non-holonomic constraints as well, but we do not yet have such constraint types defined."
@@ -113,18 +113,21 @@ class EulerTight(Euler):
     """Euler as configured, with ten times the iterations of its solver and a hundredth of its tolerance."""
 
     policy, tight, primary = TIGHTER, True, False
+    sweep = COARSE
 
 
 class ImplicitFastTight(ImplicitFast):
     """implicitfast as configured, with the solver of `EulerTight`."""
 
     policy, tight, primary = TIGHTER, True, False
+    sweep = COARSE
 
 
 class RungeKuttaTight(RungeKutta):
     """RK4 as configured, with the solver of `EulerTight`."""
 
     policy, tight, primary = TIGHTER, True, False
+    sweep = COARSE
 
 
 INTEGRATORS = (Euler, ImplicitFast, RungeKutta, EulerAsShipped, EulerTight, ImplicitFastTight, RungeKuttaTight)

@@ -23,7 +23,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engines.newton_world import World
-from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
+from gnomon.harness.adapters.engines.scene_run import COARSE, TIGHTER, SceneIntegrator
 from gnomon.harness.contract.integrator import Steps
 
 NO_SOLVER_HAS = {
@@ -177,7 +177,8 @@ class XPBDAsShipped(XPBD):
 class XPBDTight(XPBD):
     """XPBD as configured, with ten times the iterations, also of restitution."""
 
-    policy, tight, primary = "tighter solver", True, False
+    policy, tight, primary = TIGHTER, True, False
+    sweep = COARSE
     iterations: ClassVar[Mapping[str, int]] = {"iterations": 100, "rigid_contact_restitution_iterations": 20}
 
     def unsupported(self, form: Form | SceneForm) -> str | None:

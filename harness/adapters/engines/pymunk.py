@@ -11,7 +11,7 @@ from typing import ClassVar
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import TOKENS, SceneForm
 from gnomon.harness.adapters.engines.pymunk_world import World
-from gnomon.harness.adapters.engines.scene_run import TIGHTER, SceneIntegrator, idle
+from gnomon.harness.adapters.engines.scene_run import COARSE, TIGHTER, SceneIntegrator, idle
 
 PLANAR = "planar engine: a body turns about one axis"
 
@@ -75,6 +75,7 @@ class PymunkTight(Pymunk):
     """pymunk as configured, with ten times the iterations of its solver of joints and contacts."""
 
     policy, tight, primary = TIGHTER, True, False
+    sweep = COARSE
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
         return super().unsupported(form) or idle(form, frozenset(TOKENS) - FREE)

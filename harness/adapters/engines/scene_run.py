@@ -18,6 +18,8 @@ from gnomon.harness.contract.validation import require_positive
 
 TIGHTER = "tighter solver"
 """The policy with `tight`. It runs only the scenes on which the engine iterates, beside "configured" at the same step."""
+COARSE = Steps(coarsest=0.5, halvings=2)
+"""Its sweep: the difference to "configured" is taken at one step, and ten times the iterations take ten times as long."""
 
 
 class World(Protocol):

@@ -18,7 +18,7 @@ from typing import ClassVar
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.engines.bullet.pybullet_world import World
-from gnomon.harness.adapters.engines.scene_run import TIGHTER, SceneIntegrator, SceneRun, idle
+from gnomon.harness.adapters.engines.scene_run import COARSE, TIGHTER, SceneIntegrator, SceneRun, idle
 from gnomon.harness.contract.integrator import Floats, Problem, Solver, Steps
 from gnomon.harness.contract.validation import require_positive
 
@@ -157,6 +157,7 @@ class PyBulletTight(PyBullet):
     """PyBullet as configured, with ten times the iterations of its solver of contacts, motors and gears."""
 
     policy, tight, primary = TIGHTER, True, False
+    sweep = COARSE
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
         return super().unsupported(form) or idle(form, ITERATES)
