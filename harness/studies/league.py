@@ -57,8 +57,7 @@ def league(path: Path) -> dict[str, Any]:
         "rows": [*result_rows(ran, reduced, {one.id: one for one in found})],
         "table": {one.id: taken(one) for one in found if one.policy != SHIPPED},
         "preflights": [*measured(preflights_of, found, os.cpu_count() or 1)],
-        # One at a time, as these are times; a way as shipped steps as the same engine does configured.
-        "costs": [*measured(costs_of, [one for one in found if one.policy != SHIPPED], 1)],
+        "costs": [*costs([one for one in found if one.policy != SHIPPED])],
     }
 
 
@@ -192,6 +191,21 @@ def measured(study: Any, engines: Sequence[SceneIntegrator], workers: int) -> It
             yield {"integrator": one.id, "reason": f"{type(result).__name__}: {result}"}
         else:
             yield from result if isinstance(result, list) else [result]
+
+
+def costs(engines: Sequence[SceneIntegrator]) -> Iterator[dict[str, Any]]:
+    """Rows of costs, one engine at a time, as these are times. A way as shipped steps as the same engine does configured."""
+    threads = dict(calls(threads_of, [one.id for one in engines], 1, "spawn"))
+    for row in measured(costs_of, engines, 1):
+        if "same_bits" in row:
+            row["same_bits"]["in two threads"] = threads[row["integrator"]] is True
+        yield row
+
+
+def threads_of(name: str) -> bool:
+    one = lookup.own()[name]
+    assert isinstance(one, SceneIntegrator)
+    return engine_costs.same_in_threads(one)
 
 
 def preflights_of(name: str) -> list[dict[str, Any]]:
