@@ -115,7 +115,7 @@ def assemble(found: Found, to: Path, raw: Path = RAW, table: Path = TABLE) -> Pa
     recommending.write_table(Run.read(found.results), table)
     if engine_facts.FILE in found.files:
         of_engines = sidecars.read(found.files[engine_facts.FILE])
-        study_file.write(engine_facts.without_points(of_engines), table.with_name(engine_facts.FILE))
+        study_file.write(engine_facts.installed(of_engines), table.with_name(engine_facts.FILE))
     to.mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
         diskcache.replace(to / name, content)

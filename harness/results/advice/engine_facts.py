@@ -1,6 +1,6 @@
 """What the published league says of a physics engine, by kind of scene: order, constant, steps, what it cannot model.
 
-The file is the league without its points; the assembly of a publication writes it.
+The file is a part of the league (`installed`); the assembly of a publication writes it.
 """
 
 import json
@@ -56,9 +56,11 @@ def read() -> dict[str, Any]:
     return found
 
 
-def without_points(found: Mapping[str, Any]) -> dict[str, Any]:
-    """The league as it is installed: the points of the figures are left out."""
-    return {**found, "rows": [{key: value for key, value in row.items() if key != "points"} for row in found["rows"]]}
+def installed(found: Mapping[str, Any]) -> dict[str, Any]:
+    """The league as it is installed: without the points of figures, the table of all scenes, and pre-flights that passed."""
+    rows = [{key: value for key, value in row.items() if key != "points"} for row in found["rows"]]
+    failed = [row for row in found["preflights"] if row.get("verdict", "failed") == "failed"]
+    return {**found, "rows": rows, "table": {}, "preflights": failed}
 
 
 def library_of(found: Mapping[str, Any], name: str) -> str:

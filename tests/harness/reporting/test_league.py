@@ -71,7 +71,8 @@ def test_the_kinds_of_scenes_cover_every_scene() -> None:
     assert engine_facts.kind_of(get("kepler_orbit").scene.needs) == engine_facts.POINTS  # type: ignore[union-attr]
 
 
-def test_the_installed_file_is_the_league_without_its_points() -> None:
-    kept = engine_facts.without_points(planted_sidecars.LEAGUE)
+def test_the_installed_file_has_all_that_the_command_says() -> None:
+    kept = engine_facts.installed(planted_sidecars.LEAGUE)
+    assert [*described(kept, "pybullet")] == [*described(planted_sidecars.LEAGUE, "pybullet")]
     assert all("points" not in row for row in kept["rows"])
     assert [row["scene"] for row in kept["rows"]] == [row["scene"] for row in planted_sidecars.LEAGUE["rows"]]  # type: ignore[attr-defined, index]
