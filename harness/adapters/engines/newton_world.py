@@ -33,7 +33,7 @@ class World:
     ) -> None:
         if find_spec("newton") is None:  # the status is then `not_installed`
             raise ImportError("No module named 'newton'")
-        import warp
+        import warp  # optional, and slow to import
 
         # Else each module of kernels prints a line when it is loaded.
         warp.config.log_level = warp.LOG_ERROR
