@@ -183,7 +183,7 @@ def _declined(one: SceneIntegrator, name: str) -> str:
 
 
 def measured(study: Any, engines: Sequence[SceneIntegrator], workers: int) -> Iterator[dict[str, Any]]:
-    """The rows of a study of each engine, each in a process of its own; a crash is a row too."""
+    """The rows of a study of each engine, in child processes; a crash is a row too."""
     found = dict(calls(study, [one.id for one in engines], workers, "spawn"))
     for one in engines:
         result = found[one.id]
@@ -196,10 +196,11 @@ def measured(study: Any, engines: Sequence[SceneIntegrator], workers: int) -> It
 def costs(engines: Sequence[SceneIntegrator]) -> Iterator[dict[str, Any]]:
     """Rows of costs, one engine at a time, as these are times. A way as shipped steps as the same engine does configured."""
     threads = dict(calls(threads_of, [one.id for one in engines], 1, "spawn"))
-    for row in measured(costs_of, engines, 1):
-        if "same_bits" in row:
-            row["same_bits"]["in two threads"] = threads[row["integrator"]] is True
-        yield row
+    for one in engines:  # each in a new process, since memory that another engine has freed would be taken again
+        for row in measured(costs_of, [one], 1):
+            if "same_bits" in row:
+                row["same_bits"]["in two threads"] = threads[row["integrator"]] is True
+            yield row
 
 
 def threads_of(name: str) -> bool:
