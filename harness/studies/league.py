@@ -18,7 +18,7 @@ from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import get, names
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engine_lines import setting_lines
-from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
+from gnomon.harness.adapters.engines.scene_run import TIGHTER, SceneIntegrator
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Integrator, Refused
@@ -35,8 +35,8 @@ SCENES: tuple[str, ...] = tuple(declared("running", "suites.toml")["engines"]["c
 """The scenes of the suite, in its order."""
 ON = tuple(dict.fromkeys(name for name in SCENES if get(*name.split("/")).hybrid is None))
 """The cases of the pre-flight of accelerations."""
-SHIPPED, CONFIGURED = "as shipped", "configured"
-TIGHT = "tighter solver"
+SHIPPED, CONFIGURED = engine_facts.SHIPPED, SceneIntegrator.policy
+TIGHT = TIGHTER
 """The policy of an engine whose solver has more iterations and a smaller tolerance, for the part of the solver."""
 
 

@@ -11,14 +11,6 @@ def scalar_first(attitude: Quaternion) -> tuple[float, float, float, float]:
     return w, x, y, z
 
 
-def inward(attitude: Quaternion, vector: Vector) -> Vector:
-    """A vector in space in the frame of a body with this attitude."""
-    x, y, z, w = attitude
-    axis = (-x, -y, -z)
-    turn = along(ORIGIN, cross(axis, vector), 2.0)
-    return along(along(vector, turn, w), cross(axis, turn), 1.0)
-
-
 def upward_to(position: Vector) -> Quaternion:
     """An attitude that turns the third axis into the direction of a position."""
     x, y, z = position

@@ -26,6 +26,7 @@ from gnomon.harness.adapters.engines.scene_run import (
     TIGHTER,
     SceneIntegrator,
     forces_at,
+    idle,
     impulses_within,
     torques_at,
 )
@@ -225,8 +226,7 @@ class DartTight(Dart):
     sweep = COARSE
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        idle = isinstance(form, SceneForm) and not form.needs & CONTACTS
-        return super().unsupported(form) or ("no iterative solver on this scene" if idle else None)
+        return super().unsupported(form) or idle(form, CONTACTS)
 
 
 INTEGRATORS = (Dart, DartAsShipped, DartTight)

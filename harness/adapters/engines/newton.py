@@ -23,7 +23,7 @@ from typing import Any, ClassVar
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.adapters.engines.newton_world import World
-from gnomon.harness.adapters.engines.scene_run import COARSE, TIGHTER, SceneIntegrator
+from gnomon.harness.adapters.engines.scene_run import COARSE, TIGHTER, SceneIntegrator, idle
 from gnomon.harness.contract.integrator import Steps
 
 NO_SOLVER_HAS = {
@@ -182,8 +182,7 @@ class XPBDTight(XPBD):
     iterations: ClassVar[Mapping[str, int]] = {"iterations": 100, "rigid_contact_restitution_iterations": 20}
 
     def unsupported(self, form: Form | SceneForm) -> str | None:
-        idle = isinstance(form, SceneForm) and not form.needs & CONSTRAINED
-        return super().unsupported(form) or ("no iterative solver on this scene" if idle else None)
+        return super().unsupported(form) or idle(form, CONSTRAINED)
 
 
 INTEGRATORS = (Featherstone, SemiImplicit, XPBD, FeatherstoneAsShipped, SemiImplicitAsShipped, XPBDAsShipped, XPBDTight)

@@ -16,7 +16,6 @@ from gnomon.harness.results.number_text import error_text, figures_text, join_wo
 from markupsafe import Markup
 
 FILE = "engines.json"
-SHIPPED = "as shipped"
 LOWEST, HIGHEST = -14.0, 0.5
 """The decades of error that a figure shows; what is beyond is drawn at the edge."""
 SIZE = {"width": 232, "height": 190}
@@ -76,7 +75,7 @@ def _figure(scene: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> dict
     points, rests = [], []
     thick = {name for row in rows for name in stands_for(row["library"])}
     for row in rows:
-        kind = "shipped" if row["policy"] == SHIPPED else "best" if row["integrator"] in thick else "other"
+        kind = "shipped" if row["policy"] == engine_facts.SHIPPED else "best" if row["integrator"] in thick else "other"
         own = {"name": row["integrator"], "colour": hue(row["library"]), "kind": kind}
         points += [own | {"x": math.log10(h), "y": _decades(e)} for h, e, _ in row["points"]]
         if row.get("rest_is") == "model":
