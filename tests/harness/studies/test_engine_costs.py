@@ -1,0 +1,75 @@
+"""The costs of an engine tell a world that repeats its bits from one that does not, and what forces cost from the rest."""
+
+from collections.abc import Mapping
+from time import sleep
+from typing import Any, ClassVar
+
+import pytest
+from gnomon.cases.core.scene import IDENTITY, Readings, Scene, SceneForm
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
+from gnomon.harness.studies import engine_costs
+
+
+class Counting:
+    """A world that reads the number of its steps, and of earlier worlds if it `remembers`; forces take time."""
+
+    made = 0
+
+    def __init__(self, remembers: bool) -> None:
+        Counting.made += 1
+        self.options: dict[str, Any] = {}
+        self.first = Counting.made if remembers else 0
+
+    def build(self, scene: Scene) -> None:
+        self.slow = 1e-5 if scene.forces else 0.0
+
+    def place(self, scene: Scene) -> None:
+        self.steps = 0
+
+    def advance(self, steps: int) -> None:
+        self.steps += steps
+        if self.slow:
+            sleep(self.slow * steps)
+
+    def read(self) -> Readings:
+        return Readings({}, {"bob": ((self.first + self.steps, 0.0, 0.0), IDENTITY, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))})
+
+    def close(self) -> None:
+        pass
+
+
+class Engine(SceneIntegrator):
+    """An engine of points."""
+
+    name, library, remembers = "counting", "mine", False
+    lacks: ClassVar[Mapping[str, str]] = {"hinge": "no joints"}
+
+    def world(self, form: SceneForm, dt: float) -> Counting:
+        return Counting(self.remembers)
+
+
+class Remembering(Engine):
+    """An engine that keeps something between worlds."""
+
+    remembers = True
+
+
+@pytest.fixture(autouse=True)
+def fewer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine_costs, "BATCHES", 1)
+
+
+def test_the_same_bits_and_the_time_of_forces() -> None:
+    """`sleep` takes at least as long as it is asked for, here 10 microseconds a step, and only with forces."""
+    found = engine_costs.costs(Engine())
+    assert found["same_bits"] == {"in a new world": True, "with another world beside it": True}
+    assert found["step_us"] >= 10
+    assert found["forces_us"] > found["engine_us"]
+    assert found["energy_an_hour"] is None
+    assert engine_costs.same_in_threads(Engine())
+
+
+def test_an_engine_that_remembers_earlier_worlds_has_other_bits() -> None:
+    found = engine_costs.costs(Remembering())
+    assert found["same_bits"] == {"in a new world": False, "with another world beside it": False}
+    assert not engine_costs.same_in_threads(Remembering())
