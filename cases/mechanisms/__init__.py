@@ -1,0 +1,1 @@
+"""Cases: closed chains of rigid bodies."""

@@ -1,0 +1,1 @@
+"""Exact motions of closed chains of rigid bodies."""
