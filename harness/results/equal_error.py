@@ -123,4 +123,4 @@ def error_within(errors: Sequence[float] | Floats, seconds: Sequence[float] | Fl
             share = math.log(cost / times[i]) / math.log(times[i + 1] / times[i])
             upper, lower = (math.log(max(value, np.finfo(float).tiny)) for value in (held[i], held[i + 1]))
             found.append(math.exp(upper + share * (lower - upper)))
-    return min(found)
+    return float(min(found))

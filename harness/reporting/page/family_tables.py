@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from gnomon.harness.registry.families import family_of
 from gnomon.harness.reporting.page.case_tables import Tables
 from gnomon.harness.reporting.page.representing import label
 from gnomon.harness.reporting.report_run import Run
@@ -63,7 +64,7 @@ def _separation(case: str, variant: str, of: dict[str, Separation | None]) -> di
 def _text(one: Separation, axis: str) -> dict[str, str]:
     return {
         "best": label(one.best),
-        "family": families.family_of(one.best),
+        "family": family_of(one.best),
         "error": power_text(one.error),
         "cost": time_text(one.cost) if axis == families.TIME else f"{one.cost:.0f} evaluations",
         "median": "no answer" if one.median >= 1 else error_text(one.median),
