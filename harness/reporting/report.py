@@ -104,6 +104,7 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
     panel = environment.get_template("report_case.html.j2").module
     carried = {
         "times": words["times"],
+        "families": words["families"],
         "stability": {case["name"]: str(panel.stability(case)) for case in words["cases"] if case["stability"]},  # type: ignore[attr-defined]
         "about": {case["name"]: {key: case[key] for key in ABOUT} for case in words["cases"]},
         "first": words["opened"],

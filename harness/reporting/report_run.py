@@ -16,7 +16,7 @@ from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.status import Status
 from gnomon.harness.registry import kinds
 from gnomon.harness.reporting import style, tables
-from gnomon.harness.results import analysis, rankings, store, summary
+from gnomon.harness.results import analysis, families, rankings, store, summary
 from gnomon.harness.results.advice import needs
 from gnomon.harness.results.outstanding import Outstanding, outstanding
 from gnomon.harness.running.plan import NEAR_DUPLICATE
@@ -78,6 +78,11 @@ class Run:
     def counted(self) -> pd.DataFrame:
         """The evaluations of the equations at equal error, ranked within divisions."""
         return rankings.divisions(self.equal_error, rankings.counted)
+
+    @cached_property
+    def sweeps(self) -> dict[families.Problem, list[families.Sweep]]:
+        """The methods that ran on each problem, see `families.sweeps`."""
+        return families.sweeps(self.timed)
 
     @cached_property
     def kinds(self) -> dict[str, list[str]]:

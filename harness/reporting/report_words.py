@@ -22,6 +22,7 @@ from gnomon.harness.reporting import (
     tables,
 )
 from gnomon.harness.reporting.page.case_tables import case_tables
+from gnomon.harness.reporting.page.family_tables import family_tables, separating
 from gnomon.harness.reporting.page.first_screen import MEANINGS, first_screen
 from gnomon.harness.reporting.page.league import league
 from gnomon.harness.reporting.page.multiples import multiples
@@ -93,6 +94,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "multiples": multiples(run, beside["orders"], found.complete),
         "fastest": tables.fastest(run.equal, problems, unknown),
         "times": case_tables(run),
+        "families": family_tables(run),
+        "separating": separating(run),
         "targets": [number_text.power_text(target) for target in TARGETS],
         "cases": _cases(run, work),
         "counts": _counts(run, ran),

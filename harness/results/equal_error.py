@@ -109,3 +109,18 @@ def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> 
         there = float(np.exp(np.log(seconds[i - 1]) + share * np.log(seconds[i] / seconds[i - 1])))
     # nan if the time near the target is missing; tighter settings without a time are ignored
     return (math.nan if math.isnan(there) else min(there, *(float(seconds[k]) for k in reached.tolist()))), loosest
+
+
+def error_within(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats, cost: float) -> float:
+    """The least error that a sweep, loosest setting first, reaches within a time; inf if no setting takes so little.
+
+    Interpolated as in `time_at`, between a setting within the time and the next one if it takes longer.
+    """
+    held, times = credited(errors), np.asarray(seconds, dtype=float)
+    found = [math.inf, *held[times <= cost].tolist()]
+    for i in np.flatnonzero((times[:-1] <= cost) & (times[1:] > cost)).tolist():
+        if math.isfinite(held[i]) and math.isfinite(held[i + 1]):
+            share = math.log(cost / times[i]) / math.log(times[i + 1] / times[i])
+            upper, lower = (math.log(max(value, np.finfo(float).tiny)) for value in (held[i], held[i + 1]))
+            found.append(math.exp(upper + share * (lower - upper)))
+    return float(min(found))

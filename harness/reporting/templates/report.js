@@ -231,6 +231,10 @@
     third.insertAdjacentHTML("beforeend", data.times[name]?.[problem] ?? "");
     own.append(...all("tbody.own", third));
     for (const table of [third, own]) (table.closest("details") ?? table).hidden = !table.tBodies.length;
+    const families = byRole("families");
+    families.tBodies[0]?.remove();
+    families.insertAdjacentHTML("beforeend", data.families[name]?.[problem] ?? "");
+    families.closest("details").hidden = !families.tBodies.length;
     byRole("span").hidden = !problem.startsWith("default");
     byRole("stability").innerHTML = problem.startsWith("default") ? data.stability[name] ?? "" : "";
     if (!figure.hidden) build(figure);

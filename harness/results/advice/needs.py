@@ -236,14 +236,22 @@ class Measurements:
     def systems(
         self, problems: Iterable[Problem], methods: Mapping[str, str] | str, error: float
     ) -> dict[str, _System]:
-        """By case, the systems on which a method was tried. `methods`: its id, or the ids by case."""
+        """By case, the systems on which a method was tried. `methods`: its id, or the ids by case.
+
+        A system on one of whose problems the method is exact by construction shows nothing about it, and is left out.
+        """
         found: dict[str, list[_Reached | None]] = {}
+        exact = set()
         for problem in problems:
             name = methods if isinstance(methods, str) else methods.get(problem[0])
             if name is not None and self.tried(problem, name):
+                if self.exact(problem, name):
+                    exact.add(problem[0])
                 found.setdefault(problem[0], []).append(self.reached(problem, name, error))
         return {
-            case: _System(None not in all_, [one for one in all_ if one is not None]) for case, all_ in found.items()
+            case: _System(None not in all_, [one for one in all_ if one is not None])
+            for case, all_ in found.items()
+            if case not in exact
         }
 
 
@@ -388,8 +396,7 @@ def _claim(
     the t test of the logarithms' differences, one a system, each the mean over common launches, of which there are two
     at least, on spans long enough to rank. Systems on which it is exact by construction show nothing about it.
     """
-    exact = {problem[0] for problem in problems if measured.exact(problem, name)}
-    systems = measured.systems([problem for problem in problems if problem[0] not in exact], name, error)
+    systems = measured.systems(problems, name, error)
     both = [case for case in systems if case in base]
     if len(both) < FEWEST:
         return None

@@ -408,7 +408,7 @@ def test_a_phone_shows_what_is_needed_first_and_folds_the_rest(visit: Callable[.
     assert page.locator("details.panel[open]:visible").count() == 0
     for fold in folds.all():
         assert len(fold.locator("> summary").inner_text().split()) > 1, "what it holds"
-    own = page.locator("#work details.panel:has(table) > summary")
+    own = page.locator("#work details.panel:has(tbody.own) > summary")
     expect(page.locator("#work tbody.own tr:visible")).to_have_count(0)
     own.press("Enter")
     assert page.locator("#work tbody.own tr:visible").count() > 2

@@ -1,0 +1,73 @@
+"""Tables of families of methods on each problem, and the problems that separate methods at equal cost."""
+
+import math
+from typing import Any
+
+from gnomon.harness.registry.families import family_of
+from gnomon.harness.reporting.page.case_tables import Tables
+from gnomon.harness.reporting.page.representing import label
+from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.results import families
+from gnomon.harness.results.families import Family, Separation
+from gnomon.harness.results.number_text import error_text, power_text, time_text
+from markupsafe import escape
+
+AXES = (families.TIME, families.CALLS)
+APART = 1e3
+"""Least ratio of the median error to the best one, at equal cost, with which a problem is listed."""
+
+
+def family_tables(run: Run) -> Tables:
+    """For every problem a table of its families."""
+    found: Tables = {}
+    for (case, variant), of in run.sweeps.items():
+        rows = families.families(of)
+        if any(math.isfinite(row.error) for row in rows):
+            found.setdefault(case, {})[variant or "default"] = f"<tbody>{''.join(map(_row, rows))}</tbody>"
+    return found
+
+
+def _row(one: Family) -> str:
+    fastest = f"{_name(one.fastest)} <small>{time_text(one.seconds)}</small>" if math.isfinite(one.seconds) else "–"
+    closest = f"{_name(one.closest)} <small>{error_text(one.error)}</small>" if math.isfinite(one.error) else "–"
+    cells = (f"{one.succeed} of {one.ran}", fastest, closest)
+    return f"<tr><th>{escape(one.name)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
+
+
+def _name(integrator: str) -> str:
+    return f"<b>{escape(label(integrator))}</b>"
+
+
+def separating(run: Run) -> dict[str, Any]:
+    """The problems on which the median method is APART or more from the best, at equal time and at equal evaluations.
+
+    At equal time alone, the overhead of a library separates methods too. The smaller of the two ratios sorts the rows.
+    """
+    every = [(problem, {axis: families.separation(of, axis) for axis in AXES}) for problem, of in run.sweeps.items()]
+    both = [(problem, of) for problem, of in every if None not in of.values()]
+    least = [(min(one.factor for one in of.values() if one is not None), problem, of) for problem, of in both]
+    apart = sorted((row for row in least if row[0] >= APART), key=lambda row: -row[0])
+    return {
+        "compared": len(both),
+        "cases": len({case for _, (case, _), _ in apart}),
+        "rows": [_separation(*problem, of) for _, problem, of in apart],
+        "apart": power_text(APART),
+        "order": families.HIGH_ORDER,
+        "libraries": families.LIBRARIES,
+    }
+
+
+def _separation(case: str, variant: str, of: dict[str, Separation | None]) -> dict[str, Any]:
+    return {"case": case, "variant": variant} | {axis: _text(one, axis) for axis, one in of.items() if one is not None}
+
+
+def _text(one: Separation, axis: str) -> dict[str, str]:
+    return {
+        "best": label(one.best),
+        "family": family_of(one.best),
+        "error": power_text(one.error),
+        "cost": time_text(one.cost) if axis == families.TIME else f"{one.cost:.0f} evaluations",
+        "median": "no answer" if one.median >= 1 else error_text(one.median),
+        "among": f"{one.methods} of {one.libraries} libraries",
+        "factor": f"{'' if one.median < 1 else '> '}{error_text(one.factor)}",
+    }
