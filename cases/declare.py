@@ -11,6 +11,7 @@ from typing import Any
 from gnomon.cases.core.case import Case, Event, Floats, Level, Span, conserved, decaying, same
 from gnomon.cases.core.check import Check
 from gnomon.cases.core.declared import Attitude, Coordinate, Parameter, Variant
+from gnomon.cases.core.elimination import index_one, solve_linear
 from gnomon.cases.core.exact_motion import bind
 from gnomon.cases.core.forms import (
     Charged,
@@ -58,5 +59,5 @@ __all__ = [
     "IntegratedCase", "Level", "Mapping", "Mode", "NBody", "Number", "Parameter", "Range", "Readings", "RigidBody", "Rule",
     "Scene", "SceneForm", "SecondOrder", "SemiLinear", "Separable", "Slider", "Span", "Transition", "Turning", "Values",
     "Variant", "Vector", "acos", "asinh", "atan", "atan2", "ball", "bind", "conserved", "cos", "decaying", "exp", "free_body",
-    "hypot", "inf", "joint", "log", "nonnegative", "pi", "positive", "same", "sin", "sqrt", "tan", "tau", "typical",
+    "hypot", "index_one", "inf", "joint", "log", "nonnegative", "pi", "positive", "same", "sin", "solve_linear", "sqrt", "tan", "tau", "typical",
 ]  # fmt: skip

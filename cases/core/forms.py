@@ -59,10 +59,26 @@ class Charged(FirstOrder):
 
 @dataclass(frozen=True, kw_only=True)
 class Constrained(FirstOrder):
-    """Coordinates of unit mass under one holonomic constraint: q'' = force - lam gradient, constraint(q) = constant.
+    """Coordinates under m holonomic constraints: M q'' = force + velocity_force - G^T lam, constraint(t, q) = constant.
 
-    State (q..., q'...), tangent to the constraint. `force(t, q, parameters)` excludes the force of the constraint,
-    `constraint` -> (g,), `gradient` -> dg/dq. `equations` have index 1: the multiplier is eliminated.
+    The state is (q..., q'...), with n coordinates. It is consistent: G q' + g_t = 0. The constants are those of the start.
+
+    Attributes
+    ----------
+    equations : Callable
+        The equations of index 1, with the multipliers lam eliminated; `gnomon.cases.core.elimination.index_one` makes them.
+    force : Callable
+        (t, q, parameters) -> the n forces without those of the constraints and without those that depend on velocities.
+    constraint : Callable
+        (t, q, parameters) -> (g_1, ..., g_m).
+    gradient : Callable
+        (t, q, parameters) -> G = dg/dq, row by row: m n numbers.
+    mass : Callable, optional
+        (t, q, parameters) -> M, symmetric and definite, row by row: n n numbers. None: unit masses.
+    velocity_force : Callable, optional
+        (t, state, parameters) -> n forces that depend on velocities, among them -(dM/dt) q' and its like. None: none.
+    constraint_rate : Callable, optional
+        (t, q, parameters) -> (g_t1, ..., g_tm), the derivatives at a constant place. None: constraints without time.
 
     Examples
     --------
@@ -75,6 +91,9 @@ class Constrained(FirstOrder):
     force: Equations
     constraint: Equations
     gradient: Equations
+    mass: Equations | None = None
+    velocity_force: Equations | None = None
+    constraint_rate: Equations | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,6 +8,7 @@ import flint
 import pytest
 from gnomon.cases import get, names
 from gnomon.cases.core.arithmetic import rebind
+from gnomon.cases.core.elimination import along, rows_of
 from gnomon.cases.core.forms import (
     Charged,
     Constrained,
@@ -33,12 +34,12 @@ def _precision() -> Iterator[None]:
         yield
 
 
-def gradient(function: Any, t: Any, q: list[Any], p: SimpleNamespace) -> list[Any]:
-    """The gradient of a function of position, by series along each coordinate."""
+def gradient(function: Any, t: Any, q: list[Any], p: SimpleNamespace, k: int = 0) -> list[Any]:
+    """The gradient of a value of a function of position, by series along each coordinate."""
     found = []
     for i in range(len(q)):
         moved = [flint.arb_series([x, int(i == j)], 3) for j, x in enumerate(q)]
-        found.append(coefficient(evaluated(function, t, moved, p)[0], 1))
+        found.append(coefficient(evaluated(function, t, moved, p)[k], 1))
     return found
 
 
@@ -76,13 +77,25 @@ def charged(form: Charged, name: str, p: Any, t: Any, s: Any, rates: list[Any]) 
 
 
 def constrained(form: Constrained, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:
-    """The acceleration less the force is along the gradient of the constraint."""
+    """Forces less mass times acceleration are a combination of the gradients of the constraints."""
     q = first_half(s)
-    normal = evaluated(form.gradient, t, q, p)
-    same(normal, gradient(form.constraint, t, q, p))
-    force = Vec(evaluated(form.force, t, q, p))
-    pull = Vec(rates[len(q) :]) - force
-    same(Vec(normal) * (dot(pull, normal) / dot(normal, normal)), pull)
+    n = len(q)
+    normals = rows_of(tuple(evaluated(form.gradient, t, q, p)), n)
+    for k, normal in enumerate(normals):
+        same(normal, gradient(form.constraint, t, q, p, k))
+    forces = evaluated(form.force, t, q, p)
+    if form.velocity_force is not None:
+        forces = [a + b for a, b in zip(forces, evaluated(form.velocity_force, t, s, p), strict=True)]
+    if form.constraint_rate is not None:
+        moved = evaluated(form.constraint, flint.arb_series([t, 1], 3), q, p)
+        same(evaluated(form.constraint_rate, t, q, p), [coefficient(x, 1) for x in moved])
+    taken = rates[n:]
+    if form.mass is not None:
+        taken = [dot(row, taken) for row in rows_of(tuple(evaluated(form.mass, t, q, p)), n)]
+    pull = tuple(a - b for a, b in zip(taken, forces, strict=True))
+    one = flint.arb(1)
+    shares = along(normals, pull, (0,) * len(normals), one)
+    same([dot(shares, column) for column in zip(*normals, strict=True)], pull)
 
 
 def gravitating(form: NBody, name: str, p: Any, t: Any, s: Any, rates: list[Any]) -> None:

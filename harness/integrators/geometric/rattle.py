@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from gnomon.cases.core.forms import Constrained, Form, Values
+from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.stepping import call, sum_of
@@ -112,6 +113,11 @@ class ConstrainedMethod(Composed):
     conserves = ("symplectic", "reversible", "momentum", "constraint")
     compensated = True
     step = rattle_step
+
+    def unsupported(self, form: Form | SceneForm) -> str | None:
+        if isinstance(form, Constrained) and (form.mass or form.velocity_force or form.constraint_rate):
+            return "it takes unit masses, forces of place and time, and constraints without time"
+        return None
 
     def equations(self, form: Form) -> Callable[..., Any]:
         assert isinstance(form, Constrained)

@@ -1,12 +1,10 @@
 """RATTLE: order, constraint and tangency to round-off, symplectic on the constraint, reversible."""
 
-import random
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import Constrained, Values
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Problem
@@ -27,35 +25,6 @@ def constrained(name: str) -> Constrained:
     forms = case.forms if name == "holonomic_constraint_dae" else case.formulations[0].forms
     assert isinstance(forms[0], Constrained)
     return forms[0]
-
-
-@pytest.mark.parametrize(("name", "n", "count"), [("holonomic_constraint_dae", 2, 1), ("spherical_pendulum", 3, 3)])
-def test_equations_are_force_and_constraint(name: str, n: int, count: int) -> None:
-    """At random tangent states: q'' - force lies along the gradient, `gradient` is g's, and g'' = 0 along q''."""
-    form, source = constrained(name), random.Random(name)
-    with working(60) as mp:
-        place = [mp.mpf(source.uniform(-1, 1)) for _ in range(n)]
-        p = tuple(mp.mpf(source.uniform(1, 2)) for _ in range(count))
-        gradient = [mp.mpf(x) for x in form.gradient(0, tuple(place), p)]
-        raw = [mp.mpf(source.uniform(-1, 1)) for _ in range(n)]
-        share = mp.fdot(raw, gradient) / mp.fdot(gradient, gradient)
-        velocity = [v - share * g for v, g in zip(raw, gradient, strict=True)]
-        acceleration = rebind(form.equations, mpmath_arithmetic(mp))(0, (*place, *velocity), p)[n:]
-        rest = [a - f for a, f in zip(acceleration, form.force(0, tuple(place), p), strict=True)]
-        along = mp.fdot(rest, gradient) / mp.fdot(gradient, gradient)
-        assert max(abs(r - along * g) for r, g in zip(rest, gradient, strict=True)) < 1e-50
-
-        def value(s: Any) -> Any:
-            moved = tuple(x + s * v + s * s / 2 * a for x, v, a in zip(place, velocity, acceleration, strict=True))
-            return form.constraint(0, moved, p)[0]
-
-        assert abs(mp.diff(value, 0)) < 1e-20
-        assert abs(mp.diff(value, 0, 2)) < 1e-15
-        for i in range(n):
-            slope = mp.diff(
-                lambda s, i=i: form.constraint(0, tuple(x + s * (i == j) for j, x in enumerate(place)), p)[0], 0
-            )
-            assert abs(slope - gradient[i]) < 1e-20
 
 
 @METHODS
