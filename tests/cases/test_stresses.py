@@ -192,6 +192,7 @@ NAMED: dict[str, tuple[Callable[[Any], float], float]] = {
     "lagrange_top_small_nutation/long_1e4": (cycles("nutation_rate"), 1e4),
     "spherical_pendulum/long_1e4": (turns("polar_period"), 1e4),
     "symmetric_top_torque_free/turns_1e5": (cycles("precession_rate"), 1e5),
+    "car_axis/stiff_1e6": (lambda case: float(case.parameters["k"]), 1e6),
     "knife_edge_incline/long_1e4": (lambda case: float(case.span * case.parameters["w"]) / math.tau, 1e4),
 }
 """For each variant with a number in its name, a function that measures it, and the number."""
