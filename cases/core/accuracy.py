@@ -37,12 +37,12 @@ class MeasuredCase(SolvedCase, Protocol):
 C = TypeVar("C", bound=SolvedCase)
 
 
-def grid_scales(case: SolvedCase) -> dict[str, float]:
+def grid_scales(case: SolvedCase, samples_alone: bool = False) -> dict[str, float]:
     """The largest norm of each group over 257 equally spaced times and the sample times (of angles at most pi).
 
-    A group that stays zero gets the natural size that the case states, or 1 SI unit.
+    With `samples_alone`, over the sample times: where peaks are narrower than any grid, which is then a matter of chance. A group that stays zero gets the natural size that the case states, or 1 SI unit.
     """
-    times = np.union1d(np.linspace(0.0, float(case.times[-1]), GRID), case.times)
+    times = case.times if samples_alone else np.union1d(np.linspace(0.0, float(case.times[-1]), GRID), case.times)
     names = tuple(dict.fromkeys(coordinate.group for coordinate in case.state))
 
     def largest() -> Floats:

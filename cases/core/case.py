@@ -240,6 +240,8 @@ class Case(Declared):
     alike: ClassVar[tuple[tuple[str, ...], ...]] = ()
     """Names of the coordinates and parameters of each of several like bodies or axes, in one sequence. If each takes the
     numbers of the next one, and the last one the numbers of the first, so does the motion; () if none are alike."""
+    default_horizon: ClassVar[Number | None] = None
+    """For a chaotic motion, the time (s) at which the conditioning of the default reaches 1."""
     certified_digits: ClassVar[int] = 45
     """Digits to which its certificate must confirm the motion: 45 for a closed form, 30 for an integration."""
 
@@ -548,6 +550,19 @@ class Case(Declared):
         Kept on disk.
         """
         return accuracy.conditioning(self, np.asarray(times, dtype=np.float64))
+
+    @property
+    def horizon(self) -> float | None:
+        """The time (s) at which the conditioning of a chaotic motion reaches 1: beyond it no digit can be right.
+
+        None for a motion that is not chaotic, and for numbers other than those of a variant or the default.
+        """
+        setting = self._variant(self.variant)
+        stated = self.default_horizon if self.variant is None else setting.horizon
+        start = self.default_state if setting.initial_state is None else setting.initial_state
+        own = (*self._parameters(setting, {}).values(), *map(exact, start))
+        same_numbers = [float(x) for x in own] == [float(x) for x in self.numbers.values()]
+        return float(stated) if stated is not None and same_numbers else None
 
     @property
     def scored(self) -> tuple[str, ...]:

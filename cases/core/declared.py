@@ -178,6 +178,8 @@ class Variant:
         Number of units in the case's `Span`, in place of the case's own.
     scored : tuple[str, ...]
         Groups of the state that count in the distance; all groups if it is empty.
+    horizon : Number, optional
+        For a chaotic motion, the time (s) at which its conditioning reaches 1.
 
     Examples
     --------
@@ -191,6 +193,7 @@ class Variant:
     span: Number | None = None
     periods: float | None = None
     scored: tuple[str, ...] = ()
+    horizon: Number | None = None
 
 
 class Declared:

@@ -4,6 +4,7 @@ Keys that the schema does not name are accepted. All texts are made `visible`: c
 """
 
 import json
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from jsonschema import Draft202012Validator
 MOST_BYTES = 1 << 26
 _SCHEMA = json.loads((files("gnomon.harness.reporting") / "templates" / "sidecars.schema.json").read_text("utf-8"))
 
+LEAGUE = "engines.json"
 FORMERLY_LISTS = ("certificates.json", "checks.json")
 """Files of earlier revisions had the rows of these alone, without an environment."""
 NAMES: tuple[str, ...] = tuple(name for name in _SCHEMA["$defs"] if name.endswith(".json"))
@@ -53,7 +55,24 @@ def _validated(path: Path, content: bytes) -> Any:
         if wrong.validator == "required":
             told = f": {wrong.message}"
         raise ValueError(f"{path}: {place}{told}; make it again, or remove it")
+    if path.name == LEAGUE:
+        _refuse_unnamed(path, found)
     return found
+
+
+def _refuse_unnamed(path: Path, found: Mapping[str, Any]) -> None:
+    """Raise ValueError for a row of the league whose integrator or scene is not among those of the file."""
+    named = {
+        "integrator": {one["id"] for one in found["engines"]},
+        "scene": {one["scene"] for one in found["scenes"]},
+    }
+    for place, row in enumerate(found["rows"]):
+        for key, members in named.items():
+            if row[key] not in members:
+                told = visible(shortened(row[key]))
+                raise ValueError(
+                    f"{path}: rows[{place}].{key} = {told}, which the file does not describe; make it again, or remove it"
+                )
 
 
 def _visible(value: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from gnomon.harness.reporting import report_benchmarks, report_checks, sidecars
 from gnomon.harness.reporting.page import league
+from gnomon.harness.results.visible import markdown
 from planted_sidecars import PAIR, files
 
 SINGLE = {"group": "call", "first_name": "Gauss", "unit": "s", "median": 7.0, "low": 6.0, "high": 8.0, "launches": 5}
@@ -33,8 +34,10 @@ BROKEN = (
 def shown(folder: Path, name: str) -> str:
     """All texts of the page that come from a file."""
     if name in AS_HTML:
-        return str(report_checks.certified(folder, folder)) + str(report_checks.certified_lines(folder, folder))
-    if name == league.FILE:
+        return str(report_checks.certified(folder, folder)) + "".join(
+            map(markdown, report_checks.certified_lines(folder, folder))  # as summary.md has them
+        )
+    if name == sidecars.LEAGUE:
         with pytest.MonkeyPatch.context() as patched:
             patched.setattr(league, "stills", lambda figures: [json.dumps(each) for each in figures])
             return str(league.league(folder))

@@ -200,6 +200,7 @@ NAMED: dict[str, tuple[Callable[[Any], float], float]] = {
     "stiff_spring_pendulum/ratio_1000": (spring_over_swing, 1000),
     "fermi_pasta_ulam/omega_200": (lambda case: float(case.parameters["w"]), 200),
     "fermi_pasta_ulam/omega_1000": (lambda case: float(case.parameters["w"]), 1000),
+    "car_axis/stiff_1e6": (lambda case: float(case.parameters["k"]), 1e6),
     "knife_edge_incline/long_1e4": (lambda case: float(case.span * case.parameters["w"]) / math.tau, 1e4),
 }
 """For each variant with a number in its name, a function that measures it, and the number."""

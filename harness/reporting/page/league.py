@@ -15,7 +15,6 @@ from gnomon.harness.results.advice import engine_facts
 from gnomon.harness.results.number_text import error_text, figures_text, join_words, short_text
 from markupsafe import Markup
 
-FILE = "engines.json"
 LOWEST, HIGHEST = -14.0, 0.5
 """The decades of error that a figure shows; what is beyond is drawn at the edge."""
 SIZE = {"width": 232, "height": 190}
@@ -23,7 +22,7 @@ SIZE = {"width": 232, "height": 190}
 
 def league(*folders: Path) -> dict[str, Any] | None:
     """The parts of the section, from the first folder that has engines.json; None without a file."""
-    found = sidecars.first(FILE, *folders)
+    found = sidecars.first(sidecars.LEAGUE, *folders)
     if found is None:
         return None
     engines = {one["id"]: one for one in found["engines"]}
