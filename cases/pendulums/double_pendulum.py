@@ -3,6 +3,7 @@
 import numpy as np
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.small_vibrations import SmallVibrations
+from gnomon.cases.pendulums.double_cartesian import CARTESIAN
 from gnomon.reference.numerics.precision import publish, working
 
 
@@ -91,6 +92,7 @@ class DoublePendulum(IntegratedCase):
     )
     invariants = conserved(energy=double_pendulum_energy)
     forms = (FirstOrder(double_pendulum_equations),)
+    formulations = (CARTESIAN,)
     scene = SCENE
     reversal = ("w1", "w2")
     mirror = ("th1", "th2", "w1", "w2")

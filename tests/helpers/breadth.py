@@ -10,7 +10,7 @@ SEED = 18
 """Another number selects other parameters."""
 
 EXPENSIVE = (
-    "amusement_park", "bearing_reaction_torque_stability", "billiard_ball_attitude", "car_axis",
+    "amusement_park", "andrews_squeezer", "bearing_reaction_torque_stability", "billiard_ball_attitude", "car_axis",
     "central_force_fifth_power", "central_force_hanging_mass", "central_force_logarithmic", "chain_in_circular_tube",
     "chain_quarter_circle", "coulomb_friction_oscillator", "curve_sliding_catenary", "curve_sliding_quartic",
     "curve_sliding_small", "cycloidal_pendulum", "double_pendulum", "driven_pendulum", "duffing_unforced",

@@ -1,9 +1,12 @@
 """Second derivations for mechanisms: closed chains of bodies, their joints kept as constraints."""
 
+from types import SimpleNamespace
 from typing import Any
 
-from independent_mechanics import Vec, World, dot, sin, sqrt
-from independent_models import model
+import flint
+from independent_bodies import flat_body
+from independent_mechanics import Vec, World, cos, dot, polar, sin, sqrt
+from independent_models import MODELS, model
 from independent_quantities import ObservedMotion, mp, oracle
 
 
@@ -18,6 +21,45 @@ def car_axis(w: World, p: Any, xl: Any, yl: Any, xr: Any, yr: Any) -> None:
         w.spring(p.k, p.l0, foot, end)
     w.keep(dot(left, wheel))
     w.keep(dot(left - right, left - right))
+
+
+def across(r: Any, angle: Any) -> Vec:
+    """The position at r from the origin, `angle` from the downward vertical."""
+    return Vec((r * sin(angle), -r * cos(angle)))
+
+
+@model("andrews_squeezer")
+def squeezer(
+    w: World, p: Any, beta: Any, theta: Any, gamma: Any, phi: Any, delta: Any, omega: Any, epsilon: Any
+) -> None:
+    """Seven flat bodies; the pivots O, A and B of their chains are origins of their own, as no force depends on them."""
+    elbow, bent, low, high = polar(p.rr, beta), beta + theta, phi + delta, omega + epsilon
+    at_a_low, at_a_high = polar(p.zt, delta), across(p.u, epsilon)
+    flat_body(w, p.m1, p.I1, polar(p.ra, beta), beta)
+    flat_body(w, p.m2, p.I2, elbow - polar(p.da, bent), bent)
+    flat_body(w, p.m3, p.I3, polar(p.sa, gamma) + across(p.sb, gamma), gamma)
+    flat_body(w, p.m4, p.I4, at_a_low + across(p.e - p.ea, low), low)
+    flat_body(w, p.m5, p.I5, polar(p.ta, delta) + across(p.tb, delta), delta)
+    flat_body(w, p.m6, p.I6, at_a_high + polar(p.zf - p.fa, high), high)
+    flat_body(w, p.m7, p.I7, polar(p.ua, epsilon) + across(p.ub, epsilon), epsilon)
+    w.spring(p.c0, p.l0, (-p.ax, -p.ay), polar(p.sd, gamma) + across(p.sc, gamma))
+    w.energy(-p.mom * beta)
+    knee = elbow - polar(p.d, bent)
+    for end in (across(p.ss, gamma), at_a_low + across(p.e, low), at_a_high + polar(p.zf, high)):
+        for value in knee - end:
+            w.keep(value)
+
+
+@oracle("andrews_squeezer.multiplier_1", "andrews_squeezer.multiplier_2")
+def forces_of_the_lever(observed: ObservedMotion, value: Any) -> Any:
+    """From d'Alembert's principle; the forces of the second derivation increase what they keep."""
+    p, s = (
+        SimpleNamespace(**{k: flint.arb(str(x)) for k, x in vars(each).items()})
+        for each in (observed.p, observed.at(0))
+    )
+    first, second, *_ = MODELS["andrews_squeezer"].multipliers(p, flint.arb(0), s, "")
+    found = -(first if value is observed.found["multiplier_1"] else second)
+    return mp.mpf(found.str(30, radius=False))
 
 
 @oracle("car_axis.multiplier_axle", "car_axis.multiplier_shaft")
