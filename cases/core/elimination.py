@@ -32,7 +32,13 @@ def solve_linear(rows: Sequence[Values], right: Values, one: Any = 1) -> Values:
     >>> solve_linear(((2, 1), (1, 1)), (5, 3))
     (2.0, 1.0)
     """
-    left = [[*row, value] for row, value in zip(rows, right, strict=True)]
+    return solve_all(rows, (right,), one)[0]
+
+
+def solve_all(rows: Sequence[Values], rights: Sequence[Values], one: Any) -> tuple[Values, ...]:
+    """The solutions of linear systems with one matrix; see `solve_linear`."""
+    size = len(rows)
+    left = [[*row, *[right[i] for right in rights]] for i, row in enumerate(rows)]
     done: list[list[Any]] = []
     for _ in rows:
         pivot = left[0]
@@ -40,13 +46,11 @@ def solve_linear(rows: Sequence[Values], right: Values, one: Any = 1) -> Values:
         scaled = [x * inverse for x in pivot[1:]]
         left = [[x - row[0] * y for x, y in zip(row[1:], scaled, strict=True)] for row in left[1:]]
         done = [scaled, *done]
-    found: list[Any] = []
-    for row in done:
-        known = row[-1]
-        for x, factor in zip(found, row[:-1], strict=True):
-            known = known - factor * x
-        found = [known, *found]
-    return tuple(found)
+    found: list[Values] = []
+    for k, row in enumerate(done):
+        known = [row[k + j] - sum([row[i] * x[j] for i, x in enumerate(found)]) for j in range(len(rights))]
+        found = [tuple(known), *found]
+    return tuple([tuple([found[i][j] for i in range(size)]) for j in range(len(rights))])
 
 
 def rows_of(values: Values, width: int) -> tuple[Values, ...]:

@@ -138,6 +138,8 @@ class Rule:
         The rule in words, which the error names where it does not hold.
     holds : Callable
         Takes parameters and initial values as Fractions by name; returns whether they keep the rule.
+    explain : Callable, optional
+        Takes the same; says how they break the rule, and which numbers near to them keep it.
 
     Examples
     --------
@@ -146,6 +148,7 @@ class Rule:
 
     statement: str
     holds: Callable[[Mapping[str, Fraction]], bool]
+    explain: Callable[[Mapping[str, Fraction]], str | None] | None = None
 
 
 @dataclass(frozen=True)
@@ -164,7 +167,10 @@ class Domain:
         for rule in self.rules:
             if not rule.holds(numbers):
                 listed = ", ".join(f"{name} = {show(value)}" for name, value in numbers.items())
-                raise ValueError(f"{case}: {rule.statement} does not hold for {listed}")
+                reason = rule.explain(numbers) if rule.explain is not None else None
+                raise ValueError(
+                    f"{case}: {rule.statement} does not hold for {listed}{f': {reason}' if reason else ''}"
+                )
 
     def admits(self, numbers: Mapping[str, Fraction]) -> bool:
         return all(self.ranges.get(name, Range()).admits(value) for name, value in numbers.items()) and all(

@@ -126,8 +126,8 @@ class ThreeBodyPythagorean(IntegratedCase):
 
     @property
     def time_scale(self) -> float:
-        """sqrt(s^3/GM), s the shortest side at the start: a radian of two bodies on a circle."""
+        """Half of sqrt(s^3/GM), s the shortest side at the start: the bodies come closer as they fall."""
         G, *masses = map(float, self.parameter_values())
         corners = [tuple(map(float, self.initial_state[i : i + 2])) for i in (0, 2, 4)]
         side = min(hypot(a[0] - b[0], a[1] - b[1]) for a, b in combinations(corners, 2))
-        return sqrt(side**3 / (G * sum(masses)))
+        return sqrt(side**3 / (G * sum(masses))) / 2

@@ -66,7 +66,7 @@ class HenonHeiles(IntegratedCase):
     default_horizon = 417
     variants = (
         Variant(
-            "regular", "E = 1/8 too, in an island of order: 62 radians", initial_state=(0, 0, "0.4", "0.3"), span=390
+            "regular", "E = 1/8 too, in an island of order: 62 turns", initial_state=(0, 0, "0.4", "0.3"), span=390
         ),
         Variant("chaotic", "to 0.95 of the horizon, 417 s", span=396, horizon=417),
         Variant(

@@ -3,6 +3,7 @@
 import numpy as np
 from gnomon.cases.declare import *
 from gnomon.cases.oscillators.small_vibrations import SmallVibrations
+from gnomon.cases.pendulums.double_cartesian import CARTESIAN
 from gnomon.reference.numerics.precision import publish, working
 
 
@@ -67,6 +68,7 @@ class DoublePendulum(IntegratedCase):
     l2 = Parameter("m", 1, "lower rod", positive(0.5, 2))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 15))
     default_span = Span(10.37, "time scale")
+    default_horizon = "29.4"
     variants = (
         Variant("small", "small swings: two modes, almost linear", initial_state=("1e-3", "-1e-3", 0, 0)),
         Variant(
@@ -91,6 +93,7 @@ class DoublePendulum(IntegratedCase):
     )
     invariants = conserved(energy=double_pendulum_energy)
     forms = (FirstOrder(double_pendulum_equations),)
+    formulations = (CARTESIAN,)
     scene = SCENE
     reversal = ("w1", "w2")
     mirror = ("th1", "th2", "w1", "w2")

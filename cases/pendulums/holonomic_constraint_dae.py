@@ -1,5 +1,6 @@
 """The pendulum in Cartesian coordinates: a holonomic constraint with its multiplier."""
 
+from gnomon.cases.core.consistent import violation
 from gnomon.cases.declare import *
 from gnomon.cases.flight.projectile_parabola import projectile_energy
 from gnomon.reference.pendulums.holonomic_constraint_dae import CartesianPendulum
@@ -55,6 +56,15 @@ def rod_end(readings: Readings, parameters: Values) -> Values:
 SCENE = SceneForm(on_a_rod, rod_end, frozenset({"rod"}), conservative=False)
 
 
+FORM = Constrained(
+    cartesian_pendulum_equations, force=gravity_in_the_plane, constraint=circle, gradient=circle_gradient
+)
+
+
+def _departure(numbers: Mapping[str, Fraction]) -> str | None:
+    return violation(FORM, 0.0, [numbers[name] for name in ("x", "y", "vx", "vy")], [numbers["g"]])
+
+
 def _consistent(numbers: Mapping[str, Fraction]) -> bool:
     return numbers["x"] * numbers["vx"] + numbers["y"] * numbers["vy"] == 0
 
@@ -77,7 +87,7 @@ class HolonomicConstraintDae(Case):
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive())
     rules = (
         Rule("the rod's length is not zero (x, y not both 0)", lambda numbers: numbers["x"] != 0 or numbers["y"] != 0),
-        Rule("the velocity is along the circle (x vx + y vy = 0)", _consistent),
+        Rule("the velocity is along the circle (x vx + y vy = 0)", _consistent, _departure),
     )
     exact_motion = bind(CartesianPendulum)
     default_span = Span(
@@ -97,11 +107,7 @@ class HolonomicConstraintDae(Case):
         Variant("long_1e3", "1000 periods: departures from the constraint add up", periods=1000.37),
     )
     invariants = conserved(energy=projectile_energy, squared_length=squared_length, radial_velocity=radial_velocity)
-    forms = (
-        Constrained(
-            cartesian_pendulum_equations, force=gravity_in_the_plane, constraint=circle, gradient=circle_gradient
-        ),
-    )
+    forms = (FORM,)
     scene = SCENE
     mirror = ("x", "vx")
 

@@ -5,6 +5,9 @@ from gnomon.cases.scenes.attitude import SCENE
 from gnomon.reference.rigid_bodies.euler_top import EulerTop
 
 TURN = 2 * pi
+SLUG_SQUARE_FOOT = Fraction("1.3558179483314004")
+"""1 slug ft^2 in kg m^2."""
+TEN_DEGREES = Fraction("0.174532925199432957692369076849")
 
 
 def principal_moments(parameters: Values) -> Values:
@@ -114,6 +117,16 @@ class EulerTopCase(Case):
             "prolate", "two equal moments, the third smaller", {"I1": 1, "I2": 3, "I3": 3}, spinning(1, "0.6", "0.8")
         ),
         Variant("sphere", "three equal moments: rotation about a fixed axis", {"I1": 2, "I2": 2, "I3": 2}),
+        Variant(
+            "nasa_brick",
+            "check case 2 of NASA/TM-2015-218675, without gravity: a brick that tumbles at 10, 20, 30 deg/s",
+            {
+                f"I{k}": SLUG_SQUARE_FOOT * Fraction(value)
+                for k, value in enumerate(("0.00189422", "0.006211019", "0.007194665"), 1)
+            },
+            spinning(TEN_DEGREES, 2 * TEN_DEGREES, 3 * TEN_DEGREES),
+            span=30,
+        ),
         Variant(
             "engines",
             "the tumbling body of the engine tables",

@@ -4,6 +4,7 @@ import inspect
 import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -193,6 +194,8 @@ def _numbers(shown: Case | Check, out: Console) -> None:
         for coordinate, value in zip(shown.state, shown.initial_state, strict=True):
             row(f"{coordinate.name}(0)", value, coordinate.unit, coordinate.kind, coordinate.name)
         row("span", shown.span, "s", "")
+        if shown.horizon is not None:
+            row("horizon", Fraction(shown.horizon), "s", "where the conditioning reaches 1")
     out.print(table)
     for rule in shown.domain.rules:
         out.print(f"Rule: {escape(rule.statement)}")

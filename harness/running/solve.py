@@ -8,7 +8,8 @@ from numbers import Real
 from typing import Any, Self
 
 import numpy as np
-from gnomon.cases.core.forms import FirstOrder, Form, first_order
+from gnomon.cases.core.consistent import violation
+from gnomon.cases.core.forms import Constrained, FirstOrder, Form, first_order
 from gnomon.harness.contract.integrator import (
     Floats,
     Integrator,
@@ -151,7 +152,8 @@ def solve(
     Refused
         If the method declines these equations or this setting.
     ValueError
-        For a wrong argument, and for an exception in `fun`.
+        For a wrong argument, for an exception in `fun`, and for a start that violates its constraints: with the nearest
+        velocities that do not.
 
     Examples
     --------
@@ -186,6 +188,11 @@ def solve(
         raise ValueError(
             "a form states its own events, and runs forward: leave out events, and give t_span=(t0, t1), t0 < t1"
         )
+    for form in forms:
+        if isinstance(form, Constrained) and (
+            wrong := violation(form, float(t_span[0]), start.tolist(), arguments.numbers)
+        ):
+            raise ValueError(f"y0 violates its constraints: {wrong}")
     integrator, setting = _with_setting(_method(method, forms), rtol, atol, step)
     parameters = arguments.numbers if own is None else own.parameters
     problem = times.problem(first_taken(integrator, forms), start, parameters, integrator, own is None)

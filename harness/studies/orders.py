@@ -209,9 +209,9 @@ def solve_exactly(
         table = _zeros(mp, (len(rows), max(map(len, rows))))
         for row, values in zip(table, rows, strict=True):
             row[: len(values)] = values
-        inputs, outputs = method.widths(form, len(y))
+        (inputs, outputs), stored = method.shape(form, len(y), len(p))
         x, slope = _zeros(mp, (inputs,)), _zeros(mp, (outputs,))
-        store, increment = _zeros(mp, (method.rows(form), len(y))), _zeros(mp, (len(y),))
+        store, increment = _zeros(mp, (stored, len(y))), _zeros(mp, (len(y),))
         for k in range(count):
             if not step(f, k * h, h, y, p, table, x, slope, store, increment):
                 raise ArithmeticError(f"step {k} of {method.name} could not be made")

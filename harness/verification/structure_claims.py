@@ -127,17 +127,18 @@ def from_rotations(states: Floats) -> float:
 
 
 def from_constraint(trials: Trials, states: Floats) -> tuple[float, float]:
-    """The largest distance of positions from the constraint, and of velocities from its tangent, over their sizes."""
+    """The largest distance of positions from a constraint, and of velocities from its tangent, over their sizes."""
     form, p = trials.form, tuple(trials.problem().parameters.tolist())
     places, speeds = np.split(states, 2, axis=1)
     moments = [(t, tuple(q)) for t, q in zip(trials.reference.times.tolist(), places, strict=True)]
-    slopes = np.array([form.gradient(t, q, p) for t, q in moments])
-    (value,) = form.constraint(0.0, tuple(np.split(trials.start, 2)[0]), p)
-    off = [abs(form.constraint(t, q, p)[0] - value) for t, q in moments]
-    along = np.abs(np.sum(slopes * speeds, axis=1))
-    steep = np.linalg.norm(slopes, axis=1)
-    sizes = [float(np.max(steep * np.linalg.norm(part, axis=1))) for part in (places, speeds)]
-    return float(np.max(off)) / sizes[0], float(np.max(along)) / sizes[1]
+    values = np.array(form.constraint(0.0, tuple(np.split(trials.start, 2)[0]), p))
+    slopes = np.array([form.gradient(t, q, p) for t, q in moments]).reshape(len(states), len(values), -1)
+    rates = [form.constraint_rate(t, q, p) for t, q in moments] if form.constraint_rate else np.zeros(len(values))
+    off = np.abs(np.array([form.constraint(t, q, p) for t, q in moments]) - values)
+    along = np.abs(np.einsum("tkn,tn->tk", slopes, speeds) + rates)
+    steep = np.linalg.norm(slopes, axis=2)
+    sizes = [np.max(steep * np.linalg.norm(part, axis=1)[:, None], axis=0) for part in (places, speeds)]
+    return float(np.max(off / sizes[0])), float(np.max(along / sizes[1]))
 
 
 @claim("attitude", _declares("attitude", _has_form(RigidBody)))

@@ -59,10 +59,15 @@ class VibratingTable(BallMotion):
     def impact(self, n: int, until: Fraction, digits: int = 15) -> tuple[Any, Any, Any]:
         """Time of impact n = 1, 2, ..., and the relative velocity before and after it."""
         return (
-            self._derived(digits, lambda: self._known(until)[n].begin),
-            self._derived(digits, lambda: self._known(until)[n].arriving),
-            self._derived(digits, lambda: self._known(until)[n].u),
+            self._derived(digits, lambda: self._flight(n, until).begin),
+            self._derived(digits, lambda: self._flight(n, until).arriving),
+            self._derived(digits, lambda: self._flight(n, until).u),
         )
+
+    def _flight(self, n: int, until: Fraction) -> Flight:
+        """The flight after impact n; not finite where the balls do not reach it, so that more precision is taken."""
+        known = self._known(until)
+        return known[n] if n < len(known) else Flight(*(flint.arb("nan") for _ in Flight._fields))
 
     def _known(self, until: Fraction) -> list[Flight]:
         """The flights that begin up to a time, at the current precision."""

@@ -11,7 +11,10 @@ from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.metric import RATES
 
 HIERARCHIES = [name for name in names() if get(name).hierarchy]
-ANOTHER_START = {("spring_pendulum", "pendulum_simple"): "a rod is as long as the spring at rest, which is stretched"}
+ANOTHER_START = {
+    (spring, "pendulum_simple"): "a rod is as long as the spring at rest, which is stretched"
+    for spring in ("spring_pendulum", "stiff_spring_pendulum")
+}
 OTHER_RATES = {
     ("lagrange_top", "lagrange_top_fast"): "its mean precession is not that of its tilt",
     ("lagrange_top", "lagrange_top_small_nutation"): "precession and spin are linear in the nutation",

@@ -23,6 +23,7 @@ ANOTHER_TIME = {
     "billiard_ball_drill": "the duration of sliding, in which friction changes its direction faster and faster",
     "bouncing_ball_table": "a radian of the table's vibration, with many in a flight",
     "central_force_shortened_string": "a radian of the azimuth, which follows from the length of the string",
+    "kapitza_pendulum_driven": "a radian of the pivot, whose force depends on time and is no mode of the equations",
     "rigid_body_stokes_medium": "a radian at the start; the medium slows the rotation tenfold",
     "spherical_pendulum": "a radian of the azimuth where it is fastest, close to a pole",
 }

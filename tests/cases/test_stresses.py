@@ -63,6 +63,10 @@ def quantity(name: str) -> Callable[[Case], float]:
     return lambda case: float(case.quantities()[name])
 
 
+def spring_over_swing(case: Case) -> float:
+    return quantity("spring_frequency")(case) / quantity("swing_frequency")(case)
+
+
 def eccentricity(case: Case) -> float:
     """From initial energy and angular momentum, for two bodies of the relative motion."""
     x, y, u, v = (float(value) for value in case.initial_state[:4])
@@ -192,6 +196,10 @@ NAMED: dict[str, tuple[Callable[[Any], float], float]] = {
     "lagrange_top_small_nutation/long_1e4": (cycles("nutation_rate"), 1e4),
     "spherical_pendulum/long_1e4": (turns("polar_period"), 1e4),
     "symmetric_top_torque_free/turns_1e5": (cycles("precession_rate"), 1e5),
+    "stiff_spring_pendulum/ratio_100": (spring_over_swing, 100),
+    "stiff_spring_pendulum/ratio_1000": (spring_over_swing, 1000),
+    "fermi_pasta_ulam/omega_200": (lambda case: float(case.parameters["w"]), 200),
+    "fermi_pasta_ulam/omega_1000": (lambda case: float(case.parameters["w"]), 1000),
     "car_axis/stiff_1e6": (lambda case: float(case.parameters["k"]), 1e6),
     "knife_edge_incline/long_1e4": (lambda case: float(case.span * case.parameters["w"]) / math.tau, 1e4),
 }

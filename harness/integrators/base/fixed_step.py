@@ -70,14 +70,23 @@ class FixedStep(Integrator):
         width = dimension // 2 if isinstance(form, SecondOrder) else dimension
         return width, width
 
+    def shape(self, form: Form, dimension: int, parameters: int) -> tuple[tuple[int, int], int]:
+        """`widths` and `rows`, for methods that tell them from the number of parameters besides."""
+        return self.widths(form, dimension), self.rows(form)
+
+    def constants(self, shape: tuple[tuple[int, int], int]) -> tuple[tuple[str, int], ...]:
+        """Numbers that the step reads, by their names, which are compiled into it."""
+        return ()
+
     def kernel(self, problem: Problem) -> Kernel:
         """The compiled `equations`, which count their calls if `problem.counted`."""
         form = problem.form
         assert not isinstance(form, SceneForm)
-        function, (inputs, outputs) = self.equations(form), self.widths(form, problem.dimension)
+        function, known = self.equations(form), len(problem.parameters)
+        (inputs, outputs), _ = self.shape(form, problem.dimension, known)
         if isinstance(form, FirstOrder) and function is form.equations:
             return right_hand_side(problem)
-        return function_kernel(function, inputs, len(problem.parameters), outputs, problem.counted)
+        return function_kernel(function, inputs, known, outputs, problem.counted)
 
     def table(self, mp: Any, form: Form, parameters: Sequence[Any], roundoff: Any) -> Table:
         """The coefficients, with other numbers that the step needs: parameters of the case, the unit round-off."""
@@ -116,7 +125,7 @@ class FixedStep(Integrator):
         assert not isinstance(form, SceneForm)
         step, address = self.step_for(form), self.kernel(problem).address
         table = self.binary64(form, problem.parameters.tolist(), h)
-        shape = self.widths(form, problem.dimension), self.rows(form)
+        shape = self.shape(form, problem.dimension, len(problem.parameters))
         return self.advancing(problem, h, substeps, step, address, table, shape)
 
     def advancing(
@@ -125,9 +134,10 @@ class FixedStep(Integrator):
     ) -> Loop:  # fmt: skip
         """The compiled loop around a step, with the equations at an address.
 
-        `shape`: `widths` and the number of rows that the step stores.
+        `shape`: that of the method for the form.
         """
-        run, compensated, (widths, rows) = stepping.compiled(step), self.compensated, shape
+        run, compensated = stepping.compiled(step, self.constants(shape)), self.compensated
+        widths, rows = shape
         buffer, times = problem.buffer, problem.times
 
         def advance(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:

@@ -151,9 +151,13 @@ ADVANCE_SIGNATURE = "int float[1] float[2] int int int float[2] float[1] float i
 
 
 @cache
-def compiled(method: Step) -> Callable[..., int]:
-    """`advance` compiled around a method's step, kept on disk under a hash of all its sources."""
-    return machine.function(advance, ADVANCE_SIGNATURE, replaced={"step": method, "aside": method}, inlined=("step",))
+def compiled(method: Step, constants: tuple[tuple[str, int], ...] = ()) -> Callable[..., int]:
+    """`advance` compiled around a method's step, kept on disk under a hash of all its sources.
+
+    By their names, `constants` replace numbers that the step reads.
+    """
+    replaced = {"step": method, "aside": method, **dict(constants)}
+    return machine.function(advance, ADVANCE_SIGNATURE, replaced=replaced, inlined=("step",))
 
 
 @cache

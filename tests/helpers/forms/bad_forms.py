@@ -258,7 +258,9 @@ WRONG_LENGTH: dict[type, tuple[tuple[Any, str], ...]] = {
     ),
     Constrained: (
         (hanging(force=rod), "rod gives 1 value where 2 are wanted"),
-        (hanging(constraint=along_rod, gradient=rod), "along_rod gives 2 values where 1 is wanted"),
+        (hanging(constraint=along_rod, gradient=rod), "rod gives 1 value where 4 are wanted"),
+        (hanging(mass=along_rod), "along_rod gives 2 values where 4 are wanted"),
+        (hanging(constraint_rate=along_rod), "along_rod gives 2 values where 1 is wanted"),
     ),
     RigidBody: (
         (RigidBody(three, torque_of_two), "torque_of_two gives 2 values where 3 are wanted"),

@@ -1,0 +1,53 @@
+"""The parts of a constrained form that methods of index 3 call, and what their functions depend on."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from gnomon.cases.core.arithmetic import rebind
+from gnomon.cases.core.elimination import rows_of, solve_all
+from gnomon.cases.core.forms import Constrained, Equations, Values
+from gnomon.harness.kernels.traced import RUN, Trace, level
+
+
+def constraints_of(form: Constrained, n: int, parameters: int) -> int:
+    """The number of constraints of a form with n coordinates."""
+    return len(form.constraint(math.nan, (math.nan,) * n, (math.nan,) * parameters))
+
+
+def is_constant(function: Equations, n: int, parameters: int) -> bool:
+    """Whether values depend on neither time nor place."""
+    trace = Trace(n, parameters)
+    values = rebind(function, trace.functions)(trace.t, trace.state, trace.parameters)
+    return all(level(value) == RUN for value in values)
+
+
+def explicit_parts(form: Constrained) -> Callable[..., Any]:
+    """(t, q, parameters) -> M^-1 force, constraints, their rates at a constant place, G, and M^-1 G^T by columns."""
+    force, constraint, gradient, mass = form.force, form.constraint, form.gradient, form.mass
+    rate = form.constraint_rate or rest(constraint)
+
+    def of_unit_masses(t: Any, q: Values, p: Values) -> Values:
+        normals = gradient(t, q, p)
+        return *force(t, q, p), *constraint(t, q, p), *rate(t, q, p), *normals, *normals
+
+    if mass is None:
+        return of_unit_masses
+
+    def of_masses(t: Any, q: Values, p: Values) -> Values:
+        pulled, normals = tuple(force(t, q, p)), tuple(gradient(t, q, p))
+        rights = (pulled, *rows_of(normals, len(q)))
+        accelerations, *moved = solve_all(rows_of(mass(t, q, p), len(q)), rights, 1 + 0 * q[0])
+        pushed = [x for row in moved for x in row]
+        return *accelerations, *constraint(t, q, p), *rate(t, q, p), *normals, *pushed
+
+    return of_masses
+
+
+def rest(constraint: Equations) -> Equations:
+    """The rates of constraints without time."""
+
+    def rates(t: Any, q: Values, p: Values) -> Values:
+        return tuple([0 for _ in constraint(t, q, p)])
+
+    return rates
