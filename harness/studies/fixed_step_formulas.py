@@ -6,7 +6,7 @@ from typing import Any
 
 from gnomon.cases.core.arithmetic import mpmath_arithmetic
 from gnomon.cases.core.case import Case
-from gnomon.cases.core.forms import FirstOrder, SecondOrder
+from gnomon.cases.core.forms import Constrained, FirstOrder, SecondOrder
 from gnomon.harness.contract.integrator import Integrator, Problem, Solver
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
@@ -16,6 +16,8 @@ from gnomon.harness.integrators.gauss import radau
 from gnomon.harness.integrators.gauss.gauss import Gauss8
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
 from gnomon.harness.integrators.gauss.radau import Radau5
+from gnomon.harness.integrators.geometric.constrained_parts import constraints_of
+from gnomon.harness.integrators.geometric.projected import Projected, index_one_parts, project
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import (
     COLUMNS,
     GraggBulirschStoer,
@@ -24,7 +26,7 @@ from gnomon.harness.integrators.multistep_extrapolation.extrapolation import (
 )
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded
-from gnomon.harness.integrators.runge_kutta.explicit import RungeKutta
+from gnomon.harness.integrators.runge_kutta.explicit import RungeKutta, runge_kutta_step
 from gnomon.harness.integrators.runge_kutta.nystrom import Nystrom, nystrom_increment
 from gnomon.harness.integrators.taylor.recurrences import STRIDE, Recurrences, coefficients
 
@@ -45,6 +47,48 @@ def fixed(base: Any, **attributes: Any) -> FixedStep:
 def _(method: Embedded) -> FixedStep:
     tableau = replace(method.tableau, errors=(), extra=(), dense=None)
     return fixed(RungeKutta, name=method.name, order=method.order, tableau=tableau)
+
+
+def projected_step(
+    f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
+) -> bool:
+    """A step of an explicit method with projection. The last rows of `store`: a flag, values of the start, the state."""
+    stages, m = table.shape[0] - 1, (slope.size - y.size) // (y.size + 2)
+    if store[stages, 0] == 0.0:
+        for i in range(y.size):
+            x[i] = y[i]
+        call(f, t, x, p, slope)
+        store[stages, 0] = 1.0
+        for j in range(m):
+            store[stages + 1, j] = slope[y.size + j]
+    runge_kutta_step(f, t, h, y, p, table, x, slope, store, increment)
+    for i in range(y.size):
+        store[stages + 2, i] = y[i] + increment[i]
+    if not project(f, t + h, store[stages + 2], p, m, x, slope, store[stages + 1], 0):
+        return False
+    for i in range(y.size):
+        increment[i] = store[stages + 2, i] - y[i]
+    return True
+
+
+@at_fixed_steps.register
+def _(method: Projected) -> FixedStep:
+    tableau = replace(method.tableau, errors=(), extra=(), dense=None)
+
+    def shape(self: FixedStep, form: Constrained, dimension: int, parameters: int) -> tuple[tuple[int, int], int]:
+        m = constraints_of(form, dimension // 2, parameters)
+        return (dimension, dimension + m * (dimension + 2)), len(tableau.a) + 3
+
+    return fixed(
+        RungeKutta,
+        name=method.name,
+        order=method.order,
+        accepts=(Constrained,),
+        tableau=tableau,
+        step=projected_step,
+        shape=shape,
+        equations=lambda self, form: index_one_parts(form),
+    )
 
 
 def nystrom_step(

@@ -37,7 +37,7 @@ from gnomon.harness.integrators.base.sizes import (
 )
 from gnomon.harness.integrators.base.stepping import blank, call, compiled_whole
 from gnomon.harness.integrators.base.tableau import ButcherTableau, NystromTableau
-from gnomon.harness.kernels.equations import acceleration, right_hand_side
+from gnomon.harness.kernels.equations import Kernel, acceleration, right_hand_side
 from numpy.typing import NDArray
 
 LEAST_TOLERANCE = 1e-15
@@ -68,11 +68,11 @@ RADAU5: Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8). At
 Verner's 9(8) a fifth of their right-hand sides on Kepler's orbits, RKN 12(10) an eighth; the pendulum takes as many as
 before. Methods of lower order have few rejected steps."""
 
-ORDER = ERROR_ORDER = WIDTHS = STAGES = LAST = ENDS = 0
+ORDER = ERROR_ORDER = WIDTHS = STAGES = LAST = ENDS = BESIDE = 0
 """Set when a method is compiled. ORDER: its order; ERROR_ORDER: the power of the step size that its estimated error
 follows; WIDTHS: the length of the state over the length of a slope; STAGES: the number of its stages; LAST: the number
 of rows of `k`, in which k[STAGES] is the slope at the end of the step, the first of the next step; ENDS: 1 if the step
-itself uses that slope."""
+itself uses that slope; BESIDE: see `Adaptive.beside`."""
 
 
 class Adaptive(Integrator):
@@ -103,12 +103,20 @@ class Adaptive(Integrator):
     def constants(cls) -> dict[str, int]:
         """The names that the family's functions read as constants, with their values for this method."""
 
+    def kernel(self, problem: Problem) -> Kernel:
+        """The compiled equations, which give slopes and then the numbers `beside` them."""
+        second = isinstance(problem.form, SecondOrder)
+        return acceleration(problem) if second else right_hand_side(problem)
+
+    def beside(self, problem: Problem) -> int:
+        """How many numbers the array of slopes holds after the slopes, for the functions of the family."""
+        return 0
+
     def prepare(self, problem: Problem, setting: float) -> Solver:
         check_tolerance(setting)
         problem = problem.since_start()
-        second = isinstance(problem.form, SecondOrder)
-        kernel = acceleration(problem) if second else right_hand_side(problem)
-        limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute))
+        kernel = self.kernel(problem)
+        limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute)), ("BESIDE", self.beside(problem))
         run = compiled_whole(
             type(self).loop, SIGNATURE, (*self.constants().items(), *limits), self.pieces, unrolled=False
         )
@@ -184,7 +192,7 @@ def integrate(
     width = dimension // WIDTHS
     y, compensation, end = np.empty(dimension), np.empty(dimension), np.empty(dimension)
     change, spare = np.empty(dimension), np.empty(dimension)
-    x, slope, k = np.empty(width), np.empty(width), np.empty((LAST, width))
+    x, slope, k = np.empty(width), np.empty(width + BESIDE), np.empty((LAST, width))
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
     taken = 0
     for n in range(initial.shape[0]):

@@ -42,6 +42,17 @@ def attempt(
     slope: Floats, k: Floats, change: Floats, end: Floats,
 ) -> float:  # fmt: skip
     """Compute the stages of a step and the state at its end; returns the norm of the estimated error."""
+    propagate(f, t, h, y, compensation, p, table, x, slope, k, change, end)
+    if ENDS == 1:
+        end_slope(f, t + h, end, p, x, slope, k)
+    return error_norm(h, y, end, table, k, inverse)
+
+
+def propagate(
+    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats,
+    k: Floats, change: Floats, end: Floats,
+) -> None:  # fmt: skip
+    """Compute the stages of a step, the change of the state and the state at the end."""
     for j in range(1, STAGES):
         stage(f, t, h, y, p, table, j, x, slope, k)
     for i in range(y.size):
@@ -50,9 +61,6 @@ def attempt(
             total += table[STAGES, m + 1] * k[m, i]
         change[i] = h * total + compensation[i]
         end[i] = y[i] + change[i]
-    if ENDS == 1:
-        end_slope(f, t + h, end, p, x, slope, k)
-    return error_norm(h, y, end, table, k, inverse)
 
 
 def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inverse: Floats) -> float:

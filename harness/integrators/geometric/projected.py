@@ -1,0 +1,194 @@
+"""Explicit pairs for motions under constraints: each step ends with a projection onto the constraints and their tangents.
+
+The pairs integrate the equations of index 1, whose solutions leave the constraints as errors add up. After each step the
+position returns to the values of the constraints at the start, then the velocity to G q' + g_t = 0, both in the metric of
+the mass matrix: the least kinetic energy of the correction (Eich, SIAM J. Numer. Anal. 30, 1993; Hairer, Lubich, Wanner,
+Geometric Numerical Integration, IV.4). Corrections are as small as the error of a step, so the order stays.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from gnomon.cases.core.elimination import rows_of, solve_all
+from gnomon.cases.core.forms import Constrained, Values
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Tolerance
+from gnomon.harness.integrators.base.step_control import end_slope
+from gnomon.harness.integrators.base.step_control import first_step as first_step_alone
+from gnomon.harness.integrators.base.stepping import call
+from gnomon.harness.integrators.gauss.gauss_steps import SMALLEST
+from gnomon.harness.integrators.geometric.constrained_parts import constraints_of, rest
+from gnomon.harness.integrators.geometric.rattle import eliminate
+from gnomon.harness.integrators.runge_kutta.dop853_table import DOP853
+from gnomon.harness.integrators.runge_kutta.embedded import Embedded, error_norm, propagate
+from gnomon.harness.integrators.runge_kutta.embedded import between as between_alone
+from gnomon.harness.integrators.runge_kutta.explicit_pairs import DormandPrince5
+from gnomon.harness.kernels.equations import Kernel, check_values, function_kernel
+
+ENDS = 0
+"""Set when a method is compiled, see `step_control`."""
+
+MOST_RETURNS = 20
+ENOUGH = 1e-9
+"""Relative to the position: as Newton's method squares changes, the next one is below round-off."""
+
+
+def first_step(
+    f: Any, y: Floats, p: Floats, k: Floats, x: Floats, slope: Floats, tolerance: float, most: float, groups: Any
+) -> float:  # fmt: skip
+    """The first step size; keeps the values of the constraints at the start in the last numbers of `slope`."""
+    h = first_step_alone(f, y, p, k, x, slope, tolerance, most, groups)
+    for i in range(x.size):
+        x[i] = y[i]
+    call(f, 0.0, x, p, slope)
+    m = constraints_beside(slope, y)
+    for j in range(m):
+        slope[slope.size - m + j] = slope[y.size + j]
+    return h
+
+
+def constraints_beside(slope: Floats, y: Floats) -> int:
+    """The number m of constraints: slopes, m constraints, their rates, G, M^-1 G^T, and m values of the start."""
+    return (slope.size - y.size) // (y.size + 3)
+
+
+def attempt(
+    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
+    slope: Floats, k: Floats, change: Floats, end: Floats,
+) -> float:  # fmt: skip
+    """Compute a step and project its end; returns the norm of the estimated error."""
+    propagate(f, t, h, y, compensation, p, table, x, slope, k, change, end)
+    m = constraints_beside(slope, y)
+    if not project(f, t + h, end, p, m, x, slope, slope, slope.size - m):
+        return np.inf
+    for i in range(y.size):
+        change[i] += end[i] - (y[i] + change[i])
+    if ENDS == 1:
+        end_slope(f, t + h, end, p, x, slope, k)
+    return error_norm(h, y, end, table, k, inverse)
+
+
+def between(
+    f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
+    slope: Floats, k: Floats, spare: Floats, out: Floats,
+) -> None:  # fmt: skip
+    """Write the state within a step into `out`: the interpolant, projected."""
+    between_alone(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, spare, out)
+    m = constraints_beside(slope, y)
+    for i in range(y.size):
+        spare[i] = out[i]
+    if project(f, t + ahead, spare, p, m, x, slope, slope, slope.size - m):
+        for i in range(y.size):
+            out[i] = spare[i]
+
+
+def project(
+    f: Any, t: Any, state: Any, p: Any, m: int, x: Any, slope: Any, held: Any, first: Any
+) -> bool:  # fmt: skip
+    """Project a state onto m constraints, whose values are `held` from the number `first` on, and onto their tangents.
+
+    Along M^-1 G^T, computed at each place again. Returns False if Newton's method does not converge.
+    """
+    n = state.size // 2
+    gradient = 2 * n + 2 * m
+    pushed = gradient + m * n
+    rows = np.empty((m, m + 1))
+    near = False
+    for _ in range(MOST_RETURNS):
+        for i in range(2 * n):
+            x[i] = state[i]
+        call(f, t, x, p, slope)
+        for j in range(m):
+            rows[j, m] = slope[2 * n + j] - held[first + j]
+            if near:
+                rows[j, m] = slope[2 * n + m + j]
+                for i in range(n):
+                    rows[j, m] += slope[gradient + j * n + i] * state[n + i]
+            for c in range(m):
+                rows[j, c] = 0.0 * rows[j, m]
+                for i in range(n):
+                    rows[j, c] += slope[gradient + j * n + i] * slope[pushed + c * n + i]
+        eliminate(rows, 0, m)
+        moved = n if near else 0
+        largest, size = 0.0, SMALLEST
+        for i in range(n):
+            correction = rows[0, m] * slope[pushed + i]
+            for j in range(1, m):
+                correction += rows[j, m] * slope[pushed + j * n + i]
+            if not abs(correction) < 1e300:
+                return False
+            state[moved + i] -= correction
+            largest = max(largest, abs(correction))
+            size = max(size, abs(state[i]))
+        if near:
+            return True
+        near = largest <= ENOUGH * size
+    return False
+
+
+def index_one_parts(form: Constrained) -> Callable[..., Any]:
+    """(t, state, parameters) -> the slopes, constraints, their rates at a constant place, G, and M^-1 G^T by columns."""
+    equations, constraint, gradient, mass = form.equations, form.constraint, form.gradient, form.mass
+    rate = form.constraint_rate or rest(constraint)
+
+    def of_unit_masses(t: Any, state: Values, p: Values) -> Values:
+        q = state[: len(state) // 2]
+        normals = gradient(t, q, p)
+        return *equations(t, state, p), *constraint(t, q, p), *rate(t, q, p), *normals, *normals
+
+    if mass is None:
+        return of_unit_masses
+
+    def of_masses(t: Any, state: Values, p: Values) -> Values:
+        q = state[: len(state) // 2]
+        normals = tuple(gradient(t, q, p))
+        moved = solve_all(rows_of(mass(t, q, p), len(q)), rows_of(normals, len(q)), 1 + 0 * q[0])
+        pushed = [x for row in moved for x in row]
+        return *equations(t, state, p), *constraint(t, q, p), *rate(t, q, p), *normals, *pushed
+
+    return of_masses
+
+
+class Projected(Embedded):
+    """An explicit pair on the equations of index 1, which projects steps and samples onto constraints and tangents."""
+
+    accepts = (Constrained,)
+    conserves = ("constraint",)
+
+    def kernel(self, problem: Problem) -> Kernel:
+        form, known = problem.form, len(problem.parameters)
+        assert isinstance(form, Constrained)
+        n, m = problem.dimension // 2, constraints_of(form, problem.dimension // 2, known)
+        wanted = {form.gradient: m * n, form.mass: n * n, form.constraint_rate: m}
+        for function, count in wanted.items():
+            if function is not None:
+                check_values(function, (n, known), count)
+        outputs = 2 * n + 2 * m * (n + 1)
+        return function_kernel(index_one_parts(form), 2 * n, known, outputs, problem.counted)
+
+    def beside(self, problem: Problem) -> int:
+        assert isinstance(problem.form, Constrained)
+        m = constraints_of(problem.form, problem.dimension // 2, len(problem.parameters))
+        return m * (problem.dimension + 3)
+
+
+Projected.pieces = (first_step, attempt, *Embedded.pieces[2:4], between)
+
+
+class ProjectedDormandPrince5(Projected):
+    """Dormand and Prince's 5(4) pair with projection. Order 5."""
+
+    name, order = "Projected Dormand-Prince 5(4)", 5
+    primary = False
+    sweep = Tolerance(1e-3, 1e-12)
+    tableau = DormandPrince5.tableau
+
+
+class ProjectedDop853(Projected):
+    """Dormand and Prince's 8(5,3) pair with projection. Order 8."""
+
+    name, order = "Projected DOP853", 8
+    tableau = DOP853
+
+
+INTEGRATORS: tuple[type[Integrator], ...] = (ProjectedDormandPrince5, ProjectedDop853)
