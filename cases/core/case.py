@@ -562,7 +562,7 @@ class Case(Declared):
         start = self.default_state if setting.initial_state is None else setting.initial_state
         own = (*self._parameters(setting, {}).values(), *map(exact, start))
         same_numbers = [float(x) for x in own] == [float(x) for x in self.numbers.values()]
-        return float(stated) if stated is not None and same_numbers else None
+        return float(exact(stated)) if stated is not None and same_numbers else None
 
     @property
     def scored(self) -> tuple[str, ...]:

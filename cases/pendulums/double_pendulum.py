@@ -68,6 +68,7 @@ class DoublePendulum(IntegratedCase):
     l2 = Parameter("m", 1, "lower rod", positive(0.5, 2))
     g = Parameter("m/s^2", "9.81", "acceleration of gravity", positive(5, 15))
     default_span = Span(10.37, "time scale")
+    default_horizon = "29.4"
     variants = (
         Variant("small", "small swings: two modes, almost linear", initial_state=("1e-3", "-1e-3", 0, 0)),
         Variant(

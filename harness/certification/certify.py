@@ -136,7 +136,7 @@ def _integrated(case: Case) -> dict[str, float]:
         step = exact(case.fastest_time / 4).limit_denominator(10**6)
         motion = case.motion()
         # Each step's error grows as any other does: a chaotic motion would keep half of the digits.
-        lost = math.ceil(motion.growth(case.span)) if isinstance(motion, CertifiedMotion) else 0
+        lost = 1 + math.ceil(motion.growth(case.span)) if isinstance(motion, CertifiedMotion) else 0
         way, found = "extrapolation", extrapolate(field, case.initial_state, times, agreement.asked(case) + lost, step)
     return {way: agreement.against(case, dict(zip(times, found, strict=True)))}
 

@@ -76,10 +76,10 @@ def test_the_plane_problem_is_the_problem_in_space_at_height_zero() -> None:
 
 
 def crossing(case: Case) -> float:
-    """The first of 40 times up to 1.1 horizons at which the conditioning is 1."""
+    """The first of 160 times up to 1.1 horizons at which the conditioning is 1; after an impact it may be so for a moment."""
     assert case.horizon is not None
-    times = np.linspace(0.8, 1.1, 40) * case.horizon
-    found = case.rounded().with_span(Fraction(times[-1])).conditioning(times)
+    times = np.linspace(0.8, 1.1, 160) * case.horizon
+    found = case.rounded().with_span(Fraction(float(times[-1]))).conditioning(times)
     return float(times[np.argmax(found >= 1)])
 
 

@@ -27,8 +27,10 @@ up to 3.3e-13 m, 4.3e-12 m/s and, in the multipliers, 1.6e-10."""
 def at_three_seconds() -> Sequence[Fraction]:
     """The exact motion to 20 digits: the span of the case ends earlier."""
     case = get("car_axis")
-    equations, values = rebind(case.equations_of_motion, flint_arithmetic()), tuple(map(ball, case.parameter_values()))
-    (found,) = integrate(lambda t, state: equations(t, state, values), case.initial_state, [Fraction(3)], 20)
+    equations, values = rebind(case.equations_of_motion, flint_arithmetic()), case.parameter_values()
+    (found,) = integrate(
+        lambda t, state: equations(t, state, tuple(map(ball, values))), case.initial_state, [Fraction(3)], 20
+    )
     return found
 
 

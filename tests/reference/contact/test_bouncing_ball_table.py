@@ -53,3 +53,9 @@ def test_ball_and_table_meet_in_the_inertial_frame(variant):
 def test_accumulating_impacts_are_refused():
     with pytest.raises(ValueError, match="give a shorter span"):
         get("bouncing_ball_table", A=0, e="0.5", span=3)
+
+
+def test_all_impacts_of_a_long_chaotic_motion_are_found_at_few_digits() -> None:
+    """After 41 impacts that double errors, 15 digits and their guard are fewer than the digits that are lost."""
+    case = get("bouncing_ball_table", "chaotic", span=7).rounded()
+    assert len(case.events()) == case.exact_motion.impacts(case.span) == 42
