@@ -46,7 +46,7 @@ class ImpactOscillator(ImpactCase):
     F = Parameter("N", 1, "amplitude of the force", typical(0.2, 2))
     w = Parameter("rad/s", 2, "frequency of the force", positive(1.5, 4))
     s = Parameter("m", 0, "position of the stop", typical(0, 1))
-    e = Parameter("1", "0.8", "coefficient of restitution", Range(0.0, 1.0, low_open=True, typical=(0.7, 1.0)))
+    e = Parameter("1", "0.8", "coefficient of restitution", Range(0.01, 1.0, typical=(0.7, 1.0)))
     rules = (
         Rule("c^2 < 4 m k (the free oscillator vibrates)", lambda n: n["c"] ** 2 < 4 * n["m"] * n["k"]),
         Rule(
