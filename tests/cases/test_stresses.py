@@ -232,6 +232,8 @@ CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
         9.4e-3,
     ),
     "rolling_disc/straight_slow: to 65 degrees": (farthest_lean, 65),
+    "tippe_top/strong_friction: decays in 1 ms": (lambda case: 1e3 * case.time_scale, 0.927),
+    "tippe_top/nearly_upright: two million times": (lambda case: 1e6 * math.acos(last(case, "ez") / 0.3), 2.23e6),
     "bouncing_ball_table/chaotic: 3e12-fold": (growth_of_a_shift, 3.35e12),
     "impact_oscillator/chaotic: 1.5e8-fold": (growth_of_a_shift, 1.48e8),
 }

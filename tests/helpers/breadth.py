@@ -25,7 +25,7 @@ EXPENSIVE = (
     "rolling_sphere_in_bowl", "rotating_pendulum", "rotating_pendulum_free_hoop", "rotating_pendulum_swept",
     "rotation_fixed_axis_compound_pendulum", "rubber_tube_thick", "rubber_tube_thin", "sliding_can",
     "spherical_pendulum", "spring_pendulum", "stiff_spring_pendulum", "stiff_valley", "swinging_atwood",
-    "symmetric_top_torque_free", "three_ball_chain", "three_body_pythagorean", "tower_drop", "two_body",
+    "symmetric_top_torque_free", "three_ball_chain", "three_body_pythagorean", "tippe_top", "tower_drop", "two_body",
 )  # fmt: skip
 """Cases of whose exact motions a certificate, or all variants, take 1 to 30 s of processor time; of the others less."""
 
