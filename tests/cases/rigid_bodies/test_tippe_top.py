@@ -20,7 +20,7 @@ from mpmath import mpf
 
 TIMES = ("0.1", "0.2", "0.3")
 SPAN = "0.3"
-"""While it turns over by 10 degrees: short, as the integration is expensive."""
+"""It tilts to 13 degrees: the whole inversion takes longer to integrate."""
 FOUND = {
     each.__name__: rebind(each, mpmath_arithmetic(mpmath.mp))
     for each in (tippe_equations, tippe_energy, jellett, squared_eccentricity)
@@ -109,6 +109,7 @@ def test_upside_down_is_stable_above_the_published_limit_only() -> None:
     assert growth(1, 1.01) > 1e-3
 
 
+@pytest.mark.slow
 def test_it_turns_over_above_the_limit() -> None:
     """Upside down it keeps Jellett's integral, so its spin is (1 - alpha)/(1 + alpha) of the first one."""
     case = get("tippe_top")
