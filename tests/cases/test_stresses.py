@@ -243,6 +243,11 @@ CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
         9.4e-3,
     ),
     "rolling_disc/straight_slow: to 65 degrees": (farthest_lean, 65),
+    # 1 slug, 0.1963495 ft^2, drag coefficient 0.1; the density at sea level is 1.225 kg/m^3
+    "vertical_quadratic_drag/nasa_sphere: the sphere of the check cases": (
+        lambda case: float(case.parameters["k"]) / (1.225 * 0.1 * 0.1963495 * 0.3048**2 / (2 * 14.5939)),
+        1,
+    ),
     "tippe_top/strong_friction: decays in 1 ms": (lambda case: 1e3 * case.time_scale, 0.927),
     "tippe_top/nearly_upright: two million times": (lambda case: 1e6 * math.acos(last(case, "ez") / 0.3), 2.23e6),
     "bouncing_ball_table/chaotic: 3e12-fold": (growth_of_a_shift, 3.35e12),
