@@ -103,8 +103,8 @@ class TippeTop(IntegratedCase):
         "moments (I3 along it, I1 across) is along e, |e| = alpha. The force of the plane at the point of contact is "
         "N (z - mu v), v its velocity of gliding, N the force that keeps it on the plane, either way. w is the angular "
         "velocity and (vx, vy) the horizontal velocity of the centre of mass, all in the frame of the plane. The numbers are "
-        "those of a toy, not published ones. Quantities: Jellett's integral and the limit above which only the inverted spin "
-        "is stable (if 1 - alpha < I1/I3 < 1)."
+        "those of a toy, not published ones. Quantities: the limit of Jellett's integral above which only the inverted spin is "
+        "stable, and the start's integral over it (if 1 - alpha < I1/I3 < 1)."
     )
     wx = Coordinate("rad/s", START[0], typical(-20, 20), group="angular velocity")
     wy = Coordinate("rad/s", START[1], typical(-20, 20), group="angular velocity")
