@@ -39,7 +39,7 @@ MOST_WORK = 25_000
 """Most steps times nodes that a scout may take unless a motion allows more, about 0.4 s: some 10 s of integrations."""
 NODES_OF_A_STEP = 4
 """The cost of a step besides the cost of the equations, in nodes."""
-OVERRUN = 1.3
+OVERRUN = 1.6
 """The most work of the coarse integration over the work of its scout."""
 SCOUTED = Fraction(99, 100)
 """A scout that reaches this part of the span refuses nothing: a collision just after the span comes earlier to it."""
