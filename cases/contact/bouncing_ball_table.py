@@ -1,7 +1,6 @@
 """A ball that bounces on a vibrating or accelerated table; the motion is regular or chaotic."""
 
-from functools import cached_property
-
+from gnomon.cases.core.impacts import ImpactCase
 from gnomon.cases.declare import *
 from gnomon.cases.scenes.impact import TABLE
 from gnomon.reference.contact.bouncing_ball_table import VibratingTable
@@ -40,7 +39,7 @@ def _never_lifts(n: Mapping[str, Fraction]) -> bool:
     return n["A"] * n["w"] ** 2 < n["g"] + n["b"]
 
 
-class BouncingBallTable(Case):
+class BouncingBallTable(ImpactCase):
     name = "bouncing_ball_table"
     title = "Bouncing ball on a vibrating, accelerated table (impacts by certified root finding)"
     section = "8.13"
@@ -89,19 +88,6 @@ class BouncingBallTable(Case):
         ),
     )
 
-    def __init__(self, *args: Any, **kwargs: Any) -> None:
-        super().__init__(*args, **kwargs)
-        with self._within_reach():
-            _ = self.count
-
-    @cached_property
-    def count(self) -> int:
-        """The number of impacts within the span."""
-        try:
-            return self.exact_motion.impacts(self.span)
-        except ArithmeticError as error:
-            raise ArithmeticError(f"span = {float(self.span):g} s holds {error}; give a shorter span") from None
-
     @property
     def time_scale(self) -> float:
         """The time of a fall from the start, or of a radian of the table's vibration if that is shorter."""
@@ -117,14 +103,10 @@ class BouncingBallTable(Case):
         return 1.9 * (u + sqrt(u * u + 2 * G * z)) / G
 
     def list_events(self, digits: int) -> tuple[Event, ...]:
-        zero, found = mpf(0), []
-        for n in range(1, self.count + 1):
-            time, before, after = self.exact_motion.impact(n, self.span, digits)
-            found.append(Event(time, "bounce", (zero, before), (zero, after)))
-        return tuple(found)
-
-    def same_course(self, other: Case) -> bool:
-        return isinstance(other, BouncingBallTable) and other.count == self.count
+        zero = mpf(0)
+        return tuple(
+            Event(time, "bounce", (zero, before), (zero, after)) for time, before, after in self.impacts(digits)
+        )
 
     def derived(self, digits: int) -> dict[str, Any]:
         """`bounces` within the span; the time of the first; the table's largest relative acceleration A w^2/(g + b)."""

@@ -81,17 +81,25 @@ def conditioning(case: MeasuredCase, times: Floats) -> Floats:
 
 def _conditioning(case: MeasuredCase, times: Floats) -> Floats:
     moments = [Fraction(t) for t in times.tolist()]
-    nominal = [case.exact(t, DIGITS) for t in moments]
-    later = [case.exact(t + Fraction(math.ulp(t)) / 2, DIGITS) for t in moments]
+    nominal = _states(case, moments)
+    later = _states(case, [t + Fraction(math.ulp(t)) / 2 for t in moments])
     total = _distances(case, later, nominal) ** 2
     for neighbour in _neighbours(case):
-        total += _distances(case, [neighbour.exact(t, DIGITS) for t in moments], nominal) ** 2
+        total += _distances(case, _states(neighbour, moments), nominal) ** 2
     for index in _coarser(case, nominal):
         again = _rounded_there(case, nominal[index])
         if again is not None:
             states = [again.exact(t - moments[index], DIGITS) for t in moments[index:]]
             total[index:] += _distances(case, states, nominal[index:]) ** 2
     return np.asarray(np.sqrt(total))
+
+
+def _states(case: SolvedCase, moments: Sequence[Fraction]) -> list[tuple[Any, ...]]:
+    """States of which differences are taken."""
+    motion = case.motion()
+    if isinstance(motion, CertifiedMotion):
+        return [motion.rough_state(t) for t in moments]
+    return [case.exact(t, DIGITS) for t in moments]
 
 
 def _coarser(case: SolvedCase, states: list[tuple[Any, ...]]) -> list[int]:

@@ -11,7 +11,7 @@ from gnomon.cases.core.exact_motion import bind
 from gnomon.cases.core.forms import Equations, FirstOrder
 from gnomon.cases.core.numbers import OutOfReachError
 from gnomon.reference.numerics.balls import ball
-from gnomon.reference.numerics.certified import CertifiedMotion
+from gnomon.reference.numerics.certified import MOST_WORK, CertifiedMotion
 from gnomon.reference.numerics.motion import Motion
 from gnomon.reference.numerics.taylor import flint_arithmetic
 from gnomon.reference.storage.import_closure import closure
@@ -28,7 +28,7 @@ def integrate(case: IntegratedCase) -> CertifiedMotion:
     kind = type(case)
     source = closure(kind.__module__) or uuid4().hex  # without a file: no key on disk may be met again
     label = f"{kind.__module__}.{kind.__qualname__} {source} {', '.join(map(str, values))}"
-    return CertifiedMotion(label, case.initial_state, case.span, rates)
+    return CertifiedMotion(label, case.initial_state, case.span, rates, case.most_work)
 
 
 class IntegratedCase(Case):
@@ -45,6 +45,8 @@ class IntegratedCase(Case):
     certified_digits: ClassVar[int] = 30
     longest: ClassVar[int] = 1000
     """The longest span in units of `fastest_time`: each unit takes 0.1 s or more to integrate."""
+    most_work: ClassVar[int] = MOST_WORK
+    """Steps times operations of the equations that its integrations may take (see `CertifiedMotion`)."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)

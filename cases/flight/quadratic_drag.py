@@ -150,6 +150,13 @@ class VerticalQuadraticDrag(Case):
         Variant(
             "faster_than_the_limit", "thrown down at four times the limiting speed", initial_state=(0, -125), span=9
         ),
+        Variant(
+            "nasa_sphere",
+            "the sphere of the check cases of NASA/TM-2015-218675, in air as dense as at sea level: falls from 9144 m at rest",
+            {"g": "9.80665", "k": "7.656e-5"},
+            (9144, 0),
+            30,
+        ),
     )
     invariants = decaying(energy=throw_energy)
     scene = VERTICAL_SCENE

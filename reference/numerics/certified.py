@@ -24,6 +24,7 @@ import numpy as np
 from gnomon.reference.numerics.balls import ball, precision
 from gnomon.reference.numerics.motion import MANY, Motion
 from gnomon.reference.numerics.pointwise import Floats
+from gnomon.reference.numerics.precision import working
 from gnomon.reference.numerics.taylor import MAX_STEPS, Field, _Flow, _fraction, _step, _value
 from gnomon.reference.storage.diskcache import Entry, cached
 from gnomon.reference.storage.import_closure import closure, modules_of
@@ -33,11 +34,12 @@ COARSE = 24
 LEVELS = (40, 56, 78, 150, 240)
 """Working digits: few levels, so that integrations are reused."""
 MARGIN = 4
+GUARD = 6
 MOST_WORK = 25_000
-"""Most steps times nodes that a scout may take, about 0.4 s; hard variants take up to 21,400."""
+"""Most steps times nodes that a scout may take unless a motion allows more, about 0.4 s: some 10 s of integrations."""
 NODES_OF_A_STEP = 4
 """The cost of a step besides the cost of the equations, in nodes."""
-OVERRUN = 1.3
+OVERRUN = 1.6
 """The most work of the coarse integration over the work of its scout."""
 SCOUTED = Fraction(99, 100)
 """A scout that reaches this part of the span refuses nothing: a collision just after the span comes earlier to it."""
@@ -48,8 +50,10 @@ COMPARED = 16
 class Path:
     """One integration from t = 0 forward (or backward), each step's truncation below 10**-digits of the state."""
 
-    def __init__(self, flow: Field, start: Sequence[Fraction], digits: int, backward: bool) -> None:
-        self.digits = digits
+    def __init__(
+        self, flow: Field, start: Sequence[Fraction], digits: int, backward: bool, most_work: float = math.inf
+    ) -> None:
+        self.digits, self.most_work = digits, most_work
         self.bits = math.ceil((digits + 10) * math.log2(10))
         self.order = math.ceil(digits * math.log(10) / 2) + 2
         self.sign = -1 if backward else 1
@@ -77,7 +81,7 @@ class Path:
         self.here = [_value(coefficients, self.sign * step) for coefficients in series]
         self.series.append(series)
         self.ends.append(self.ends[-1] + step)
-        if self.digits == COARSE and _work(self.flow, len(self.series)) > OVERRUN * MOST_WORK:
+        if self.digits == COARSE and _work(self.flow, len(self.series)) > OVERRUN * self.most_work:
             raise ArithmeticError(_too_many(len(self.series), now))
         if len(self.series) > MAX_STEPS:
             raise ArithmeticError(f"more than {MAX_STEPS} Taylor steps, at t = {float(now):g}")
@@ -94,7 +98,8 @@ def _too_many(steps: int, now: Fraction) -> str:
 class Scout:
     """An integration of low order that keeps nothing: it counts the steps that the others will take."""
 
-    def __init__(self, flow: Field, start: Sequence[Fraction], backward: bool) -> None:
+    def __init__(self, flow: Field, start: Sequence[Fraction], backward: bool, most_work: float = MOST_WORK) -> None:
+        self.most_work = most_work
         self.sign = -1 if backward else 1
         with precision(SCOUT_BITS):
             self.flow = _Flow(flow, len(start))
@@ -106,7 +111,7 @@ class Scout:
         """Go on to t. Raises ArithmeticError where the steps until then are too many."""
         with precision(SCOUT_BITS):
             while self.distance < abs(t):
-                if _work(self.flow, self.steps) > MOST_WORK:
+                if _work(self.flow, self.steps) > self.most_work:
                     if self.distance > SCOUTED * abs(t):
                         return
                     raise ArithmeticError(_too_many(self.steps, self.sign * self.distance))
@@ -121,13 +126,15 @@ class Scout:
 class CertifiedMotion(Motion):
     """y' = rates(t, y) from `start` at t = 0, up to about `horizon` (s).
 
-    `label` identifies these rates and their parameters among all others.
+    `label` identifies these rates and their parameters among all others. `most_work`: the most steps times nodes of the
+    equations that its scout may take; more is refused.
     """
 
     label: str
     start: tuple[Fraction, ...]
     horizon: Fraction
     rates: Field = field(repr=False, compare=False)
+    most_work: int = field(default=MOST_WORK, repr=False, compare=False)
 
     def _guard(self, t: Fraction) -> float:
         return 2
@@ -136,6 +143,15 @@ class CertifiedMotion(Motion):
         wanted = mp.dps + MARGIN + self.growth(t)
         level = next((level for level in LEVELS if level >= wanted), math.ceil(wanted))
         return [mp.mpf(x) for x in _path(self, level, t < 0).value(t)]
+
+    def rough_state(self, t: Fraction) -> tuple[Any, ...]:
+        """The state at t from the coarse integration alone, to COARSE digits less those by which errors grow.
+
+        Enough for the difference of two motions that start half an ulp apart: it grows as the errors do, so that it keeps
+        six digits, at a tenth of the cost.
+        """
+        with working(COARSE + GUARD) as mp:
+            return tuple(map(mp.mpf, _path(self, COARSE, t < 0).value(t)))
 
     def growth(self, t: Fraction) -> float:
         """Digits by which errors grow until t (at least until the horizon for t >= 0), relative to the motion's size.
@@ -158,12 +174,12 @@ class CertifiedMotion(Motion):
 
 @lru_cache(maxsize=24)
 def _path(motion: CertifiedMotion, digits: int, backward: bool) -> Path:
-    return Path(motion.rates, motion.start, digits, backward)
+    return Path(motion.rates, motion.start, digits, backward, motion.most_work)
 
 
 @lru_cache(maxsize=24)
 def _scout(motion: CertifiedMotion, backward: bool) -> Scout:
-    return Scout(motion.rates, motion.start, backward)
+    return Scout(motion.rates, motion.start, backward, motion.most_work)
 
 
 @lru_cache(maxsize=64)

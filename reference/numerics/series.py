@@ -48,6 +48,12 @@ class Tape:
         stop = k - last - 1
         return sum(map(mul, a[first : last + 1], b[k - first : stop if stop >= 0 else None : -1]), self.zero)
 
+    def square(self, a: list[Any], first: int, last: int, k: int) -> Any:
+        """The sum of a[i] a[k-i] for i from `first` to `last` = k - `first`: each product of two members once."""
+        half = (k - 1) // 2
+        twice = 2 * self.inner(a, a, first, half, k)
+        return twice + a[k // 2] * a[k // 2] if k % 2 == 0 and first <= k // 2 <= last else twice
+
     def weighted(self, slopes: list[Any], b: list[Any], k: int) -> Any:
         """The sum of i a[i] b[k-i] for i from 1 to k, over k, with slopes[i] = i a[i]: the integral of a' b."""
         return self.inner(slopes, b, 1, k, k) / k
@@ -77,13 +83,18 @@ class Series:
         return self
 
     def __sub__(self, other: Any) -> Series:
-        return self.__add__(-other)
+        if not isinstance(other, Series):
+            return self.__add__(-other)
+        a, b = self.c, other.c
+        return self.tape.node(lambda k: a[k] - b[k])
 
     def __rsub__(self, other: Any) -> Series:
         return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Series:
         a = self.c
+        if other is self:
+            return self.tape.node(lambda k: self.tape.square(a, 0, k, k))
         if isinstance(other, Series):
             b = other.c
             return self.tape.node(lambda k: self.tape.inner(a, b, 0, k, k))
@@ -131,7 +142,7 @@ class Series:
         def rule(k: int) -> Any:
             if k == 0:
                 return a[0].sqrt()
-            return (a[k] - self.tape.inner(root.c, root.c, 1, k - 1, k)) / (2 * root.c[0])
+            return (a[k] - self.tape.square(root.c, 1, k - 1, k)) / (2 * root.c[0])
 
         root = self.tape.node(rule)
         return root

@@ -59,6 +59,17 @@ def fast_over_slow(case: Any) -> float:
     return float(turning.max() / turning.min())
 
 
+def rod_over_crank(case: Case) -> float:
+    x, y, slider = (float(value) for value in case.initial_state[:3])
+    return math.hypot(slider - x, y) - math.hypot(x, y)
+
+
+def crank_from_below(case: Case) -> float:
+    """The largest angle of a crank about the origin from the downward vertical, up to 90 degrees."""
+    first, second = (float(value) for value in case.initial_state[:2])
+    return math.asin(spread(case, case.state[0].name)[1] / math.hypot(first, second))
+
+
 def quantity(name: str) -> Callable[[Case], float]:
     return lambda case: float(case.quantities()[name])
 
@@ -232,7 +243,19 @@ CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
         9.4e-3,
     ),
     "rolling_disc/straight_slow: to 65 degrees": (farthest_lean, 65),
+    # 1 slug, 0.1963495 ft^2, drag coefficient 0.1; the density at sea level is 1.225 kg/m^3
+    "vertical_quadratic_drag/nasa_sphere: the sphere of the check cases": (
+        lambda case: float(case.parameters["k"]) / (1.225 * 0.1 * 0.1963495 * 0.3048**2 / (2 * 14.5939)),
+        1,
+    ),
+    "tippe_top/strong_friction: decays in 1 ms": (lambda case: 1e3 * case.time_scale, 0.927),
+    "tippe_top/nearly_upright: two million times": (lambda case: 1e6 * math.acos(last(case, "ez") / 0.3), 2.23e6),
     "bouncing_ball_table/chaotic: 3e12-fold": (growth_of_a_shift, 3.35e12),
+    "impact_oscillator/chaotic: 1.5e8-fold": (growth_of_a_shift, 1.48e8),
+    "slider_crank/near_fold: rod 1 cm longer": (rod_over_crank, 0.0099),
+    "slider_crank/small_swings: swings of 0.067 rad": (crank_from_below, 0.0673),
+    "four_bar_linkage/small_swings: swings of 0.067 rad": (crank_from_below, 0.0676),
+    "four_bar_linkage/parallelogram: swings to 79 degrees": (lambda case: math.degrees(crank_from_below(case)), 79.4),
 }
 
 

@@ -15,17 +15,17 @@ EXPENSIVE = (
     "chain_quarter_circle", "coulomb_friction_oscillator", "curve_sliding_catenary", "curve_sliding_quartic",
     "curve_sliding_small", "cycloidal_pendulum", "double_pendulum", "driven_pendulum", "duffing_unforced",
     "dumbbell_spring", "dynamics_of_free_rigid_body_in_gravity", "engineering_design_analysis",
-    "equilateral_three_body", "euler_top", "fermi_pasta_ulam", "foucault_pendulum_nonlinear", "gyrocompass",
+    "equilateral_three_body", "euler_top", "fermi_pasta_ulam", "foucault_pendulum_nonlinear", "four_bar_linkage", "gyrocompass",
     "gyrocompass_damped_nonlinear", "gyrocompass_tilting", "henon_heiles", "holonomic_constraint_dae",
     "ignorable_coordinates", "impulse_instantaneous", "kapitza_pendulum_driven", "kepler_orbit", "lagrange_top",
-    "lagrange_top_attitude", "moment_of_momentum_pendulum", "particle_on_paraboloid", "particle_on_torus",
-    "pendulum_on_cart", "pendulum_on_string", "pendulum_quadratic_damping", "projectile_parabolic_coordinates",
+    "lagrange_top_attitude", "moment_of_momentum_pendulum", "outer_solar_system", "particle_on_paraboloid", "particle_on_torus",
+    "pendulum_on_cart", "pendulum_on_string", "pendulum_quadratic_damping", "pleiades", "projectile_parabolic_coordinates",
     "projectile_quadratic_drag", "radial_fall_inverse_square", "relativistic_charge", "restitution_impact_1d_2d",
     "rigid_body_stokes_medium", "rigid_body_stokes_medium_falling", "rigid_body_stokes_medium_torque", "rolling_disc",
     "rolling_sphere_in_bowl", "rotating_pendulum", "rotating_pendulum_free_hoop", "rotating_pendulum_swept",
-    "rotation_fixed_axis_compound_pendulum", "rubber_tube_thick", "rubber_tube_thin", "sliding_can",
+    "rotation_fixed_axis_compound_pendulum", "rubber_tube_thick", "rubber_tube_thin", "sliding_can", "slider_crank",
     "spherical_pendulum", "spring_pendulum", "stiff_spring_pendulum", "stiff_valley", "swinging_atwood",
-    "symmetric_top_torque_free", "three_ball_chain", "three_body_pythagorean", "tower_drop", "two_body",
+    "symmetric_top_torque_free", "three_ball_chain", "three_body_pythagorean", "tippe_top", "tower_drop", "two_body",
 )  # fmt: skip
 """Cases of whose exact motions a certificate, or all variants, take 1 to 30 s of processor time; of the others less."""
 

@@ -366,7 +366,7 @@ def test_what_is_begun_takes_as_many_steps_as_was_counted(name: str) -> None:
     for variant in (None, *(v.name for v in case_class(name).variants)):
         case = get(name, variant).rounded()
         motion = integrate(case)
-        scout = certified.Scout(motion.rates, motion.start, False)
+        scout = certified.Scout(motion.rates, motion.start, False, motion.most_work)
         scout.reach(case.span)
         coarse = certified.Path(motion.rates, motion.start, certified.COARSE, False)
         coarse.value(case.span)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import flint
-from independent_mechanics import Vec, World, length, polar, sin
+from independent_mechanics import Vec, World, cos, length, polar, sin, velocity
 from independent_models import model
 
 
@@ -48,6 +48,22 @@ def on_the_table(source: Any, p: Any, s: Any, mode: str) -> None:
 def ball_on_a_table(w: World, p: Any, z: Any) -> None:
     w.mass(1, (p.b * w.t * w.t / 2 + p.A * sin(p.w * w.t) + z,), (-p.g,))
     bounces(w, z, p.e)
+
+
+def at_the_stop(source: Any, p: Any, s: Any, mode: str) -> None:
+    if mode == "at impact":
+        s.x, s.v = p.s, abs(s.v)
+
+
+@model("impact_oscillator", prepare=at_the_stop)
+def oscillator_before_a_stop(w: World, p: Any, x: Any) -> None:
+    """The gap to the stop is s - x; force and damper act on the mass."""
+    w.mass(p.m, (x,))
+    w.energy(p.k * x * x / 2)
+    w.force((x,), -velocity((x,)) * p.c)
+    w.force((x,), (p.F * cos(p.w * w.t),))
+    if w.mode == "at impact":
+        w.strike(p.s - x, p.e)
 
 
 def on_the_spring(source: Any, p: Any, s: Any, mode: str) -> None:

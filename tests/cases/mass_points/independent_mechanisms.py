@@ -73,3 +73,27 @@ def forces_at_the_start(observed: ObservedMotion, value: Any) -> Any:
     if value is observed.found["multiplier_axle"]:
         return axle * over / (2 * (s.xl - s.xr))
     return (observed.rate("vxl") + axle) * over / p.L
+
+
+def uniform_rod(w: World, m: Any, g: Any, one: Vec, other: Vec) -> None:
+    """Its masses at both ends and in the middle, by Simpson's rule, which is exact for moments up to the second."""
+    for share, place in ((m / 6, one), (2 * m / 3, (one + other) / 2), (m / 6, other)):
+        w.mass(share, place, (0, -g))
+
+
+@model("slider_crank")
+def slider_crank(w: World, p: Any, x: Any, y: Any, s: Any) -> None:
+    pin, slider = Vec((x, y)), Vec((s, 0))
+    uniform_rod(w, p.m1, p.g, Vec((0, 0)), pin)
+    uniform_rod(w, p.m2, p.g, pin, slider)
+    w.mass(p.m3, slider)
+    w.keep(dot(pin, pin))
+    w.keep(dot(slider - pin, slider - pin))
+
+
+@model("four_bar_linkage")
+def four_bar(w: World, p: Any, xa: Any, ya: Any, xb: Any, yb: Any) -> None:
+    rods = (Vec((0, 0)), Vec((xa, ya)), Vec((xb, yb)), Vec((p.d, 0)))
+    for m, one, other in zip((p.m1, p.m2, p.m3), rods, rods[1:], strict=False):
+        uniform_rod(w, m, p.g, one, other)
+        w.keep(dot(other - one, other - one))

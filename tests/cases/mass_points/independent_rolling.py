@@ -1,13 +1,17 @@
-"""Second derivations for bodies on a plane, made as in independent_bodies: billiard balls, a rolling disc."""
+"""Second derivations for bodies on a plane, made as in independent_bodies: billiard balls, a rolling disc, a tippe top."""
 
 from collections.abc import Sequence
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
 import flint
+from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
+from gnomon.cases.rigid_bodies.tippe_top import jellett, tippe_energy
 from independent_bodies import attitude, columns, euler_axes, orthogonal, small_turn, solid, spin, times
-from independent_mechanics import Vec, World, coefficient, cos, cross, length, rate, sin, velocity
+from independent_mechanics import System, Vec, World, coefficient, cos, cross, dot, length, rate, sin, velocity
 from independent_models import model
+from independent_quantities import ObservedMotion, mp, oracle
 
 
 def ball(w: World, p: Any, q: Sequence[Any]) -> Vec:
@@ -112,3 +116,75 @@ def rolling_disc(w: World, p: Any, x: Any, y: Any, theta: Any, phi: Any, psi: An
     solid(w, (square / 4, square / 4, square / 2), axes, Vec((x, y, 0)) + radius * p.a, 1, (0, 0, -p.g))
     for speed in disc_slip(p, x, y, theta, phi, psi)[:2]:
         w.no_slip(speed)
+
+
+def tippe_there(p: Any, s: SimpleNamespace) -> Any:
+    """The height follows from the eccentricity as long as the sphere stays on the plane."""
+    climb = -p.R * (s.wx * s.ey - s.wy * s.ex)
+    return [0, 0, p.R * (1 - s.ez), 0, 0, 0], [s.vx, s.vy, climb, s.wx, s.wy, s.wz]
+
+
+def tippe_back(p: Any, s: Any, q: Sequence[Any]) -> list[Any]:
+    turn = small_turn(q[3:])
+    return [*spin(columns(turn)), *moved(turn, (s.ex, s.ey, s.ez)), rate(q[0]), rate(q[1])]
+
+
+def moved(turn: Sequence[Vec], place: Sequence[Any]) -> Vec:
+    return Vec(dot(row, place) for row in turn)
+
+
+def pressed(force: Any, w: World, p: Any, x: Any, y: Any, z: Any, *q: Any) -> None:
+    """An eccentric sphere kept on the plane, with the friction that belongs to this normal force."""
+    turn, e, centre = small_turn(q), Vec((w.s.ex, w.s.ey, w.s.ez)), Vec((x, y, z))
+    axis = e / length(e)
+    across = cross(axis, (1, 0, 0))
+    across = across / length(across)
+    axes = [moved(turn, each) for each in (across, cross(axis, across), axis)]
+    solid(w, (p.I1, p.I1, p.I3), axes, centre, p.m, (0, 0, -p.g))
+    contact = centre + moved(turn, (e - Vec((0, 0, 1))) * p.R)
+    w.force(contact, -velocity(contact) * (p.mu * force))
+    w.keep(z + moved(turn, e)[2] * p.R)
+
+
+@model("tippe_top", there=tippe_there, back=tippe_back)
+def tippe_top(w: World, p: Any, *q: Any) -> None:
+    """The force that keeps the sphere on the plane is linear in the one that friction belongs to; both are equal."""
+    start, speeds = ([coefficient(x, k) for x in q] for k in (0, 1))
+    none, one = (
+        System(partial(pressed, flint.arb(force)), p, coefficient(w.t, 0), w.s, w.mode).accelerations(start, speeds)[1][
+            0
+        ]
+        for force in (0, 1)
+    )
+    pressed(none / (1 + none - one), w, p, *q)
+
+
+@oracle("tippe_top.jellett_limit")
+def least_energy(observed: ObservedMotion, value: Any) -> Any:
+    """Above it, upside down has the least energy that Jellett's integral allows.
+
+    Energy is U + w.K w/2 and the integral j.w, so this least energy is U + J^2/(2 j.(K^-1 j)).
+    """
+    energy, integral = (rebind(each, mpmath_arithmetic(mp)) for each in (tippe_energy, jellett))
+    values, start = tuple(vars(observed.p).values()), observed.at(0)
+    alpha = mp.sqrt(start.ex**2 + start.ey**2 + start.ez**2)
+
+    def parts(tilt: Any) -> tuple[Any, Any]:
+        def at(found: Any, *w: int) -> Any:
+            return found(0, (*map(mp.mpf, w), alpha * mp.sin(tilt), mp.mpf(0), -alpha * mp.cos(tilt), 0, 0), values)[0]
+
+        units = [tuple(int(i == k) for i in range(3)) for k in range(3)]
+        rest = at(energy, 0, 0, 0)
+        both = [[at(energy, *map(sum, zip(a, b, strict=True))) for b in units] for a in units]
+        alone = [at(energy, *a) for a in units]
+        inertia = mp.matrix([[both[i][k] - alone[i] - alone[k] + rest for k in range(3)] for i in range(3)])
+        weights = mp.matrix([at(integral, *a) for a in units])
+        return rest, 1 / (2 * (weights.T * mp.lu_solve(inertia, weights))[0])
+
+    potential, rotation = (mp.diff(lambda tilt, k=k: parts(tilt)[k], 0, 2) for k in (0, 1))
+    return mp.sqrt(-potential / rotation)
+
+
+@oracle("tippe_top.jellett_ratio")
+def over_the_limit(observed: ObservedMotion, value: Any) -> Any:
+    return abs(observed.invariant("jellett")) / mp.mpf(observed.found["jellett_limit"])

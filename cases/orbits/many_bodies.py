@@ -1,0 +1,124 @@
+"""Equations of bodies that attract each other in pairs, for any number of bodies in a plane or in space.
+
+The parameters are (G, m1, ..., mn), the state (positions of body 1, of body 2, ..., then the velocities likewise).
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+from gnomon.cases.declare import *
+
+
+def _vectors(numbers: Values, count: int) -> list[Values]:
+    """The numbers of each body, from those of all."""
+    size = len(numbers) // count
+    return [numbers[i * size : (i + 1) * size] for i in range(count)]
+
+
+def _difference(a: Values, b: Values) -> Values:
+    return tuple(x - y for x, y in zip(a, b, strict=True))
+
+
+def _square(a: Values) -> Any:
+    total = a[0] * a[0]
+    for x in a[1:]:
+        total = total + x * x
+    return total
+
+
+def pairs_attract(t: Any, q: Values, parameters: Values) -> Values:
+    """ri'' = the sum over j of G mj (rj - ri)/|rj - ri|^3."""
+    G, *masses = parameters
+    places = _vectors(q, len(masses))
+    pulls: list[list[Any]] = [[] for _ in masses]
+    for i, j in combinations(range(len(masses)), 2):
+        apart = _difference(places[j], places[i])
+        square = _square(apart)
+        pull = G / (square * sqrt(square))
+        there = tuple(pull * x for x in apart)
+        pulls[i].append(tuple(masses[j] * x for x in there))
+        pulls[j].append(tuple(-masses[i] * x for x in there))
+    return tuple(_sum([pull[axis] for pull in own]) for own in pulls for axis in range(len(places[0])))
+
+
+def _sum(terms: Sequence[Any]) -> Any:
+    total = terms[0]
+    for term in terms[1:]:
+        total = total + term
+    return total
+
+
+def pair_energy(t: Any, state: Values, parameters: Values) -> Values:
+    G, *masses = parameters
+    half = len(state) // 2
+    places, speeds = _vectors(state[:half], len(masses)), _vectors(state[half:], len(masses))
+    kinetic = _sum([m * _square(v) for m, v in zip(masses, speeds, strict=True)]) / 2
+    pairs = combinations(range(len(masses)), 2)
+    bound = [masses[i] * masses[j] / sqrt(_square(_difference(places[i], places[j]))) for i, j in pairs]
+    return (kinetic - G * _sum(bound),)
+
+
+def _momentum(state: Values, parameters: Values, axis: int) -> Values:
+    masses = parameters[1:]
+    speeds = _vectors(state[len(state) // 2 :], len(masses))
+    return (_sum([m * v[axis] for m, v in zip(masses, speeds, strict=True)]),)
+
+
+def momentum_x(t: Any, state: Values, parameters: Values) -> Values:
+    return _momentum(state, parameters, 0)
+
+
+def momentum_y(t: Any, state: Values, parameters: Values) -> Values:
+    return _momentum(state, parameters, 1)
+
+
+def momentum_z(t: Any, state: Values, parameters: Values) -> Values:
+    return _momentum(state, parameters, 2)
+
+
+def spin_about_z(t: Any, state: Values, parameters: Values) -> Values:
+    """Angular momentum about the z axis through the origin."""
+    masses, half = parameters[1:], len(state) // 2
+    places, speeds = _vectors(state[:half], len(masses)), _vectors(state[half:], len(masses))
+    return (_sum([m * (r[0] * v[1] - r[1] * v[0]) for m, r, v in zip(masses, places, speeds, strict=True)]),)
+
+
+def all_masses(parameters: Values) -> Values:
+    G, *masses = parameters
+    return tuple(G * m for m in masses)
+
+
+def nbody(count: int, size: int) -> NBody:
+    """The form for integrators that own their equations, of `count` bodies in `size` dimensions; in a plane z = 0."""
+    flat = (0,) * (3 - size)
+
+    def bodies(state: Values) -> tuple[Values, ...]:
+        half = len(state) // 2
+        found = zip(_vectors(state[:half], count), _vectors(state[half:], count), strict=True)
+        return tuple((*place, *flat, *speed, *flat) for place, speed in found)
+
+    def state(found: tuple[Values, ...]) -> Values:
+        return (*(x for one in found for x in one[:size]), *(v for one in found for v in one[3 : 3 + size]))
+
+    return NBody(all_masses, bodies, state)
+
+
+def alike_bodies(count: int, axes: str) -> tuple[tuple[str, ...], ...]:
+    """The names of the numbers of each body, for `Case.alike`."""
+    names = (*axes, *(f"v{axis}" for axis in axes), "m")
+    return tuple(tuple(f"{name}{k}" for name in names) for k in range(1, count + 1))
+
+
+def shortest_radian(parameters: Values, state: Values, size: int) -> float:
+    """sqrt(s^3/GM), s the shortest distance of two bodies at the start: a radian of these on a circle."""
+    G, *masses = map(float, parameters)
+    places = _vectors(tuple(map(float, state[: len(state) // 2])), len(masses))
+    return min(
+        sqrt(sum(x * x for x in _difference(places[i], places[j])) ** 1.5 / (G * (masses[i] + masses[j])))
+        for i, j in combinations(range(len(masses)), 2)
+    )
+
+
+def are_apart(numbers: Mapping[str, Fraction], count: int, axes: str) -> bool:
+    places = [[numbers[f"{axis}{k}"] for axis in axes] for k in range(1, count + 1)]
+    return all(a != b for a, b in combinations(places, 2))
