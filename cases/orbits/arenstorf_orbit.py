@@ -61,13 +61,8 @@ class ArenstorfOrbit(IntegratedCase):
     )
     invariants = conserved(jacobi_constant=jacobi_constant)
     forms = (FirstOrder(satellite),)
-    mirror = ()
     reversal = ("vx", "y")
-
-    @property
-    def time_scale(self) -> float:
-        """A radian of Earth and Moon round each other."""
-        return 1.0
+    time_scale = 1.0  # a radian of Earth and Moon round each other
 
     @property
     def fastest_time(self) -> float:
