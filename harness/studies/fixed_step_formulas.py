@@ -64,7 +64,7 @@ def projected_step(
     runge_kutta_step(f, t, h, y, p, table, x, slope, store, increment)
     for i in range(y.size):
         store[stages + 2, i] = y[i] + increment[i]
-    if not project(f, t + h, store[stages + 2], p, m, x, slope, store[stages + 1], 0):
+    if not project(f, t + h, store[stages + 2], p, m, x, slope, store[stages + 1], 0, store, stages + 3):
         return False
     for i in range(y.size):
         increment[i] = store[stages + 2, i] - y[i]

@@ -59,7 +59,8 @@ def attempt(
     """Compute a step and project its end; returns the norm of the estimated error."""
     propagate(f, t, h, y, compensation, p, table, x, slope, k, change, end)
     m = constraints_beside(slope, y)
-    if not project(f, t + h, end, p, m, x, slope, slope, slope.size - m):
+    rows = np.empty((m, m + 1))
+    if not project(f, t + h, end, p, m, x, slope, slope, slope.size - m, rows, 0):
         return np.inf
     for i in range(y.size):
         change[i] += end[i] - (y[i] + change[i])
@@ -77,44 +78,45 @@ def between(
     m = constraints_beside(slope, y)
     for i in range(y.size):
         spare[i] = out[i]
-    if project(f, t + ahead, spare, p, m, x, slope, slope, slope.size - m):
+    rows = np.empty((m, m + 1))
+    if project(f, t + ahead, spare, p, m, x, slope, slope, slope.size - m, rows, 0):
         for i in range(y.size):
             out[i] = spare[i]
 
 
 def project(
-    f: Any, t: Any, state: Any, p: Any, m: int, x: Any, slope: Any, held: Any, first: Any
+    f: Any, t: Any, state: Any, p: Any, m: int, x: Any, slope: Any, held: Any, first: Any, rows: Any, at: int
 ) -> bool:  # fmt: skip
     """Project a state onto m constraints, whose values are `held` from the number `first` on, and onto their tangents.
 
-    Along M^-1 G^T, computed at each place again. Returns False if Newton's method does not converge.
+    Along M^-1 G^T, computed at each place again. `rows` holds the linear equations from the row `at` on. Returns False if
+    Newton's method does not converge.
     """
     n = state.size // 2
     gradient = 2 * n + 2 * m
     pushed = gradient + m * n
-    rows = np.empty((m, m + 1))
     near = False
     for _ in range(MOST_RETURNS):
         for i in range(2 * n):
             x[i] = state[i]
         call(f, t, x, p, slope)
         for j in range(m):
-            rows[j, m] = slope[2 * n + j] - held[first + j]
+            rows[at + j, m] = slope[2 * n + j] - held[first + j]
             if near:
-                rows[j, m] = slope[2 * n + m + j]
+                rows[at + j, m] = slope[2 * n + m + j]
                 for i in range(n):
-                    rows[j, m] += slope[gradient + j * n + i] * state[n + i]
+                    rows[at + j, m] += slope[gradient + j * n + i] * state[n + i]
             for c in range(m):
-                rows[j, c] = 0.0 * rows[j, m]
+                rows[at + j, c] = 0.0 * rows[at + j, m]
                 for i in range(n):
-                    rows[j, c] += slope[gradient + j * n + i] * slope[pushed + c * n + i]
-        eliminate(rows, 0, m)
+                    rows[at + j, c] += slope[gradient + j * n + i] * slope[pushed + c * n + i]
+        eliminate(rows, at, m)
         moved = n if near else 0
         largest, size = 0.0, SMALLEST
         for i in range(n):
-            correction = rows[0, m] * slope[pushed + i]
+            correction = rows[at, m] * slope[pushed + i]
             for j in range(1, m):
-                correction += rows[j, m] * slope[pushed + j * n + i]
+                correction += rows[at + j, m] * slope[pushed + j * n + i]
             if not abs(correction) < 1e300:
                 return False
             state[moved + i] -= correction
