@@ -52,7 +52,7 @@ def _(method: Embedded) -> FixedStep:
 def projected_step(
     f: Any, t: Any, h: Any, y: Any, p: Any, table: Any, x: Any, slope: Any, store: Any, increment: Any
 ) -> bool:
-    """A step of an explicit method with projection. The last rows of `store`: a flag, values of the start, the state."""
+    """A step of an explicit method with projection. Last in `store`: a flag, the start, the state, equations."""
     stages, m = table.shape[0] - 1, (slope.size - y.size) // (y.size + 2)
     if store[stages, 0] == 0.0:
         for i in range(y.size):
@@ -77,7 +77,7 @@ def _(method: Projected) -> FixedStep:
 
     def shape(self: FixedStep, form: Constrained, dimension: int, parameters: int) -> tuple[tuple[int, int], int]:
         m = constraints_of(form, dimension // 2, parameters)
-        return (dimension, dimension + m * (dimension + 2)), len(tableau.a) + 3
+        return (dimension, dimension + m * (dimension + 2)), len(tableau.a) + 3 + m
 
     return fixed(
         RungeKutta,

@@ -20,8 +20,7 @@ from gnomon.harness.integrators.gauss.gauss_steps import SMALLEST
 from gnomon.harness.integrators.geometric.constrained_parts import constraints_of, rest
 from gnomon.harness.integrators.geometric.rattle import eliminate
 from gnomon.harness.integrators.runge_kutta.dop853_table import DOP853
-from gnomon.harness.integrators.runge_kutta.embedded import Embedded, error_norm, propagate
-from gnomon.harness.integrators.runge_kutta.embedded import between as between_alone
+from gnomon.harness.integrators.runge_kutta.embedded import Embedded, error_norm, propagate, state_within
 from gnomon.harness.integrators.runge_kutta.explicit_pairs import DormandPrince5
 from gnomon.harness.kernels.equations import Kernel, check_values, function_kernel
 
@@ -74,7 +73,7 @@ def between(
     slope: Floats, k: Floats, spare: Floats, out: Floats,
 ) -> None:  # fmt: skip
     """Write the state within a step into `out`: the interpolant, projected."""
-    between_alone(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, spare, out)
+    state_within(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, out)
     m = constraints_beside(slope, y)
     for i in range(y.size):
         spare[i] = out[i]

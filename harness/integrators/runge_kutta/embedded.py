@@ -92,6 +92,14 @@ def between(
     slope: Floats, k: Floats, spare: Floats, out: Floats,
 ) -> None:  # fmt: skip
     """Write the state within a step into `out`: by the interpolant, or by a separate step if there is none."""
+    state_within(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, out)
+
+
+def state_within(
+    f: Any, t: float, h: float, ahead: float, y: Floats, compensation: Floats, end: Floats, p: Floats, table: Floats, x: Floats,
+    slope: Floats, k: Floats, out: Floats,
+) -> None:  # fmt: skip
+    """As `between`, for families that go on from this state."""
     if DENSE_ROWS >= 0:
         interpolate(ahead / h, h, y, end, table, k, out)
     elif ahead == h:
