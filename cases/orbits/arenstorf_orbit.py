@@ -54,7 +54,7 @@ class ArenstorfOrbit(IntegratedCase):
     variants = (
         Variant(
             "four_loops",
-            "the orbit of four loops, over its period: three passages near the Moon",
+            "the orbit of four loops, over its period: four passages by the Earth, the Moon at 0.006 m at both ends",
             initial_state=("0.994", 0, 0, "-2.00158510637908252240537862224"),
             span="17.06521656015796",
         ),

@@ -19,7 +19,7 @@ EXPENSIVE = (
     "equilateral_three_body", "euler_top", "fermi_pasta_ulam", "figure_eight", "foucault_pendulum_nonlinear", "four_bar_linkage", "gyrocompass",
     "gyrocompass_damped_nonlinear", "gyrocompass_tilting", "henon_heiles", "holonomic_constraint_dae",
     "ignorable_coordinates", "impulse_instantaneous", "kapitza_pendulum_driven", "kepler_orbit", "lagrange_top",
-    "lagrange_top_attitude", "moment_of_momentum_pendulum", "outer_solar_system", "particle_on_paraboloid", "particle_on_torus",
+    "lagrange_top_attitude", "moment_of_momentum_pendulum", "outer_solar_system", "painleve_rod", "particle_on_paraboloid", "particle_on_torus",
     "pendulum_on_cart", "pendulum_on_string", "pendulum_quadratic_damping", "pleiades", "projectile_parabolic_coordinates",
     "projectile_quadratic_drag", "radial_fall_inverse_square", "relativistic_charge", "restitution_impact_1d_2d",
     "rigid_body_stokes_medium", "rigid_body_stokes_medium_falling", "rigid_body_stokes_medium_torque", "rolling_disc",

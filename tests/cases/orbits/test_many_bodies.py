@@ -94,9 +94,24 @@ def test_the_bodies_of_a_choreography_change_places_after_their_share_of_the_per
 )
 def test_arenstorf_orbits_close_after_their_published_periods(variant: str | None, period: str) -> None:
     """E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.0: within the 28 digits of start and
-    period, of which the passages near the Moon lose two."""
+    period, of which the Moon, near at both ends, takes two."""
     case = get("arenstorf_orbit", variant)
     closed = get("arenstorf_orbit", initial_state=case.initial_state, span=period)
     with mpmath.workdps(40):
         for found, begun in zip(closed.exact(period, 30), closed.initial_state, strict=True):
             assert abs(found - mpmath.mpf(begun.numerator) / begun.denominator) < mpmath.mpf(10) ** -25
+
+
+def test_the_four_loops_of_arenstorf_pass_by_the_earth_and_meet_the_moon_at_both_ends_alone() -> None:
+    """As the text of the variant says: the distance from the Earth has four minima, that from the Moon stays above 1 between."""
+    case = get("arenstorf_orbit", "four_loops")
+    rebound = rebind(case.equations_of_motion, flint_arithmetic())
+    values = tuple(map(ball, case.parameter_values()))
+    times = [case.span * k / 120 for k in range(1, 121)]
+    states = integrate(lambda t, s: rebound(t, s, values), case.initial_state, times, 12)
+    x, y = np.array(states, dtype=float)[:, :2].T
+    mu = float(case.mu)
+    earth, moon = np.hypot(x + mu, y), np.hypot(x - 1 + mu, y)
+    assert np.count_nonzero((earth[1:-1] < earth[:-2]) & (earth[1:-1] < earth[2:])) == 4
+    assert moon[-1] == pytest.approx(0.0063, abs=1e-4)
+    assert moon[20:100].min() > 1
