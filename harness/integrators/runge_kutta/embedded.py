@@ -22,7 +22,7 @@ class Embedded(Adaptive):
     sample is a separate step of the same order within the step.
     """
 
-    accepts = (FirstOrder,)
+    accepts: ClassVar[tuple[type[FirstOrder], ...]] = (FirstOrder,)
     tableau: ClassVar[ButcherTableau]
 
     @classmethod
