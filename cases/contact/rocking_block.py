@@ -57,10 +57,11 @@ class RockingBlock(ImpactCase):
     exact_motion = bind(Motion, z0="theta", u0="rate")
     variants = (
         Variant("near_overturning", "starts 1e-9 of alpha before it overturns", {}, ("0.24999999975", 0)),
-        Variant("many_impacts", "r = 0.97: impacts every second and faster", {"r": "0.97"}, span=30),
-        Variant("soft", "r = 0.3: each flight is less than a third of the one before", {"r": "0.3"}),
+        Variant("many_impacts", "r = 0.97: 57 impacts", {"r": "0.97"}, span=30),
+        Variant("soft", "r = 0.3: each rate is 0.3 of the one before", {"r": "0.3"}),
         Variant("slender", "alpha = 0.01", {"alpha": "0.01"}, ("0.008", 0)),
     )
+    mirror = ("theta", "rate")
     forms = (
         Hybrid(
             modes=(Mode("right", rocking, (1.0,)), Mode("left", rocking, (-1.0,))),
