@@ -96,7 +96,7 @@ class ImpactOscillator(ImpactCase):
 
     def natural_span(self) -> Number:
         """1.6 periods of the free vibration unless the numbers are the default's: few impacts for any restitution."""
-        if (self.e, self.w, self.s, self.F) == (Fraction("0.8"), 2, 0, 1):
+        if [self.e, self.w, self.s, self.F] == [Fraction("0.8"), 2, 0, 1]:
             return super().natural_span()
         return 1.6 * 2 * pi * sqrt(float(self.m / self.k))
 

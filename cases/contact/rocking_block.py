@@ -61,7 +61,6 @@ class RockingBlock(ImpactCase):
         Variant("soft", "r = 0.3: each rate is 0.3 of the one before", {"r": "0.3"}),
         Variant("slender", "alpha = 0.01", {"alpha": "0.01"}, ("0.008", 0)),
     )
-    mirror = ("theta", "rate")
     forms = (
         Hybrid(
             modes=(Mode("right", rocking, (1.0,)), Mode("left", rocking, (-1.0,))),

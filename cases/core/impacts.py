@@ -7,10 +7,13 @@ from functools import cached_property
 from typing import Any
 
 from gnomon.cases.core.case import Case
+from gnomon.reference.contact.flights import ImpactMotion
 
 
 class ImpactCase(Case):
-    """A case whose `exact_motion` is a `reference.contact.flights.ImpactMotion`."""
+    """A case whose exact motion finds one impact after another."""
+
+    exact_motion: ImpactMotion
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)

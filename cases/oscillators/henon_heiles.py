@@ -86,7 +86,7 @@ class HenonHeiles(IntegratedCase):
     def hierarchy(self) -> tuple[Level, ...]:
         """Small swings: two equal oscillators, as the first and second of three masses on springs of their own."""
         x, y, vx, vy = self.initial_state
-        springs = {"k1": self.w**2, "k2": self.w**2, "k3": 1, "k12": 0, "k23": 0}
+        springs: dict[str, Any] = {"k1": self.w**2, "k2": self.w**2, "k3": 1, "k12": 0, "k23": 0}
         linear = SmallVibrations(initial_state=(x, y, 0, vx, vy, 0), span=self.span, m1=1, m2=1, m3=1, **springs)
 
         def of_two(states: Floats) -> Floats:

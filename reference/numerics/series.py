@@ -93,10 +93,10 @@ class Series:
 
     def __mul__(self, other: Any) -> Series:
         a = self.c
-        if other is self:
-            return self.tape.node(lambda k: self.tape.square(a, 0, k, k))
         if isinstance(other, Series):
             b = other.c
+            if b is a:
+                return self.tape.node(lambda k: self.tape.square(a, 0, k, k))
             return self.tape.node(lambda k: self.tape.inner(a, b, 0, k, k))
         return self.tape.node(lambda k: a[k] * other)
 

@@ -19,6 +19,7 @@ WITHOUT: dict[str, dict[str, Any]] = {
     **{name: {"c": 0} for name in ("damped_oscillator", "gyrocompass_damped", "gyrocompass_damped_nonlinear")},
     **{name: {"nu": 0} for name in ("projectile_stokes_drag", "rigid_body_stokes_medium")},
     "tippe_top": {"mu": 0},
+    "painleve_rod": {"mu": 0},
     "rayleigh_dissipation_mdof": {"c1": 0, "c2": 0, "c3": 0},
     "pendulum_quadratic_damping": {"c": NEARLY_NONE},
     "projectile_quadratic_drag": {"k": NEARLY_NONE},

@@ -10,15 +10,16 @@ SEED = 18
 """Another number selects other parameters."""
 
 EXPENSIVE = (
-    "amusement_park", "andrews_squeezer", "bearing_reaction_torque_stability", "billiard_ball_attitude", "car_axis",
+    "amusement_park", "andrews_squeezer", "arenstorf_orbit", "bearing_reaction_torque_stability", "billiard_ball_attitude", "car_axis",
     "central_force_fifth_power", "central_force_hanging_mass", "central_force_logarithmic", "chain_in_circular_tube",
-    "chain_quarter_circle", "coulomb_friction_oscillator", "curve_sliding_catenary", "curve_sliding_quartic",
+    "chain_quarter_circle", "choreography_five_bodies", "choreography_super_eight",
+    "coulomb_friction_oscillator", "curve_sliding_catenary", "curve_sliding_quartic",
     "curve_sliding_small", "cycloidal_pendulum", "double_pendulum", "driven_pendulum", "duffing_unforced",
     "dumbbell_spring", "dynamics_of_free_rigid_body_in_gravity", "engineering_design_analysis",
-    "equilateral_three_body", "euler_top", "fermi_pasta_ulam", "foucault_pendulum_nonlinear", "four_bar_linkage", "gyrocompass",
+    "equilateral_three_body", "euler_top", "fermi_pasta_ulam", "figure_eight", "foucault_pendulum_nonlinear", "four_bar_linkage", "gyrocompass",
     "gyrocompass_damped_nonlinear", "gyrocompass_tilting", "henon_heiles", "holonomic_constraint_dae",
     "ignorable_coordinates", "impulse_instantaneous", "kapitza_pendulum_driven", "kepler_orbit", "lagrange_top",
-    "lagrange_top_attitude", "moment_of_momentum_pendulum", "outer_solar_system", "particle_on_paraboloid", "particle_on_torus",
+    "lagrange_top_attitude", "moment_of_momentum_pendulum", "outer_solar_system", "painleve_rod", "particle_on_paraboloid", "particle_on_torus",
     "pendulum_on_cart", "pendulum_on_string", "pendulum_quadratic_damping", "pleiades", "projectile_parabolic_coordinates",
     "projectile_quadratic_drag", "radial_fall_inverse_square", "relativistic_charge", "restitution_impact_1d_2d",
     "rigid_body_stokes_medium", "rigid_body_stokes_medium_falling", "rigid_body_stokes_medium_torque", "rolling_disc",

@@ -2,12 +2,15 @@
 
 from fractions import Fraction
 
+import mpmath
 import numpy as np
 import pytest
 from gnomon.cases import get
 from gnomon.cases.core.accuracy import conditioning
 from gnomon.cases.core.arithmetic import rebind
+from gnomon.cases.orbits.figure_eight import PERIOD
 from gnomon.reference.numerics.balls import ball
+from gnomon.reference.numerics.precision import exact
 from gnomon.reference.numerics.taylor import flint_arithmetic, integrate
 
 PLEIADES = (
@@ -50,3 +53,65 @@ def test_the_effect_of_half_an_ulp_needs_the_coarse_integration_alone() -> None:
         coarse = [float(a - b) for a, b in zip(other.rough_state(moment), rough.rough_state(moment), strict=True)]
         assert coarse == pytest.approx(full, rel=1e-6)
     assert conditioning(case, times).max() < 1e-9
+
+
+TWO_PI = "6.283185307179586476925286766559005768394338798750211641949889"
+CHOREOGRAPHIES = {
+    # the period, the step in the bodies' numbers after its share, and published numbers with half a unit of their last digit
+    "figure_eight": (PERIOD, -1, {"vx3": (-0.93240737, 1e-8), "vy3": (-0.86473146, 1e-8)}),
+    "choreography_super_eight": (
+        TWO_PI, -1, {"x1": (1.382857, 5e-7), "y2": (0.157030, 5e-7), "vy1": (0.584873, 5e-7), "vx2": (1.871935, 5e-7)},
+    ),
+    "choreography_five_bodies": (
+        TWO_PI, -1,
+        {"x2": (0.439775, 5e-7), "y2": (-0.169717, 5e-7), "x3": (-1.268608, 5e-7), "vx2": (1.822785, 5e-7), "vy3": (0.168645, 5e-7)},
+    ),
+}  # fmt: skip
+"""C. Simo (2000): the start of the eight has 8 decimals, of the others 6."""
+
+
+@pytest.mark.parametrize("name", CHOREOGRAPHIES)
+def test_the_bodies_of_a_choreography_change_places_after_their_share_of_the_period(name: str) -> None:
+    """To 28 digits, with a start whose digits are the published ones."""
+    period, step, published = CHOREOGRAPHIES[name]
+    case = get(name)
+    numbers = {c.name: x for c, x in zip(case.state, case.initial_state, strict=True)}
+    for label, (value, half) in published.items():
+        assert abs(float(numbers[label]) - value) <= half, label
+    count = len(case.state) // 4
+    with mpmath.workdps(45):
+        there = case.exact(exact(period) / count, 32)
+        for k in range(1, count + 1):
+            place = (k - 1 + step) % count + 1
+            for label in ("x", "y", "vx", "vy"):
+                found = there[[c.name for c in case.state].index(f"{label}{k}")]
+                begun = numbers[f"{label}{place}"]
+                assert abs(found - mpmath.mpf(begun.numerator) / begun.denominator) < mpmath.mpf(10) ** -28
+
+
+@pytest.mark.parametrize(
+    ("variant", "period"), [(None, "11.124340337266085134999734047"), ("four_loops", "17.0652165601579625588917206249")]
+)
+def test_arenstorf_orbits_close_after_their_published_periods(variant: str | None, period: str) -> None:
+    """E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.0: within the 28 digits of start and
+    period, of which the Moon, near at both ends, takes two."""
+    case = get("arenstorf_orbit", variant)
+    closed = get("arenstorf_orbit", initial_state=case.initial_state, span=period)
+    with mpmath.workdps(40):
+        for found, begun in zip(closed.exact(period, 30), closed.initial_state, strict=True):
+            assert abs(found - mpmath.mpf(begun.numerator) / begun.denominator) < mpmath.mpf(10) ** -25
+
+
+def test_the_four_loops_of_arenstorf_pass_by_the_earth_and_meet_the_moon_at_both_ends_alone() -> None:
+    """As the text of the variant says: the distance from the Earth has four minima, that from the Moon stays above 1 between."""
+    case = get("arenstorf_orbit", "four_loops")
+    rebound = rebind(case.equations_of_motion, flint_arithmetic())
+    values = tuple(map(ball, case.parameter_values()))
+    times = [case.span * k / 120 for k in range(1, 121)]
+    states = integrate(lambda t, s: rebound(t, s, values), case.initial_state, times, 12)
+    x, y = np.array(states, dtype=float)[:, :2].T
+    mu = float(case.mu)
+    earth, moon = np.hypot(x + mu, y), np.hypot(x - 1 + mu, y)
+    assert np.count_nonzero((earth[1:-1] < earth[:-2]) & (earth[1:-1] < earth[2:])) == 4
+    assert moon[-1] == pytest.approx(0.0063, abs=1e-4)
+    assert moon[20:100].min() > 1
