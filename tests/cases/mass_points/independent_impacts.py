@@ -66,6 +66,20 @@ def oscillator_before_a_stop(w: World, p: Any, x: Any) -> None:
         w.strike(p.s - x, p.e)
 
 
+def on_an_edge(source: Any, p: Any, s: Any, mode: str) -> None:
+    s.theta = {"right": abs(s.theta), "left": -abs(s.theta)}.get(mode, flint.arb(0))
+
+
+@model("rocking_block", prepare=on_an_edge)
+def block_on_two_edges(w: World, p: Any, theta: Any) -> None:
+    """Weight over the edge is an unstable spring; the rate keeps its sign, a restitution of -r."""
+    w.mass(1, (theta,))
+    side = 1 if theta[0] > 0 else -1
+    w.energy(-p.p * p.p * (theta - side * p.alpha) * (theta - side * p.alpha) / 2)
+    if w.mode == "at impact":
+        w.strike(theta, -p.r)
+
+
 def on_the_spring(source: Any, p: Any, s: Any, mode: str) -> None:
     s.y = {"flight": abs(s.y), "spring": -abs(s.y)}.get(mode, flint.arb(0))
     s.v = {"at touch": -abs(s.v), "at lift": abs(s.v)}.get(mode, s.v)
