@@ -160,7 +160,7 @@ class Projected(Embedded):
         form, known = problem.form, len(problem.parameters)
         assert isinstance(form, Constrained)
         n, m = problem.dimension // 2, constraints_of(form, problem.dimension // 2, known)
-        wanted = {form.gradient: m * n, form.mass: n * n, form.constraint_rate: m}
+        wanted = {form.force: n, form.gradient: m * n, form.mass: n * n, form.constraint_rate: m}
         for function, count in wanted.items():
             if function is not None:
                 check_values(function, (n, known), count)

@@ -4,6 +4,8 @@ Each form is correct except for one of its functions; `STARTS` are states from w
 have two components, as other tests have for which Radau IIA 5 is compiled.
 """
 
+from dataclasses import replace
+
 from gnomon.cases.declare import *
 
 
@@ -117,6 +119,11 @@ def no_magnetic_field(t: Any, place: Values, parameters: Values) -> Values:
 def swing(t: Any, state: Values, parameters: Values) -> Values:
     x, y, vx, vy = state
     return vx, vy, 0 * x, 0 * y
+
+
+def swing_until_1(t: Any, state: Values, parameters: Values) -> Values:
+    x, y, vx, vy = state
+    return vx, vy, 0 * x, 0 * y - sqrt(1 - t)
 
 
 def weight(t: Any, place: Values, parameters: Values) -> Values:
@@ -286,7 +293,7 @@ UNTIL_1: dict[type, Any] = {
     SecondOrder: SecondOrder(blow_up),
     SemiLinear: SemiLinear(decay, linear=one, rest=decay_until_1),
     Charged: Charged(gyrate, fields=fields_until_1, light=one),
-    Constrained: hanging(force=weight_until_1),
+    Constrained: replace(hanging(force=weight_until_1), equations=swing_until_1),
     RigidBody: RigidBody(three, torque_until_1),
     Impact: contact(free=fall_until_1),
     Friction: rubbing(sliding=slide_until_1),
