@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gnomon.harness.registry import families as families_of_ids
 from gnomon.harness.registry import lookup
 from gnomon.harness.registry.families import FAMILIES, OTHER, family_of
 from gnomon.harness.reporting.report_run import Run
@@ -24,6 +25,12 @@ def test_every_integrator_is_of_a_family() -> None:
     """A new integrator without one would be in no table of families."""
     assert [name for name in lookup.everything() if family_of(name) == OTHER] == []
     assert {family_of(name) for name in lookup.everything()} == set(FAMILIES)
+
+
+@pytest.mark.parametrize("pattern", [pattern for patterns in FAMILIES.values() for pattern in patterns])
+def test_every_pattern_names_an_integrator(pattern: str) -> None:
+    """Else it is left from a method that went, or misspelt."""
+    assert any(families_of_ids._fits(name, pattern) for name in lookup.everything())
 
 
 def test_the_error_at_a_time_is_the_inverse_of_the_time_at_an_error() -> None:
