@@ -9,10 +9,15 @@ from itertools import combinations
 from gnomon.cases.declare import *
 
 
-def _vectors(numbers: Values, count: int) -> list[Values]:
+def _vectors(numbers: Values, count: int) -> tuple[Values, ...]:
     """The numbers of each body, from those of all."""
     size = len(numbers) // count
-    return [numbers[i * size : (i + 1) * size] for i in range(count)]
+    return tuple(numbers[i * size : (i + 1) * size] for i in range(count))
+
+
+def _pairs(count: int) -> tuple[tuple[int, int], ...]:
+    """Each two bodies once; equations are compiled from functions of their own module, so that itertools is out."""
+    return tuple((i, j) for i in range(count) for j in range(i + 1, count))
 
 
 def _difference(a: Values, b: Values) -> Values:
@@ -31,14 +36,14 @@ def pairs_attract(t: Any, q: Values, parameters: Values) -> Values:
     G, *masses = parameters
     places = _vectors(q, len(masses))
     pulls: list[list[Any]] = [[] for _ in masses]
-    for i, j in combinations(range(len(masses)), 2):
+    for i, j in _pairs(len(masses)):
         apart = _difference(places[j], places[i])
         square = _square(apart)
         pull = G / (square * sqrt(square))
         there = tuple(pull * x for x in apart)
         pulls[i].append(tuple(masses[j] * x for x in there))
         pulls[j].append(tuple(-masses[i] * x for x in there))
-    return tuple(_sum([pull[axis] for pull in own]) for own in pulls for axis in range(len(places[0])))
+    return tuple(_sum(tuple(pull[axis] for pull in own)) for own in pulls for axis in range(len(places[0])))
 
 
 def _sum(terms: Sequence[Any]) -> Any:
@@ -52,16 +57,15 @@ def pair_energy(t: Any, state: Values, parameters: Values) -> Values:
     G, *masses = parameters
     half = len(state) // 2
     places, speeds = _vectors(state[:half], len(masses)), _vectors(state[half:], len(masses))
-    kinetic = _sum([m * _square(v) for m, v in zip(masses, speeds, strict=True)]) / 2
-    pairs = combinations(range(len(masses)), 2)
-    bound = [masses[i] * masses[j] / sqrt(_square(_difference(places[i], places[j]))) for i, j in pairs]
-    return (kinetic - G * _sum(bound),)
+    kinetic = _sum(tuple(m * _square(v) for m, v in zip(masses, speeds, strict=True))) / 2
+    bound = [masses[i] * masses[j] / sqrt(_square(_difference(places[i], places[j]))) for i, j in _pairs(len(masses))]
+    return (kinetic - G * _sum(tuple(bound)),)
 
 
 def _momentum(state: Values, parameters: Values, axis: int) -> Values:
     masses = parameters[1:]
     speeds = _vectors(state[len(state) // 2 :], len(masses))
-    return (_sum([m * v[axis] for m, v in zip(masses, speeds, strict=True)]),)
+    return (_sum(tuple(m * v[axis] for m, v in zip(masses, speeds, strict=True))),)
 
 
 def momentum_x(t: Any, state: Values, parameters: Values) -> Values:
@@ -80,7 +84,7 @@ def spin_about_z(t: Any, state: Values, parameters: Values) -> Values:
     """Angular momentum about the z axis through the origin."""
     masses, half = parameters[1:], len(state) // 2
     places, speeds = _vectors(state[:half], len(masses)), _vectors(state[half:], len(masses))
-    return (_sum([m * (r[0] * v[1] - r[1] * v[0]) for m, r, v in zip(masses, places, speeds, strict=True)]),)
+    return (_sum(tuple(m * (r[0] * v[1] - r[1] * v[0]) for m, r, v in zip(masses, places, speeds, strict=True))),)
 
 
 def all_masses(parameters: Values) -> Values:
