@@ -20,9 +20,9 @@ def family_of(integrator: str) -> str:
     >>> family_of("scipy:DOP853"), family_of("scipy:DOP853 [events]")
     ('Explicit Runge-Kutta', 'Event location')
     """
-    return next((name for name, patterns in FAMILIES.items() if any(_fits(integrator, one) for one in patterns)), OTHER)
+    return next((name for name, patterns in FAMILIES.items() if any(fits(integrator, one) for one in patterns)), OTHER)
 
 
-def _fits(integrator: str, pattern: str) -> bool:
+def fits(integrator: str, pattern: str) -> bool:
     """Whether an id matches, with brackets as themselves: fnmatch would take them for sets of letters."""
     return fnmatchcase(integrator, pattern.replace("[", "[[]"))

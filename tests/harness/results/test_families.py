@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gnomon.harness.registry import families as families_of_ids
 from gnomon.harness.registry import lookup
-from gnomon.harness.registry.families import FAMILIES, OTHER, family_of
+from gnomon.harness.registry.families import FAMILIES, OTHER, family_of, fits
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results.equal_error import error_within, time_at
 from gnomon.harness.results.families import Sweep, families, separation, sweeps
@@ -30,7 +29,7 @@ def test_every_integrator_is_of_a_family() -> None:
 @pytest.mark.parametrize("pattern", [pattern for patterns in FAMILIES.values() for pattern in patterns])
 def test_every_pattern_names_an_integrator(pattern: str) -> None:
     """Else it is left from a method that went, or misspelt."""
-    assert any(families_of_ids._fits(name, pattern) for name in lookup.everything())
+    assert any(fits(name, pattern) for name in lookup.everything())
 
 
 def test_the_error_at_a_time_is_the_inverse_of_the_time_at_an_error() -> None:
