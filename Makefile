@@ -37,7 +37,7 @@ solutions: $(INSTALLED)
 libraries: $(INSTALLED)
 	$(BIN)/python -m gnomon.harness.adapters.library_copies
 
-# Everything under reports/ from one revision, with all libraries: five and a half hours in parts, each within 75 minutes of 2 cores.
+# Everything under reports/ from one revision, with all libraries: six hours in parts, each within 75 minutes of 2 cores.
 # The same command goes on. PUBLICATION="--minutes 75" stops in time, --list shows the parts, --part NAME measures one alone,
 # --with-older assembles at once.
 PUBLICATION ?=

@@ -62,6 +62,7 @@ _MEASURE = (
 )
 PARTS = (
     Part("foundation", RESULTS, 37, (f"gnomon run --suite foundation --out {{}}/{RESULTS}",), (), True, SPOILED),
+    Part("hard", RESULTS, 20, (f"gnomon run --suite hard --out {{}}/{RESULTS}",), (), True, SPOILED),
     Part("full", RESULTS, 37, (f"gnomon run --suite {whole.SUITE} --out {{}}/{RESULTS}",), (), True, SPOILED),
     Part(
         "certificates", "certificates.json", 17,

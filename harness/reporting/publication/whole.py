@@ -22,7 +22,7 @@ KEYS = {
 """Files that may hold a part of all subjects, and the keys of a row that name its subject."""
 UNEXPLAINED = ("not_measured", "survivors_without_reason")
 """Keys of verification.json that must be empty."""
-CONTINUED = ("foundation", "stability_long", "verification_right")
+CONTINUED = ("foundation", "hard", "stability_long", "verification_right")
 """Parts whose file another part continues."""
 
 Subjects = Mapping[str, Set[tuple[str, ...]]]

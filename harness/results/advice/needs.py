@@ -60,7 +60,7 @@ class Subject:
         """Whether a problem counts."""
         if self.kinds:
             return not variant and kind in self.kinds
-        return f"{case}/{variant}" in (self.problems or self.decays)
+        return (f"{case}/{variant}" if variant else case) in (self.problems or self.decays)
 
 
 def _subject(key: str, row: Mapping[str, Any]) -> Subject:
