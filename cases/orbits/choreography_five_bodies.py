@@ -1,26 +1,14 @@
 """A choreography of five equal bodies that follow each other on one curve."""
 
 from gnomon.cases.declare import *
-from gnomon.cases.orbits.many_bodies import (
-    alike_bodies,
-    are_apart,
-    momentum_x,
-    momentum_y,
-    nbody,
-    pair_energy,
-    pairs_attract,
-    shortest_radian,
-    spin_about_z,
-)
-from gnomon.cases.scenes.two_masses import attracting
+from gnomon.cases.orbits.many_bodies import ManyBodies
 
 
-class ChoreographyFiveBodies(IntegratedCase):
+class ChoreographyFiveBodies(ManyBodies, count=5):
     """Five equal bodies chase each other on one curve of four loops, a fifth of a period apart."""
 
     name = "choreography_five_bodies"
     title = "Choreography of five bodies on a chain of four loops (no closed form; certified Taylor)"
-    section = "8.9.2"
     conventions = (
         "[inferred] Not in the book: C. Simo, New families of solutions in N-body problems (European Congress of Mathematics, "
         "Barcelona 2000), whose start has 6 decimals; extended to 36 decimals, with which the bodies change places after a fifth "
@@ -52,19 +40,8 @@ class ChoreographyFiveBodies(IntegratedCase):
     m3 = Parameter("kg", 1, "mass of body 3", positive(0.99, 1.01))
     m4 = Parameter("kg", 1, "mass of body 4", positive(0.99, 1.01))
     m5 = Parameter("kg", 1, "mass of body 5", positive(0.99, 1.01))
-    rules = (Rule("no two bodies are at the same position", lambda n: are_apart(n, 5, "xy")),)
     default_span = "6.1"
     most_work = 50_000
     variants = (
         Variant("unequal", "masses that differ by a percent: the bodies leave the curve", {"m1": "1.01", "m2": "0.99"}),
     )
-    invariants = conserved(energy=pair_energy, momentum_x=momentum_x, momentum_y=momentum_y, spin=spin_about_z)
-    forms = (SecondOrder(pairs_attract), nbody(5, 2))
-    scene = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1))
-    alike = alike_bodies(5, "xy")
-    mirror = tuple(f"{name}{k}" for k in range(1, 6) for name in ("x", "vx"))
-
-    @property
-    def time_scale(self) -> float:
-        """The time of a radian of the two bodies that are nearest at the start."""
-        return shortest_radian(self.parameter_values(), self.initial_state, 2)

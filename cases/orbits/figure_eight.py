@@ -1,28 +1,16 @@
 """The figure eight: three equal bodies that follow each other on one curve."""
 
 from gnomon.cases.declare import *
-from gnomon.cases.orbits.many_bodies import (
-    alike_bodies,
-    are_apart,
-    momentum_x,
-    momentum_y,
-    nbody,
-    pair_energy,
-    pairs_attract,
-    shortest_radian,
-    spin_about_z,
-)
-from gnomon.cases.scenes.two_masses import attracting
+from gnomon.cases.orbits.many_bodies import ManyBodies
 
 PERIOD = "6.325914009782138550424699803636009984"
 
 
-class FigureEight(IntegratedCase):
+class FigureEight(ManyBodies, count=3):
     """Three equal bodies chase each other on a curve of the shape of an eight, a third of a period apart."""
 
     name = "figure_eight"
     title = "Figure eight of three bodies (no closed form; certified Taylor)"
-    section = "8.9.2"
     conventions = (
         "[inferred] Not in the book: A. Chenciner, R. Montgomery, Annals of Mathematics 152 (2000) 881, with C. Simo's start in "
         "positions of 8 decimals; velocities and period are extended to 36 decimals, with which the bodies change places "
@@ -44,7 +32,6 @@ class FigureEight(IntegratedCase):
     m1 = Parameter("kg", 1, "mass of body 1", positive(0.99, 1.01))
     m2 = Parameter("kg", 1, "mass of body 2", positive(0.99, 1.01))
     m3 = Parameter("kg", 1, "mass of body 3", positive(0.99, 1.01))
-    rules = (Rule("no two bodies are at the same position", lambda n: are_apart(n, 3, "xy")),)
     default_span = "12.1"
     most_work = 100_000
     variants = (
@@ -56,13 +43,3 @@ class FigureEight(IntegratedCase):
             span="25.1",
         ),
     )
-    invariants = conserved(energy=pair_energy, momentum_x=momentum_x, momentum_y=momentum_y, spin=spin_about_z)
-    forms = (SecondOrder(pairs_attract), nbody(3, 2))
-    scene = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1))
-    alike = alike_bodies(3, "xy")
-    mirror = tuple(f"{name}{k}" for k in range(1, 4) for name in ("x", "vx"))
-
-    @property
-    def time_scale(self) -> float:
-        """The time of a radian of the two bodies that are nearest at the start."""
-        return shortest_radian(self.parameter_values(), self.initial_state, 2)

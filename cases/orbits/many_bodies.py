@@ -5,8 +5,10 @@ The parameters are (G, m1, ..., mn), the state (positions of body 1, of body 2, 
 
 from collections.abc import Sequence
 from itertools import combinations
+from typing import ClassVar
 
 from gnomon.cases.declare import *
+from gnomon.cases.scenes.two_masses import attracting
 
 
 def _vectors(numbers: Values, count: int) -> tuple[Values, ...]:
@@ -107,22 +109,45 @@ def nbody(count: int, size: int) -> NBody:
     return NBody(all_masses, bodies, state)
 
 
-def alike_bodies(count: int, axes: str) -> tuple[tuple[str, ...], ...]:
-    """The names of the numbers of each body, for `Case.alike`."""
-    names = (*axes, *(f"v{axis}" for axis in axes), "m")
-    return tuple(tuple(f"{name}{k}" for name in names) for k in range(1, count + 1))
-
-
-def shortest_radian(parameters: Values, state: Values, size: int) -> float:
-    """sqrt(s^3/GM), s the shortest distance of two bodies at the start: a radian of these on a circle."""
-    G, *masses = map(float, parameters)
-    places = _vectors(tuple(map(float, state[: len(state) // 2])), len(masses))
-    return min(
-        sqrt(sum(x * x for x in _difference(places[i], places[j])) ** 1.5 / (G * (masses[i] + masses[j])))
-        for i, j in combinations(range(len(masses)), 2)
-    )
-
-
 def are_apart(numbers: Mapping[str, Fraction], count: int, axes: str) -> bool:
     places = [[numbers[f"{axis}{k}"] for axis in axes] for k in range(1, count + 1)]
     return all(a != b for a, b in combinations(places, 2))
+
+
+class ManyBodies(IntegratedCase):
+    """A case of `count` bodies; a subclass declares x1, y1, ..., vx1, vy1, ..., G, m1, ... and its variants.
+
+    Examples
+    --------
+    >>> from gnomon.cases import get
+    >>> isinstance(get("figure_eight"), ManyBodies)
+    True
+    """
+
+    section = "8.9.2"
+    count: ClassVar[int]
+    axes: ClassVar[str]
+
+    def __init_subclass__(cls, count: int, axes: str = "xy") -> None:
+        bodies, size = range(1, count + 1), len(axes)
+        cls.count, cls.axes = count, axes
+        cls.rules = (Rule("no two bodies are at the same position", lambda n: are_apart(n, count, axes)),)
+        momenta = {"momentum_x": momentum_x, "momentum_y": momentum_y, "momentum_z": momentum_z}
+        kept = {name: momenta[name] for name in (f"momentum_{axis}" for axis in axes)}
+        cls.invariants = conserved(energy=pair_energy, **kept, spin=spin_about_z)
+        cls.forms = (SecondOrder(pairs_attract), nbody(count, size))
+        cls.scene = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, tuple(range(size)))
+        names = (*axes, *(f"v{axis}" for axis in axes), "m")
+        cls.alike = tuple(tuple(f"{name}{k}" for name in names) for k in bodies)
+        cls.mirror = tuple(f"{name}{k}" for k in bodies for name in ("x", "vx"))
+        super().__init_subclass__()
+
+    @property
+    def time_scale(self) -> float:
+        """The shortest sqrt(s^3/GM) at the start, s the distance of two bodies: a radian of these on a circle."""
+        G, *masses = map(float, self.parameter_values())
+        places = _vectors(tuple(map(float, self.initial_state[: self.count * len(self.axes)])), self.count)
+        return min(
+            sqrt(_square(_difference(places[i], places[j])) ** 1.5 / (G * (masses[i] + masses[j])))
+            for i, j in _pairs(self.count)
+        )

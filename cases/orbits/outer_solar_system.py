@@ -1,26 +1,14 @@
 """The outer solar system: the Sun with the inner planets, Jupiter, Saturn, Uranus, Neptune and Pluto."""
 
 from gnomon.cases.declare import *
-from gnomon.cases.orbits.many_bodies import (
-    are_apart,
-    momentum_x,
-    momentum_y,
-    momentum_z,
-    nbody,
-    pair_energy,
-    pairs_attract,
-    shortest_radian,
-    spin_about_z,
-)
-from gnomon.cases.scenes.two_masses import attracting
+from gnomon.cases.orbits.many_bodies import ManyBodies
 
 
-class OuterSolarSystem(IntegratedCase):
+class OuterSolarSystem(ManyBodies, count=6, axes="xyz"):
     """Five planets round the Sun, on nearly circular orbits of 12 to 248 years that disturb each other a little."""
 
     name = "outer_solar_system"
     title = "Outer solar system (no closed form; certified Taylor)"
-    section = "8.9.2"
     conventions = (
         "[inferred] Not in the book: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, I.2.4, with the data "
         "of 5 September 1994, 0 h. The unit of length, written m, is the astronomical unit; of time, written s, the day; of "
@@ -70,17 +58,6 @@ class OuterSolarSystem(IntegratedCase):
     m4 = Parameter("kg", "0.0000437273164546", "mass of Uranus", positive(3.93546e-05, 4.81e-05))
     m5 = Parameter("kg", "0.0000517759138449", "mass of Neptune", positive(4.65983e-05, 5.69535e-05))
     m6 = Parameter("kg", Fraction(1, 130_000_000), "mass of Pluto", positive(6.92308e-09, 8.46154e-09))
-    rules = (Rule("no two bodies are at the same position", lambda n: are_apart(n, 6, "xyz")),)
     default_span = 20_000
     most_work = 150_000
     variants = (Variant("long", "1e5 days: 23 turns of Jupiter, 9 of Saturn", span=100_000),)
-    invariants = conserved(
-        energy=pair_energy, momentum_x=momentum_x, momentum_y=momentum_y, momentum_z=momentum_z, spin=spin_about_z
-    )
-    forms = (SecondOrder(pairs_attract), nbody(6, 3))
-    scene = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1, 2))
-
-    @property
-    def time_scale(self) -> float:
-        """The shortest time of a radian of two of the bodies, of the Sun and Jupiter."""
-        return shortest_radian(self.parameter_values(), self.initial_state, 3)

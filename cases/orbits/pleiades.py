@@ -1,26 +1,14 @@
 """The Pleiades problem of Hairer, Norsett and Wanner: seven stars in a plane, with nearly collisions."""
 
 from gnomon.cases.declare import *
-from gnomon.cases.orbits.many_bodies import (
-    alike_bodies,
-    are_apart,
-    momentum_x,
-    momentum_y,
-    nbody,
-    pair_energy,
-    pairs_attract,
-    shortest_radian,
-    spin_about_z,
-)
-from gnomon.cases.scenes.two_masses import attracting
+from gnomon.cases.orbits.many_bodies import ManyBodies
 
 
-class Pleiades(IntegratedCase):
+class Pleiades(ManyBodies, count=7):
     """Seven stars of masses 1 to 7 in a plane, two of which pass each other closely several times."""
 
     name = "pleiades"
     title = "Pleiades: seven stars in a plane (no closed form; certified Taylor)"
-    section = "8.9.2"
     conventions = (
         "[inferred] Not in the book: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.10; "
         "Test Set for IVP Solvers, problem PLEI. G = 1; star k has the mass k."
@@ -61,17 +49,6 @@ class Pleiades(IntegratedCase):
     m5 = Parameter("kg", 5, "mass of star 5", positive(4.5, 5.5))
     m6 = Parameter("kg", 6, "mass of star 6", positive(5.4, 6.6))
     m7 = Parameter("kg", 7, "mass of star 7", positive(6.3, 7.7))
-    rules = (Rule("no two stars are at the same position", lambda n: are_apart(n, 7, "xy")),)
     default_span = 3
     most_work = 100_000
     variants = (Variant("half", "until the first close encounters", span="1.5"),)
-    invariants = conserved(energy=pair_energy, momentum_x=momentum_x, momentum_y=momentum_y, spin=spin_about_z)
-    forms = (SecondOrder(pairs_attract), nbody(7, 2))
-    scene = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, (0, 1))
-    alike = alike_bodies(7, "xy")
-    mirror = tuple(f"{name}{k}" for k in range(1, 8) for name in ("x", "vx"))
-
-    @property
-    def time_scale(self) -> float:
-        """The time of a radian of the two stars that are nearest at the start."""
-        return shortest_radian(self.parameter_values(), self.initial_state, 2)

@@ -49,7 +49,9 @@ def run(
     library: options.Libraries = None,
     family: options.Families = None,
     kind: options.Kinds = None,
-    suite: Annotated[str, typer.Option(help="standard, quick, foundation, hard, full, catalogue or engines.")] = "standard",
+    suite: Annotated[
+        str, typer.Option(help="standard, quick, foundation, hard, full, catalogue or engines.")
+    ] = "standard",
     out_path: Annotated[Path, options.path_option("The results: a folder or a file.sqlite.", "--out")] = Path("runs"),
     limit: Annotated[
         float | None,
