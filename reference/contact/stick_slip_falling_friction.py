@@ -136,15 +136,15 @@ class FallingStickSlip(StickSlip):
             gap = self._swing(distance, speed, middle)[1] - ball(self.V)
             if push > 0:
                 closer = (middle - gap / push).intersection(inside)
-                if not closer.rad() < inside.rad() * 0.9:
-                    return closer
-                inside = closer
             elif gap > 0:
-                inside = inside.lower().union(middle)
+                closer = inside.lower().union(middle)
             elif gap < 0:
-                inside = middle.union(inside.upper())
+                closer = middle.union(inside.upper())
             else:
                 return UNKNOWN
+            if not closer.rad() < inside.rad() * 0.9:
+                return closer if push > 0 else UNKNOWN
+            inside = closer
 
 
 @lru_cache(maxsize=256)
