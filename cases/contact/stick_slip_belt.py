@@ -29,7 +29,7 @@ def lag(t: Any, state: Values, parameters: Values) -> Values:
 def pull(t: Any, state: Values, parameters: Values) -> Values:
     """The spring force less the largest static friction."""
     x, _v = state
-    m, k, g, mu_s, _mu_k, _belt = parameters
+    m, k, g, mu_s = parameters[:4]
     return (k * x - mu_s * m * g,)
 
 
@@ -75,14 +75,9 @@ ONE_FRICTION, TWO_FRICTIONS = (
 )
 
 
-class StickSlipBelt(Case):
-    name = "stick_slip_belt"
-    title = "Stick-slip of a block on a moving belt"
-    section = "5.11.2, 5.12"
-    conventions = (
-        "x from the position of the unstretched spring, along the belt, which moves at V > 0; the block sticks until "
-        "k x = mu_s m g. It is never faster than the belt."
-    )
+class BlockOnBelt(Case):
+    """A block on a belt that moves at V, held by a spring: what its laws of friction have in common."""
+
     x = Coordinate("m", 0, typical(-0.1, 1))
     v = Coordinate("m/s", "0.5", typical(-0.5, 0.5))
     m = Parameter("kg", 1, "mass", positive())
@@ -91,6 +86,68 @@ class StickSlipBelt(Case):
     mu_s = Parameter("1", "0.5", "coefficient of static friction", nonnegative(0.2, 1))
     mu_k = Parameter("1", "0.3", "coefficient of kinetic friction", nonnegative(0.1, 0.6))
     V = Parameter("m/s", "0.5", "speed of the belt", positive(0.1, 2))
+    exact_motion: StickSlip
+
+    @property
+    def time_scale(self) -> float:
+        """sqrt(m/k)."""
+        return sqrt(float(self.m / self.k))
+
+    def natural_span(self) -> Number:
+        """Until the first release, and 5.37 cycles more."""
+        return float(self.exact_motion.release_time()) + 5.37 * float(self.exact_motion.period())
+
+    def list_events(self, digits: int) -> tuple[Event, ...]:
+        """`release` and `stick` alternate."""
+        motion, found = self.exact_motion, list[Event]()
+        if motion.slips_for_good:
+            return ()
+        if motion.repeats:
+            self.limit_events(2 * float(self.span) / float(motion.period()))
+        belt = motion.number(motion.V, digits)
+
+        def add(time: Any, name: str, place: Any) -> bool:
+            if time > self.span:
+                return False
+            found.append(Event(time, name, (place, belt), (place, belt)))
+            return True
+
+        caught = motion.first_catch(digits)
+        if caught is not None and not add(caught[0], "stick", caught[1]):
+            return tuple(found)
+        loose, again = motion.number(motion.xs, digits), motion.place_caught(digits) if motion.repeats else None
+        cycle = 0
+        while True:
+            if not (motion.loose_first and cycle == 0) and not add(
+                motion.cycle_time(cycle, False, digits), "release", loose
+            ):
+                break
+            if not motion.repeats or not add(motion.cycle_time(cycle, True, digits), "stick", again):
+                break
+            cycle += 1
+        return tuple(found)
+
+    def same_course(self, other: Case) -> bool:
+        return isinstance(other, BlockOnBelt) and other.exact_motion.course == self.exact_motion.course
+
+    def derived(self, digits: int) -> dict[str, Any]:
+        motion = self.exact_motion
+        return {
+            "period": motion.period(digits),
+            "slip_time": motion.slip_time(digits) if motion.repeats else None,
+            "stick_time": motion.stick_time(digits) if motion.repeats else None,
+            "first_release": mpf("inf") if motion.slips_for_good else motion.release_time(digits),
+        }
+
+
+class StickSlipBelt(BlockOnBelt):
+    name = "stick_slip_belt"
+    title = "Stick-slip of a block on a moving belt"
+    section = "5.11.2, 5.12"
+    conventions = (
+        "x from the position of the unstretched spring, along the belt, which moves at V > 0; the block sticks until "
+        "k x = mu_s m g. It is never faster than the belt."
+    )
     rules = (
         Rule("mu_k <= mu_s (friction does not grow when sliding begins)", lambda n: n["mu_k"] <= n["mu_s"]),
         Rule("v <= V (the block is not faster than the belt)", lambda n: n["v"] <= n["V"]),
@@ -124,60 +181,3 @@ class StickSlipBelt(Case):
     @property
     def scene(self) -> SceneForm:
         return ONE_FRICTION if self.mu_s == self.mu_k else TWO_FRICTIONS
-
-    @property
-    def time_scale(self) -> float:
-        """sqrt(m/k)."""
-        return sqrt(float(self.m / self.k))
-
-    def natural_span(self) -> Number:
-        """Until the first release, and 5.37 cycles more."""
-        return float(self.exact_motion.release_time()) + 5.37 * float(self.exact_motion.period())
-
-    def list_events(self, digits: int) -> tuple[Event, ...]:
-        """`release` and `stick` alternate."""
-        motion, found = self.exact_motion, list[Event]()
-        if motion.slips_for_good:
-            return ()
-        if motion.repeats:
-            self.limit_events(2 * float(self.span) / float(motion.period()))
-        belt = motion.number(motion.V, digits)
-
-        def add(time: Any, name: str, place: Any) -> bool:
-            if time > self.span:
-                return False
-            found.append(Event(time, name, (place, belt), (place, belt)))
-            return True
-
-        caught = motion.first_catch(digits)
-        if caught is not None and not add(caught[0], "stick", caught[1]):
-            return tuple(found)
-        loose, again = motion.number(motion.xs, digits), motion.number(2 * motion.xk - motion.xs, digits)
-        cycle = 0
-        while True:
-            if not (motion.loose_first and cycle == 0) and not add(
-                motion.cycle_time(cycle, False, digits), "release", loose
-            ):
-                break
-            if not motion.repeats or not add(motion.cycle_time(cycle, True, digits), "stick", again):
-                break
-            cycle += 1
-        return tuple(found)
-
-    def same_course(self, other: Case) -> bool:
-        theirs = StickSlip(*other.parameter_values(), *other.initial_state)
-        mine = self.exact_motion
-        return (theirs.stuck_first, theirs.slips_for_good, theirs.repeats) == (
-            mine.stuck_first,
-            mine.slips_for_good,
-            mine.repeats,
-        )
-
-    def derived(self, digits: int) -> dict[str, Any]:
-        motion = self.exact_motion
-        return {
-            "period": motion.period(digits),
-            "slip_time": motion.slip_time(digits) if motion.repeats else None,
-            "stick_time": motion.stick_time(digits) if motion.repeats else None,
-            "first_release": mpf("inf") if motion.slips_for_good else motion.release_time(digits),
-        }

@@ -60,6 +60,11 @@ class StickSlip(BallMotion):
         return self.xs > self.xk and not self.slips_for_good
 
     @property
+    def course(self) -> tuple[Any, ...]:
+        """What two motions of the same sequence of phases have in common."""
+        return self.stuck_first, self.slips_for_good, self.repeats
+
+    @property
     def _first(self) -> tuple[Fraction, Fraction]:
         return self.x0 - self.xk, self.v0
 
@@ -78,7 +83,7 @@ class StickSlip(BallMotion):
 
     def stick_time(self, digits: int = 15) -> Any:
         """Duration of sticking between two slips (s)."""
-        return self._derived(digits, lambda: ball(2 * (self.xs - self.xk) / self.V))
+        return self._derived(digits, self._stick)
 
     def period(self, digits: int = 15) -> Any:
         """Period of the limit cycle, or of the swing if the block never sticks again (s)."""
@@ -93,6 +98,10 @@ class StickSlip(BallMotion):
             ),
         )
 
+    def place_caught(self, digits: int = 15) -> Any:
+        """Position where the belt catches the block after a release (m)."""
+        return self._derived(digits, lambda: self._place(*self._loose))
+
     def number(self, value: Fraction, digits: int = 15) -> Any:
         """A rational number to `digits`."""
         return self._derived(digits, lambda: ball(value))
@@ -101,7 +110,9 @@ class StickSlip(BallMotion):
         """Time and position of the end of the initial slip; None if there is none, or if it never ends in sticking."""
         if self.stuck_first or self.slips_for_good or self.loose_first:
             return None
-        return self._derived(digits, lambda: self._slip(*self._first)), self._derived(digits, self._caught)
+        return self._derived(digits, lambda: self._slip(*self._first)), self._derived(
+            digits, lambda: self._place(*self._first)
+        )
 
     def _balls(self, t: Fraction) -> Sequence[Any]:
         if self.stuck_first:
@@ -110,7 +121,7 @@ class StickSlip(BallMotion):
         elif self.slips_for_good or sign(lambda: self._slip(*self._first) - ball(t)) > 0:
             return self._swing(*self._first, ball(t))
         elif sign(lambda: self._release() - ball(t)) > 0:
-            return self._caught() + ball(self.V) * (ball(t) - self._slip(*self._first)), ball(self.V)
+            return self._place(*self._first) + ball(self.V) * (ball(t) - self._slip(*self._first)), ball(self.V)
         if not self.repeats:
             return self._swing(*self._loose, ball(t) - self._release())
         cycles = floor_of(lambda: (ball(t) - self._release()) / self._period()) if t else 0
@@ -120,7 +131,7 @@ class StickSlip(BallMotion):
 
         if sign(lambda: self._slip(*self._loose) - since()) > 0:
             return self._swing(*self._loose, since())
-        return ball(2 * self.xk - self.xs) + ball(self.V) * (since() - self._slip(*self._loose)), ball(self.V)
+        return self._place(*self._loose) + ball(self.V) * (since() - self._slip(*self._loose)), ball(self.V)
 
     def _rate(self) -> Any:
         return ball(self.stiffness / self.mass).sqrt()
@@ -149,17 +160,21 @@ class StickSlip(BallMotion):
         angle = there - here
         return (angle + 2 * flint.arb.pi() if angle < 0 else angle) / rate
 
-    def _caught(self) -> Any:
-        square = self._catch(self._first)
+    def _place(self, distance: Fraction, speed: Fraction) -> Any:
+        """Position at the end of a slip."""
+        square = self._catch((distance, speed))
         assert square is not None
         return ball(self.xk) - ball(square).sqrt()
+
+    def _stick(self) -> Any:
+        return (ball(self.xs) - self._place(*self._loose)) / ball(self.V)
 
     def _release(self) -> Any:
         if self.stuck_first:
             return ball((self.xs - self.x0) / self.V)
         if self.slips_for_good or self.loose_first:
             return flint.arb(0)
-        return self._slip(*self._first) + (ball(self.xs) - self._caught()) / ball(self.V)
+        return self._slip(*self._first) + (ball(self.xs) - self._place(*self._first)) / ball(self.V)
 
     def _period(self) -> Any:
-        return self._slip(*self._loose) + ball(2 * (self.xs - self.xk) / self.V)
+        return self._slip(*self._loose) + self._stick()

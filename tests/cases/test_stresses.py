@@ -231,6 +231,13 @@ CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
         43,
     ),
     "stick_slip_belt/many: 1,389 cycles": (lambda case: len(case.events()) / 2, 1389),
+    "stick_slip_falling_friction/many: 1,315 cycles": (lambda case: len(case.events()) / 2, 1315.5),
+    "stick_slip_falling_friction/slope_near_zero: 3e-8 m/s, for 1.6e-4 s": (
+        lambda case: 2 * quantity("stick_time")(case),
+        1.66e-4,
+    ),
+    "stick_slip_falling_friction/stiff_spring: slips of 6 ms": (lambda case: 1e3 * quantity("slip_time")(case), 6.06),
+    "stick_slip_falling_friction/spirals_out: 23 growing swings": (lambda case: case.exact_motion.turns, 23),
     "spherical_pendulum/near_pole: passes 3e-7 rad": (smallest_tilt, 3.3e-7),
     "gyrocompass_tilting/fast_spin: 246 times": (fast_over_slow, 246),
     "lagrange_top/near_vertical: passes 2e-6 rad": (smallest_tilt, 2.3e-6),

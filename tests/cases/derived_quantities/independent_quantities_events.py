@@ -42,13 +42,26 @@ def time_of_event(observed: ObservedMotion, value: Any) -> Any:
     return observed.events()[0].time
 
 
-@oracle("stick_slip_belt.slip_time", "stick_time", "stick_slip_belt.period", of=HYBRID)
+@oracle(
+    *("stick_slip_belt.slip_time", "stick_slip_falling_friction.slip_time", "stick_time"),
+    *("stick_slip_belt.period", "stick_slip_falling_friction.period"),
+    of=HYBRID,
+)
 def between_release_and_stick(observed: ObservedMotion, value: Any) -> Any:
     release, stick = observed.events("release"), observed.events("stick")
     after = next(e.time for e in stick if e.time > release[0].time)
     found = {"period": release[1].time - release[0].time, "slip_time": after - release[0].time}
     found["stick_time"] = release[1].time - after
     return next(x for n, x in found.items() if observed.found[n] is value)
+
+
+@oracle("fastest_sliding", of=HYBRID)
+def past_the_block(observed: ObservedMotion, value: Any) -> bool:
+    """No sample of a slip slides faster, and one slides nearly as fast."""
+    begin = observed.events("release")[0].time
+    end = next(e.time for e in observed.events("stick") if e.time > begin)
+    found = max(observed.p.V - observed.at(begin + (end - begin) * k / 200).v for k in range(201))
+    return bool(value * (1 - mpmath.mpf("1e-3")) < found <= value)
 
 
 @oracle("bouncing_ball.period", "bouncing_ball_incline.period", of=HYBRID)

@@ -76,6 +76,17 @@ def block_on_a_belt(w: World, p: Any, x: Any) -> None:
         w.no_slip(rate(x))
 
 
+@model("stick_slip_falling_friction", prepare=on_the_belt)
+def block_on_a_slippery_belt(w: World, p: Any, x: Any) -> None:
+    w.mass(p.m, (x,))
+    w.energy(p.k * x * x / 2)
+    if w.mode == "slip":
+        sliding = x[1] - p.V
+        friction(w, (x,), (p.mu_k - p.slope * abs(sliding)) * p.m * p.g, (sliding,))
+    elif w.mode == "stick":
+        w.no_slip(rate(x))
+
+
 def in_the_guide(source: Any, p: Any, s: Any, mode: str) -> None:
     by_sign(source, p, s, "moving" if mode == "at strike" else mode)
     if mode in ("at strike", "struck"):
