@@ -189,7 +189,8 @@ class Suite:
 
 def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
     lists: dict[str, Any] = {
-        key: tuple(row.pop(key, ())) for key in ("cases", "integrators", "hardest", "further", "for_stiff", "for_events")
+        key: tuple(row.pop(key, ()))
+        for key in ("cases", "integrators", "hardest", "further", "for_stiff", "for_events")
     }
     if lists["integrators"]:
         lists["integrators"] += tuple(f"{one.name}:{quick}" for one in LIBRARIES.values() for quick in one.quick)
