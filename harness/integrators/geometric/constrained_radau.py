@@ -231,14 +231,14 @@ class ConstrainedRadau(FixedStep):
 
 
 class RadauIndex3(ConstrainedRadau):
-    """The constraints themselves at each stage, multipliers scaled by h^2. Order 5 in position, 3 in velocity."""
+    """The constraints themselves at each stage, multipliers scaled by h^2: 5 in position, 3 in velocity. Order 3."""
 
     name, order, index = "Radau IIA index 3", 3, 3
     conserves = ("constraint",)
 
 
 class RadauIndex2(ConstrainedRadau):
-    """The rates of the constraints at each stage, multipliers scaled by h. Order 5; the constraints drift."""
+    """The rates of the constraints at each stage, multipliers scaled by h; the constraints drift. Order 5."""
 
     name, order, index = "Radau IIA index 2", 5, 2
 
