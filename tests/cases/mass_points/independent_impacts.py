@@ -50,6 +50,12 @@ def ball_on_a_table(w: World, p: Any, z: Any) -> None:
     bounces(w, z, p.e)
 
 
+@model("chattering_ball", prepare=on_the_table)
+def ball_that_chatters(w: World, p: Any, z: Any) -> None:
+    w.mass(1, (p.A * sin(p.w * w.t) + z,), (-p.g,))
+    bounces(w, z, p.e)
+
+
 def at_the_stop(source: Any, p: Any, s: Any, mode: str) -> None:
     if mode == "at impact":
         s.x, s.v = p.s, abs(s.v)
