@@ -41,7 +41,7 @@ def at_rest(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def in_flight(t: Any, state: Values, parameters: Values) -> str:
-    return "flight"
+    return "rest" if state[0] == 0 and state[1] == 0 else "flight"
 
 
 class ChatteringBall(Case):
@@ -66,10 +66,13 @@ class ChatteringBall(Case):
     exact_motion = bind(Motion, pull="g", amplitude="A", frequency="w")
     default_span = "1.7"
     variants = (
-        Variant("hard_bounces", "e = 0.8: each chatter has 90 bounces before flights of 5e-11 s", {"e": "0.8"}, span="1.7"),
-        Variant("barely_lifts", "A w^2 = 1.0005 g: lifts off for 3 micrometres", {"A": "0.024537"}),
+        Variant(
+            "hard_bounces", "e = 0.8, A w^2 = 1.02 g: 101 bounces down to flights of 5e-11 s, then 83 in each turn",
+            {"e": "0.8", "A": "0.025"}, span="1.7",
+        ),
+        Variant("barely_lifts", "A w^2 = 1.0005 g: lifts off by 26 nanometres", {"A": "0.024537"}),
         Variant("held", "A w^2 = 0.98 g: rests for good", {"A": "0.024"}),
-        Variant("many", "30 turns: 29 chatters and releases", span="9.7"),
+        Variant("many", "30 turns: 30 chatters and releases", span="9.7"),
     )  # fmt: skip
     autonomous = False
     forms = (
@@ -112,6 +115,12 @@ class ChatteringBall(Case):
             if rests:
                 found.append(Event(motion.rest_time(bout, self.span, digits), "limit", (zero, zero), (zero, zero)))
         return tuple(found)
+
+    def scales(self) -> dict[str, float]:
+        """The fastest bounce besides samples."""
+        found = super().scales()
+        bounces = [abs(float(event.before[1])) for event in self.events(15)]
+        return found | {"velocity": max([found["velocity"], *bounces])}
 
     def same_course(self, other: Case) -> bool:
         return isinstance(other, type(self)) and [c[1] for c in other.counts] == [c[1] for c in self.counts]

@@ -126,9 +126,9 @@ class ChatteringBall(VibratingTable):
 
     def _release(self, rest: Any) -> Any | None:
         """The first time after a rest at which c falls through 0; None if it never does."""
-        share, rate, turn = self.pull / (self.amplitude * self.frequency**2), ball(self.frequency), 2 * flint.arb.pi()
-        if share > 1:
+        if self.amplitude * self.frequency**2 < self.pull:
             return None
+        share, rate, turn = self.pull / (self.amplitude * self.frequency**2), ball(self.frequency), 2 * flint.arb.pi()
         first = ball(share).asin()
         turns = ((rate * rest - first) / turn).ceil().unique_fmpz()
         return UNKNOWN.begin if turns is None else (first + turn * int(turns)) / rate
