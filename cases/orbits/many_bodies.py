@@ -130,16 +130,21 @@ class ManyBodies(IntegratedCase):
 
     def __init_subclass__(cls, count: int, axes: str = "xy") -> None:
         bodies, size = range(1, count + 1), len(axes)
-        cls.count, cls.axes = count, axes
-        cls.rules = (Rule("no two bodies are at the same position", lambda n: are_apart(n, count, axes)),)
         momenta = {"momentum_x": momentum_x, "momentum_y": momentum_y, "momentum_z": momentum_z}
         kept = {name: momenta[name] for name in (f"momentum_{axis}" for axis in axes)}
-        cls.invariants = conserved(energy=pair_energy, **kept, spin=spin_about_z)
-        cls.forms = (SecondOrder(pairs_attract), nbody(count, size))
-        cls.scene = attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, tuple(range(size)))
         names = (*axes, *(f"v{axis}" for axis in axes), "m")
-        cls.alike = tuple(tuple(f"{name}{k}" for name in names) for k in bodies)
-        cls.mirror = tuple(f"{name}{k}" for k in bodies for name in ("x", "vx"))
+        declared = {
+            "count": count,
+            "axes": axes,
+            "rules": (Rule("no two bodies are at the same position", lambda n: are_apart(n, count, axes)),),
+            "invariants": conserved(energy=pair_energy, **kept, spin=spin_about_z),
+            "forms": (SecondOrder(pairs_attract), nbody(count, size)),
+            "scene": attracting(lambda p: p[1:], lambda r, p: p[0] / r**3, tuple(range(size))),
+            "alike": tuple(tuple(f"{name}{k}" for name in names) for k in bodies),
+            "mirror": tuple(f"{name}{k}" for k in bodies for name in ("x", "vx")),
+        }
+        for name, value in declared.items():
+            setattr(cls, name, value)
         super().__init_subclass__()
 
     @property

@@ -90,6 +90,8 @@ class Suite:
     """Whether physics engines alone run unless the user names integrators."""
     for_stiff: tuple[str, ...] = ()
     """Methods that run on the stiff variants of the suite alone, near-duplicate ones too."""
+    for_events: tuple[str, ...] = ()
+    """Methods that run on motions with events alone."""
     hardest: tuple[str, ...] = ()
     """The hard variants, as case/variant, that run unless the user names cases; empty for all if `variants`."""
     further: tuple[str, ...] = ()
@@ -165,11 +167,11 @@ class Suite:
         return tuple(one for one in integrators if runs(one))
 
     def has(self, series: Series) -> bool:
-        """Whether a series belongs to the suite; false for a method that is `for_stiff` on another variant."""
-        one = series.case
-        return series.integrator.id not in self.for_stiff or (
-            series.formulation is None and f"{one.name}/{one.variant}" in STIFF
-        )
+        """Whether a series belongs to the suite; false for a method that is `for_stiff` or `for_events` elsewhere."""
+        one, name = series.case, series.integrator.id
+        if name in self.for_stiff:
+            return series.formulation is None and f"{one.name}/{one.variant}" in STIFF
+        return name not in self.for_events or one.hybrid is not None
 
     def budget(self, integrators: Iterable[Integrator]) -> float:
         """Minutes of a run with these integrators after which no repeated launch begins; missing ones take no time."""
@@ -187,7 +189,8 @@ class Suite:
 
 def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:
     lists: dict[str, Any] = {
-        key: tuple(row.pop(key, ())) for key in ("cases", "integrators", "hardest", "further", "for_stiff")
+        key: tuple(row.pop(key, ()))
+        for key in ("cases", "integrators", "hardest", "further", "for_stiff", "for_events")
     }
     if lists["integrators"]:
         lists["integrators"] += tuple(f"{one.name}:{quick}" for one in LIBRARIES.values() for quick in one.quick)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.cases.core.case import Case
 from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.measuring.score import CONDITIONED, Scorer
@@ -43,26 +44,38 @@ def along(scorer: Scorer, states: Floats) -> Along:
 
 def judged(path: Path) -> pd.DataFrame:
     """The measurements of chaotic cases in a results file: case, variant, integrator_id, order_declared, setting, work,
-    error_max, horizon (s), valid_share of the horizon, times_conditioning."""
-    installed, scorers, found = set(installed_names()), dict[tuple[str, str, str], Scorer | None](), []
-    states = reading.states(path)
+    error_max, horizon (s), valid_share of the horizon, times_conditioning, to_the_end (whether the last sample is valid)."""
+    installed, scorers = set(installed_names()), dict[tuple[str, str, str], Scorer | None]()
+    chosen: list[tuple[Scorer, dict[str, Any]]] = []
     for row in reading.rows(path):
-        if row["measurement"] not in states or row["case"] not in installed or row["formulation"] != "standard":
-            continue
-        key = row["case"], row["variant"], row["numbers"]
-        if key not in scorers:
-            scorers[key] = _scorer(row)
-        scorer = scorers[key]
-        if scorer is not None:
-            assert scorer.case.horizon is not None
-            result = along(scorer, states[row["measurement"]])
-            kept = ("case", "variant", "integrator_id", "order_declared", "setting", "work", "error_max")
-            found.append(
-                {name: row[name] for name in kept}
-                | {"horizon": scorer.case.horizon, "valid_share": result.valid_time / scorer.case.horizon}
-                | {"times_conditioning": result.times_conditioning}
-            )
-    return pd.DataFrame(found)
+        if row["case"] in installed and row["formulation"] == "standard" and _chaotic(case_class(row["case"])):
+            key = row["case"], row["variant"], row["numbers"]
+            if key not in scorers:
+                scorers[key] = _scorer(row)
+            scorer = scorers[key]
+            if scorer is not None:
+                chosen.append((scorer, row))
+    states = reading.states(path, [row["measurement"] for _, row in chosen])
+    kept = [(scorer, row, states.get(row["measurement"])) for scorer, row in chosen]
+    return pd.DataFrame([_judged(scorer, row, found) for scorer, row, found in kept if found is not None])
+
+
+def _chaotic(kind: type[Case]) -> bool:
+    return kind.default_horizon is not None or any(variant.horizon is not None for variant in kind.variants)
+
+
+def _judged(scorer: Scorer, row: dict[str, Any], states: Floats) -> dict[str, Any]:
+    assert scorer.case.horizon is not None
+    result, horizon = along(scorer, states), scorer.case.horizon
+    kept = ("case", "variant", "integrator_id", "order_declared", "setting", "work", "error_max")
+    return (
+        {name: row[name] for name in kept}
+        | {"horizon": horizon, "valid_share": result.valid_time / horizon}
+        | {
+            "times_conditioning": result.times_conditioning,
+            "to_the_end": result.valid_time == scorer.reference.times[-1],
+        }
+    )
 
 
 def _scorer(row: dict[str, Any]) -> Scorer | None:

@@ -3,13 +3,15 @@
 import math
 from typing import Any
 
-from gnomon.harness.registry.families import family_of
+import pandas as pd
+from gnomon.harness.registry.families import FAMILIES, OTHER, family_of
+from gnomon.harness.registry.selection import DEFAULT
 from gnomon.harness.reporting.page.case_tables import Tables
 from gnomon.harness.reporting.page.representing import label
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import families
 from gnomon.harness.results.families import Family, Separation
-from gnomon.harness.results.number_text import error_text, power_text, time_text
+from gnomon.harness.results.number_text import error_text, figures_text, power_text, time_text
 from markupsafe import escape
 
 AXES = (families.TIME, families.CALLS)
@@ -20,11 +22,45 @@ APART = 1e3
 def family_tables(run: Run) -> Tables:
     """For every problem a table of its families."""
     found: Tables = {}
+    along = horizon_rows(run)
     for (case, variant), of in run.sweeps.items():
         rows = families.families(of)
         if any(math.isfinite(row.error) for row in rows):
-            found.setdefault(case, {})[variant or "default"] = f"<tbody>{''.join(map(_row, rows))}</tbody>"
+            table = f"<tbody>{''.join(map(_row, rows))}</tbody>{along.get((case, variant or DEFAULT), '')}"
+            found.setdefault(case, {})[variant or DEFAULT] = table
     return found
+
+
+def horizon_rows(run: Run) -> dict[tuple[str, str], str]:
+    """For each chaotic problem, how closely the methods of each family follow the motion, as further rows of its table.
+
+    Its largest error says little where rounding alone has grown to the size of the motion: at each sample the error counts
+    as a multiple of the conditioning there.
+    """
+    judged = run.along_the_way
+    if judged.empty:
+        return {}
+    judged = judged.assign(family=judged["integrator_id"].map(family_of))
+    order = [*FAMILIES, OTHER]
+    found = {}
+    for (case, variant), rows in judged.groupby(["case", "variant"]):
+        by = sorted(rows.groupby("family"), key=lambda one: order.index(one[0]))
+        horizon = figures_text(float(rows["horizon"].iloc[0]), 3)
+        head = (
+            f"<tr><td colspan=4>Chaotic: at the horizon, {horizon} s, half an ulp of the numbers has grown to an error of 1. "
+            "So each sample's error counts as a multiple of the conditioning there:</td></tr>"
+        )
+        names = "<tr><th>family</th><th>within 10 times</th><th>closest</th><th>its largest multiple</th></tr>"
+        found[case, variant] = f"<tbody>{head}{names}{''.join(_along(family, of) for family, of in by)}</tbody>"
+    return found
+
+
+def _along(family: str, of: pd.DataFrame) -> str:
+    best = of.groupby("integrator_id").agg({"to_the_end": "any", "times_conditioning": "min"})
+    ratio = float(best["times_conditioning"].min())
+    closest = (_name(best["times_conditioning"].idxmin()), error_text(ratio)) if math.isfinite(ratio) else ("–", "–")
+    cells = (f"{int(best['to_the_end'].sum())} of {len(best)}", *closest)
+    return f"<tr><th>{escape(family)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
 def _row(one: Family) -> str:

@@ -232,7 +232,7 @@
     own.append(...all("tbody.own", third));
     for (const table of [third, own]) (table.closest("details") ?? table).hidden = !table.tBodies.length;
     const families = byRole("families");
-    families.tBodies[0]?.remove();
+    [...families.tBodies].forEach((body) => body.remove());
     families.insertAdjacentHTML("beforeend", data.families[name]?.[problem] ?? "");
     families.closest("details").hidden = !families.tBodies.length;
     byRole("span").hidden = !problem.startsWith("default");

@@ -93,6 +93,12 @@ def test_a_method_for_stiff_equations_runs_on_stiff_variants_alone() -> None:
     assert len([name for _, name in ran if name == other.id]) == 3
 
 
+def test_a_method_for_events_runs_on_motions_with_events_alone() -> None:
+    suite, engine = plan.suite("standard"), lookup.find_one("mujoco:mj_step implicitfast [configured]")
+    chosen = [(cases.get(name), "") for name in ("pendulum_simple", "bouncing_ball")]
+    assert [one.case.name for one in plan.pairs(chosen, [engine], False) if suite.has(one)] == ["bouncing_ball"]
+
+
 def test_standard_runs_the_ways_that_manuals_name_of_engines_and_the_suite_of_engines_all() -> None:
     """`make report` has MuJoCo and PyBullet within its minutes; their other ways stand beside these in the suite `engines`."""
     every = [one for one in lookup.own().values() if isinstance(one, SceneIntegrator)]
@@ -332,7 +338,7 @@ def test_suites_differ_in_their_hard_variants() -> None:
     assert named["foundation"] < named["full"]
 
 
-def test_the_standard_suite_has_two_hard_variants_of_each_foundation_case_that_has_two() -> None:
+def test_the_standard_suite_has_a_hard_variant_of_each_foundation_case_that_has_one() -> None:
     """None is longer than the rule in suites.toml allows."""
     suite = plan.suite("standard")
     for name in plan.FOUNDATION:
@@ -343,7 +349,7 @@ def test_the_standard_suite_has_two_hard_variants_of_each_foundation_case_that_h
             for v in cases.case_class(name).variants
             if float((c := cases.get(name, v.name)).span) <= 1e4 * c.time_scale
         ]
-        assert len(hard) == min(2, len(short))
+        assert len(hard) == min(1, len(short))
     assert {each.split("/")[0] for each in suite.hardest} <= set(plan.FOUNDATION)
     assert suite.names()[len(cases.names()) :] == [*suite.hardest, *suite.further]
 
