@@ -36,21 +36,22 @@ class _Flight:
 
 
 def _flights(case: Case, hybrid: Hybrid) -> list[_Flight]:
-    """The flights up to the first `limit` event or the end of the span, at equal strides if there are many."""
+    """The flights up to the end of the span, at equal strides if there are many; the last of an accumulation are left out."""
     parameters = tuple(float(v) for v in case.parameter_values())
     mode = hybrid.start(0.0, tuple(map(float, case.initial_state)), parameters)
     begin, start = Fraction(0), tuple(case.initial_state)
-    flights = []
+    flights, last = [], ""
     for event in case.events(3 * DIGITS):
         if event.name == "limit":
-            break
+            mode = next(target for name, target, _ in hybrid.limits if name == last)
+            begin, start = exact(event.time), tuple(event.after)
+            continue
         transition = next(t for t in hybrid.transitions if t.name == event.name and t.mode == mode)
         flights.append(_Flight(hybrid.mode(mode), begin, start, exact(event.time), (event, transition)))
         begin, start = exact(event.time), tuple(event.after)
-        mode = transition.lands(float(event.time), tuple(map(float, event.after)), parameters)
-    else:
-        if begin < case.span:
-            flights.append(_Flight(hybrid.mode(mode), begin, start, case.span))
+        mode, last = transition.lands(float(event.time), tuple(map(float, event.after)), parameters), event.name
+    if begin < case.span:
+        flights.append(_Flight(hybrid.mode(mode), begin, start, case.span))
     return flights[:: max(1, len(flights) // 12)]
 
 

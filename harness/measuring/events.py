@@ -18,7 +18,7 @@ def score_events(located: Sequence[tuple[float, str]], exact: Sequence[Event]) -
     """Compare (time, name) pairs with the exact events: for each name, the k-th located event with the k-th exact one.
 
     The event `limit` is the time at which the integrator declares the motion settled. The settle rule allows any time
-    from the last listed event to the exact limit time; the error is the distance from that interval.
+    from the last listed event before it to the exact limit time; the error is the distance from that interval.
     """
     missing = extra = 0
     error = 0.0
@@ -28,9 +28,10 @@ def score_events(located: Sequence[tuple[float, str]], exact: Sequence[Event]) -
         missing += max(0, len(true) - len(found))
         extra += max(0, len(found) - len(true))
         if name == "limit":
-            before = [float(event.time) for event in exact if event.name != name]
-            earliest = before[-1] if before else 0.0
-            error = max([error, *(max(earliest - a, a - b) for a, b in zip(found, true, strict=False))])
+            others = [0.0, *(float(event.time) for event in exact if event.name != name)]
+            earliest = [max(time for time in others if time <= limit) for limit in true]
+            errors = (max(c - a, a - b) for a, b, c in zip(found, true, earliest, strict=False))
+            error = max([error, *errors])
         else:
             error = max([error, *(abs(a - b) for a, b in zip(found, true, strict=False))])
     return EventScore(missing, extra, error)

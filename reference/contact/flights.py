@@ -6,7 +6,7 @@ Errors grow from impact to impact, exponentially in chaotic motions: the precisi
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -35,6 +35,33 @@ class Flight(NamedTuple):
 
 UNKNOWN = Flight(*[flint.arb("nan")] * 4)
 """A flight of which the precision gives nothing."""
+
+
+STEPS = 100_000
+"""More steps than any search for an impact needs within the domain."""
+
+
+def first_passage(
+    ahead: Callable[[Any], tuple[Any, Any]], most: Any, start: tuple[Any, Any, Any], longest: Any
+) -> Any | None:
+    """The time to the first zero of a gap, from below; None if that is later than `longest`.
+
+    `ahead` gives the gap and its rate at a time, `start` is a time with the gap and the rate there, and `most` bounds the
+    bending of the gap: from a gap g that changes at the rate g', no zero follows within the positive root h of
+    g + g' h - M h^2/2. Steps of that length never pass the first zero, and converge to it quadratically.
+    """
+    wait, gap, rate = start
+    for _ in range(STEPS):
+        step = ((rate + (rate * rate + 2 * most * gap).sqrt()) / most).mid()
+        wait = (wait + step).mid()
+        if step <= wait * flint.arb(2) ** (20 - ROUGH_BITS):
+            return wait
+        gap, rate = (x.mid() for x in ahead(wait))
+        if gap <= 0:
+            return wait
+        if wait > longest:
+            return None
+    raise ArithmeticError("no impact within the steps of the search")
 
 
 class ImpactMotion(BallMotion):

@@ -1,8 +1,7 @@
 """A forced oscillator before a rigid stop: closed form between impacts, impacts by certified root finding.
 
-The gap to the stop bends by no more than a bound M on the acceleration. From a gap g that changes at the rate g', no
-impact follows within the positive root h of g + g' h - M h^2/2: steps of that length never pass the first impact, and
-near it they converge to it quadratically. A grazing arc that misses the stop is passed in the same way.
+The gap to the stop bends by no more than a bound M on the acceleration: steps that no gap of that bending can close find
+the first impact (`first_passage`), and a grazing arc that misses the stop is passed in the same way.
 """
 
 from __future__ import annotations
@@ -12,11 +11,8 @@ from fractions import Fraction
 from typing import Any
 
 import flint
-from gnomon.reference.contact.flights import ROUGH_BITS, UNKNOWN, Flight, ImpactMotion
+from gnomon.reference.contact.flights import ROUGH_BITS, UNKNOWN, Flight, ImpactMotion, first_passage
 from gnomon.reference.numerics.balls import ball, precision
-
-STEPS = 100_000
-"""More steps than any search for an impact needs within the domain."""
 
 
 @dataclass(frozen=True)
@@ -84,22 +80,13 @@ class StoppedOscillator(ImpactMotion):
 
     def _first(self, rest: Flight, longest: Any) -> Any:
         """The time to the first impact, from below, or None if that is later than `longest`; after an impact the gap starts at exactly zero and opens."""
-        most, wait = self._most(rest), flint.arb(0)
-        gap, rate = (ball(self.stop) - rest.z).mid(), -rest.u
-        if rest.arriving.mid() != 0:
-            gap = flint.arb(0)
-        for _ in range(STEPS):
-            step = ((rate + (rate * rate + 2 * most * gap).sqrt()) / most).mid()
-            wait = (wait + step).mid()
-            if step <= wait * flint.arb(2) ** (20 - ROUGH_BITS):
-                return wait
+        gap = flint.arb(0) if rest.arriving.mid() != 0 else (ball(self.stop) - rest.z).mid()
+
+        def ahead(wait: Any) -> tuple[Any, Any]:
             x, v = self._after(rest, wait)
-            gap, rate = (ball(self.stop) - x).mid(), (-v).mid()
-            if gap <= 0:
-                return wait
-            if wait > longest:
-                return None
-        raise ArithmeticError("no impact within the steps of the search")
+            return ball(self.stop) - x, -v
+
+        return first_passage(ahead, self._most(rest), (flint.arb(0), gap, -rest.u), longest)
 
     def _root(self, rest: Flight, wait: Any) -> Any:
         for _ in range(60):

@@ -258,6 +258,8 @@ CLAIMS: dict[str, tuple[Callable[[Any], float], float]] = {
     "tippe_top/strong_friction: decays in 1 ms": (lambda case: 1e3 * case.time_scale, 0.927),
     "tippe_top/nearly_upright: two million times": (lambda case: 1e6 * math.acos(last(case, "ez") / 0.3), 2.23e6),
     "bouncing_ball_table/chaotic: 3e12-fold": (growth_of_a_shift, 3.35e12),
+    "chattering_ball/hard_bounces: 101 bounces": (lambda case: case.counts[0][0], 101),
+    "chattering_ball/many: 30 chatters": (lambda case: sum(e.name == "release" for e in case.events()), 30),
     "impact_oscillator/chaotic: 1.5e8-fold": (growth_of_a_shift, 1.48e8),
     "slider_crank/near_fold: rod 1 cm longer": (rod_over_crank, 0.0099),
     "slider_crank/small_swings: swings of 0.067 rad": (crank_from_below, 0.0673),

@@ -12,7 +12,7 @@ SEED = 18
 EXPENSIVE = (
     "amusement_park", "andrews_squeezer", "arenstorf_orbit", "bearing_reaction_torque_stability", "billiard_ball_attitude", "car_axis",
     "central_force_fifth_power", "central_force_hanging_mass", "central_force_logarithmic", "chain_in_circular_tube",
-    "chain_quarter_circle", "choreography_five_bodies", "choreography_super_eight",
+    "chain_quarter_circle", "chattering_ball", "choreography_five_bodies", "choreography_super_eight",
     "coulomb_friction_oscillator", "curve_sliding_catenary", "curve_sliding_quartic",
     "curve_sliding_small", "cycloidal_pendulum", "double_pendulum", "driven_pendulum", "duffing_unforced",
     "dumbbell_spring", "dynamics_of_free_rigid_body_in_gravity", "engineering_design_analysis",

@@ -122,7 +122,7 @@ def of_the_rolling_body(observed: ObservedMotion, value: Any) -> Any:
 
 @oracle("relative_push", of=HYBRID)
 def relative_acceleration_of_the_table(observed: ObservedMotion, value: Any) -> Any:
-    return observed.p.A * observed.p.w**2 / (observed.p.g + observed.p.b)
+    return observed.p.A * observed.p.w**2 / (observed.p.g + getattr(observed.p, "b", 0))
 
 
 @oracle("terminal_speed", of=HYBRID)

@@ -50,6 +50,27 @@ def ball_on_a_table(w: World, p: Any, z: Any) -> None:
     bounces(w, z, p.e)
 
 
+def chattering(source: Any, p: Any, s: Any, mode: str) -> Any:
+    """The table releases the ball when it falls with g, and holds it in the half turn in which it is below."""
+    if mode in ("rest", "at release"):
+        s.z, s.u = flint.arb(0), flint.arb(0)
+    if mode == "rest":
+        return (1 + source.random()) * flint.arb.pi() / p.w
+    if mode == "at release":
+        angle = flint.arb(source.uniform(0.2, 1.3))
+        p.g = p.A * p.w * p.w * sin(angle)
+        return angle / p.w
+    if mode != "flight":
+        s.z, s.u = flint.arb(0), -abs(s.u)
+    return None
+
+
+@model("chattering_ball", prepare=chattering)
+def ball_that_chatters(w: World, p: Any, z: Any) -> None:
+    w.mass(1, (p.A * sin(p.w * w.t) + z,), (-p.g,))
+    bounces(w, z, p.e)
+
+
 def at_the_stop(source: Any, p: Any, s: Any, mode: str) -> None:
     if mode == "at impact":
         s.x, s.v = p.s, abs(s.v)
