@@ -9,8 +9,7 @@ one of the two drifts.
 from collections.abc import Callable
 from typing import Any, ClassVar
 
-from gnomon.cases.core.elimination import rows_of, solve_all
-from gnomon.cases.core.forms import Constrained, Form, Values
+from gnomon.cases.core.forms import Constrained, Form
 from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.base.stepping import call
@@ -164,30 +163,6 @@ def correct(h: Any, y: Any, table: Any, slope: Any, store: Any, n: int, m: int) 
     return largest
 
 
-def free_parts(form: Constrained) -> Callable[..., Any]:
-    """(t, state, parameters) -> M^-1 forces, constraints, their rates at a constant place, G, and M^-1 G^T by columns."""
-    of_place, pull, mass = explicit_parts(form), form.velocity_force, form.mass
-
-    def without(t: Any, state: Values, p: Values) -> Values:
-        return tuple(of_place(t, state[: len(state) // 2], p))
-
-    def moved(t: Any, q: Values, pulled: Values, p: Values) -> Values:
-        (found,) = solve_all(rows_of(mass(t, q, p), len(q)), (pulled,), 1 + 0 * q[0])
-        return tuple(found)
-
-    def as_pulled(t: Any, q: Values, pulled: Values, p: Values) -> Values:
-        return pulled
-
-    accelerations = as_pulled if mass is None else moved
-
-    def with_velocities(t: Any, state: Values, p: Values) -> Values:
-        q = state[: len(state) // 2]
-        found, added = tuple(of_place(t, q, p)), accelerations(t, q, tuple(pull(t, state, p)), p)
-        return *(a + b for a, b in zip(found, added, strict=False)), *found[len(q) :]
-
-    return without if pull is None else with_velocities
-
-
 class ConstrainedRadau(FixedStep):
     """Three stages of Radau IIA at a fixed step on a constrained motion."""
 
@@ -197,7 +172,7 @@ class ConstrainedRadau(FixedStep):
 
     def equations(self, form: Form) -> Callable[..., Any]:
         assert isinstance(form, Constrained)
-        return free_parts(form)
+        return explicit_parts(form, of_state=True)
 
     def shape(self, form: Form, dimension: int, parameters: int) -> tuple[tuple[int, int], int]:
         assert isinstance(form, Constrained)
