@@ -55,7 +55,7 @@ SIGNATURES = {
     "SUNContext_Free": "i p", "N_VMake_Serial": "p ipp", "N_VGetArrayPointer": "p p", "N_VDestroy": "v p",
     "SUNDenseMatrix": "p iip", "SUNDenseMatrix_Data": "p p", "SUNMatDestroy": "v p", "SUNLinSol_Dense": "p ppp",
     "SUNLinSolFree": "i p", "SUNNonlinSol_FixedPoint": "p pip", "SUNNonlinSolFree": "i p",
-    "CVodeCreate": "p ip", "IDACreate": "p p", "CVodeInit": "i ppdp", "IDAInit": "i ppdpp", "CVodeReInit": "i pdp",
+    "IDASetId": "i pp", "IDASetSuppressAlg": "i pi", "IDASVtolerances": "i pdp", "CVodeCreate": "p ip", "IDACreate": "p p", "CVodeInit": "i ppdp", "IDAInit": "i ppdpp", "CVodeReInit": "i pdp",
     "IDAReInit": "i pdpp", "CVode": "i pdppi", "IDASolve": "i pdpppi", "CVodeSetNonlinearSolver": "i pp",
 } | {
     f"{solver}{name}": signature for solver in ("CVode", "IDA") for name, signature in {
@@ -147,7 +147,7 @@ def follow(function: int, memory: int, rest: Any, times: Floats, state: Floats, 
         code = result_at(function, memory, times[k], *tuple(rest[i] for i in range(ARGUMENTS)))
         if code < 0:
             return int(code)
-        for i in range(state.size):
+        for i in range(samples.shape[1]):
             samples[k, i] = state[i]
     return 0
 
@@ -188,6 +188,14 @@ class Native(Sundials):
     def versions(self) -> Mapping[str, str]:
         return {**super().versions(), "SUNDIALS": interface(self.solver)[1]}
 
+    def size(self, problem: Problem) -> int:
+        """The number of variables, of which the first ones are the state."""
+        return problem.dimension
+
+    def tolerate(self, session: "Session", problem: Problem, rtol: float, atol: float) -> None:
+        """Set the tolerances."""
+        session.set("SStolerances", rtol, atol)
+
     @abstractmethod
     def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
         """Create the solver's memory and give it the equations; returns the options that differ from its defaults."""
@@ -196,10 +204,10 @@ class Native(Sundials):
         if find_spec("sksundae") is None:
             raise ImportError("sksundae is not installed")
         require_positive(setting, "tolerance")
-        session = Session(self.solver, problem.dimension)
+        session = Session(self.solver, self.size(problem))
         options, (restart, rest) = self.connect(session, problem)
         options |= {"rtol": setting, "atol": self.atol_ratio * setting, "max_num_steps": STEPS}
-        session.set("SStolerances", setting, self.atol_ratio * setting)
+        self.tolerate(session, problem, setting, self.atol_ratio * setting)
         session.user[PARAMETERS] = problem.buffer.ctypes.data
         session.set("SetUserData", session.user.ctypes.data)
         session.set("SetMaxNumSteps", STEPS)
@@ -215,7 +223,7 @@ class Native(Sundials):
         ) -> tuple[int, str | None]:
             if not session.close.alive:
                 raise RuntimeError("called after close; prepare again")
-            state[:], reached.value = start, problem.t0
+            state[: problem.dimension], reached.value = start, problem.t0
             restart()
             code = run(*advance, times, state, samples)
             return session.steps(), f"{session.named(code)} at t = {reached.value:g}" if code < 0 else None
