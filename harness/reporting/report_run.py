@@ -20,7 +20,7 @@ from gnomon.harness.results import analysis, families, rankings, store, summary
 from gnomon.harness.results.advice import needs
 from gnomon.harness.results.outstanding import Outstanding, outstanding
 from gnomon.harness.running.plan import NEAR_DUPLICATE
-from gnomon.harness.studies import horizon, model_hierarchy
+from gnomon.harness.studies import constraint_errors, horizon, model_hierarchy
 from gnomon.harness.studies.drift import rebuilt
 
 DECIMAL_STEPS = (1e-2, 1e-3, 1e-4)
@@ -65,6 +65,11 @@ class Run:
     def along_the_way(self) -> pd.DataFrame:
         """The measurements of chaotic cases, judged against the conditioning along the way."""
         return horizon.judged(self.path)
+
+    @cached_property
+    def constraints(self) -> pd.DataFrame:
+        """The measurements of constrained cases, with their errors apart."""
+        return constraint_errors.judged(self.path)
 
     @cached_property
     def look(self) -> pd.DataFrame:

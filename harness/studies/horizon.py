@@ -4,19 +4,15 @@ Near the horizon, where the conditioning reaches 1, the errors of all methods ar
 The error over the conditioning at each sample says how far a method is from what rounding of the numbers allows there.
 """
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from gnomon.cases.core.case import Case
-from gnomon.cases.core.registry import case_class, installed_names
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.measuring.score import CONDITIONED, Scorer
-from gnomon.harness.results import reading
-from gnomon.harness.studies.drift import rebuilt
+from gnomon.harness.studies.scored_states import scored_states
 
 
 @dataclass(frozen=True)
@@ -45,23 +41,7 @@ def along(scorer: Scorer, states: Floats) -> Along:
 def judged(path: Path) -> pd.DataFrame:
     """The measurements of chaotic cases in a results file: case, variant, integrator_id, order_declared, setting, work,
     error_max, horizon (s), valid_share of the horizon, times_conditioning, to_the_end (whether the last sample is valid)."""
-    installed, scorers = set(installed_names()), dict[tuple[str, str, str], Scorer | None]()
-    chosen: list[tuple[Scorer, dict[str, Any]]] = []
-    for row in reading.rows(path):
-        if row["case"] in installed and row["formulation"] == "standard" and _chaotic(case_class(row["case"])):
-            key = row["case"], row["variant"], row["numbers"]
-            if key not in scorers:
-                scorers[key] = _scorer(row)
-            scorer = scorers[key]
-            if scorer is not None:
-                chosen.append((scorer, row))
-    states = reading.states(path, [row["measurement"] for _, row in chosen])
-    kept = [(scorer, row, states.get(row["measurement"])) for scorer, row in chosen]
-    return pd.DataFrame([_judged(scorer, row, found) for scorer, row, found in kept if found is not None])
-
-
-def _chaotic(kind: type[Case]) -> bool:
-    return kind.default_horizon is not None or any(variant.horizon is not None for variant in kind.variants)
+    return pd.DataFrame([_judged(*one) for one in scored_states(path, lambda case: case.horizon is not None)])
 
 
 def _judged(scorer: Scorer, row: dict[str, Any], states: Floats) -> dict[str, Any]:
@@ -76,14 +56,3 @@ def _judged(scorer: Scorer, row: dict[str, Any], states: Floats) -> dict[str, An
             "to_the_end": result.valid_time == scorer.reference.times[-1],
         }
     )
-
-
-def _scorer(row: dict[str, Any]) -> Scorer | None:
-    """The scorer of the case of a row; None if the case is not chaotic."""
-    case = rebuilt(
-        case_class(row["case"]),
-        "" if row["variant"] == "default" else row["variant"],
-        json.loads(row["numbers"]),
-        float(row["span"]),
-    )
-    return None if case.horizon is None else Scorer.of(case)

@@ -12,6 +12,7 @@ from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import families
 from gnomon.harness.results.families import Family, Separation
 from gnomon.harness.results.number_text import error_text, figures_text, power_text, time_text
+from gnomon.harness.studies.constraint_errors import COLUMNS
 from markupsafe import escape
 
 AXES = (families.TIME, families.CALLS)
@@ -22,11 +23,11 @@ APART = 1e3
 def family_tables(run: Run) -> Tables:
     """For every problem a table of its families."""
     found: Tables = {}
-    along = horizon_rows(run)
+    further = horizon_rows(run) | constraint_rows(run)
     for (case, variant), of in run.sweeps.items():
         rows = families.families(of)
         if any(math.isfinite(row.error) for row in rows):
-            table = f"<tbody>{''.join(map(_row, rows))}</tbody>{along.get((case, variant or DEFAULT), '')}"
+            table = f"<tbody>{''.join(map(_row, rows))}</tbody>{further.get((case, variant or DEFAULT), '')}"
             found.setdefault(case, {})[variant or DEFAULT] = table
     return found
 
@@ -61,6 +62,36 @@ def _along(family: str, of: pd.DataFrame) -> str:
     closest = (_name(best["times_conditioning"].idxmin()), error_text(ratio)) if math.isfinite(ratio) else ("–", "–")
     cells = (f"{int(best['to_the_end'].sum())} of {len(best)}", *closest)
     return f"<tr><th>{escape(family)}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
+
+
+def constraint_rows(run: Run) -> dict[tuple[str, str], str]:
+    """For each constrained problem the errors apart, where they are smallest: of each method for constraints, and of each
+    other family."""
+    judged = run.constraints
+    if judged.empty:
+        return {}
+    family = judged["integrator_id"].map(family_of)
+    own = family == "Constrained coordinates"
+    judged = judged.assign(family=family, of=judged["integrator_id"].where(own, family))
+    order = [*FAMILIES, OTHER]
+    found = {}
+    for (case, variant), rows in judged.groupby(["case", "variant"]):
+        best = rows.loc[rows.groupby("of")["error_max"].idxmin().dropna()].to_dict("records")
+        head = (
+            "<tr><td colspan=4>Errors apart, at the setting with the smallest error: largest of the samples; the drift is "
+            "the departure from the constraints of the start, in their units.</td></tr>"
+        )
+        names = "<tr><th>family</th><th>method</th><th>position, velocity, multiplier</th><th>drift, its rate</th></tr>"
+        by = sorted(best, key=lambda one: (order.index(one["family"]), one["error_max"]))
+        found[case, variant] = f"<tbody>{head}{names}{''.join(map(_apart, by))}</tbody>"
+    return found
+
+
+def _apart(row: dict[str, Any]) -> str:
+    unbroken = {name: error_text(row[name]).replace("-", "\N{NON-BREAKING HYPHEN}") for name in COLUMNS}
+    shown = [", ".join(unbroken[name] for name in names) for names in (COLUMNS[:3], COLUMNS[3:])]
+    cells = (_name(row["integrator_id"]), *shown)
+    return f"<tr><th>{escape(row['family'])}</th>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
 def _row(one: Family) -> str:

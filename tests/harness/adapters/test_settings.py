@@ -8,7 +8,7 @@ from gnomon.harness.verification.call_claims import IMPOSSIBLE
 
 from gnomon import cases
 
-CASES = ("pendulum_simple", "kepler_orbit", "bouncing_ball", "euler_top")
+CASES = ("pendulum_simple", "kepler_orbit", "bouncing_ball", "euler_top", "holonomic_constraint_dae")
 OTHERS = {one.id: one for one in lookup.own().values() if type(one).__module__.startswith("gnomon.harness.adapters.")}
 
 
