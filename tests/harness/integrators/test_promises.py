@@ -27,6 +27,7 @@ TESTED_CLAIMS = {
     "splitting": {"symplectic", "reversible", "momentum"},  # test_properties
     "gauss": {"symplectic", "reversible", "momentum"},  # test_properties
     "boris": {"volume", "reversible"},  # test_boris
+    "constrained_radau": {"constraint"},  # test_constrained_radau
     "projected": {"constraint"},  # test_projected
     "rattle": {"symplectic", "reversible", "momentum", "constraint"},  # test_rattle
     "lie": {"symplectic", "reversible", "momentum", "attitude"},  # test_lie
