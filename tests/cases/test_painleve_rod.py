@@ -24,6 +24,9 @@ def test_refuses_a_start_that_does_not_slide(numbers: dict[str, float], reason: 
     [
         ({}, "p reaches 0"),
         ({"mu": 1, "vx": 8}, "N reaches 0 and the rod lifts off"),
+        ({"mu": 1.5, "vx": 8}, "N reaches 0 and the rod lifts off"),
+        ({"mu": 1.53, "vx": 8}, "N reaches 0 and the rod lifts off"),
+        ({"mu": 1.55, "vx": 8}, "p reaches 0"),
         ({"vx": 1}, "vx reaches 0"),
         ({"mu": 1, "omega": 1}, "the rod falls flat"),
     ],
