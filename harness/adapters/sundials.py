@@ -169,7 +169,7 @@ class Sundials(Installed):
     """A solver of SUNDIALS. Hindmarsh et al., ACM Trans. Math. Softw. 31 (2005) 363."""
 
     library = "sksundae"
-    accepts = (FirstOrder,)
+    accepts: ClassVar[tuple[type[FirstOrder], ...]] = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
     atol_ratio: float = 0.1

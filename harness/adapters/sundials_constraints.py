@@ -29,12 +29,11 @@ from gnomon.harness.adapters.sundials import (
     Session,
     bad,
     numbers,
-    word_at,
 )  # fmt: skip
 from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.geometric.constrained_parts import constraints_of, rest
-from gnomon.harness.kernels.c_structures import c_functions, floats_at
+from gnomon.harness.kernels.c_structures import c_functions, floats_at, word_at
 from gnomon.harness.kernels.equations import function_kernel
 
 NONE = 1e100
@@ -57,17 +56,17 @@ def stabilised(t: Any, y: Any, slope: Any, out: Any, user: Any) -> int:
 def residual_of(form: Constrained, n: int, m: int) -> Equations:
     """(t, (variables, slopes), parameters) -> the residual of q' = v - G^T mu, M v' = forces - G^T lam, g and its rate."""
     forces, rate = forces_of(form.force, form.velocity_force), form.constraint_rate or rest(form.constraint)
-    constraint, gradient, mass = form.constraint, form.gradient, form.mass
+    constraint, gradient, masses = form.constraint, form.gradient, form.mass or rest(form.force)
     size = 2 * n + 3 * m
 
     def unit_inertia(t: Any, q: Values, accelerations: Values, p: Values) -> Values:
         return accelerations
 
     def inertia(t: Any, q: Values, accelerations: Values, p: Values) -> Values:
-        rows = rows_of(mass(t, q, p), n)
+        rows = rows_of(masses(t, q, p), n)
         return tuple([sum([x * a for x, a in zip(row, accelerations, strict=True)]) for row in rows])
 
-    moved = unit_inertia if mass is None else inertia
+    moved = unit_inertia if form.mass is None else inertia
 
     def residual(t: Any, both: Values, p: Values) -> Values:
         q, v, lam, mu = both[:n], both[n : 2 * n], both[2 * n : 2 * n + m], both[2 * n + m : 2 * n + 2 * m]

@@ -103,7 +103,7 @@ class ChatteringBall(VibratingTable):
         bout.flights.append(following)
         if len(bout.flights) > MOST_FLIGHTS:
             raise ArithmeticError(f"more than {MOST_FLIGHTS} bounces before t = {float(flight.begin.mid()):g} s")
-        return following.begin.is_finite()
+        return bool(following.begin.is_finite())
 
     def _pull(self, t: Any) -> Any:
         """c, the relative acceleration downward."""

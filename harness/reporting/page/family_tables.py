@@ -12,6 +12,7 @@ from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import families
 from gnomon.harness.results.families import Family, Separation
 from gnomon.harness.results.number_text import error_text, figures_text, power_text, time_text
+from gnomon.harness.results.profiles import OURS
 from gnomon.harness.studies.constraint_errors import COLUMNS
 from markupsafe import escape
 
@@ -106,11 +107,12 @@ def _name(integrator: str) -> str:
 
 
 def separating(run: Run) -> dict[str, Any]:
-    """The problems on which the median method is APART or more from the best, at equal time and at equal evaluations.
+    """The problems on which the median third party is APART or more from the best, at equal time and at equal evaluations.
 
     At equal time alone, the overhead of a library separates methods too. The smaller of the two ratios sorts the rows.
     """
-    every = [(problem, {axis: families.separation(of, axis) for axis in AXES}) for problem, of in run.sweeps.items()]
+    third = {problem: [one for one in of if one.library != OURS] for problem, of in run.sweeps.items()}
+    every = [(problem, {axis: families.separation(of, axis) for axis in AXES}) for problem, of in third.items()]
     both = [(problem, of) for problem, of in every if None not in of.values()]
     least = [(min(one.factor for one in of.values() if one is not None), problem, of) for problem, of in both]
     apart = sorted((row for row in least if row[0] >= APART), key=lambda row: -row[0])
