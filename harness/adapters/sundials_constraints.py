@@ -30,10 +30,9 @@ from gnomon.harness.adapters.sundials import (
     bad,
     numbers,
 )  # fmt: skip
+from gnomon.harness.contract.constraints import constraints_of, rest
 from gnomon.harness.contract.integrator import Integrator, Problem
-from gnomon.harness.integrators.base.stepping import call
-from gnomon.harness.integrators.geometric.constrained_parts import constraints_of, rest
-from gnomon.harness.kernels.c_structures import c_functions, floats_at, word_at
+from gnomon.harness.kernels.c_structures import c_functions, floats_at, run_on, word_at
 from gnomon.harness.kernels.equations import function_kernel
 
 NONE = 1e100
@@ -49,7 +48,7 @@ def stabilised(t: Any, y: Any, slope: Any, out: Any, user: Any) -> int:
     for i in range(SIZE):
         both[i] = given[i]
         both[SIZE + i] = rates[i]
-    call(word_at(user, EQUATIONS), t, both, floats_at(word_at(user, PARAMETERS), 1), found)
+    run_on(word_at(user, EQUATIONS), t, both, floats_at(word_at(user, PARAMETERS), 1), found)
     return bad(found)
 
 

@@ -27,6 +27,11 @@ def run_at(address: Any, *arguments: Any) -> None:
     _prototype(None, arguments)(address)(*arguments)
 
 
+def run_on(address: Any, number: Any, *arrays: Any) -> None:
+    """Call a C function that returns nothing with a float and the addresses of arrays of float64."""
+    run_at(address, float(number), *(array.ctypes.data for array in arrays))
+
+
 def result_at(address: Any, *arguments: Any) -> Any:
     """The `int` that a C function returns, called with these floats and integers or addresses."""
     return _prototype(ctypes.c_int, arguments)(address)(*arguments)
@@ -58,6 +63,12 @@ def _called(address: Any, result: str, arguments: Any) -> str:
 @emission.primitive(run_at)
 def _(address: Any, *arguments: Any) -> None:
     ir.here().do(_called(address, "void", arguments))
+
+
+@emission.primitive(run_on)
+def _(address: Any, number: Any, *arrays: Any) -> None:
+    given = ", ".join([ir.convert(number, ir.REAL).typed, *(array.pointer.typed for array in arrays)])
+    ir.here().do(f"call void {_pointer(address)}({given})")
 
 
 @emission.primitive(result_at)

@@ -7,6 +7,7 @@ from typing import Any
 from gnomon.cases.core.arithmetic import mpmath_arithmetic
 from gnomon.cases.core.case import Case
 from gnomon.cases.core.forms import Constrained, FirstOrder, SecondOrder
+from gnomon.harness.contract.constraints import constraints_of
 from gnomon.harness.contract.integrator import Integrator, Problem, Solver
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
@@ -16,7 +17,6 @@ from gnomon.harness.integrators.gauss import radau
 from gnomon.harness.integrators.gauss.gauss import Gauss8
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
 from gnomon.harness.integrators.gauss.radau import Radau5
-from gnomon.harness.integrators.geometric.constrained_parts import constraints_of
 from gnomon.harness.integrators.geometric.projected import Projected, index_one_parts, project
 from gnomon.harness.integrators.multistep_extrapolation.extrapolation import (
     COLUMNS,

@@ -1,18 +1,13 @@
 """The parts of a constrained form that methods of index 3 call, and what their functions depend on."""
 
-import math
 from collections.abc import Callable
 from typing import Any
 
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.elimination import forces_of, rows_of, solve_all
 from gnomon.cases.core.forms import Constrained, Equations, Values
+from gnomon.harness.contract.constraints import rest
 from gnomon.harness.kernels.traced import RUN, Trace, level
-
-
-def constraints_of(form: Constrained, n: int, parameters: int) -> int:
-    """The number of constraints of a form with n coordinates."""
-    return len(form.constraint(math.nan, (math.nan,) * n, (math.nan,) * parameters))
 
 
 def is_constant(function: Equations, n: int, parameters: int) -> bool:
@@ -56,12 +51,3 @@ def whole(given: Values) -> Values:
 
 def half(given: Values) -> Values:
     return given[: len(given) // 2]
-
-
-def rest(constraint: Equations) -> Equations:
-    """The rates of constraints without time."""
-
-    def rates(t: Any, q: Values, p: Values) -> Values:
-        return tuple([0 for _ in constraint(t, q, p)])
-
-    return rates

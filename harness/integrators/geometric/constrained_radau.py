@@ -10,12 +10,13 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from gnomon.cases.core.forms import Constrained, Form
+from gnomon.harness.contract.constraints import constraints_of
 from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.integrators.base.fixed_step import FixedStep, Table
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, settled
 from gnomon.harness.integrators.gauss.radau import Radau5
-from gnomon.harness.integrators.geometric.constrained_parts import constraints_of, explicit_parts
+from gnomon.harness.integrators.geometric.constrained_parts import explicit_parts
 from gnomon.harness.kernels.equations import Kernel, check_values
 
 INDEX = 3

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.elimination import rows_of, solve_all
 from gnomon.cases.core.forms import Constrained, Values
+from gnomon.harness.contract.constraints import constraints_of, rest
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Tolerance
 from gnomon.harness.integrators.base.step_control import end_slope
 from gnomon.harness.integrators.base.step_control import first_step as first_step_alone
 from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.gauss.gauss_steps import SMALLEST
-from gnomon.harness.integrators.geometric.constrained_parts import constraints_of, rest
 from gnomon.harness.integrators.geometric.rattle import eliminate
 from gnomon.harness.integrators.runge_kutta.dop853_table import DOP853
 from gnomon.harness.integrators.runge_kutta.embedded import Embedded, error_norm, propagate, state_within

@@ -5,11 +5,12 @@ from typing import Any
 
 from gnomon.cases.core.forms import Constrained, Form
 from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.contract.constraints import constraints_of
 from gnomon.harness.contract.integrator import Integrator, Problem, Unsupported
 from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.stepping import call, sum_of
 from gnomon.harness.integrators.gauss.gauss_steps import MOST_ITERATIONS, SMALLEST, settled
-from gnomon.harness.integrators.geometric.constrained_parts import constraints_of, explicit_parts, is_constant
+from gnomon.harness.integrators.geometric.constrained_parts import explicit_parts, is_constant
 from gnomon.harness.integrators.geometric.splitting import Composed, KahanLi6, Suzuki4
 from gnomon.harness.kernels.equations import Kernel, check_values
 
