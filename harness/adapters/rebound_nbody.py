@@ -1,4 +1,4 @@
-"""REBOUND on gravitating bodies: leapfrog, WHFast, IAS15 and BS, with the library's own gravity.
+"""REBOUND on gravitating bodies: leapfrog, WHFast, TRACE, IAS15 and BS, with the library's own gravity.
 
 How it is driven, and why:
 
@@ -142,6 +142,30 @@ class WHFast(FixedSteps):
         return {"safe_mode": 0}
 
 
+class CorrectedWHFast(WHFast):
+    """WHFast with symplectic correctors of order 17. Rein, Tamayo, Brown, MNRAS 489 (2019) 4632.
+
+    The correctors remove the terms of the error that are linear in the masses of the planets, at no cost a step.
+    """
+
+    policy = "corrector 17"
+    primary = False
+
+    def options(self, setting: float) -> dict[str, Any]:
+        return {"safe_mode": 0, "corrector": 17}
+
+
+class Trace(FixedSteps):
+    """Wisdom and Holman's splitting, which close encounters interrupt. Lu, Hernandez, Rein, MNRAS 533 (2024) 3708.
+
+    With its defaults: BS integrates close encounters and pericentre passages. The first body is the star.
+    """
+
+    name, engine = "TRACE", "trace"
+    primary = False
+    sweep = Steps(8.0, 10)
+
+
 class IAS15(Native):
     """Everhart's Gauss-Radau method with adaptive steps. Order 15. Rein and Spiegel, MNRAS 446 (2015) 1424.
 
@@ -204,4 +228,4 @@ def interrupt_kept() -> Iterator[None]:
             signal.signal(signal.SIGINT, handler)
 
 
-INTEGRATORS: tuple[type[Integrator], ...] = (Leapfrog, WHFast, IAS15, BulirschStoer)
+INTEGRATORS: tuple[type[Integrator], ...] = (Leapfrog, WHFast, CorrectedWHFast, Trace, IAS15, BulirschStoer)
