@@ -164,6 +164,7 @@ class KeplerOrbit(Case):
         # Spans whose 64 samples, rounded to 20 bits, fall on evenly spread phases.
         Variant("orbits_1e4", "1e4 orbits: growth of the phase error", span=62833.4375),
         Variant("orbits_1e6", "1e6 orbits: drift by round-off", span=6283192),
+        Variant("orbits_1e6_e09", "1e6 orbits at e = 0.9", initial_state=pericentre_start(0.9), span=6283192),
         Variant("engines", "the parameters of the engine tables: 10 orbits at e = 0.6", span=10 * TURN),
         Variant("speed_e06", "the parameters of the timing tables: 100.37 periods at e = 0.6", span=100.37 * TURN),
         Variant(

@@ -124,7 +124,7 @@ PERIODS = {
     "harmonic_oscillator": ("long_1e6",),
     "duffing_unforced": ("long_1e4",),
     "damped_oscillator": ("long_1e5",),
-    "kepler_orbit": ("orbits_1e4", "orbits_1e6"),
+    "kepler_orbit": ("orbits_1e4", "orbits_1e6", "orbits_1e6_e09"),
     "planet_tunnel": ("long_1e5",),
     "planet_tunnel_rotating": ("long_1e5",),
     "rotating_pendulum": ("long_1e4",),
