@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-SEED = 18
+SEED = 44
 """Another number selects other parameters."""
 
 EXPENSIVE = (
