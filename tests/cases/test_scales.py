@@ -42,7 +42,9 @@ def visited(case: Case) -> Floats:
     "name", [*CLOSED, *(pytest.param(name, marks=pytest.mark.slow) for name in names() if name not in CLOSED)]
 )
 def test_scales_are_those_of_the_motion(name: str) -> None:
-    """A scale is a group's largest norm: 64 samples, with events, reach 5/6 of it, and none exceeds it."""
+    """A scale is a group's largest norm: 64 samples, with events, reach 5/6 of it, and none exceeds it, a scale that is
+    stated. A scale of many samples misses the last rise before an impact: by half the time between samples, 1/600 of the span,
+    in which the fall of the bouncing ball on the table adds 5 % to its speed."""
     case = get(name).rounded()
     states, scales = visited(case), case.scales()
     for group, scale in scales.items():
@@ -53,7 +55,7 @@ def test_scales_are_those_of_the_motion(name: str) -> None:
         if largest == 0:
             assert scale == case.natural_sizes.get(group, 1.0), group
         else:
-            assert 0.85 < largest / scale < 1.02, group
+            assert 0.85 < largest / scale < (1.02 if name in CLOSED or case.hybrid is None else 1.05), group
 
 
 def rates(equations: Any, t: float, state: Floats, steps: Floats, parameters: Any) -> float:
