@@ -11,8 +11,11 @@ from gnomon.cases.core.integrated import IntegratedCase
 CHAOTIC = [
     (name, variant)
     for name in names()
-    for variant in (None, *(v.name for v in case_class(name).variants))
-    if get(name, variant).horizon is not None
+    for variant, horizon in [
+        (None, case_class(name).default_horizon),
+        *((v.name, v.horizon) for v in case_class(name).variants),
+    ]
+    if horizon is not None
 ]
 
 

@@ -26,9 +26,11 @@ LARGEST_RATIO = 0.55
 """Half the step halves the error, but for the second order, which is below a tenth of it at these steps."""
 
 
+NEEDS = {name: each.needs for name in names() if (each := get(name).scene) is not None}
+
+
 def stated(form: str, smooth: bool = False) -> list[str]:
-    scenes = {name: each.needs for name in names() if (each := get(name).scene) is not None}
-    return [name for name, needs in scenes.items() if not unstated(needs, form) and not (smooth and needs & CONTACT)]
+    return [name for name, needs in NEEDS.items() if not unstated(needs, form) and not (smooth and needs & CONTACT)]
 
 
 def some(form: str) -> list[str]:

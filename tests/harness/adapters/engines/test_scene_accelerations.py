@@ -25,7 +25,8 @@ from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import problem_of
 from scipy.spatial.transform import Rotation
 
-SMOOTH = [name for name in names() if (case := get(name)).scene is not None and case.hybrid is None]
+SCENES = {name: case.scene for name in names() if (case := get(name)).scene is not None and case.hybrid is None}
+SMOOTH = list(SCENES)
 ENGINES: tuple[type[SceneIntegrator], ...] = (PyBullet, Euler, Dart, DrakeSap, Pymunk, JsbsimEuler)
 LATE = {Dart: {"rope", "driven_axis"}}
 """Needs of scenes in which an engine gives a body the velocity that its leader, or its drive, had in the last step."""
@@ -38,7 +39,7 @@ acceleration times the step, and its forces are those at the end of the step. te
 
 
 def takes(engine: type[SceneIntegrator], name: str) -> bool:
-    form = get(name).scene
+    form = SCENES[name]
     if form is None or engine().unsupported(form) is not None or form.needs & LATE.get(engine, set()):
         return False
     return not (engine is Pymunk and name in CORRECTED)
