@@ -144,8 +144,13 @@ def halved(policy: type[Euler], name: str, coarse: int) -> tuple[float, float]:
     return first, second
 
 
+ENCOUNTERS = {"pleiades", "three_body_pythagorean"}
+"""Bodies that pass each other so closely that steps of a 64th of a sampling interval are longer than the encounter."""
+
+
 @pytest.mark.parametrize(
-    ("policy", "name"), tenth((policy, name) for policy in (Euler, ImplicitFast) for name in SMOOTH)
+    ("policy", "name"),
+    tenth((policy, name) for policy in (Euler, ImplicitFast) for name in SMOOTH if name not in ENCOUNTERS),
 )
 def test_scene_moves_as_its_case(policy: type[Euler], name: str) -> None:
     """The next term of the error is a hundredth of the leading one, of order 1."""
