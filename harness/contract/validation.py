@@ -1,7 +1,7 @@
 """Validate settings, and the answer of an integrator before it is used: types, shapes, real numbers, counts."""
 
 import math
-from numbers import Integral, Real
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -76,8 +76,9 @@ def require_motion(states: Floats, starts: Floats) -> None:
 
 def count(value: Any, name: str) -> int:
     """A count as an int. Raises Unusable if it is not a whole number from 0 to 2^53."""
-    whole = isinstance(value, Integral | Real) and not isinstance(value, bool | np.bool_) and math.isfinite(value)
-    if not whole or value != math.floor(value) or not 0 <= value <= MOST:
+    # Compared before it is rounded: an integer beyond binary64 has no float, and nan is in no interval.
+    counted = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and 0 <= value <= MOST
+    if not counted or value != math.floor(value):
         raise Unusable(f"returned {name} = {short(value)}: a count is a whole number from 0 to 2^53")
     return int(value)
 
@@ -100,12 +101,23 @@ def _event(event: Any) -> tuple[float, str]:
         time, name = event
     except (TypeError, ValueError):
         raise Unusable(f"returned the event {short(event)}: it is a pair (time, name)") from None
-    if not isinstance(time, Real) or not math.isfinite(time) or not isinstance(name, str):
+    if not is_finite(time) or not isinstance(name, str):
         raise Unusable(f"returned the event {short(event)}: it is a pair (time, name) with a finite time")
     return float(time), name
 
 
+def is_finite(value: Any) -> bool:
+    """Whether a value is a real number that binary64 can hold."""
+    try:
+        return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:
+        return False
+
+
 def short(value: object) -> str:
     """The repr of a value, cut to 60 characters, for messages."""
-    text = repr(value)
+    try:
+        text = repr(value)
+    except Exception:  # an integer with more digits than Python writes, or a user's own class
+        return f"<{type(value).__name__} without a text>"
     return text if len(text) <= 60 else f"{text[:57]}..."

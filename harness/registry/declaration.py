@@ -1,12 +1,11 @@
 """Validate the declaration of an integrator when it is loaded, so that errors appear before anything runs."""
 
-import math
 from collections.abc import Callable, Mapping
-from numbers import Integral, Real
+from numbers import Integral
 from typing import Any
 
 from gnomon.harness.contract.integrator import Integrator, Steps, Tolerance
-from gnomon.harness.contract.validation import short
+from gnomon.harness.contract.validation import is_finite, short
 
 MOST_ORDER, MOST_HALVINGS, MOST_PER_DECADE = 1000, 60, 100
 
@@ -86,7 +85,7 @@ def _wrong_sweep(sweep: Tolerance | Steps) -> str | None:
 
 
 def _positive(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value) and float(value) > 0
+    return is_finite(value) and float(value) > 0
 
 
 def _whole(value: Any, low: int, high: int) -> bool:

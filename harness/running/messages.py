@@ -51,4 +51,7 @@ def number(content: Mapping[str, Any], name: str) -> float:
     value = content.get(name)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise Garbled(f"a message whose {name} is not a number")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise Garbled(f"a message whose {name} is beyond binary64") from None

@@ -151,7 +151,7 @@ def outcome_of(message: Message, task: Task) -> Outcome:
             turned=turned,
             **maybe,
         )
-    except (KeyError, TypeError, ValueError, Unusable) as error:
+    except (KeyError, TypeError, ValueError, OverflowError, Unusable) as error:
         raise Garbled(f"an answer that cannot be read ({type(error).__name__})") from None
 
 

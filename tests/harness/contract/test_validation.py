@@ -1,5 +1,6 @@
 """An answer is used only where it is a Solution of real states, with counts, and no more work than a processor can do."""
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -20,10 +21,14 @@ STATES = np.zeros(SHAPE)
         (Solution(STATES + 1e-3j), r"complex states \(imaginary parts up to 0.001\)"),
         (Solution(STATES.astype(str)), "states of type <U.*not real numbers"),
         (Solution(STATES, 10**30), r"steps = 1000.*a whole number from 0 to 2\^53"),
+        (Solution(STATES, 10**400), r"steps = 1000.*a whole number from 0 to 2\^53"),
+        (Solution(STATES, 10**5000), r"steps = <int .* whole number from 0 to 2\^53"),
+        (Solution(STATES, Fraction(10**400, 3)), r"steps = Fraction.* whole number from 0 to 2\^53"),  # type: ignore[arg-type]
         (Solution(STATES, -5), "steps = -5: a count"),
         (Solution(STATES, np.nan), "steps = nan: a count"),  # type: ignore[arg-type]
         (Solution(STATES, stopped=17), "stopped = 17"),  # type: ignore[arg-type]
         (Solution(STATES, events=((np.nan, "bounce"),)), "a pair .time, name. with a finite time"),
+        (Solution(STATES, events=((10**400, "bounce"),)), "a pair .time, name. with a finite time"),
     ],
 )
 def test_an_answer_that_is_no_solution_is_named(answer: Any, says: str) -> None:

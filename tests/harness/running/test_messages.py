@@ -2,10 +2,14 @@
 
 import os
 import pickle
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from gnomon.harness.measuring.outcome import Outcome
 from gnomon.harness.running.messages import Message, decode, encode
+from gnomon.harness.running.worker import answer, outcome_of
 from gnomon.harness.system.supervisor import Garbled, Inbox, write
 
 MESSAGE = Message(7, "done", {"steps": 3, "text": "\ud800é", "nothing": None}, {"states": np.eye(3)[:, :2] / 3})
@@ -58,3 +62,26 @@ def test_bytes_that_are_not_a_message_are_rejected(content: bytes) -> None:
     inbox = Inbox(decode)
     with pytest.raises(Garbled):
         list(inbox.take(content))
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"steps": 10**400},
+        {"rhs_calls": 10**400},
+        {"events": [[10**400, "x"]]},
+        {"seconds": [10**400]},
+        {"prepare_seconds": 10**400},
+    ],
+    ids=lambda changed: next(iter(changed)),
+)
+def test_a_number_beyond_binary64_is_a_garbled_answer(changed: dict[str, Any]) -> None:
+    """JSON has integers of any size; an OverflowError would end the run and not the trial."""
+    states = np.zeros((64, 2))
+    task: Any = SimpleNamespace(times=np.zeros(64), start=np.zeros(2))
+    sent = answer(Outcome(states, None, None, 8, 32, (1e-3,), 0.0, None), 1)
+    (message,) = Inbox(decode).take(encode(sent))
+    assert outcome_of(message, task).steps == 8
+    (message,) = Inbox(decode).take(encode(sent._replace(content=sent.content | changed)))
+    with pytest.raises(Garbled):
+        outcome_of(message, task)

@@ -271,6 +271,7 @@ def test_the_time_of_a_program_is_that_of_its_solutions() -> None:
         ("text state", r"states\[0\]\[0\] = 'much'"),
         ("odd hex", r"states\[0\]\[0\] = '0xyz'"),
         ("odd steps", "steps = -1: a count"),
+        ("huge steps", "steps = 1000.*: a count"),
         ("half steps", "steps = 1.5: a count"),
         ("no reason", "reason = None: it is a text"),
         ("lacks nothing", "lacks = None: it is a text"),
@@ -328,8 +329,10 @@ def test_numbers_that_are_not_finite_and_hexadecimal_digits_are_read() -> None:
         ("no sweep", "'sweep' is a required property"),
         ("odd sweep", "sweep.kind = 'guess'"),
         ("odd step", "sweep.coarsest = 'large'"),
+        ("huge step", "coarsest is a finite"),
         ("odd form", r"forms\[0\] = 'Hamiltonian'"),
         ("odd order", "order = -4"),
+        ("huge order", "order = 1000"),
         ("odd name", "name = "),
         ("odd counts", "counts_rhs = 'yes'"),
         ("nan", "NaN is not JSON"),
@@ -395,7 +398,7 @@ def test_the_schema_admits_what_the_code_admits() -> None:
         "text state",
     ]  # fmt: skip
     ways += [
-        "odd hex", "odd steps", "half steps", "no reason", "lacks nothing", "encoded", "stopped", "refused", "fine",
+        "odd hex", "odd steps", "huge steps", "half steps", "no reason", "lacks nothing", "encoded", "stopped", "refused", "fine",
     ]  # fmt: skip
     for way in ways + sorted(by_problem - {"two lines"}):
         line = odd_program.answers(way, problem)
@@ -404,7 +407,7 @@ def test_the_schema_admits_what_the_code_admits() -> None:
         elif way != "plain nan":  # Python's own reader takes a bare NaN
             assert valid(line, "reply") == admitted(line), way
     for way, described in odd_program.DESCRIPTIONS.items():
-        if described is not None and way not in ("no counts", "odd name", "nan"):
+        if described is not None and way not in ("no counts", "odd name", "nan", "huge step"):
             assert not valid(json.dumps(described), "description"), way
     assert valid(json.dumps(odd_program.DESCRIPTION), "description")
     assert valid(protocol.describe_line(), "request")
