@@ -12,6 +12,7 @@ import typer
 from gnomon.harness.commands import options
 from gnomon.harness.commands.cluster_options import Dask
 from gnomon.harness.commands.options import out, problems
+from gnomon.harness.results.visible import cut
 from rich.markup import escape
 from rich.table import Table
 
@@ -100,7 +101,7 @@ def _validate(seed: int, times: int, worst: int) -> None:
         ("--seed", seed, 0, MOST_SEED), ("--times", times, 1, MOST_TIMES), ("--worst", worst, 0, MOST_KEPT),
     ):  # fmt: skip
         if not least <= value <= most:
-            raise ValueError(f"{option} {options.cut(str(value))}: give a number from {least} to {most}")
+            raise ValueError(f"{option} {cut(str(value))}: give a number from {least} to {most}")
 
 
 def _samples(text: str) -> int:
@@ -109,7 +110,7 @@ def _samples(text: str) -> int:
 
     found = samples_of(text)
     if not 1 <= found <= MOST_SAMPLES:
-        raise ValueError(f"--samples {options.cut(text)}: give a whole number from 1 to 2**30, as 2**20 or 1e6")
+        raise ValueError(f"--samples {cut(text)}: give a whole number from 1 to 2**30, as 2**20 or 1e6")
     if found & (found - 1):
         problems.print(f"{found} samples: Sobol points are spread most evenly where their number is a power of two")
     return found

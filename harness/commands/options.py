@@ -31,6 +31,14 @@ class Shown(Console):
         return super().render_str(shown(text, lines=True), **how)
 
 
+class Messages(Shown):
+    """The console of messages. Each is cut to a few lines: names and texts from outside may have any length."""
+
+    def render_str(self, text: str, **how: Any) -> Text:
+        found, kept = super().render_str(text, **how), MOST_MESSAGE // 2
+        return found if len(found) <= MOST_MESSAGE else found[:kept] + " ... " + found[-kept:]
+
+
 class Output(Shown):
     """The console of a command's results."""
 
@@ -42,7 +50,7 @@ class Output(Shown):
 
 
 out = Output(soft_wrap=True, emoji=False)
-problems = Shown(stderr=True, soft_wrap=True, emoji=False)
+problems = Messages(stderr=True, soft_wrap=True, emoji=False)
 
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
 
@@ -70,6 +78,8 @@ Kinds = Annotated[
 
 OUTSTANDING = "Exit with 0 although trials are outstanding: planned, and interrupted or not run yet."
 MOST_WORKERS = 256
+MOST_MESSAGE = 1600
+"""Characters of a message: twenty lines of a terminal, so that the end of a traceback is there."""
 DRAWINGS = (".svg", ".png", ".html")
 """Endings of files that a drawing is written to."""
 PART = ".part.1234567.123456789012345."

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from gnomon.harness.results import schema, values
 from gnomon.harness.results.schema import APPLICATION_ID, OLDEST_VERSION, SCHEMA_VERSION, Damaged
-from gnomon.harness.results.visible import visible
+from gnomon.harness.results.visible import cut, visible
 
 MOST_BYTES = 1 << 24
 """A row with a longer text or blob is refused: sampled states take some kilobytes."""
@@ -62,7 +62,7 @@ def reading(path: str | Path, tables: Iterable[str]) -> Iterator[sqlite3.Connect
             f"{found}: damaged ({error}); restore it from a copy, or run it again into another file"
         ) from None
     except (sqlite3.Error, UnicodeDecodeError) as error:
-        text = visible(str(error))
+        text = visible(cut(str(error)))
         if str(error).startswith("file is not a database"):
             raise ValueError(f"{found}: not a readable results file of gnomon ({text})") from None
         raise ValueError(f"{found}: damaged ({text}); run it again into another file") from None
@@ -85,7 +85,7 @@ def verify(db: sqlite3.Connection, tables: Iterable[str]) -> None:
     # For the whole file: if a table's first page was replaced by another, only the list of unused pages shows it.
     ((found,),) = db.execute("PRAGMA integrity_check(1)")
     if found != "ok":
-        raise Damaged(" ".join(visible(found, lines=True).replace("*** in database main ***", "").split()))
+        raise Damaged(" ".join(visible(cut(found), lines=True).replace("*** in database main ***", "").split()))
     for table in tables:
         try:
             schema.verify(db, table)
@@ -114,7 +114,7 @@ def recover(path: Path) -> None:
         db.execute("SELECT count(*) FROM sqlite_master").fetchone()
     except (sqlite3.Error, UnicodeDecodeError) as error:
         raise ValueError(
-            f"{path}: a write into it was interrupted ({visible(str(error))}); remove both files"
+            f"{path}: a write into it was interrupted ({visible(cut(str(error)))}); remove both files"
         ) from None
     finally:
         db.close()
@@ -180,7 +180,7 @@ def _verify_structure(db: sqlite3.Connection) -> None:
     for kind, name, table, sql in db.execute("SELECT type, name, tbl_name, sql FROM sqlite_master").fetchall():
         if kind == "index" and sql is None and table in schema.TABLES:
             continue  # the index of a primary key
-        shown = f"{visible(str(kind))} {visible(str(name))}"
+        shown = visible(cut(f"{kind} {name}"))
         if (kind, name) not in expected:
             raise Damaged(f"it holds the {shown}, which gnomon does not make")
         if _plain(str(sql)) != expected.pop((kind, name)):

@@ -27,6 +27,12 @@ def shown(text: str, lines: bool = False) -> str:
     return _COMMANDS.sub(lambda found: f"\\x{ord(found[0]):x}", text) if commands else text
 
 
+def cut(text: str, most: int = 160) -> str:
+    """A text of more than `most` characters shortened in its middle: the end of a path identifies it."""
+    kept = most // 2 - 2
+    return text if len(text) <= most else f"{text[:kept]}...{text[-kept:]}"
+
+
 def markdown(value: object) -> str:
     """A value as plain text for a Markdown file: escaped, so that it has no tag, link, table border or emphasis."""
     if isinstance(value, Verbatim):

@@ -78,6 +78,36 @@ def _one_line(capfd: pytest.CaptureFixture[str], *parts: str) -> None:
     assert found.out == ""
 
 
+LONG = "long " * 200_000
+SCHEMAS = {
+    "a name": [f'CREATE TABLE "{LONG}" (a)'],
+    "a name in an error of SQLite": [
+        "PRAGMA writable_schema = ON",
+        f"UPDATE sqlite_master SET name = '{LONG}', sql = 'nonsense' WHERE name = 'runs'",
+    ],
+}
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_a_schema_of_any_length_makes_a_message_of_a_few_lines(
+    change: Change, name: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A name of a million letters would fill the terminal, and hide the file and the way out."""
+    path = change(*SCHEMAS[name])
+    for arguments in (
+        ["export", path],
+        ["compare", path, path],
+        ["merge", path, path, "--out", path.with_name("all.sqlite")],
+    ):
+        assert gnomon(*map(str, arguments)) == 2
+        line = capfd.readouterr().err
+        assert str(path) in line
+        assert len(line) < 2000
+    with pytest.raises(ValueError, match="damaged") as caught:
+        store.load(path)
+    assert len(str(caught.value)) < 1000
+
+
 VALUES: dict[str, tuple[str, str, object]] = {
     "text for a number": ("measurements", "error_max", "far"),
     "null for a status": ("measurements", "status", b""),
