@@ -85,6 +85,8 @@ app.add_typer(baseline, name="baseline")
 USAGE: Any = typer.BadParameter.__mro__[1]
 """The exception for wrong usage; releases of Typer keep it in different modules."""
 
+UNREAD = 141
+"""The exit code if the program that reads the output ends first (`gnomon list | head`), as in a shell for SIGPIPE."""
 COMPLETION = {"_GNOMON_COMPLETE", "--show-completion", "--install-completion"}
 """Signs of a request for the completion of the shell: an environment variable, or the first word."""
 FORMER = "--to"
@@ -106,10 +108,31 @@ def main() -> None:
 
 
 def _exit_code() -> int:
+    """The exit code of the command, or UNREAD if the program that reads its output ended first."""
+    try:
+        code = _run()
+        sys.stdout.flush()  # Python's own flush at the end would print its failure
+        return code
+    except BrokenPipeError:
+        pass
+    except SystemExit as end:  # Rich and Typer make one of a BrokenPipeError
+        if not _is_unread(end):
+            raise
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # discards buffered text
+    return UNREAD
+
+
+def _is_unread(end: SystemExit) -> bool:
+    return isinstance(end.__context__, BrokenPipeError)
+
+
+def _run() -> int:
     code = 2
     try:
         return int(app(prog_name="gnomon", standalone_mode=False) or 0)
     except SystemExit as end:
+        if _is_unread(end):
+            raise
         if COMPLETION & {*os.environ, *sys.argv[1:2]}:  # Typer ends with this exception
             return int(end.code or 0)
         # Raised by imported code: Typer returns its other exit codes.

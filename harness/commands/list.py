@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.options import Output, out
+from gnomon.harness.commands.options import Shown, out
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Column, Table
@@ -66,7 +66,7 @@ def list_(
         known = lookup.everything()
         named = [known[name] for name in selection.containing(pattern, known)]
         found = selection.integrators_of(named, library, kind)
-        wide = Output(width=out.width if out.is_terminal else max(out.width, WIDTH), emoji=False)
+        wide = Shown(width=out.width if out.is_terminal else max(out.width, WIDTH), emoji=False)
         wide.print(integrators_table(found))
         integrator = found[0].id
     if shown == [Listed.checks]:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import errno
 import os
 import shlex
-import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from gnomon.harness.results.visible import shown
+from gnomon.harness.results.visible import cut, shown
 from gnomon.harness.system import extras
 from rich.console import Console
 from rich.text import Text
@@ -19,9 +18,6 @@ from rich.text import Text
 if TYPE_CHECKING:
     from gnomon.cases import Case
     from gnomon.harness.contract.integrator import Integrator
-
-UNREAD = 141
-"""The exit code if the program that reads the output ends first (`gnomon list | head`), as in a shell for SIGPIPE."""
 
 
 class Shown(Console):
@@ -39,17 +35,7 @@ class Messages(Shown):
         return found if len(found) <= MOST_MESSAGE else found[:kept] + " ... " + found[-kept:]
 
 
-class Output(Shown):
-    """The console of a command's results."""
-
-    def on_broken_pipe(self) -> None:
-        """End the command without a message; Rich would end it as if the command itself had failed."""
-        self.quiet = True
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # discards buffered text
-        raise typer.Exit(UNREAD)
-
-
-out = Output(soft_wrap=True, emoji=False)
+out = Shown(soft_wrap=True, emoji=False)
 problems = Messages(stderr=True, soft_wrap=True, emoji=False)
 
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
@@ -116,11 +102,6 @@ Report = Annotated[
         " only), and at the end or when the run is interrupted."
     ),
 ]
-
-
-def cut(text: str) -> str:
-    """A long text shortened in its middle: the end of a path identifies it."""
-    return text if len(text) <= 160 else f"{text[:60]}...{text[-60:]}"
 
 
 def chosen(

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.options import Output, out
+from gnomon.harness.commands.options import Shown, out
 from rich.box import SIMPLE_HEAD
 from rich.table import Column, Table
 
@@ -40,7 +40,7 @@ def scene(
     if listed:
         if case or named or to:
             raise ValueError("--list lists all scenes: leave out the case and --out")
-        wide = Output(width=max(out.width, WIDTH), emoji=False)
+        wide = Shown(width=max(out.width, WIDTH), emoji=False)
         wide.print(scenes_table(form.value))
         return
     name = options.one_case(case, named)

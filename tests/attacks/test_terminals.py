@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from command_line import gnomon
-from gnomon.harness.commands.options import Output
+from gnomon.harness.commands.options import Shown
 from gnomon.harness.commands.stability import panel_table
 from gnomon.harness.registry import environment
 from gnomon.harness.results.visible import visible
@@ -51,7 +51,7 @@ def workflow(monkeypatch: pytest.MonkeyPatch) -> None:
 def printed(width: int, *texts: str) -> str:
     """Texts on a console: each by itself, and together as the cells of a table, whose columns wrap them."""
     written = io.StringIO()
-    console = Output(file=written, width=width, soft_wrap=True, emoji=False)
+    console = Shown(file=written, width=width, soft_wrap=True, emoji=False)
     table = Table(*map(escape, texts), title=escape(texts[0]))
     table.add_row(*map(escape, texts))
     table.add_row("", *map(escape, texts[1:]))
@@ -241,7 +241,7 @@ def test_texts_of_a_stability_file_are_harmless(resumed: Path, capfd: pytest.Cap
 @pytest.mark.usefixtures("workflow")
 def test_sentences_are_harmless_in_a_table() -> None:
     written = io.StringIO()
-    console = Output(file=written, width=60, emoji=False)
+    console = Shown(file=written, width=60, emoji=False)
     console.print(panel_table("Linear stability", [Row(MESSAGE, "linear", 1.0, {}, [MESSAGE, "::error::x"])]))
     assert written.getvalue().count("stolen") >= 2
     assert is_harmless(written.getvalue())

@@ -54,13 +54,17 @@ def test_help_starts_without_heavy_libraries() -> None:
     assert not {"numpy", "scipy", "pandas", "numba", "mpmath", "altair"} & set(loaded)
 
 
-def test_a_reader_that_ends_first_ends_the_command_without_a_message() -> None:
-    """As in `gnomon list | head`. The exit code is not 0: the result may not have been read."""
+@pytest.mark.parametrize("command", ["--help", "show bouncing_ball", "show pendulum_simple --latex"])
+def test_a_reader_that_ends_first_ends_the_command_without_a_message(command: str) -> None:
+    """As in `gnomon list | head`. The exit code is not 0: the result may not have been read.
+
+    Typer prints the help, Rich tables, and Python some lines, which it holds back until its end.
+    """
     program = "from gnomon.harness.commands import cli; cli.main()"
     reading, writing = os.pipe()
     os.close(reading)
     with os.fdopen(writing, "w") as closed:
-        arguments = [sys.executable, "-c", program, "show", "bouncing_ball"]
+        arguments = [sys.executable, "-c", program, *command.split()]
         done = subprocess.run(arguments, stdout=closed, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (141, "")
 
