@@ -66,7 +66,7 @@ def list_(
         known = lookup.everything()
         named = [known[name] for name in selection.containing(pattern, known)]
         found = selection.integrators_of(named, library, kind)
-        wide = Shown(width=out.width if out.is_terminal else max(out.width, WIDTH), emoji=False)
+        wide = Shown(width=options.columns(WIDTH), emoji=False)
         wide.print(integrators_table(found))
         integrator = found[0].id
     if shown == [Listed.checks]:

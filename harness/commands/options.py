@@ -38,6 +38,13 @@ class Messages(Shown):
 out = Shown(soft_wrap=True, emoji=False)
 problems = Messages(stderr=True, soft_wrap=True, emoji=False)
 
+
+def columns(least: int) -> int:
+    """Columns to write: COLUMNS, or the width of the terminal; elsewhere `least`, with which a table shows whole names."""
+    console = Shown()  # a console reads COLUMNS when it is made
+    return console.width if console.is_terminal or os.environ.get("COLUMNS", "").isdigit() else least
+
+
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
 
 CASE = "A case, case/variant, 'pattern*' or package.module:Case"

@@ -269,7 +269,7 @@ def _summarize(
     wanted = {(case.name, (case.variant or DEFAULT) + label, one.id) for case, label in chosen for one in integrators}
     rows = [row for row in reading.rows(path) if (row["case"], row["variant"], row["integrator_id"]) in wanted]
     if rows:
-        Shown(width=max(out.width, TABLE_WIDTH), emoji=False).print(run_table(rows))
+        Shown(width=options.columns(TABLE_WIDTH), emoji=False).print(run_table(rows))
     counts = ", ".join(f"{count} {status}" for status, count in statuses(rows))
     out.print(f"{len(rows)} measurements: {counts}", highlight=False)
     waits = summary.waited((row["seconds_median"], row["delay_seconds"]) for row in rows)

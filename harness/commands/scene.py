@@ -40,7 +40,7 @@ def scene(
     if listed:
         if case or named or to:
             raise ValueError("--list lists all scenes: leave out the case and --out")
-        wide = Shown(width=max(out.width, WIDTH), emoji=False)
+        wide = Shown(width=options.columns(WIDTH), emoji=False)
         wide.print(scenes_table(form.value))
         return
     name = options.one_case(case, named)

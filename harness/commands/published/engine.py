@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,6 +14,9 @@ from gnomon.harness.commands.options import out
 
 if TYPE_CHECKING:
     from gnomon.harness.results.advice.engine_facts import Kind
+
+WIDTH = 100
+"""The most columns of the answer."""
 
 
 def engine(
@@ -37,8 +41,41 @@ def engine(
         out.print("Next: gnomon engine mujoco", highlight=False)
         return
     library = engine_facts.library_of(found, name)
-    for line in described(found, library):
-        out.print(line, highlight=False, markup=False)
+    width = min(WIDTH, options.columns(WIDTH))
+    for text in described(found, library, width):
+        for line in _wrap(text, width):
+            out.print(line, highlight=False, markup=False)
+
+
+def _wrap(text: str, width: int) -> list[str]:
+    """The lines of a text that begins with its indent."""
+    if len(text) <= width:
+        return text.split("\n")
+    indent = text[: len(text) - len(text.lstrip(" "))]
+    further = indent + ("# " if text.startswith(f"{indent}# ") else "    ")
+    how: dict[str, Any] = {"subsequent_indent": further, "break_on_hyphens": False, "break_long_words": False}
+    return [piece for line in text.split("\n") for piece in textwrap.wrap(line, width, **how) or [""]]
+
+
+def _code(line: str, width: int) -> Iterator[str]:
+    """Code for a program in lines of this width, where brackets allow a break; a comment without a place comes first."""
+    statements, mark, comment = line.partition("  # ")
+    if len(line) <= width or line.startswith("#"):
+        yield line
+        return
+    if mark:
+        yield f"# {comment}"
+    for statement in statements.split("; "):
+        pieces = textwrap.wrap(
+            statement, width, subsequent_indent="    ", break_on_hyphens=False, break_long_words=False
+        )
+        within = all(_depth(" ".join(pieces[:n])) for n in range(1, len(pieces)))
+        yield from pieces if within else [statement]
+
+
+def _depth(code: str) -> int:
+    """The number of brackets that are open at the end."""
+    return sum((letter in "([{") - (letter in ")]}") for letter in code)
 
 
 def _given(path: Path) -> dict[str, Any]:
@@ -50,7 +87,7 @@ def _given(path: Path) -> dict[str, Any]:
     return found
 
 
-def described(found: Mapping[str, Any], library: str) -> Iterator[str]:
+def described(found: Mapping[str, Any], library: str, width: int) -> Iterator[str]:
     """The text on an engine."""
     from gnomon.harness.results.advice import engine_facts
 
@@ -63,7 +100,7 @@ def described(found: Mapping[str, Any], library: str) -> Iterator[str]:
     lines = found["lines"].get(library)
     if lines:
         yield "\nTo model a scene and nothing else, set:"
-        yield from (f"    {line}" for line in lines)
+        yield from (f"    {piece}" for line in lines for piece in _code(line, width - 4))
     for one in ways:
         if one["policy"] != engine_facts.SHIPPED:
             yield from _way(found, one, [*engine_facts.kinds(found, one["id"], needs)])
