@@ -43,7 +43,8 @@ from gnomon import cases
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
-import mutants  # noqa: E402 - beside this file
+import family_faults  # noqa: E402 - beside this file
+import mutants  # noqa: E402
 import planted_faults  # noqa: E402
 from defects import DEFECTS  # noqa: E402
 from summary import NEEDED, published  # noqa: E402
@@ -204,12 +205,12 @@ def _same_events(found: Sequence[tuple[float, str]], expected: Sequence[tuple[fl
 
 def right() -> dict[str, Integrator]:
     """The right methods of which there are mutants."""
-    return mutants.right() | planted_faults.more_right()
+    return mutants.right() | planted_faults.more_right() | family_faults.family_right()
 
 
 def faulty() -> list[mutants.Mutant]:
     """The mutants that are measured: the drawn mutants, and the planted faults."""
-    return [*mutants.drawn(DRAWN), *planted_faults.planted()]
+    return [*mutants.drawn(DRAWN), *planted_faults.planted(), *family_faults.family_planted()]
 
 
 def some(mutants: Sequence[str], count: int | None) -> list[str]:
@@ -246,7 +247,7 @@ def measured(begun: Measured) -> Measured:
     failure, checked, done, whole = first_failure(integrator, depth, begun.parts, PART)
     changed = failure is not None or task.kind == "defect"
     if whole and task.kind == "mutant" and failure is None:
-        changed = changes(integrator, right()[mutant.method.name])
+        changed = mutant.elsewhere or changes(integrator, right()[mutant.method.name])
     claim, case = failure or (None, None)
     seconds = round(begun.seconds + time.monotonic() - began, 2)
     return replace(

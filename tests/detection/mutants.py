@@ -8,7 +8,7 @@ import re
 import sys
 import types
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,12 +27,16 @@ SEED = 300
 
 @dataclass(frozen=True)
 class Method:
-    """A function or class of right_methods.py, its declarations, and the names there that belong to it."""
+    """A function or class of right_methods.py, its declarations, and the names there that belong to it.
+
+    `later`: true declarations that `make` does not take yet.
+    """
 
     name: str
     make: Callable[..., Integrator]
     declared: dict[str, Any]
     parts: tuple[str, ...] = ()
+    later: dict[str, Any] = field(default_factory=dict)
 
 
 SYMPLECTIC = ("symplectic", "reversible")
@@ -156,11 +160,15 @@ RELATIVE = (1e-5, 1e-10)
 
 @dataclass(frozen=True)
 class Mutant:
-    """A method with one fault; `changed` makes the module's text, which takes a while."""
+    """A method with one fault; `changed` makes the module's text, which takes a while.
+
+    `elsewhere`: whether the fault may show only in motions that are none of the cases, as backward.
+    """
 
     method: Method
     fault: str
     changed: Callable[[], str]
+    elsewhere: bool = False
 
     @property
     def text(self) -> str:
@@ -177,7 +185,7 @@ class Mutant:
 def made(method: Method, text: str, fault: str = "") -> Integrator:
     """The integrator of a method in a module of this text; the module can be found by the name of the integrator."""
     module = types.ModuleType(f"detection_{method.name}_{abs(hash(text))}")
-    module.__dict__["KEPT"] = {}
+    module.__dict__.update(KEPT={}, TEXT=text)
     sys.modules[module.__name__] = module
     exec(compile(text, f"<{module.__name__}>", "exec"), module.__dict__)
     declared = {"name": f"{method.name} {fault}".strip(), "library": "detection", **method.declared}

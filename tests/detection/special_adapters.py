@@ -1,7 +1,13 @@
 """Adapters for the methods of right_methods.py that are neither a step nor a solver: events, rotations, an engine."""
 
+import atexit
+import os
+import shutil
+import sys
+import tempfile
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -9,6 +15,7 @@ from gnomon.cases.core.forms import FirstOrder, Hybrid, RigidBody
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Solver, Steps
 from gnomon.harness.verification.engine_adapter import from_engine
 from gnomon.harness.verification.function_adapter import from_solve, right_hand_side
+from gnomon.harness.verification.program_adapter import from_command
 
 
 class _OneByOne(Integrator):
@@ -130,3 +137,18 @@ def from_ensemble(function: Any, **declared: Any) -> Integrator:
 def from_engine_class(engine: Any, *, library: str, **declared: Any) -> Integrator:
     """The integrator that drives an engine."""
     return from_engine(engine, **declared)
+
+
+def from_class(base: type[Integrator], *, name: str, **declared: Any) -> Integrator:
+    """An instance of a class, with these declarations."""
+    made: Integrator = type(base.__name__, (base,), {"name": name, **declared, "__module__": base.__module__})()
+    return made
+
+
+def from_program(function: Any, **declared: Any) -> Integrator:
+    """The text of a function's module as a program, which has its declarations itself."""
+    folder, owner = tempfile.mkdtemp(), os.getpid()
+    atexit.register(lambda: shutil.rmtree(folder, ignore_errors=True) if os.getpid() == owner else None)
+    program = Path(folder, f"{function.__name__}.py")
+    program.write_text(function.__globals__["TEXT"])
+    return from_command([sys.executable, str(program)])

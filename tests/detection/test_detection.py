@@ -10,6 +10,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+import family_faults
 import measure
 import mutants
 import planted_faults
@@ -58,13 +59,13 @@ def test_there_are_as_many_faults_of_as_many_kinds_as_promised() -> None:
     assert [m.id for m in drawn] == [m.id for m in mutants.drawn(measure.DRAWN)], (
         "the draw is the same each time, so that a measurement can be resumed"
     )
-    assert len({mutant.id for mutant in measure.faulty()}) == len(measure.faulty()) >= len(drawn) + 60
+    assert len({mutant.id for mutant in measure.faulty()}) == len(measure.faulty()) >= len(drawn) + 120
     assert len({defect.link for defect in DEFECTS}) == len(DEFECTS) >= 25
 
 
 def test_every_reason_of_a_survivor_names_a_fault() -> None:
     """A name has the line of its fault: after an edit above it, the reason would explain nothing."""
-    names = [mutant.id for mutant in [*mutants.mutants(), *planted_faults.planted()]]
+    names = [m.id for m in [*mutants.mutants(), *planted_faults.planted(), *family_faults.family_planted()]]
     assert [begin for begin in summary.REASONS if not any(name.startswith(begin) for name in names)] == []
 
 
@@ -74,6 +75,9 @@ def test_every_defect_and_chosen_fault_can_be_built_and_differs_from_the_right_m
     chosen = {fault for _, fault, _, _ in mutants.CHOSEN}
     for mutant in [*(each for each in mutants.mutants() if each.fault in chosen), *planted_faults.planted()]:
         assert mutant.text != planted_faults.source(mutant.method)
+        mutant.integrator()
+    for mutant in family_faults.family_planted():
+        assert mutant.text != family_faults.source(mutant.method)
         mutant.integrator()
     for mutant in mutants.drawn(measure.DRAWN)[::20]:
         mutant.integrator()

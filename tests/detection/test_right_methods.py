@@ -1,0 +1,138 @@
+"""The methods that are taken for right have the order that they declare, forward and backward, by no claim of gnomon.
+
+Each solves equations whose solution was chosen: y' = g'(t) + N(y) - N(g(t)) has the solution g, whatever N is.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from family_faults import FAMILIES, family_right
+from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, SecondOrder, SemiLinear, Transition
+from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance, solver_of
+from gnomon.harness.verification.function_adapter import FunctionAdapter, Stepped, right_hand_side
+
+RIGHT = family_right()
+LEAST, MOST = 1e-12, 1e-2
+"""Errors that are well above round-off, and small enough for the leading term."""
+calls = 0
+
+
+def chosen(t: Any) -> tuple[Any, Any]:
+    return 1 / (1 + t), t / (2 + t * t)
+
+
+def change(t: Any) -> tuple[Any, Any]:
+    return -1 / (1 + t) ** 2, (2 - t * t) / (2 + t * t) ** 2
+
+
+def second_change(t: Any) -> tuple[Any, Any]:
+    return 2 / (1 + t) ** 3, 2 * t * (t * t - 6) / (2 + t * t) ** 3
+
+
+def coupled(x: Any, y: Any) -> tuple[Any, Any]:
+    return 2 * x * y - y, x - 3 * x * y * y
+
+
+def equations(t: Any, state: Any, parameters: Any = ()) -> tuple[Any, Any]:
+    global calls
+    calls += 1
+    ours, theirs = coupled(*state), coupled(*chosen(t))
+    return tuple(c + a - b for c, a, b in zip(change(t), ours, theirs, strict=True))  # type: ignore[return-value]
+
+
+def force(t: Any, place: Any, parameters: Any) -> tuple[Any, Any]:
+    global calls
+    calls += 1
+    ours, theirs = coupled(*place), coupled(*chosen(t))
+    return tuple(c + a - b for c, a, b in zip(second_change(t), ours, theirs, strict=True))  # type: ignore[return-value]
+
+
+LINEAR = (-1.0, 2.0, -2.0, 0.5)
+
+
+def rest(t: Any, state: Any, parameters: Any) -> tuple[Any, Any]:
+    x, y = equations(t, state)
+    return x - LINEAR[0] * state[0] - LINEAR[1] * state[1], y - LINEAR[2] * state[0] - LINEAR[3] * state[1]
+
+
+WALL = 0.2
+HALF = math.acos(WALL)
+"""A quarter oscillation that a wall at x = 0.2 ends: from rest at x = 1 the motion has the period 2 HALF."""
+OSCILLATOR = Hybrid(
+    modes=(Mode("swings", lambda t, y, p: (y[1], -y[0])),),
+    start=lambda t, y, p: "swings",
+    transitions=(
+        Transition("hits", "swings", lambda t, y, p: (y[0] - WALL,), -1, lambda t, y, p: (y[0], -y[1]), "swings"),
+    ),
+)
+
+
+def bounced(t: float) -> tuple[float, float]:
+    rest = t % (2 * HALF)
+    return (math.cos(rest), -math.sin(rest)) if rest < HALF else (math.cos(2 * HALF - rest), math.sin(2 * HALF - rest))
+
+
+def problem_of(integrator: Integrator, t0: float, t1: float) -> tuple[Problem, np.ndarray, np.ndarray]:
+    """(problem, start, exact states) of the equations that an integrator takes."""
+    times = t0 + (t1 - t0) * np.arange(1, 5) / 4
+    form: Any = FirstOrder(equations)
+    exact = np.array([chosen(t) for t in (t0, *times)])
+    if Hybrid in integrator.accepts:
+        form, exact = OSCILLATOR, np.array([bounced(t) for t in (t0, *times)])
+    elif SemiLinear in integrator.accepts:
+        form = SemiLinear(equations, linear=lambda p: LINEAR, rest=rest)
+    elif SecondOrder in integrator.accepts:
+        form, exact = SecondOrder(force), np.array([[*chosen(t), *change(t)] for t in (t0, *times)])
+    return Problem(form, exact.shape[1], np.empty(0), times, abs(t1 - t0), t0=t0), exact[0], exact[1:]
+
+
+def states_of(integrator: Integrator, problem: Problem, setting: float, start: np.ndarray) -> np.ndarray:
+    """The states of a function without the adapter's limits of settings, of other integrators by their solver."""
+    function = getattr(type(integrator), "function", None)
+    if isinstance(integrator, Stepped):
+        f, y, t, found = right_hand_side(problem), start, problem.t0, []
+        for end in problem.times:
+            count = max(1, math.ceil(abs(end - t) / setting - 1e-9))
+            for k in range(count):
+                y = function(f, t + k * (end - t) / count, y, (end - t) / count)
+            t = end
+            found.append(y)
+        return np.array(found)
+    if isinstance(integrator, FunctionAdapter):
+        return np.asarray(function(right_hand_side(problem), problem.t0, start, problem.times, setting))
+    if function is not None:
+        return np.asarray(function(problem.form, (), problem.t0, start, problem.times, setting)[0])
+    return solver_of(integrator, problem, setting)(start[None]).states[0]
+
+
+def points(integrator: Integrator, t0: float, t1: float) -> np.ndarray:
+    """(log of steps or calls, log of the error) of at most six errors of a state of size 1."""
+    global calls
+    problem, start, exact = problem_of(integrator, t0, t1)
+    by_tolerance, found = isinstance(integrator.sweep, Tolerance), []
+    for setting in 10.0 ** -np.arange(3, 12) if by_tolerance else 2.0 ** -np.arange(9):
+        calls = 0
+        try:
+            error = np.max(np.abs(states_of(integrator, problem, setting, start) - exact))
+        except Refused:  # an iteration may not converge for long steps
+            continue
+        found += [(math.log(calls if by_tolerance else 1 / setting), math.log(error))] if LEAST < error < MOST else []
+        if error < LEAST or len(found) == 6:
+            break
+    return np.array(found)
+
+
+@pytest.mark.parametrize("name", [method.name for method in FAMILIES if method.name != "FreeBodies"])
+def test_a_right_method_has_its_order_forward_and_backward(name: str) -> None:
+    integrator = RIGHT[name]
+    assert integrator.order is not None
+    order = min(integrator.order, (integrator.dense_order or 99) + 1)
+    for t0, t1 in [(0.0, 6.0)] if Hybrid in integrator.accepts else [(0.3, 4.3), (4.3, 0.3)]:
+        found = points(integrator, t0, t1)
+        assert len(found) >= 3, f"too few errors above round-off: {found}"
+        by_tolerance = isinstance(integrator.sweep, Tolerance)
+        slope = -np.polyfit(*(found if by_tolerance else found[-3:]).T, 1)[0]
+        # With a tolerance few steps grow to more of them: the line is rough, and may be too steep.
+        assert order - 0.5 < slope < (math.inf if by_tolerance else order + 0.8), f"{slope} from {t0}: {np.exp(found)}"
