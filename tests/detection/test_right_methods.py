@@ -108,18 +108,23 @@ def states_of(integrator: Integrator, problem: Problem, setting: float, start: n
 
 
 def points(integrator: Integrator, t0: float, t1: float) -> np.ndarray:
-    """(log of steps or calls, log of the error) of at most six errors of a state of size 1."""
+    """(log of steps or calls, log of the error) at finer and finer settings, until the slopes of neighbours agree."""
     global calls
     problem, start, exact = problem_of(integrator, t0, t1)
-    by_tolerance, found = isinstance(integrator.sweep, Tolerance), []
-    for setting in 10.0 ** -np.arange(3, 12) if by_tolerance else 2.0 ** -np.arange(9):
+    settings, found = 2.0 ** -np.arange(10), []
+    if isinstance(integrator.sweep, Tolerance):
+        settings = np.geomspace(1e-3, max(integrator.sweep.tightest, 1e-10), 6)
+    for setting in settings:
         calls = 0
         try:
             error = np.max(np.abs(states_of(integrator, problem, setting, start) - exact))
         except Refused:  # an iteration may not converge for long steps
             continue
-        found += [(math.log(calls if by_tolerance else 1 / setting), math.log(error))] if LEAST < error < MOST else []
-        if error < LEAST or len(found) == 6:
+        if LEAST < error < MOST:
+            work = calls if isinstance(integrator.sweep, Tolerance) else 1 / setting
+            found.append((math.log(work), math.log(error)))
+        steep = np.diff(found, axis=0)[-2:] if len(found) > 2 else []
+        if error < LEAST or (settings[1] == 0.5 and len(steep) and abs(np.diff(steep[:, 1] / steep[:, 0])[0]) < 0.2):
             break
     return np.array(found)
 
