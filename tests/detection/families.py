@@ -964,7 +964,7 @@ class FreeBodies:
         while True:
             hit, contact = dt, None
             for each in self.scene.contacts:
-                time = self.fall(body, each, x, v, g)
+                time = self.fall(body, each, x, v, g) if each.body == body.name else math.inf
                 if time < hit:
                     hit, contact = time, each
             x, v, dt = x + hit * v + hit * hit / 2 * g, v + hit * g, dt - hit

@@ -8,10 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from families import FreeBodies, frame
 from family_faults import FAMILIES, family_right
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, SecondOrder, SemiLinear, Transition
+from gnomon.cases.core.scene import Body, Contact, Scene
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance, solver_of
 from gnomon.harness.verification.function_adapter import FunctionAdapter, Stepped, right_hand_side
+from scipy.integrate import solve_ivp
 
 RIGHT = family_right()
 LEAST, MOST = 1e-12, 1e-2
@@ -141,3 +144,50 @@ def test_a_right_method_has_its_order_forward_and_backward(name: str) -> None:
         slope = -np.polyfit(*(found if by_tolerance else found[-3:]).T, 1)[0]
         # With a tolerance few steps grow to more of them: the line is rough, and may be too steep.
         assert order - 0.5 < slope < (math.inf if by_tolerance else order + 0.8), f"{slope} from {t0}: {np.exp(found)}"
+
+
+MOMENTS, SPIN = np.array([1.0, 2.0, 3.0]), np.array([0.3, 1.0, 0.2])
+
+
+def euler(t: float, y: np.ndarray) -> np.ndarray:
+    """Of the angular velocity in the body's axes, and of the columns of its rotation."""
+    spin, rows = y[:3], y[3:].reshape(3, 3)
+    return np.concatenate([np.cross(MOMENTS * spin, spin) / MOMENTS, np.cross(rows, spin).ravel()])
+
+
+def test_the_engine_has_order_2_and_keeps_the_energy() -> None:
+    """Against SciPy's solution of Euler's equations; a row of the rotation is an axis of space in the body's axes."""
+    exact = solve_ivp(euler, (0, 4), [*SPIN, *np.eye(3).ravel()], "DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    expected, errors = exact[3:].reshape(3, 3) @ exact[:3], []
+    for count in (40, 80):
+        engine = FreeBodies()
+        engine.load(Scene((0, 0, 0), (Body("top", 1.0, (1.0, 2.0, 3.0), angular_velocity=(0.3, 1.0, 0.2)),)))
+        for _ in range(count):
+            engine.step(4 / count)
+        _, quaternion, _, spin = engine.read().bodies["top"]
+        inside = frame(quaternion).T @ spin
+        errors.append(np.max(np.abs(spin - expected)))
+        assert inside @ (MOMENTS * inside) == pytest.approx(SPIN @ (MOMENTS * SPIN), rel=1e-13 * count)
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.2)
+
+
+@pytest.mark.parametrize("e", [0.5, 1.0])
+def test_a_ball_of_the_engine_bounces_as_high_as_the_restitution_says(e: float) -> None:
+    """Each rebound has e^2 of the height before; in all steps the ball is above the plane."""
+    engine = FreeBodies()
+    ball = Body("ball", 1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 1.1), radius=0.1)
+    engine.load(Scene((0, 0, -9.81), (ball,), contacts=(Contact("ball", (0, 0, 1), e),)))
+    fall = math.sqrt(2 / 9.81)
+    energies = []
+    for _ in range(round(20 / 0.01)):
+        engine.step(0.01)
+        place, _, velocity, _ = engine.read().bodies["ball"]
+        assert place[2] >= 0.1 - 1e-12
+        energies.append(9.81 * (place[2] - 0.1) + velocity[2] ** 2 / 2)
+    bounces, time = 0, fall
+    for k, energy in enumerate(energies, 1):
+        while 0.01 * k > time + 1e-9 and bounces < 20:
+            bounces, time = bounces + 1, time + 2 * fall * e ** (bounces + 1)
+        if bounces < 20 and abs(0.01 * k - time) > 1e-6:
+            assert energy == pytest.approx(9.81 * e ** (2 * bounces), rel=1e-9)
+    assert e == 1 or energies[-1] < 1e-9
