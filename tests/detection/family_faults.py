@@ -7,9 +7,10 @@ times; energy of engines; restitution that depends on the speed.
 from functools import partial
 from pathlib import Path
 
+import planted_faults
 from gnomon.cases.core.forms import FirstOrder, SemiLinear
 from gnomon.harness.contract.integrator import Integrator, Steps, Tolerance
-from mutants import METHODS, SYMPLECTIC, TEXT, Method, Mutant, made, replaced
+from mutants import METHODS, SYMPLECTIC, Method, Mutant, made, replaced
 from special_adapters import from_class, from_compensated, from_engine_class, from_events, from_form, from_program
 
 from gnomon.verify import from_solve, from_step
@@ -101,8 +102,9 @@ WRONG_MOTIONS = (
     ("FreeBodies", "nothing moves", "            self.states[body.name] = [x, q, v, w]\n", ""),
 )  # fmt: skip
 DENSE = (
-    ("cash_karp", "each sample is at the time of the one before", _SAMPLE,
-     "found.append(dense((max(t, times[max(0, len(found) - 1)]) - t) / taken, taken, y, new, a, b))"),
+    ("cash_karp", "a later sample in a step is at the time of the one before", _SAMPLE,
+     "early = times[max(0, len(found) - 1)]\n                "
+     "found.append(dense(((early if early >= t else times[len(found)]) - t) / taken, taken, y, new, a, b))"),
     ("cash_karp", "the polynomial of the step before", f"{_WHILE}                {_SAMPLE}\n",
      f"            piece = (t, taken, y, new, a, b) if t == t0 else piece\n{_WHILE}"
      "                found.append(dense((times[len(found)] - piece[0]) / piece[1], *piece[1:]))\n            piece = (t, taken, y, new, a, b)\n"),
@@ -164,7 +166,9 @@ SIXTY = (*WRONG_MOTIONS, *DENSE, *ESTIMATES, *KEPT_SLOPES, *BACKWARD, *ENGINES)
 
 def source(method: Method) -> str:
     """The text of the module in which a method is."""
-    return TEXT if method in METHODS else PROGRAM_TEXT if method == PROGRAM else FAMILY_TEXT
+    if method in FAMILIES:
+        return PROGRAM_TEXT if method == PROGRAM else FAMILY_TEXT
+    return planted_faults.source(method)
 
 
 def family_right() -> dict[str, Integrator]:

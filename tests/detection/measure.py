@@ -49,6 +49,8 @@ import planted_faults  # noqa: E402
 from defects import DEFECTS  # noqa: E402
 from summary import NEEDED, published  # noqa: E402
 
+METHODS = (*mutants.METHODS, *planted_faults.MORE, *family_faults.FAMILIES)
+"""The right methods of which there are mutants."""
 FAULT_DEPTHS, RIGHT_DEPTH = ("low", "normal"), "low"
 EARLY = ("quadrature", "scene", "attitude", "constraint", "time_structure", "step_order", "order_short", "tolerance_short",
          "proportional", "symplectic", "reversible", "repeatable", "aliasing", "bad_setting")  # fmt: skip
@@ -58,6 +60,8 @@ DRAWN = 240
 RUNS = 204
 """Runs of right integrators: each under the first condition, the others by a seeded draw. If no case has a form that an
 integrator takes, nothing is checked: such runs do not count, and 200 others are wanted."""
+OTHERS = 60
+"""Least number of runs under the other conditions, as many of each."""
 SEED = 41
 """Of a draw of mutants. A larger draw contains a smaller one."""
 CONDITIONS: dict[str, dict[str, str]] = {
@@ -205,7 +209,7 @@ def _same_events(found: Sequence[tuple[float, str]], expected: Sequence[tuple[fl
 
 def right() -> dict[str, Integrator]:
     """The right methods of which there are mutants."""
-    return mutants.right() | planted_faults.more_right() | family_faults.family_right()
+    return {method.name: mutants.made(method, family_faults.source(method)) for method in METHODS}
 
 
 def faulty() -> list[mutants.Mutant]:
@@ -222,11 +226,11 @@ def tasks(load: int = 0, count: int | None = None) -> list[Task]:
     """Everything that is measured, the sum of all kinds, with a draw of `count` mutants; beside a load right ones alone."""
     draw = random.Random(20)
     names = [name for name, integrator in lookup.everything().items() if lookup.missing(integrator) is None]
-    names += [f"{method} of right_methods.py" for method in right()]
+    names += [f"{method.name} of right_methods.py" for method in METHODS]
     conditions = [*CONDITIONS][1:]
     each = {condition: draw.sample(names, len(names)) for condition in conditions}
     more = [Task("right", each[condition][k], condition) for k in range(len(names)) for condition in conditions]
-    runs = [Task("right", name) for name in names] + more[: max(0, RUNS - len(names))]
+    runs = [Task("right", name) for name in names] + more[: max(OTHERS, RUNS - len(names))]
     if load:
         return [replace(task, load=load) for task in runs]
     mutants_ = some([mutant.id for mutant in faulty()], count)

@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 
 from gnomon.cases.core.forms import Charged, Constrained, NBody, RigidBody, SemiLinear
-from gnomon.harness.contract.integrator import Integrator, Steps
-from mutants import METHODS, SYMPLECTIC, TEXT, Method, Mutant, made, replaced
+from gnomon.harness.contract.integrator import Steps
+from mutants import METHODS, SYMPLECTIC, TEXT, Method, Mutant, replaced
 from special_adapters import from_compensated, from_ensemble, from_form
 
 from gnomon.verify import from_solve, from_step
@@ -112,10 +112,6 @@ PLANTED = (
 def source(method: Method) -> str:
     """The text of the module in which a method is."""
     return TEXT if method in METHODS else MORE_TEXT
-
-
-def more_right() -> dict[str, Integrator]:
-    return {method.name: made(method, MORE_TEXT) for method in MORE}
 
 
 def planted() -> list[Mutant]:
