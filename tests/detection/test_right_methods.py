@@ -116,7 +116,7 @@ def points(integrator: Integrator, t0: float, t1: float) -> np.ndarray:
     problem, start, exact = problem_of(integrator, t0, t1)
     settings, found = 2.0 ** -np.arange(10), []
     if isinstance(integrator.sweep, Tolerance):
-        settings = np.geomspace(1e-3, max(integrator.sweep.tightest, 1e-10), 6)
+        settings = np.geomspace(1e-3, 10.0 ** -min(10, 3 * integrator.order), 6)
     for setting in settings:
         calls = 0
         try:
