@@ -674,13 +674,14 @@ def hermite(x, h, y, new, a, b):
 def adaptive(f, t0, y0, times, tolerance, step, order, dense=None):
     """Steps of a pair: `step(t, y, h, first slope)` -> (state, error, slope there or None).
 
-    With `dense` samples are interpolated, without it steps end at them.
+    With `dense` samples before the last are interpolated, without it steps end at them.
     """
     t, y, a, h, found = t0, y0, f(t0, y0), 1e-3 * (times[-1] - t0), []
     sign = np.sign(h)
     while len(found) < len(times):
-        last = dense is None and abs(h) >= abs(times[len(found)] - t)
-        taken = times[len(found)] - t if last else h
+        goal = times[-1] if dense else times[len(found)]
+        last = abs(h) >= abs(goal - t)
+        taken = goal - t if last else h
         if abs(taken) < 1e-15 * max(abs(t), 1e-300):
             return np.array([*found, *[np.full(len(y0), np.nan)] * (len(times) - len(found))])
         new, error, b = step(t, y, taken, a)
@@ -689,7 +690,7 @@ def adaptive(f, t0, y0, times, tolerance, step, order, dense=None):
             h = taken / 5
             continue
         if size <= 1:
-            end = times[len(found)] if last else t + taken
+            end = goal if last else t + taken
             b = f(end, new) if b is None else b
             if dense is None and last:
                 found.append(new)
