@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from gnomon.harness.contract.integrator import Integrator, Steps, Tolerance
-from special_adapters import from_engine_class, from_events, from_rotation
+from special_adapters import from_engine_class, from_events, from_rising, from_rotation
 
-from gnomon.verify import from_solve, from_step
+from gnomon.verify import from_step
 
 TEXT = Path(__file__).with_name("right_methods.py").read_text()
 TREE = ast.parse(TEXT)
@@ -47,10 +47,10 @@ METHODS = (
     Method("yoshida", from_step, {"order": 4, "accelerations": True, "conserves": (*SYMPLECTIC, "momentum")}),
     Method("implicit_midpoint", from_step, {"order": 2, "conserves": SYMPLECTIC, "sweep": Steps(0.125, 8)}),
     Method("gauss4", from_step, {"order": 4, "conserves": SYMPLECTIC, "sweep": Steps(0.125, 8)}),
-    Method("adams", from_solve, {"order": 4, "sweep": Steps(0.125, 8)}),
-    Method("dormand_prince", from_solve, {"order": 5, "dense_order": 4}, ("A", "C", "D", "E")),
-    Method("bogacki_shampine", from_solve, {"order": 3, "sweep": Tolerance(1e-3, 1e-10)}),
-    Method("richardson", from_solve, {"order": 6}),
+    Method("adams", from_rising, {"order": 4, "sweep": Steps(0.125, 8)}),
+    Method("dormand_prince", from_rising, {"order": 5, "dense_order": 4}, ("A", "C", "D", "E")),
+    Method("bogacki_shampine", from_rising, {"order": 3, "sweep": Tolerance(1e-3, 1e-10)}),
+    Method("richardson", from_rising, {"order": 6}),
     Method("rk4_events", from_events, {"order": 4, "sweep": Steps(0.25, 10)}),
     Method(
         "rotation", from_rotation, {"order": 4, "conserves": ("attitude",), "sweep": Steps(0.25, 5)}, ("exponential",)

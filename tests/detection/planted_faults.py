@@ -9,9 +9,9 @@ from pathlib import Path
 from gnomon.cases.core.forms import Charged, Constrained, NBody, RigidBody, SemiLinear
 from gnomon.harness.contract.integrator import Steps
 from mutants import METHODS, SYMPLECTIC, TEXT, Method, Mutant, replaced
-from special_adapters import from_compensated, from_ensemble, from_form
+from special_adapters import from_compensated, from_ensemble, from_form, from_rising
 
-from gnomon.verify import from_solve, from_step
+from gnomon.verify import from_step
 
 MORE_TEXT = Path(__file__).with_name("more_methods.py").read_text()
 FEW = Steps(0.125, 7)
@@ -19,8 +19,8 @@ MORE = (
     Method("nystrom", from_step, {"order": 4, "accelerations": True, "sweep": FEW}),
     Method("yoshida6", from_step, {"order": 6, "accelerations": True, "conserves": (*SYMPLECTIC, "momentum")}, ("PARTS",)),
     Method("radau3", from_step, {"order": 3, "sweep": FEW}),
-    Method("abm", from_solve, {"order": 4, "sweep": FEW}),
-    Method("compensated", from_compensated, {"order": 4, "sweep": FEW}),
+    Method("abm", from_rising, {"order": 4, "sweep": FEW}),
+    Method("compensated", from_compensated, {"order": 4, "make": from_rising, "sweep": FEW}),
     Method("ensemble", from_ensemble, {"order": 3, "sweep": FEW}),
     Method("boris", from_form, {"accepts": (Charged,), "order": 2, "conserves": ("volume", "reversible"), "sweep": FEW}),
     Method("rattle", from_form, {"accepts": (Constrained,), "order": 2, "sweep": FEW,

@@ -63,6 +63,8 @@ class _Ensemble(_OneByOne):
     accepts = (FirstOrder,)
 
     def solved(self, problem: Problem, setting: float, starts: Any) -> Solution:
+        if problem.times[-1] < problem.t0:
+            raise Refused("the times fall")
         f = right_hand_side(problem)
         with np.errstate(all="ignore"):
             states = type(self).function(f, problem.t0, starts, problem.times, setting)
@@ -122,9 +124,20 @@ def from_form(function: Any, **declared: Any) -> Integrator:
     return _made(_Form, function, **declared)
 
 
-def from_compensated(function: Any, **declared: Any) -> Integrator:
-    """As `from_solve`, of a method that declares that its sums over steps are compensated."""
-    made = from_solve(function, **declared)
+def from_rising(function: Any, **declared: Any) -> Integrator:
+    """As `from_solve`, of a function that is written for times that rise."""
+
+    def solve(f: Any, t0: float, y0: Any, times: Any, setting: float) -> Any:
+        if times[-1] < t0:
+            raise Refused("the times fall")
+        return function(f, t0, y0, times, setting)
+
+    return from_solve(solve, **declared)
+
+
+def from_compensated(function: Any, make: Any = from_solve, **declared: Any) -> Integrator:
+    """As `make`, of a method that declares that its sums over steps are compensated."""
+    made: Integrator = make(function, **declared)
     type(made).compensated = True
     return made
 
