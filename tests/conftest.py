@@ -2,7 +2,9 @@
 
 import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -37,3 +39,12 @@ def singly(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
     monkeypatch.setattr(Motion, "sample_each", counting)
     return asked
+
+
+@pytest.fixture
+def clock() -> Iterator[Any]:
+    """The clock of the supervisor, which turns only while an integrator passes time."""
+    from turned_clock import turned_clock
+
+    with turned_clock() as turned:
+        yield turned

@@ -15,15 +15,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.kernels.compiling import announced
 from gnomon.harness.measuring import prepared
 from gnomon.harness.running import worker
-
-END_SECONDS = 300.0
-"""Longer than any limit under which a planted integrator runs: one that hangs and is not killed ends by itself."""
-
-
-def hang() -> NoReturn:
-    """Never return; end the process if nothing ended it."""
-    time.sleep(END_SECONDS)
-    os._exit(1)
+from passing_time import hang, pass_time
 
 
 def runge_kutta(problem: Problem, step: float) -> Callable[[Any], Solution]:
@@ -70,18 +62,40 @@ class HalfAMillisecond(Sound):
     """Each call takes half a millisecond by the worker's clock, which does not advance otherwise."""
 
     name = "half a millisecond"
+    seconds = counted_seconds = 0.0005
     passed: ClassVar = 0
 
     def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         worker.perf_counter_ns = prepared.perf_counter_ns = lambda: HalfAMillisecond.passed  # type: ignore[attr-defined]
         worker._verify_clocks = lambda: None  # it would notice the replaced clock
-        sound = runge_kutta(problem, setting)
+        sound, seconds = runge_kutta(problem, setting), self.counted_seconds if problem.counted else self.seconds
 
         def solve(initial_states: Any) -> Solution:
-            HalfAMillisecond.passed += 500_000
+            self.take(seconds)
             return sound(initial_states)
 
         return solve
+
+    def take(self, seconds: float) -> None:
+        HalfAMillisecond.passed += round(seconds * 1e9)
+
+
+class Busy(HalfAMillisecond):
+    """A call takes 0.27 s by the turned clock and the worker's clock, one of equations that count takes 0.57 s."""
+
+    name = "busy"
+    seconds, counted_seconds = 0.27, 0.57
+
+    def take(self, seconds: float) -> None:
+        pass_time(seconds)
+        super().take(seconds)
+
+
+class Busier(Busy):
+    """A call takes 0.9 s after a counting run of 0.3 s."""
+
+    name = "busier"
+    seconds, counted_seconds = 0.9, 0.3
 
 
 class NearDuplicate(Sound):
@@ -106,31 +120,6 @@ class Hangs(Sound):
         return solve
 
 
-class Busy(Sound):
-    """A call takes 0.27 s of processor time, one of equations that count takes 0.57 s."""
-
-    name = "busy"
-    seconds, counted_seconds = 0.27, 0.57
-
-    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
-        sound, busy = runge_kutta(problem, setting), self.counted_seconds if problem.counted else self.seconds
-
-        def solve(initial_states: Any) -> Solution:
-            ends = time.process_time() + busy
-            while time.process_time() < ends:
-                pass
-            return sound(initial_states)
-
-        return solve
-
-
-class Busier(Busy):
-    """A call takes 0.9 s of processor time after a counting run of 0.3 s."""
-
-    name = "busier"
-    seconds, counted_seconds = 0.9, 0.3
-
-
 class SlowAtFirst(Sound):
     """Prepares for 0.4 s where the folder for compiled code has nothing of it, and leaves something there."""
 
@@ -147,7 +136,7 @@ class SlowAtFirst(Sound):
 
 
 class Compiles(Sound):
-    """At its third setting, in each process, compiles for longer than a limit of a second."""
+    """At its third setting, in each process, compiles for 1.5 s by the turned clock."""
 
     name = "compiles"
     compiled: ClassVar = False
@@ -159,7 +148,7 @@ class Compiles(Sound):
             if round(problem.interval / setting) == 8 and not Compiles.compiled:
                 Compiles.compiled = True
                 with announced():
-                    time.sleep(1.5)
+                    pass_time(1.5)
             return sound(initial_states)
 
         return solve
@@ -251,7 +240,8 @@ class IntegratesInPrepare(Sound):
 
 
 class Memoises(Sound):
-    """Integrates an initial state once, and returns the result again for the same bits at all settings."""
+    """Integrates an initial state once, and returns the result again for the same bits at all settings. It prints which
+    of both each call did."""
 
     name = "memoises"
     known: ClassVar[dict[bytes, Solution]] = {}
@@ -261,6 +251,7 @@ class Memoises(Sound):
 
         def solve(initial_states: Any) -> Solution:
             key = initial_states.tobytes()
+            print("kept" if key in self.known else "integrated")
             if key not in self.known:
                 self.known[key] = sound(initial_states)
             return self.known[key]

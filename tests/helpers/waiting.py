@@ -8,6 +8,8 @@ import pytest
 
 LIMIT_SECONDS = 120.0
 """No condition takes more than a second on a quiet machine."""
+LONG_SECONDS = 900.0
+"""The limit of trials that are to end by themselves: they take less than a second on a quiet machine."""
 
 
 def wait_until(condition: Callable[[], object], what: str, seconds: float = LIMIT_SECONDS) -> None:
