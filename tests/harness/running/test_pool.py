@@ -1,15 +1,16 @@
 """The process pool: deadlines by stage, tries, and workers that die, fork, fill memory or are interrupted.
 
 The workers here run a script of the test instead of a series; no integrator is called and nothing is stored. The pool's
-clock advances only if a worker has nothing more to say, so that no result depends on the speed of the machine.
+clock advances only if a worker says so, so that no result depends on the speed of the machine.
 """
 
 import faulthandler
+import itertools
 import math
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from multiprocessing import connection
 from pathlib import Path
@@ -30,6 +31,8 @@ from gnomon.harness.running.worker import Request, Task, answer
 from gnomon.harness.system import supervisor
 from gnomon.harness.system.memory import worker_bytes
 from gnomon.harness.system.supervisor import write
+from passing_time import hang, pass_time
+from turned_clock import Clock
 from waiting import LIMIT_SECONDS, wait_until
 
 PREPARE, LIMIT, SHORT, BLOCK = 1000.0, 10.0, RETRY_SECONDS / 4, 3.0
@@ -37,7 +40,6 @@ PREPARE, LIMIT, SHORT, BLOCK = 1000.0, 10.0, RETRY_SECONDS / 4, 3.0
 OUTCOME = Outcome(np.zeros((2, 1)), None, None, 1, 1, (1.0,), 1.0, None)
 NOTHING = np.zeros((0, 1))
 TASK = Task(b"", CaseSpec("", None, (), (), "1"), np.arange(1.0, 3.0), np.zeros(1), np.ones(1), 1.0, NOTHING, "")
-STOPPED = "no message came, and the worker did not say that it has none"
 
 
 class Job:
@@ -61,8 +63,8 @@ class Job:
 class Worker:
     """The actions of a script in the process of a worker."""
 
-    def __init__(self, pipe: Any, silent: int) -> None:
-        self._pipe, self._silent = pipe, silent
+    def __init__(self, pipe: Any) -> None:
+        self._pipe = pipe
         self.receive()
 
     def receive(self) -> None:
@@ -81,58 +83,18 @@ class Worker:
     def close(self) -> None:
         self._pipe.close()
 
-    def hang(self) -> None:
-        """Say nothing until the deadline."""
-        self.silent()
-        signal.pause()
-
-    def silent(self) -> None:
-        os.write(self._silent, b".")
-
 
 Script = Callable[[Worker], None]
 
 
-class Clock:
-    """The time of the pool: it goes to the next deadline if the only worker has said that it hangs."""
-
-    def __init__(self, hears: int, says: int) -> None:
-        self.now, self.says, self._hears = 0.0, says, hears
-        self.hanging: Any = None
-
-    def wait(self, connections: list[Any], timeout: float) -> None:
-        if self.hanging is not connections[0]:
-            assert connection.wait([*connections, self._hears], LIMIT_SECONDS), STOPPED
-            if any(one.poll() for one in connections):  # a worker says that it hangs after its last message
-                return
-            os.read(self._hears, 1)
-            (self.hanging,) = connections
-        self.now += timeout + 1e-6
-
-
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Iterator[Clock]:
-    """Pools use this clock, they wait up to the next deadline, and no worker ever waits for the processor."""
-    hears, says = os.pipe()
-    clock = Clock(hears, says)
-    monkeypatch.setattr(supervisor, "monotonic", lambda: clock.now)
-    monkeypatch.setattr(pool, "monotonic", lambda: clock.now)
-    monkeypatch.setattr(supervisor, "wait", clock.wait)
-    monkeypatch.setattr(pool, "LOOK_SECONDS", math.inf)
-    monkeypatch.setattr(supervisor, "scheduled_seconds", lambda _guard: (0.0, 0.0))
-    yield clock
-    os.close(hears)
-    os.close(says)
-
-
-@pytest.fixture
-def ran(clock: Any, monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[Any]]:
+def ran(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[Any]]:
     """ran(script, job, workers=1): the rows of a job whose workers run a script."""
 
     def run(script: Script, job: Job, *others: Job, workers: int = 1) -> list[Any]:
         def serve(_task: Task, pipe: Any) -> None:
             faulthandler.disable()  # pytest's own would print the stack of a worker that aborts
-            script(Worker(pipe, clock.says))
+            script(Worker(pipe))
 
         monkeypatch.setattr(pool, "serve", serve)
         Pool(workers, "fork", PREPARE).run([job, *others])
@@ -146,7 +108,7 @@ def after(*stages: str) -> Script:
 
     def script(worker: Worker) -> None:
         worker.say(*stages)
-        worker.hang()
+        hang()
 
     return script
 
@@ -172,14 +134,14 @@ UNPREPARED, NO_ANSWER = f"not prepared within {PREPARE:g} s", f"no answer within
     ids=lambda value: "-".join(value) or "start" if isinstance(value, tuple) else "",
 )
 def test_each_stage_has_its_deadline(
-    ran: Any, clock: Any, stages: tuple[str, ...], seconds: float, reason: str
+    ran: Any, clock: Clock, stages: tuple[str, ...], seconds: float, reason: str
 ) -> None:
     """A compilation during a call has the deadline of a preparation; after it the interrupted stage begins again."""
     assert ran(after(*stages), Job()) == [(Status.TIMEOUT, reason, 1)]
     assert clock.now == pytest.approx(seconds, abs=1e-3)
 
 
-def test_a_trial_with_a_short_limit_is_tried_again(ran: Any, clock: Any) -> None:
+def test_a_trial_with_a_short_limit_is_tried_again(ran: Any, clock: Clock) -> None:
     """A stall of the machine is shorter than RETRY_SECONDS: only a trial that stops each time is a timeout."""
     assert ran(after("prepared"), Job(limit=SHORT)) == [(Status.TIMEOUT, f"no answer within {SHORT:g} s", TRIES)]
     assert clock.now == pytest.approx(TRIES * (SHORT + GRACE_SECONDS), abs=1e-3)
@@ -187,7 +149,7 @@ def test_a_trial_with_a_short_limit_is_tried_again(ran: Any, clock: Any) -> None
 
 @pytest.mark.parametrize(("share", "tries"), [(1.0, 1), (0.5, TRIES)], ids=["ran", "stalled"])
 def test_a_trial_that_ran_all_the_time_is_tried_once(
-    ran: Any, clock: Any, monkeypatch: pytest.MonkeyPatch, share: float, tries: int
+    ran: Any, clock: Clock, monkeypatch: pytest.MonkeyPatch, share: float, tries: int
 ) -> None:
     """No stall can have cost its time. One that ran for half of it may have been stopped by the machine."""
     monkeypatch.setattr(supervisor, "scheduled_seconds", lambda _guard: (share * clock.now, 0.0))
@@ -204,7 +166,7 @@ def test_a_stall_costs_no_trial(ran: Any, tmp_path: Path) -> None:
         worker.say("prepared")
         if not stalled.exists():
             stalled.touch()
-            worker.hang()
+            hang()
         worker.done()
         worker.receive()
         worker.done()
@@ -219,13 +181,13 @@ def costly(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pool, "monotonic", iter(range(0, 10**6, 100)).__next__)
 
 
-def test_a_costly_worker_that_hangs_is_replaced_once(ran: Any, clock: Any, costly: None, tmp_path: Path) -> None:
+def test_a_costly_worker_that_hangs_is_replaced_once(ran: Any, clock: Clock, costly: None, tmp_path: Path) -> None:
     """It has the time of all tries, so that no library gets less than another, but compiles anew only once."""
 
     def script(worker: Worker) -> None:
         (tmp_path / str(os.getpid())).touch()
         worker.say("prepared")
-        worker.hang()
+        hang()
 
     assert ran(script, Job(limit=SHORT)) == [(Status.TIMEOUT, f"no answer within {SHORT:g} s", TRIES)]
     assert clock.now == pytest.approx(TRIES * (SHORT + GRACE_SECONDS), abs=1e-3)
@@ -234,7 +196,7 @@ def test_a_costly_worker_that_hangs_is_replaced_once(ran: Any, clock: Any, costl
 
 @pytest.mark.parametrize("late", range(1, TRIES + 1))
 def test_a_costly_worker_that_answers_late_tries_again(
-    ran: Any, clock: Any, costly: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, late: int
+    ran: Any, clock: Clock, costly: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, late: int
 ) -> None:
     """A late answer may come from a stall: the trial is tried again in this worker, which keeps what it compiled."""
     os.mkfifo(tmp_path / "late")
@@ -254,7 +216,7 @@ def test_a_costly_worker_that_answers_late_tries_again(
         for number in range(1, TRIES + 1):
             worker.say("prepared")
             if number <= late:
-                worker.silent()
+                pass_time(math.inf, returns=False)
                 (tmp_path / "late").read_text()
             worker.done()
             worker.receive()
@@ -266,7 +228,7 @@ def test_a_costly_worker_that_answers_late_tries_again(
 
 @pytest.mark.parametrize(("share", "rows"), [(0.0, [(Status.TIMEOUT, NO_ANSWER, 1)]), (0.5, ["done"])])
 def test_waiting_for_the_processor_extends_the_deadline(
-    ran: Any, clock: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float, rows: list[Any]
+    ran: Any, clock: Clock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, share: float, rows: list[Any]
 ) -> None:
     """The kernel says how long a process was ready while others ran; here that is a share of the time. The worker answers
     after its limit, unless it was killed there."""
@@ -282,7 +244,7 @@ def test_waiting_for_the_processor_extends_the_deadline(
 
     def script(worker: Worker) -> None:
         worker.say("prepared")
-        worker.silent()
+        pass_time(math.inf, returns=False)
         (tmp_path / "late").read_text()
         worker.done()
 
@@ -461,7 +423,7 @@ def task_of(kind: type[planted.Sound]) -> Task:
 
 
 @pytest.mark.parametrize(("kind", "status"), [(planted.Busy, "done"), (planted.Busier, Status.TIMEOUT)])
-def test_the_limit_is_that_of_a_call(kind: type[planted.Sound], status: object) -> None:
+def test_the_limit_is_that_of_a_call(clock: Clock, kind: type[planted.Sound], status: object) -> None:
     """With the worker's own code: the timed calls of a trial may take longer together, and a single one may not."""
 
     class Trial(Job):
@@ -473,6 +435,7 @@ def test_the_limit_is_that_of_a_call(kind: type[planted.Sound], status: object) 
     Pool(1, "fork", LIMIT_SECONDS).run([job])
     (found,) = job.rows
     assert (found if found == "done" else found[0]) == status
+    assert clock.now > kind.counted_seconds + 0.6 + GRACE_SECONDS
 
 
 def test_a_worker_has_a_share_of_the_memory() -> None:
@@ -484,71 +447,81 @@ def test_a_worker_has_a_share_of_the_memory() -> None:
     assert f"needed more than {worker_bytes(3) / 2**30:.3g} GiB" in reason
 
 
-SOON = 0.2
-"""Seconds: the limit of a trial; a worker's wait for the processor is not counted."""
-
-
 class Rests:
-    """An interlude that is due after every second message; it records its intervals."""
+    """An interlude that is due if `due` says so."""
 
-    def __init__(self, take: Callable[[], None]) -> None:
-        self.intervals: list[tuple[float, float]] = []
-        self._asked, self._take = 0, take
-
-    def due(self) -> bool:
-        self._asked += 1
-        return self._asked % 2 == 0
+    def __init__(self, due: Callable[[], bool], take: Callable[[], None]) -> None:
+        self.due, self._take, self.taken = due, take, 0
 
     def take(self) -> None:
-        began = time.monotonic()
         self._take()
-        self.intervals.append((began, time.monotonic()))
-
-
-def busy(seconds: float) -> None:
-    ends = time.monotonic() + seconds
-    while time.monotonic() < ends:
-        pass
+        self.taken += 1
 
 
 def test_no_trial_overlaps_an_interlude(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A page that is drawn during a trial takes the processor and the caches from it: its time would be too long."""
-    trials = tmp_path / "trials"
+    """A page that is drawn during a trial takes the processor and the caches from it: its time would be too long.
+
+    All write into one file in the sequence of events. The pauses only give a wrong pool the opportunity to overlap."""
+    log = tmp_path / "events"
+
+    def note(what: str) -> None:
+        with log.open("a") as file:
+            file.write(what)
 
     def script(worker: Worker) -> None:
         while True:
-            began = time.monotonic()
-            worker.say("prepared")
-            busy(0.001 * (1 + worker.number % 3))
-            with trials.open("a") as file:
-                file.write(f"{began!r} {time.monotonic()!r}\n")
+            note("(")
+            time.sleep(0.001 * (1 + worker.number % 3))
+            note(")")
             worker.done()
             worker.receive()
 
-    monkeypatch.setattr(pool, "serve", lambda _task, pipe: script(Worker(pipe, 2)))
-    jobs, rests = [Job(12), Job(12), Job(12)], Rests(lambda: busy(0.02))
+    def rest() -> None:
+        note("<")
+        time.sleep(0.01)
+        note(">")
+
+    monkeypatch.setattr(pool, "serve", lambda _task, pipe: script(Worker(pipe)))
+    jobs, rests = [Job(12), Job(12), Job(12)], Rests(lambda: next(asked) % 2 == 0, rest)
+    asked = itertools.count(1)
     Pool(2, "fork", PREPARE).run(jobs, rests)
     assert [job.rows for job in jobs] == [["done"] * 12] * 3
-    intervals = [tuple(map(float, line.split())) for line in trials.read_text().splitlines()]
-    assert len(intervals) == 36
-    assert len(rests.intervals) >= 5
-    for began, ended in rests.intervals:
-        assert all(end <= began or ended <= start for start, end in intervals)
+    assert rests.taken >= 5
+    events, trials, pauses = log.read_text(), 0, 0
+    for event in events:
+        trials += (event == "(") - (event == ")")
+        pauses += (event == "<") - (event == ">")
+        assert not (trials and pauses)
+    assert events.count("(") == 36
 
 
-def test_a_worker_that_waits_for_an_interlude_has_no_deadline(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_that_waits_for_an_interlude_has_no_deadline(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """One worker has answered and waits while the other is busy for longer than the limit of the former."""
-    long = 4 * SOON
+    os.mkfifo(tmp_path / "busy")
+    clock = [0.0]
+    for module in (supervisor, pool):
+        monkeypatch.setattr(module, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(supervisor, "scheduled_seconds", lambda _guard: (0.0, 0.0))
+    first, second = Job(1, limit=10 * LIMIT), Job(3)
+
+    def wait(connections: list[Any], _timeout: float) -> None:
+        if len(second.rows) == 2 and clock[0] == 0:  # its third request waits
+            clock[0] = 5 * LIMIT
+            (tmp_path / "busy").write_text("no more")
+        else:
+            assert connection.wait(connections, LIMIT_SECONDS)
 
     def script(worker: Worker) -> None:
         while True:
             worker.say("prepared")
-            busy(long if worker.number == 1 else 0.001)
+            if worker.number == 1:
+                (tmp_path / "busy").read_text()
             worker.done()
             worker.receive()
 
-    monkeypatch.setattr(pool, "serve", lambda _task, pipe: script(Worker(pipe, 2)))
-    jobs, rests = [Job(1), Job(3, limit=SOON)], Rests(lambda: None)
-    Pool(2, "fork", PREPARE).run(jobs, rests)
-    assert rests.intervals
-    assert [job.rows for job in jobs] == [["done"], ["done"] * 3]
+    monkeypatch.setattr(supervisor, "wait", wait)
+    monkeypatch.setattr(pool, "serve", lambda _task, pipe: script(Worker(pipe)))
+    rests = Rests(lambda: bool(second.rows), lambda: None)
+    Pool(2, "fork", PREPARE).run([first, second], rests)
+    assert rests.taken
+    assert [job.rows for job in (first, second)] == [["done"], ["done"] * 3]
