@@ -13,7 +13,7 @@ from gnomon.harness.results.outstanding import outstanding
 from gnomon.harness.running import plan, planned_run
 from gnomon.harness.running.planned_run import run
 
-SUITE = replace(plan.suite("quick"), limit_seconds=2.0, variant_limit_seconds=2.0, block_seconds=0.002, repeats=2)
+SUITE = plan.suite("quick")
 CASES = ["planted:Short", "harmonic_oscillator", "projectile_parabola"]
 
 

@@ -13,10 +13,11 @@ from gnomon.harness.results import store
 from gnomon.harness.running import first_use, plan
 from gnomon.harness.running.first_use import CACHES, first_seconds
 from gnomon.harness.running.planned_run import run
+from waiting import LONG_SECONDS
 
 from gnomon import cases
 
-SUITE = replace(plan.suite("quick").within(20.0), first_use=True)
+SUITE = replace(plan.suite("quick").within(LONG_SECONDS), first_use=True)
 SHORT = CaseSpec.of(planted.Short().rounded())
 
 

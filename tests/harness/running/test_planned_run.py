@@ -139,20 +139,17 @@ def test_printed_output_is_recorded(frame: Any) -> None:
 
 def test_the_sound_integrator_is_not_affected_by_the_others(frame: Any) -> None:
     rows = of(frame, planted.Sound)
-    done = rows[rows["status"] == "ok"]
-    assert set(rows["status"]) <= {"ok", "skipped"}
-    assert len(done) >= 6
-    np.testing.assert_array_equal(done["rhs_calls"], 4 * done["steps"])
-    slopes = np.diff(np.log2(done["error_max"])) / np.diff(np.log2(done["setting"]))
+    assert list(rows["status"]) == ["ok"] * 8
+    np.testing.assert_array_equal(rows["rhs_calls"], 4 * rows["steps"])
+    slopes = np.diff(np.log2(rows["error_max"])) / np.diff(np.log2(rows["setting"]))
     assert np.all(np.abs(slopes[3:5] - 4) < 0.3), "the order of the method, before round-off"
 
 
 @pytest.mark.parametrize("kind", [planted.ChangesInput, planted.SharesOutput])
 def test_writing_over_arrays_changes_nothing(frame: Any, kind: Any) -> None:
     rows, sound = of(frame, kind), of(frame, planted.Sound)
-    both = (rows["status"] == "ok") & (sound["status"] == "ok")
-    assert both.sum() >= 4
-    assert (rows["error_max"][both] == sound["error_max"][both]).all()
+    assert list(rows["status"]) == ["ok"] * 8
+    assert (rows["error_max"] == sound["error_max"]).all()
 
 
 def test_integrating_while_preparing_gains_nothing(frame: Any) -> None:

@@ -12,6 +12,7 @@ from gnomon.harness.results.store import load
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
 from gnomon.harness.running.timing_spans import ended, suffices
+from waiting import LONG_SECONDS
 
 from gnomon import cases
 
@@ -62,7 +63,7 @@ def test_launches_go_to_the_timing_span_and_near_duplicates_have_none() -> None:
 def test_error_and_time_of_a_timing_span_are_of_one_solve(tmp_path: Path) -> None:
     """On a case with a symmetry the default variant has the median error over turned starts; a run that is repeated
     measures nothing again."""
-    suite = replace(FOUNDATION.within(60.0), launches=2, block_seconds=0.0, repeats=2)
+    suite = replace(FOUNDATION.within(LONG_SECONDS), launches=2, block_seconds=0.0, repeats=2)
     case = cases.get("kepler_orbit")
     assert case.turning is not None
     chosen = plan.with_timing_spans([(case.rounded(), "")], suite)
