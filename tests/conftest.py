@@ -48,3 +48,15 @@ def clock() -> Iterator[Any]:
 
     with turned_clock() as turned:
         yield turned
+
+
+@pytest.fixture
+def unhurried() -> Iterator[None]:
+    """The solutions of a verification take no time: a slow machine leaves out no setting, and ends no claim."""
+    from gnomon.harness.measuring import trials
+    from gnomon.harness.system import supervisor
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trials, "_clock", lambda: 0.0)
+        patch.setattr(supervisor, "processor_time", lambda _process: 0.0)
+        yield

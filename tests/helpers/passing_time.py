@@ -16,18 +16,22 @@ TIME = struct.Struct("d")
 """The seconds that are to pass."""
 
 
-def pass_time(seconds: float, returns: bool = True) -> None:
-    """Return when this time has passed by the turned clock, or at once. Raises OSError if there is no such clock."""
+def pass_time(seconds: float) -> None:
+    """Return when this time has passed by the turned clock. Raises OSError if there is no such clock."""
     with socket.socket(socket.AF_UNIX) as clock:
         clock.connect(PLACE)
         clock.sendall(TIME.pack(seconds))
-        if returns:
-            clock.recv(1)
+        clock.recv(1)
+
+
+def say_hanging() -> None:
+    """Let the turned clock, if there is one, go to the limit that ends this process."""
+    with contextlib.suppress(OSError):
+        pass_time(math.inf)
 
 
 def hang() -> NoReturn:
-    """Never return; the turned clock, if there is one, goes to the limit that ends this process."""
-    with contextlib.suppress(OSError):
-        pass_time(math.inf, returns=False)
+    """Never return."""
+    say_hanging()
     while True:
         signal.pause()

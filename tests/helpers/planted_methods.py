@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from gnomon.harness.contract.integrator import Integrator, Refused, Steps, Tolerance
 from gnomon.harness.verification.function_adapter import from_solve, from_step
+from passing_time import hang
 
 SCRATCH: dict[str, Any] = {}
 """State that faulty methods keep between calls."""
@@ -131,7 +132,7 @@ def raising(f: Callable[..., Any], t: float, y: Any, h: float) -> Any:
 
 
 broken = from_step(raising, name="broken", order=1)
-hanging = from_step(lambda f, t, y, h: _forever(), name="hanging", order=1)
+hanging = from_step(lambda f, t, y, h: hang(), name="hanging", order=1)
 signed = verlet("sign")
 
 
@@ -142,11 +143,6 @@ def _ends(f: Callable[..., Any], t: float, y: Any, h: float) -> Any:
 
 
 ends_its_process = from_step(_ends, name="ends its process", order=1)
-
-
-def _forever() -> Any:
-    while True:
-        pass
 
 
 def seventh(f: Callable[..., Any], t0: float, y0: Any, times: Any, step: float) -> Any:

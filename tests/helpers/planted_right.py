@@ -1,7 +1,6 @@
 """Right methods that are written in other ways than most: adaptive ones of several kinds, Jacobians of differences,
-iterations that do not converge at long steps, and methods that sleep."""
+iterations that do not converge at long steps, and methods that wait."""
 
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +9,7 @@ import numpy as np
 import right_methods
 from gnomon.harness.contract.integrator import Integrator, Steps, Tolerance
 from gnomon.harness.verification.function_adapter import from_solve, from_step
+from passing_time import pass_time
 from scipy.integrate import solve_ivp
 
 
@@ -178,7 +178,7 @@ class Waits:
     """RK4 that first waits in each solution."""
 
     seconds: float
-    wait: Callable[[float], None] = time.sleep
+    wait: Callable[[float], object] = pass_time
 
     def __call__(self, f: Any, t0: float, y0: Any, times: Any, step: float) -> Any:
         self.wait(self.seconds)
@@ -192,15 +192,8 @@ class Waits:
         return np.array(found)
 
 
-def burn(seconds: float) -> None:
-    """Use the processor for so long."""
-    ends = time.process_time() + seconds
-    while time.process_time() < ends:
-        pass
-
-
-def waiting(seconds: float, wait: Callable[[float], None] = time.sleep) -> Integrator:
-    """RK4 that sleeps, or burns, for so many seconds in each solution."""
+def waiting(seconds: float, wait: Callable[[float], object] = pass_time) -> Integrator:
+    """RK4 that waits for so many seconds, by the turned clock, in each solution."""
     return from_solve(Waits(seconds, wait), name=f"RK4 after {seconds:g} s", order=4, sweep=Steps(0.25, 4))
 
 

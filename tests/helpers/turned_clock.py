@@ -25,6 +25,8 @@ class Clock:
     def __init__(self, listener: socket.socket) -> None:
         self.now = 0.0
         self.hanging: Any = None
+        self.burning = False
+        """Whether the processes use the processor all the time that passes."""
         self._listener = listener
         self._asleep: tuple[socket.socket, Any] | None = None
 
@@ -67,7 +69,7 @@ def turned_clock() -> Iterator[Clock]:
             patch.setattr(module, "LOOK_SECONDS", math.inf)
         patch.setattr(supervisor, "wait", clock.wait)
         patch.setattr(supervisor, "scheduled_seconds", lambda _process: (0.0, 0.0))
-        patch.setattr(supervisor, "processor_time", lambda _process: 0.0)
+        patch.setattr(supervisor, "processor_time", lambda _process: clock.now * clock.burning)
         try:
             yield clock
         finally:

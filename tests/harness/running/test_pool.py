@@ -6,7 +6,6 @@ clock advances only if a worker says so, so that no result depends on the speed 
 
 import faulthandler
 import itertools
-import math
 import os
 import signal
 import time
@@ -31,7 +30,7 @@ from gnomon.harness.running.worker import Request, Task, answer
 from gnomon.harness.system import supervisor
 from gnomon.harness.system.memory import worker_bytes
 from gnomon.harness.system.supervisor import write
-from passing_time import hang, pass_time
+from passing_time import hang, say_hanging
 from turned_clock import Clock
 from waiting import LIMIT_SECONDS, wait_until
 
@@ -216,7 +215,7 @@ def test_a_costly_worker_that_answers_late_tries_again(
         for number in range(1, TRIES + 1):
             worker.say("prepared")
             if number <= late:
-                pass_time(math.inf, returns=False)
+                say_hanging()
                 (tmp_path / "late").read_text()
             worker.done()
             worker.receive()
@@ -244,7 +243,7 @@ def test_waiting_for_the_processor_extends_the_deadline(
 
     def script(worker: Worker) -> None:
         worker.say("prepared")
-        pass_time(math.inf, returns=False)
+        say_hanging()
         (tmp_path / "late").read_text()
         worker.done()
 

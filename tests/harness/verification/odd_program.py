@@ -1,5 +1,6 @@
 """A program that misbehaves in the way that its argument names; otherwise it integrates nothing and says so."""
 
+import importlib
 import json
 import os
 import subprocess
@@ -62,6 +63,12 @@ def answers(way: str, problem: dict[str, Any]) -> str:
     return texts.get(way, json.dumps(right))
 
 
+def passing_time() -> Any:
+    """The module of this name; as an integrator is a program of its own, it knows no module of the tests."""
+    sys.path.insert(0, str(Path(__file__).parents[2] / "helpers"))
+    return importlib.import_module("passing_time")
+
+
 def main(way: str) -> None:
     for line in sys.stdin:
         request = json.loads(line)
@@ -70,19 +77,17 @@ def main(way: str) -> None:
             text = "" if found is None else json.dumps(found) + "\n"
         elif way in ("hang", "hang with children"):
             if way == "hang with children":
-                child = subprocess.Popen(
-                    [sys.executable, "-c", "import time; time.sleep(1000)"], start_new_session=True
-                )
+                waits = "import signal; signal.pause()"
+                child = subprocess.Popen([sys.executable, "-c", waits], start_new_session=True)
                 Path(os.environ["GNOMON_TEST_PIDS"]).write_text(f"{os.getpid()} {child.pid}")
-            time.sleep(1000)
-            return
-        elif way in ("burn", "slow"):
-            ends = time.process_time() + (1000 if way == "burn" else 0.5)
+            passing_time().hang()
+        elif way == "slow":
+            ends = time.process_time() + 0.1
             while time.process_time() < ends:
                 pass
             text = answers(way, request) + "\n"
         elif way == "wait":
-            time.sleep(1)
+            passing_time().pass_time(1)
             text = answers(way, request) + "\n"
         elif way == "exit":
             sys.exit(3)

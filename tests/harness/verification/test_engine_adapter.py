@@ -17,6 +17,7 @@ from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import lookup, references
 from gnomon.harness.verification.engine_adapter import EngineIntegrator, from_engine
 from timed_forms import FORMS
+from waiting import LONG_SECONDS
 
 from gnomon import cases
 
@@ -91,7 +92,16 @@ def test_a_run_measures_the_engine_and_names_what_it_lacks(tmp_path: Path, capfd
 
     results = str(tmp_path / "results.sqlite")
     chosen = ("--case", "projectile_parabola", "--case", "pendulum_simple")
-    asked = ("--integrator", "toy_engine:INTEGRATOR", "--suite", "quick", "--limit", "20", "--out", results)
+    asked = (
+        "--integrator",
+        "toy_engine:INTEGRATOR",
+        "--suite",
+        "quick",
+        "--limit",
+        str(LONG_SECONDS),
+        "--out",
+        results,
+    )
     assert gnomon("run", *chosen, *asked) == 0
     capfd.readouterr()
     frame = load(results)

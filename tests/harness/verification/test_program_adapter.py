@@ -21,6 +21,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Sol
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import Unusable
+from gnomon.harness.measuring import trials
 from gnomon.harness.measuring.outcome import Outcome
 from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
 from gnomon.harness.measuring.trials import DEPTHS, Trials
@@ -29,12 +30,15 @@ from gnomon.harness.running import plan, pool, worker
 from gnomon.harness.running.sweep import task_of
 from gnomon.harness.verification import protocol
 from gnomon.harness.verification.program_adapter import from_command
+from turned_clock import Clock
+from waiting import LONG_SECONDS
 
 from gnomon import cases
 
 HERE = Path(__file__).parent
 EXAMPLE = HERE.parents[1] / "example_project"
 COMPILER = shutil.which("cc")
+PROCESSOR_CLOCK = trials._clock
 SCHEMA: dict[str, Any] = json.loads(
     files("gnomon.harness.verification").joinpath("protocol.schema.json").read_text(encoding="utf-8")
 )
@@ -130,14 +134,14 @@ def example(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 
 @pytest.mark.parametrize("setting", [0.0, -1e-3, math.nan])
 def test_an_example_refuses_a_setting_that_is_no_step(example: Path, setting: float) -> None:
-    integrator = from_command([str(example)], seconds=20.0)
+    integrator = from_command([str(example)], seconds=LONG_SECONDS)
     problem, start = pendulum(integrator)
     with pytest.raises(Refused):
         integrator.prepare(problem, setting)(start)
 
 
 def test_what_an_example_writes_of_a_start_that_is_not_finite_is_json(example: Path) -> None:
-    integrator = from_command([str(example)], seconds=20.0)
+    integrator = from_command([str(example)], seconds=LONG_SECONDS)
     problem, start = pendulum(integrator)
     for value in (math.nan, math.inf):
         states = integrator.prepare(problem, problem.interval)(np.full_like(start, value)).states
@@ -168,7 +172,16 @@ def test_a_run_of_a_program_measures_its_order_its_counts_and_its_time(
 
     results = tmp_path / "results.sqlite"
     chosen = ("--case", "pendulum_simple", "--case", "euler_top")
-    asked = ("--command", shlex.quote(str(rk4)), "--suite", "quick", "--limit", "20", "--out", str(results))
+    asked = (
+        "--command",
+        shlex.quote(str(rk4)),
+        "--suite",
+        "quick",
+        "--limit",
+        str(LONG_SECONDS),
+        "--out",
+        str(results),
+    )
     assert gnomon("run", *chosen, *asked) == 0
     capfd.readouterr()
     frame = load(results)
@@ -208,7 +221,7 @@ class Recording:
 
 def test_one_process_serves_the_trials_of_a_series() -> None:
     """It prints its number: one process in all trials, though a worker ends other processes that a trial leaves."""
-    job = Recording(odd("who"), 3, 20.0)
+    job = Recording(odd("who"), 3, LONG_SECONDS)
     pool.Pool(1).run([job])
     assert len(job.found) == 3
     assert {status for status, _ in job.found} == {Status.REFUSED}
@@ -224,7 +237,7 @@ def running(process: int) -> bool:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are looked for in /proc")
-def test_a_time_limit_ends_the_program_and_all_that_it_started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_time_limit_ends_the_program_and_all_that_it_started(tmp_path: Path, clock: Clock) -> None:
     place = tmp_path / "pids"
     command = f"env GNOMON_TEST_PIDS={place} {sys.executable} {HERE / 'odd_program.py'} 'hang with children'"
     job = Recording(from_command(command), 1, 3.0)
@@ -235,21 +248,24 @@ def test_a_time_limit_ends_the_program_and_all_that_it_started(tmp_path: Path, m
     assert not [process for process in started if running(process)]
 
 
-def test_outside_a_run_the_door_has_a_time_limit_of_its_own() -> None:
+def test_outside_a_run_the_door_has_a_time_limit_of_its_own(clock: Clock) -> None:
     """Ten times the limit of processor time is the limit by the clock: a program that waits does not hang."""
-    for way, why in (("hang", "within 3 s"), ("burn", "within 0.3 s of processor time")):
-        with pytest.raises(TimeoutError, match=f"no answer {why}$"):
-            solved(odd(way, seconds=0.3))
     assert solved(odd("wait", seconds=0.5)).steps == 64
+    assert clock.now == 1
+    for clock.burning, why in ((False, "within 3 s"), (True, "within 0.3 s of processor time")):
+        with pytest.raises(TimeoutError, match=f"no answer {why}$"):
+            solved(odd("hang", seconds=0.3))
 
 
-def test_the_time_of_a_program_is_that_of_its_solutions() -> None:
-    """A sweep ends at the first setting that takes too long, which the program itself spends."""
+def test_the_time_of_a_program_is_that_of_its_solutions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sweep ends at the first setting that takes too long, which the program itself spends: a tenth of a second of
+    processor time or, on a slow machine, more."""
+    monkeypatch.setattr(trials, "_clock", PROCESSOR_CLOCK)
     case = cases.get("pendulum_simple").rounded()
-    depth = replace(DEPTHS["low"], seconds=0.25)
+    depth = replace(DEPTHS["low"], seconds=0.05)
     answers = Trials.of(odd("slow"), CaseSpec.of(case), depth).answers()
     assert len(answers) == 1
-    assert answers[0].seconds > 0.25
+    assert answers[0].seconds > 0.05
 
 
 @pytest.mark.parametrize(
@@ -285,7 +301,7 @@ def test_the_time_of_a_program_is_that_of_its_solutions() -> None:
 )
 def test_a_wrong_answer_has_one_clear_reason(way: str, reason: str) -> None:
     """`Unusable` is the status crashed, with its text as the reason. The next trial has a new process."""
-    integrator = odd(way, seconds=60.0)
+    integrator = odd(way, seconds=LONG_SECONDS)
     for _ in range(2):
         with pytest.raises(Unusable, match=reason) as caught:
             solved(integrator)
@@ -294,7 +310,7 @@ def test_a_wrong_answer_has_one_clear_reason(way: str, reason: str) -> None:
 
 
 def test_a_second_line_is_noticed_at_the_next_problem() -> None:
-    integrator = odd("two lines", seconds=60.0)
+    integrator = odd("two lines", seconds=LONG_SECONDS)
     problem, start = pendulum(integrator)
     solve = integrator.prepare(problem, problem.interval)
     solve(start)

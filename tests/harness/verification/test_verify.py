@@ -10,6 +10,7 @@ import planted_methods
 import planted_right
 import pytest
 from command_line import gnomon
+from gnomon.harness.system.supervisor import ASLEEP
 from gnomon.harness.verification.claims import Outcome, failed, not_applicable, passed
 from gnomon.harness.verification.verification_report import (
     as_badge,
@@ -22,6 +23,8 @@ from gnomon.harness.verification.verification_report import (
     workflow_commands,
 )
 from gnomon.harness.verification.verify import CLAIM_SECONDS, FirstTrialError, Report, Row, verify
+from passing_time import hang
+from turned_clock import Clock
 
 ALONE = ("--case", "pendulum_simple", "--depth", "low", "--claim")
 ROWS = [
@@ -173,45 +176,46 @@ def test_the_traceback_of_a_first_trial_is_shown_and_nothing_else_runs(capsys: p
     assert shown.out == ""
 
 
-def test_a_hang_and_a_crash_are_failures_of_their_claim(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_hang_and_a_crash_are_failures_of_their_claim(clock: Clock) -> None:
     """The claims after it are verified in a new process."""
-    monkeypatch.setitem(CLAIM_SECONDS, "low", 5.0)
     report = verify(planted_methods.ends_its_process, ["pendulum_simple"], "low", ["bad_start", "bad_setting"])
     by_claim = {row.claim: row.finding for row in report.rows}
     assert by_claim["bad_start"].outcome == Outcome.FAILED
     assert "exit code 7" in by_claim["bad_start"].got
     assert by_claim["bad_setting"].outcome == Outcome.PASSED
-    monkeypatch.setitem(CLAIM_SECONDS, "low", 0.5)
-    with pytest.raises(FirstTrialError, match=r"no answer within 0\.5 s of processor time, twice"):
+    with pytest.raises(FirstTrialError, match=f"no answer within {ASLEEP * CLAIM_SECONDS['low']:g} s, twice"):
         verify(planted_methods.hanging, ["pendulum_simple"], "low", ["runs"])
     hard = ["pendulum_simple/rotation"], "low", ["hard"]  # it may take longer, but not end its process
     assert [row.finding.outcome for row in verify(planted_methods.hanging, *hard).rows] == [Outcome.NOT_APPLICABLE]
     with pytest.raises(FirstTrialError, match="exit code 7"):
-        verify(planted_right.waiting(1000, lambda _: os._exit(7)), *hard)
+        verify(planted_right.waiting(1, lambda _: os._exit(7)), *hard)
 
 
-def test_a_limit_is_processor_time_and_ten_times_that_for_what_sleeps(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_limit_is_processor_time_and_ten_times_that_for_what_sleeps(clock: Clock) -> None:
     """A busy machine makes a right method wait: the wait is not a fault. A method that only waits is ended too."""
-    monkeypatch.setitem(CLAIM_SECONDS, "low", 0.3)
-    (row,) = verify(planted_right.waiting(0.25), ["pendulum_simple"], "low", ["repeatable"]).rows
-    assert row.finding.outcome == Outcome.PASSED, "two solutions take 0.5 s by the clock"
-    with pytest.raises(FirstTrialError, match=r"no answer within 3 s, twice"):
-        verify(planted_right.waiting(1000), ["pendulum_simple"], "low", ["repeatable"])
-    with pytest.raises(FirstTrialError, match=r"no answer within 0\.3 s of processor time, twice"):
-        verify(planted_right.waiting(1000, planted_right.burn), ["pendulum_simple"], "low", ["repeatable"])
+    limit = CLAIM_SECONDS["low"]
+    (row,) = verify(planted_right.waiting(4 * limit), ["pendulum_simple"], "low", ["repeatable"]).rows
+    assert row.finding.outcome == Outcome.PASSED
+    assert clock.now >= 8 * limit, "two solutions"
+    waits = planted_right.waiting(1, lambda _: hang())
+    with pytest.raises(FirstTrialError, match=f"no answer within {ASLEEP * limit:g} s, twice"):
+        verify(waits, ["pendulum_simple"], "low", ["repeatable"])
+    clock.burning = True
+    with pytest.raises(FirstTrialError, match=f"no answer within {limit:g} s of processor time, twice"):
+        verify(waits, ["pendulum_simple"], "low", ["repeatable"])
 
 
-def test_what_has_no_answer_in_time_is_tried_once_more(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A method that burns the processor once, as on a machine that swaps, is right the second time."""
-    monkeypatch.setitem(CLAIM_SECONDS, "low", 0.5)
+def test_what_has_no_answer_in_time_is_tried_once_more(clock: Clock, tmp_path: Path) -> None:
+    """A method that hangs once, as on a machine that swaps, is right the second time."""
 
-    def once(seconds: float) -> None:
+    def once(_seconds: float) -> None:
         if not (tmp_path / "been").exists():
             (tmp_path / "been").touch()
-            planted_right.burn(seconds)
+            hang()
 
-    (row,) = verify(planted_right.waiting(1000, once), ["pendulum_simple"], "low", ["repeatable"]).rows
+    (row,) = verify(planted_right.waiting(1, once), ["pendulum_simple"], "low", ["repeatable"]).rows
     assert row.finding.outcome == Outcome.PASSED
+    assert (tmp_path / "been").exists()
 
 
 def test_a_named_case_that_the_integrator_cannot_take_is_refused() -> None:
