@@ -16,6 +16,7 @@ from gnomon.harness.running.planned_run import run
 sys.path.insert(0, str(Path(__file__).parent))
 
 from changes import changing
+from waiting import LONG_SECONDS
 
 HANG_SECONDS = 120
 """A busy machine takes ten times as long as a quiet one, and still less than this."""
@@ -40,7 +41,7 @@ def no_hang() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The results of a small run, all in one file."""
-    suite = replace(plan.suite("quick"), block_seconds=0.001, repeats=3).within(5.0)
+    suite = replace(plan.suite("quick"), block_seconds=0.001, repeats=3).within(LONG_SECONDS)
     integrators = [found for name in ("gnomon:RK4", "scipy:RK45") for found in lookup.find(name)]
     chosen = selection.choose(["pendulum_simple", "pendulum_simple/rotation", "bouncing_ball"], False)
     path = run(tmp_path_factory.mktemp("measured") / "results.sqlite", suite, chosen, integrators)

@@ -1,7 +1,7 @@
 """Integrators that attack the run, each with the statuses that its trials may have.
 
 Every fork takes one of few tokens, files that are made once, so that a failure of the harness cannot multiply forks.
-Forked processes end by themselves after a minute.
+Forked processes end by themselves after ten minutes.
 """
 
 import atexit
@@ -21,12 +21,14 @@ from typing import Any
 import mpmath
 import numpy as np
 from gnomon.harness.contract.integrator import Problem, Refused, Solution
-from planted import Sound, hang, runge_kutta, throw
+from passing_time import hang, say_hanging, wait_for_ever
+from planted import Sound, runge_kutta, throw
 
 FOLDER = os.environ.get("GNOMON_ATTACKS", "")
 """The folder of the tokens; without it nothing forks."""
 MOST_FORKS = 3
-END_SECONDS = 60
+END_SECONDS = 600
+"""Longer than tests wait for the end of such a process, which gnomon must end."""
 
 Act = Callable[[Solution, Problem], Any]
 
@@ -102,15 +104,15 @@ def ignores_all_signals_and_hangs(solution: Solution, _: Problem) -> Any:
     hang()
 
 
-call("stops itself", "timeout skipped", lambda: (os.kill(os.getpid(), signal.SIGSTOP), hang()))
+call("stops itself", "timeout skipped", lambda: (say_hanging(), os.kill(os.getpid(), signal.SIGSTOP), hang()))
 call("exits", "crashed", sys.exit)
 call("exits while preparing", "crashed", sys.exit, early=True)
 call("exits at once", "crashed", lambda: os._exit(0))
 call("aborts", "crashed", os.abort)
 call("reads address zero", "crashed", lambda: ctypes.string_at(0))
-call("sets an alarm", "crashed", lambda: (signal.setitimer(signal.ITIMER_REAL, 0.001), hang()))
+call("sets an alarm", "crashed", lambda: (signal.setitimer(signal.ITIMER_REAL, 0.001), wait_for_ever()))
 call("kills itself", "interrupted", lambda: os.kill(os.getpid(), signal.SIGKILL))
-call("terminates its parent", "interrupted crashed", lambda: (os.kill(os.getppid(), signal.SIGTERM), hang()))
+call("terminates its parent", "interrupted crashed", lambda: (os.kill(os.getppid(), signal.SIGTERM), wait_for_ever()))
 call("raises an interrupt", "crashed", lambda: throw(KeyboardInterrupt()))
 call("refuses", "refused", lambda: throw(Refused("planted")))
 
@@ -228,7 +230,7 @@ call("forks while preparing", "ok", fork, early=True)
 def leaves_a_fork_that_waits(solution: Solution, _: Problem) -> Any:
     if fork():
         os.setsid()
-        hang()
+        wait_for_ever()
     return solution
 
 
@@ -238,6 +240,7 @@ def leaves_a_fork_and_hangs(solution: Solution, _: Problem) -> Any:
         os.setsid()
         with open(os.path.join(FOLDER, "forked"), "w"):
             pass
+        wait_for_ever()
     hang()
 
 
@@ -296,7 +299,7 @@ replaces("sends another answer", "crashed", MESSAGES, encode=lambda _message: b"
 call("makes numpy raise", "ok", lambda: np.seterr(all="raise"))
 call("makes warnings raise", "ok", lambda: warnings.simplefilter("error"))
 call("forbids recursion", "ok crashed", lambda: sys.setrecursionlimit(80))
-call("hangs at exit", "ok", lambda: atexit.register(hang))
+call("hangs at exit", "ok", lambda: atexit.register(wait_for_ever))
 call("turns off collection", "ok", lambda: (gc.disable(), gc.callbacks.append(lambda *_: None)))
 
 

@@ -16,7 +16,7 @@ import planted_attacks
 import pytest
 from gnomon.harness.results import store
 from planted_attacks import ATTACKS
-from waiting import wait_until, with_variable
+from waiting import LONG_SECONDS, wait_until, with_variable
 
 FOLDERS = [str(Path(module.__file__).parent) for module in (planted, planted_attacks)]
 
@@ -24,20 +24,26 @@ SCRIPT = """
 import sys
 sys.path[:0] = {folders!r}
 import planted, planted_attacks
+from contextlib import nullcontext
 from dataclasses import replace
 from gnomon.harness.registry import selection
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
+from turned_clock import turned_clock
 if __name__ == "__main__":
-    suite = replace(plan.suite("quick"), block_seconds=0.0, repeats=2).within(2.0)
+    suite = replace(plan.suite("quick"), block_seconds=0.0, repeats=2).within({limit!r})
     attacks = [one for one in planted_attacks.ATTACKS if one.name in {names!r}]
     chosen = selection.choose(["planted:Short"], False)
     run("alone.sqlite", suite, chosen, [planted.Sound(), planted.NearDuplicate()])
-    integrators = [planted.Sound(), *attacks, planted.NearDuplicate()]
-    run("attacked.sqlite", suite, chosen, integrators, prepare_seconds=20.0)
+    for hangs, workers, clock in ((False, 2, nullcontext), (True, 1, turned_clock)):
+        some = [one for one in attacks if ("timeout" in one.statuses) == hangs]
+        with clock():
+            integrators = [planted.Sound(), *some, planted.NearDuplicate()]
+            run(f"attacked_{{workers}}.sqlite", suite, chosen, integrators, workers=workers)
 """
-RUN_SECONDS = 240
-"""More than all limits of a run together, on a busy machine too: the run ends by itself."""
+"""The attacks that hang are ended by a turned clock: by it nothing else takes time, however slow the machine is."""
+RUN_SECONDS = 600
+"""A guard: a run ends by itself within half a minute on a quiet machine."""
 OTHERS = ("sound", "near_duplicate")
 SHUFFLED = random.Random(17).sample([one.name for one in ATTACKS], len(ATTACKS))
 GROUPS = [SHUFFLED[start::10] for start in range(10)]
@@ -53,7 +59,7 @@ def attacked(names: Sequence[str], folder: Path) -> pd.DataFrame:
 
 
 def _run(names: Sequence[str], folder: Path, temporary: Path) -> None:
-    (folder / "job.py").write_text(SCRIPT.format(folders=FOLDERS, names=list(names)))
+    (folder / "job.py").write_text(SCRIPT.format(folders=FOLDERS, names=list(names), limit=LONG_SECONDS))
     own = {"GNOMON_ATTACKS": str(folder / "tokens"), "TMPDIR": str(temporary)}
     process = subprocess.Popen(
         [sys.executable, "job.py"], cwd=folder, env=os.environ | own, stderr=subprocess.PIPE, start_new_session=True
@@ -72,13 +78,18 @@ def _run(names: Sequence[str], folder: Path, temporary: Path) -> None:
 
 
 def _rows(folder: Path) -> pd.DataFrame:
-    alone, after = (store.load(folder / f"{name}.sqlite") for name in ("alone", "attacked"))
-    others = after[after["integrator"].isin(OTHERS)]
-    assert list(others["status"]) == list(alone["status"]) == ["ok"] * 16
-    kept, found = (store.states(folder / f"{name}.sqlite") for name in ("alone", "attacked"))
-    for before, now in zip(alone["measurement"], others["measurement"], strict=True):
-        np.testing.assert_array_equal(kept[before], found[now], strict=True)
-    return after[~after["integrator"].isin(OTHERS)]
+    alone, kept = store.load(folder / "alone.sqlite"), store.states(folder / "alone.sqlite")
+    assert list(alone["status"]) == ["ok"] * 16
+    attacks = []
+    for file in sorted(folder.glob("attacked_*.sqlite")):
+        after, found = store.load(file), store.states(file)
+        others = after[after["integrator"].isin(OTHERS)]
+        assert list(others["status"]) == ["ok"] * 16
+        for before, now in zip(alone["measurement"], others["measurement"], strict=True):
+            np.testing.assert_array_equal(kept[before], found[now], strict=True)
+        attacks.append(after[~after["integrator"].isin(OTHERS)])
+    assert len(attacks) == 2
+    return pd.concat(attacks)
 
 
 def _ending(number: int) -> bool:

@@ -15,7 +15,7 @@ from gnomon.harness.results import merging, schema, store
 from gnomon.harness.results.outstanding import outstanding
 from gnomon.harness.results.store import Store
 
-PLAN = ("run", "--case", "planted:Short", "--suite", "quick", "--limit", "1")
+PLAN = ("run", "--case", "planted:Short", "--suite", "quick")
 METHODS = ("planted:Sound", "planted:NearDuplicate", "planted:Busy")
 SETTINGS = 8
 TRIALS = SETTINGS * len(METHODS)

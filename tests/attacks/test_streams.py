@@ -22,12 +22,12 @@ from gnomon.harness.running.sweep import task_of
 from gnomon.harness.running.worker import Request
 from gnomon.harness.system import child_process
 from planted import Short
-from waiting import wait_until, with_variable
+from waiting import LIMIT_SECONDS, LONG_SECONDS, wait_until, with_variable
 
 HELPERS = Path(__file__).parents[1] / "helpers"
 ODD_PROGRAM = HELPERS.parent / "harness" / "verification" / "odd_program.py"
 GNOMON = [sys.executable, "-c", "from gnomon.harness.commands.cli import main; main()"]
-QUICK = ["--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick", "--limit", "0.05"]
+QUICK = ["--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick", "--limit", str(LONG_SECONDS)]
 END_SECONDS = 240
 """A command that hangs fails its test after this; a busy machine takes less for one that does not."""
 
@@ -85,15 +85,15 @@ SCRIPT = """
 import gnomon
 
 if __name__ == "__main__":
-    found = gnomon.compare(gnomon.case("planted:Short"), "planted:Sound", limit_seconds=0.05)
-    statuses = {row["status"] for row in found.rows}
+    found = gnomon.compare(gnomon.case("planted:Short"), "planted:Sound", limit_seconds={limit!r})
+    statuses = {{row["status"] for row in found.rows}}
     assert "ok" in statuses and "crashed" not in statuses
 """
 
 
 @pytest.mark.slow
 def test_a_script_with_closed_streams_measures_too(tmp_path: Path) -> None:
-    (tmp_path / "job.py").write_text(SCRIPT)
+    (tmp_path / "job.py").write_text(SCRIPT.format(limit=LONG_SECONDS))
     assert ended([sys.executable, "job.py"], tmp_path, "<&- >&- 2>&-").returncode == 0
     assert ended([sys.executable, "job.py"], tmp_path, "2>&-").returncode == 0
 
@@ -128,7 +128,7 @@ def test_a_server_that_dies_is_named_too() -> None:
 class Recorded:
     """One trial of a planted integrator, as a job of the pool."""
 
-    limit_seconds = 5.0
+    limit_seconds = LONG_SECONDS
 
     def __init__(self, attack: str) -> None:
         (integrator,) = (one for one in planted_attacks.ATTACKS if one.name == attack)
@@ -272,11 +272,8 @@ def test_a_run_that_is_killed_leaves_no_process_in_another_session(tmp_path: Pat
         wait_until((tmp_path / "forked").exists, "the integrator has forked")
         process.kill()
         process.wait()
-        wait_until(
-            lambda: not with_variable("GNOMON_TEST", tmp_path),
-            "all processes of the run have ended",
-            planted_attacks.END_SECONDS / 2,
-        )
+        assert LIMIT_SECONDS < planted_attacks.END_SECONDS
+        wait_until(lambda: not with_variable("GNOMON_TEST", tmp_path), "all processes of the run have ended")
     finally:
         for number in with_variable("GNOMON_TEST", tmp_path):
             os.kill(number, signal.SIGKILL)

@@ -20,7 +20,7 @@ from gnomon.harness.registry import lookup, references, selection
 from gnomon.harness.results import store
 from gnomon.harness.running import plan
 from gnomon.reference.storage import import_closure
-from waiting import LIMIT_SECONDS
+from waiting import LIMIT_SECONDS, LONG_SECONDS
 
 from gnomon import compare
 
@@ -152,7 +152,7 @@ def thetas(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 @pytest.fixture(scope="module")
 def half(thetas: Any) -> dict[float, float]:
     """The errors by step size of the class that has the number itself."""
-    return errors(compare(planted.Short(), thetas.Half).frame(), "mine:half")
+    return errors(compare(planted.Short(), thetas.Half, limit_seconds=LONG_SECONDS).frame(), "mine:half")
 
 
 def errors(frame: Any, identity: str) -> dict[float, float]:
@@ -171,7 +171,7 @@ def are_alike(found: dict[float, float], expected: dict[float, float]) -> None:
 def test_an_object_runs_with_its_own_numbers(thetas: Any, half: dict[float, float]) -> None:
     held = importlib.import_module("helping_thetas").a_half
     given = [thetas.half, thetas.Keeps(0.5), thetas.Told(held), thetas.named, thetas.INTEGRATORS[1]]
-    frame = compare(planted.Short(), given).frame()
+    frame = compare(planted.Short(), given, limit_seconds=LONG_SECONDS).frame()
     for name in ("theta", "keeps", "told", "named", "listed"):
         are_alike(errors(frame, f"mine:{name}"), half)
 
@@ -180,8 +180,8 @@ def test_an_object_of_a_module_runs_from_the_command_line(
     thetas: Any, half: dict[float, float], tmp_path: Path
 ) -> None:
     out = tmp_path / "results.sqlite"
-    asked = ("--case", "planted:Short", "--integrator", f"{thetas.__name__}:half", "--suite", "quick", "--limit", "1")
-    assert gnomon("run", *asked, "--out", str(out)) == 0
+    asked = ("--case", "planted:Short", "--integrator", f"{thetas.__name__}:half", "--suite", "quick")
+    assert gnomon("run", *asked, "--limit", str(LONG_SECONDS), "--out", str(out)) == 0
     are_alike(errors(store.load(out), "mine:theta"), half)
 
 
@@ -211,7 +211,7 @@ def a_half():
     return 0.5
 
 
-found = compare(Short(), [mine, Told(a_half)])
+found = compare(Short(), [mine, Told(a_half)], limit_seconds=900.0)
 print(json.dumps(found.frame()[["integrator_id", "status", "setting", "error_max"]].to_dict("list")))
 """
 

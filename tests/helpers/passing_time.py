@@ -25,13 +25,18 @@ def pass_time(seconds: float) -> None:
 
 
 def say_hanging() -> None:
-    """Let the turned clock, if there is one, go to the limit that ends this process."""
+    """Let the turned clock go to the limit that ends this process."""
     with contextlib.suppress(OSError):
         pass_time(math.inf)
 
 
-def hang() -> NoReturn:
-    """Never return."""
-    say_hanging()
+def wait_for_ever() -> NoReturn:
+    """Never return; the clock does not turn."""
     while True:
         signal.pause()
+
+
+def hang() -> NoReturn:
+    """Never return; the turned clock, if there is one, goes to the limit that ends this process."""
+    say_hanging()
+    wait_for_ever()

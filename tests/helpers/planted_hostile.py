@@ -12,7 +12,8 @@ from typing import Any
 
 import planted
 from gnomon.harness.contract.integrator import Problem, Solution
-from planted import Sound, hang, runge_kutta, throw
+from passing_time import hang, wait_for_ever
+from planted import Sound, runge_kutta, throw
 
 FOLDER = Path(
     os.environ.setdefault("GNOMON_HOSTILE", os.path.join(tempfile.gettempdir(), f"gnomon-hostile-{os.getpid()}"))
@@ -52,7 +53,7 @@ def kill_server(solution: Solution, _: Any) -> Solution:
         done.touch()
         status = Path(f"/proc/{os.getppid()}/stat").read_text()
         os.kill(int(status.rpartition(")")[2].split()[1]), signal.SIGKILL)
-        hang()
+        wait_for_ever()
     return solution
 
 
@@ -62,7 +63,7 @@ LeavesChildren = fault("LeavesChildren", lambda found, _: (leave_child(), found)
 """Each call leaves a child process, in a session of its own."""
 LeavesChildrenAndAborts = fault("LeavesChildrenAndAborts", lambda *_: (leave_child(), os.abort()))
 LeavesChildrenAndHangs = fault("LeavesChildrenAndHangs", lambda *_: (leave_child(), hang()))
-KillsParent = fault("KillsParent", lambda *_: (os.kill(os.getppid(), signal.SIGKILL), hang()))
+KillsParent = fault("KillsParent", lambda *_: (os.kill(os.getppid(), signal.SIGKILL), wait_for_ever()))
 """Its own end follows; a solution sent before would count."""
 KillsServer = fault("KillsServer", kill_server)
 EndedFromOutside = fault("EndedFromOutside", lambda *_: os.kill(os.getpid(), signal.SIGKILL))
