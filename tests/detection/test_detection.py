@@ -1,13 +1,14 @@
 """The faults that `make verification` measures are there, of all kinds, and a few of them are found by a claim alone."""
 
+import itertools
 import json
 import math
-import signal
 import threading
-import time
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import family_faults
@@ -21,6 +22,7 @@ from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.verify import CLAIMS
+from waiting import LIMIT_SECONDS
 
 from gnomon import cases
 
@@ -98,11 +100,24 @@ def outcome(integrator: Any, claim: str, case: str) -> Outcome:
     return CLAIMS[claim].check(trials).outcome
 
 
-def test_runs_of_right_integrators_are_at_least_200_under_every_condition() -> None:
+@pytest.mark.parametrize("size", [None, 30, 60, 100, 150, 190, 400])
+def test_runs_of_right_integrators_are_at_least_200_with_20_under_every_condition(
+    size: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With any set of extras: as many as there can be if the installed integrators and the right methods are `size`."""
+    methods = len(measure.right())
+    if size is not None:
+        one = next(iter(measure.lookup.own().values()))
+        named = {f"library:method {k}": one for k in range(size - methods)}
+        monkeypatch.setattr(measure.lookup, "everything", lambda: named)
     runs = [task for task in measure.tasks() if task.kind == "right"]
-    assert len(set(runs)) == len(runs) >= 200
-    assert {task.condition for task in runs} == set(measure.CONDITIONS)
-    assert min(Counter(task.condition for task in runs).values()) >= 20
+    counts = Counter(task.condition for task in runs)
+    names = {task.name for task in runs}
+    assert len(names) == (size or len(names)) >= methods
+    assert counts["plain"] == len(names)
+    assert set(counts) == set(measure.CONDITIONS)
+    assert min(counts.values()) >= min(20, len(names))
+    assert len(set(runs)) == len(runs) >= min(200, len(measure.CONDITIONS) * len(names))
 
 
 def test_the_bound_of_false_alarms_counts_integrators() -> None:
@@ -178,24 +193,38 @@ def test_a_draw_of_mutants_is_the_same_each_time_and_is_published_with_its_inter
 
 
 def test_an_interruption_keeps_the_parts_that_have_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No part is begun after it, also of tasks that wait."""
+    """No part is begun after it, also of tasks that wait. It comes in the fourth part, which ends once it has arrived."""
     begun: list[measure.Measured] = []
+    numbers, fourth, arrived = itertools.count(1), threading.Event(), threading.Event()
+
+    def interrupt() -> None:
+        assert fourth.wait(LIMIT_SECONDS)
+        raise KeyboardInterrupt
+
+    class Pool(ThreadPoolExecutor):
+        def submit(self, *work: Any) -> Any:
+            super().submit(*work)
+            return SimpleNamespace(result=interrupt)
+
+        def shutdown(self, *_: Any, **options: Any) -> None:
+            arrived.set()
+            super().shutdown(*_, **options)
 
     def part(row: measure.Measured) -> measure.Measured:
         begun.append(row)
-        time.sleep(0.1)
+        if next(numbers) >= 4:
+            fourth.set()
+            assert arrived.wait(LIMIT_SECONDS)
         return replace(row, parts=row.parts + 1)
 
     monkeypatch.setattr(measure, "in_process", part)
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore Ctrl-C
+    monkeypatch.setattr(measure, "ThreadPoolExecutor", Pool)
     file = tmp_path / "rows.jsonl"
     file.touch()
-    threading.Timer(0.5, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT]).start()
-    tasks = [measure.Task("right", f"integrator {k}") for k in range(5)]
+    threads = threading.active_count()
     with pytest.raises(KeyboardInterrupt):
-        measure.measure(tasks, {}, file, "now", 2)
-    count = len(begun)
+        measure.measure([measure.Task("right", f"integrator {k}") for k in range(5)], {}, file, "now", 2)
+    assert threading.active_count() == threads, "none that could begin a part is left"
     assert {row.name for row in begun} <= {"integrator 0", "integrator 1"}
-    assert len(file.read_text().splitlines()) == count
-    time.sleep(0.3)
-    assert len(begun) == count
+    assert 4 <= len(begun) <= 5
+    assert len(file.read_text().splitlines()) == len(begun)
