@@ -1,12 +1,12 @@
 """The folder of kept machine code, and announcements of compilations."""
 
 import os
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import platformdirs
+from gnomon.harness.system.streams import has_terminal
 
 WATCHERS: list[Callable[[bool], None]] = []
 """Functions that are called with True before each compilation in this process and with False after it."""
@@ -27,7 +27,7 @@ def announced() -> Iterator[None]:
 @contextmanager
 def shown(name: str) -> Iterator[None]:
     """A context in which a terminal shows that `name` is solving, or is compiled, while it is."""
-    if not sys.stderr.isatty():
+    if not has_terminal():
         yield
         return
     from rich.console import Console  # 50 ms, for terminals only

@@ -21,6 +21,11 @@ def open_standard_streams() -> None:
                 setattr(sys, name, stream)
 
 
+def has_terminal() -> bool:
+    """Whether standard error is a terminal; Python has no such stream in a process that was started without it."""
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
 def redirect_output(path: str) -> None:
     """Redirect standard output and error of this process to a file."""
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)

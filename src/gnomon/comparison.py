@@ -2,7 +2,6 @@
 
 import io
 import math
-import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,6 +28,7 @@ from gnomon.harness.running.planned_run import run
 from gnomon.harness.system.extras import require
 from gnomon.harness.system.locks import temporary_folder
 from gnomon.harness.system.progress import Progress
+from gnomon.harness.system.streams import has_terminal
 
 WIDTH = 110
 SERIES = ("case", "variant", "formulation", "integrator_id")
@@ -254,7 +254,7 @@ def compare(
     suite = replace(
         plan.suite("foundation").within(limit_seconds), name="compare", launches=launches, timing_spans=False
     )
-    progress = Progress(quiet=not sys.stderr.isatty())
+    progress = Progress(quiet=not has_terminal())
     folder = tempfile.TemporaryDirectory(dir=temporary_folder())
     return Comparison(reading.rows(run(folder.name, suite, chosen, found, progress)), folder)
 
