@@ -174,9 +174,9 @@ class Child:
     patience: float = ENDING_SECONDS
     limit: Limit = NEVER
 
-    def allow(self, seconds: float) -> None:
-        """Expect the next message within this processor time from now, and within ASLEEP times as long by the clock."""
-        longest = ASLEEP * seconds
+    def allow(self, seconds: float, asleep: float = ASLEEP) -> None:
+        """Expect the next message within this processor time from now, and within `asleep` times as long by the clock."""
+        longest = asleep * seconds
         self.limit = Limit(self.process.pid, longest, f"no answer within {longest:g} s", seconds)
 
     def send(self, message: Any) -> None:

@@ -12,6 +12,7 @@ import hashlib
 import os
 import shlex
 import shutil
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,10 +22,7 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solu
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.registry import declaration
 from gnomon.harness.verification import protocol
-from gnomon.harness.verification.program_process import ProgramProcess
-
-DESCRIBE_SECONDS = 60.0
-"""Processor time in which a program must start and describe itself; some languages compile then."""
+from gnomon.harness.verification.program_process import DESCRIBE_SECONDS, NOTICE_SECONDS, ProgramProcess
 
 _running: dict[tuple[Sequence[str], str], ProgramProcess] = {}
 """The programs of this process, by command and folder."""
@@ -94,7 +92,7 @@ class ProgramIntegrator(Integrator):
             if running is not None:
                 running.kill()
             running = _running[key] = ProgramProcess(*key)
-            line = running.ask(protocol.describe_line(), DESCRIBE_SECONDS)
+            line = running.describe()
             if protocol.description(line) != protocol.description(self.described):
                 running.kill()
                 raise Unusable("describes itself in another way than before; start again")
@@ -139,7 +137,7 @@ def from_command(command: str | Sequence[str], seconds: float | None = None) -> 
     words[0] = os.path.abspath(program)
     try:
         asked = ProgramProcess(words, os.getcwd())
-        described = asked.ask(protocol.describe_line(), DESCRIBE_SECONDS)
+        described = asked.describe(lambda: warnings.warn(_late(shown), stacklevel=2))
         asked.close()
         made = ProgramIntegrator(words, os.getcwd(), described, seconds)
     except TimeoutError as over:
@@ -148,3 +146,10 @@ def from_command(command: str | Sequence[str], seconds: float | None = None) -> 
         raise ValueError(f"--command {shown!r}: asked to describe itself, {error}") from None
     declaration.validate(made, f"--command {shown!r}")
     return made
+
+
+def _late(shown: str) -> str:
+    return (
+        f"--command {shown!r}: has not described itself in {NOTICE_SECONDS:g} s, and has {DESCRIBE_SECONDS:g} s; it answers"
+        f" {protocol.describe_line()} with one line"
+    )

@@ -1,16 +1,23 @@
 """A program that runs beside this process and answers each line that it is sent with one line."""
 
 import atexit
+import math
 import os
 import subprocess
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from time import monotonic
 
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.system.child_process import KEPT
-from gnomon.harness.system.supervisor import NEVER, Ended, listen, start_program, write
+from gnomon.harness.system.supervisor import ASLEEP, NEVER, Ended, listen, start_program, write
+from gnomon.harness.verification import protocol
 
 MOST_BYTES = 2**22
 """The longest line that a program may write."""
+DESCRIBE_SECONDS = 60.0
+"""Seconds in which a program must start and describe itself; some languages compile then."""
+NOTICE_SECONDS = 10.0
+"""Seconds after which a user is told that a program has not described itself yet."""
 ENDING_SECONDS = 0.5
 """Seconds in which a program must end after its standard input is closed."""
 
@@ -51,11 +58,25 @@ class ProgramProcess:
         """Whether the program runs, as a child of this process: a fork must not talk to it."""
         return self._owner == os.getpid() and self._child.process.exitcode is None
 
-    def ask(self, line: str, seconds: float | None = None) -> str:
+    def describe(self, notice: Callable[[], None] = lambda: None) -> str:
+        """The program's description of itself, for which it has DESCRIBE_SECONDS; calls `notice` after NOTICE_SECONDS.
+
+        Raises as `ask` does.
+        """
+        return self.ask(protocol.describe_line(), DESCRIBE_SECONDS, 1.0, notice)
+
+    def ask(
+        self,
+        line: str,
+        seconds: float | None = None,
+        asleep: float = ASLEEP,
+        notice: Callable[[], None] = lambda: None,
+    ) -> str:
         """Send a line to the program and return its answer, one line.
 
-        The program is killed after `seconds` of processor time, if given (see `Child.allow`), and after any invalid
-        answer. Raises Unusable for a missing or invalid answer, and TimeoutError.
+        The program is killed after `seconds` of processor time, if given (see `Child.allow`, also for `asleep`), and after
+        any invalid answer; `notice` is called once if there is none after NOTICE_SECONDS. Raises Unusable for a missing or
+        invalid answer, and TimeoutError.
         """
         try:
             if self._lines.unread:
@@ -66,19 +87,23 @@ class ProgramProcess:
                 raise Unusable(f"{_told(self._child.ended())} before it read a problem") from None
             self._child.limit = NEVER
             if seconds is not None:
-                self._child.allow(seconds)
-            return self._answer(seconds is None)
+                self._child.allow(seconds, asleep)
+            return self._answer(seconds is None, notice)
         except BaseException:
             self.kill()
             raise
 
-    def _answer(self, endless: bool) -> str:
+    def _answer(self, endless: bool, notice: Callable[[], None]) -> str:
+        late = monotonic() + NOTICE_SECONDS
         try:
             while True:
                 if not endless:  # it takes longer than the exchange of lines, which is part of the time of a trial
                     listen([self._child])
                 for line in self._child.messages(waits=endless):
                     return str(line)
+                if monotonic() > late:
+                    late = math.inf
+                    notice()
         except Ended as end:
             if end.late:
                 raise TimeoutError(str(end)) from None

@@ -28,7 +28,8 @@ from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.registry import lookup, references
 from gnomon.harness.running import plan, pool, worker
 from gnomon.harness.running.sweep import task_of
-from gnomon.harness.verification import protocol
+from gnomon.harness.system import supervisor
+from gnomon.harness.verification import program_process, protocol
 from gnomon.harness.verification.program_adapter import from_command
 from turned_clock import Clock
 from waiting import LONG_SECONDS
@@ -359,6 +360,27 @@ def test_a_wrong_description_is_wrong_usage(way: str, reason: str) -> None:
         odd(way)
     assert "--command" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_program_that_never_describes_itself_is_ended_after_60_s_by_the_clock(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The clock goes on by each wait for an answer, which takes no time here: nothing but the limits ends the wait."""
+    now = [0.0]
+
+    def wait(_sources: object, seconds: float) -> None:
+        now[0] += seconds + 0.01
+
+    monkeypatch.setattr(supervisor, "wait", wait)
+    for module in (supervisor, program_process):
+        monkeypatch.setattr(module, "monotonic", lambda: now[0])
+    with (
+        pytest.warns(UserWarning, match="not described itself in 10 s, and has 60 s") as told,
+        pytest.raises(ValueError, match="does not describe itself: no answer within 60 s"),
+    ):
+        odd("silent")
+    assert len(told) == 1
+    assert 60 <= now[0] < 600, "the time in which the process waited for a processor is added"
 
 
 @pytest.mark.parametrize("name", ["pendulum_simple", "two_body", "euler_top", "projectile_quadratic_drag"])
