@@ -42,18 +42,26 @@ class _Pickler(pickle.Pickler):
 
 
 class _Held:
-    """Stands in a pickle for an object that a module holds under a name, or at a place in its INTEGRATORS."""
+    """Stands in a pickle for an integrator that a module holds under a name, or at a place in its INTEGRATORS."""
 
-    def __init__(self, *where: Any) -> None:
-        self.where = where
+    def __init__(self, integrator: Integrator, module: str, name: str, place: int | None = None) -> None:
+        self.module, self.where = module, (module, name, place, integrator.id)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _held, self.where
 
 
-def _held(module: str, name: str, place: int | None = None) -> Any:
-    value = getattr(importlib.import_module(module), name)
-    return value if place is None else value[place]
+def _held(module: str, name: str, place: int | None, wanted: str) -> Integrator:
+    """The integrator that the module holds there. Raises ValueError for one of another id, as the file may have changed."""
+    found = getattr(importlib.import_module(module), name, None)
+    if place is not None:
+        found = found[place] if isinstance(found, tuple | list) and place < len(found) else None
+    if not isinstance(found, Integrator) or found.id != wanted:
+        where = name if place is None else f"{name}[{place}]"
+        raise ValueError(
+            f"{module}.{where} is not {wanted} any more; start again, and leave {module} as it is meanwhile"
+        )
+    return found
 
 
 def _holder(integrator: Integrator) -> _Held | None:
@@ -62,11 +70,11 @@ def _holder(integrator: Integrator) -> _Held | None:
         variables: dict[str, Any] = dict(getattr(sys.modules.get(module), "__dict__", {}))
         for name, value in variables.items() if module != MAIN else ():
             if value is integrator:
-                return _Held(module, name)
+                return _Held(integrator, module, name)
             if name == "INTEGRATORS" and isinstance(value, tuple | list):
                 for place, one in enumerate(value):
                     if one is integrator:
-                        return _Held(module, name, place)
+                        return _Held(integrator, module, name, place)
     return None
 
 
@@ -87,7 +95,7 @@ def pickled(integrator: Integrator) -> tuple[bytes | None, tuple[str, ...]]:
             holder = _holder(integrator)
             if holder is None:
                 raise ValueError(_refused(integrator, f"{type(error).__name__}: {str(error)[:TEXT]}")) from None
-            modules, content = {holder.where[0]}, pickle.dumps(holder, _PROTOCOL)
+            modules, content = {holder.module}, pickle.dumps(holder, _PROTOCOL)
     parts = {name for name in modules if name.partition(".")[0] not in _VERSIONED}
     return content and _GIVEN.get(integrator, content), tuple(sorted({kind.__module__, *parts}))
 

@@ -233,6 +233,23 @@ def test_what_a_notebook_defines_runs_as_it_is(half: dict[float, float], tmp_pat
         are_alike(errors(frame, name), half)
 
 
+@pytest.mark.parametrize("later", ["another object", "a class", "nothing"])
+def test_a_worker_refuses_another_integrator_at_the_place_of_the_given_one(
+    thetas: Any, later: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An object that cannot be pickled travels as its place in a list, and the file may have changed in between."""
+    held = {"another object": thetas.half, "a class": thetas.Half}
+    for given, name, value in (
+        (thetas.INTEGRATORS[1], "INTEGRATORS", [thetas.Theta, *([held[later]] if later in held else [])]),
+        (thetas.named, "named", held.get(later)),
+    ):
+        reference = references.reference(given)
+        assert references.dereference(reference) is given
+        monkeypatch.setattr(thetas, name, value)
+        with pytest.raises(ValueError, match=f"{name}.* is not {given.id} any more"):
+            references.dereference(reference)
+
+
 def local(thetas: Any) -> Any:
     class Local(thetas.Theta):  # type: ignore[misc, name-defined]
         name = "local"
