@@ -18,7 +18,7 @@ from gnomon.harness.cluster.connection import AHEAD, FEWEST_AHEAD
 from gnomon.harness.cluster.dask_run import TASK_SECONDS
 from gnomon.harness.contract.status import CANNOT_RUN, Status
 from gnomon.harness.results import opening
-from gnomon.harness.running.cost import divided, kind_of, seconds_of
+from gnomon.harness.running.cost import divided, seconds_of
 
 WORKERS = (1, 10, 100, 1000)
 START_SECONDS = 3.0
@@ -59,19 +59,19 @@ def measured(path: Path, processes: int = 2) -> list[Measured]:
             f" HAVING sum(status NOT IN ({marks})) > 0 ORDER BY run, min(recorded)",
             (*CANNOT_RUN, Status.SKIPPED),
         ).fetchall()
-    found: dict[str, list[tuple[float, int, str, str]]] = {}
+    found: dict[str, list[tuple[float, int, float]]] = {}
     ends, current = list[float](), 0
     for run, series, _, first, last, rows, library, hard, limit, turned in launches:
         began, ended = (datetime.fromisoformat(text).timestamp() for text in (first, last))
         if run != current:
             current, ends = run, [began] * processes
         seconds = max(0.0, ended - heapq.heapreplace(ends, max(ended, ends[0])))
-        kind = kind_of(bool(hard), limit or 0.0, turned > 0)
-        found.setdefault(series, []).append((seconds, rows, library, kind))
+        predicted = seconds_of(library, bool(hard), limit or 0.0, turned > 0)
+        found.setdefault(series, []).append((seconds, rows, predicted))
     return [
         Measured(
             sum(each[0] for each in of),
-            sum(seconds_of(each[2], each[3]) for each in of),
+            sum(each[2] for each in of),
             sum(each[1] for each in of),
         )
         for _, of in sorted(found.items())

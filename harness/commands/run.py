@@ -28,6 +28,11 @@ LAST_PAGE_SECONDS = 120.0
 """Seconds that the page of an interrupted run may take; for a standard run it takes some 10 s of processor time."""
 SHORTEST_LIMIT, LONGEST_LIMIT = 1e-6, 1e6
 """Seconds: about the resolution of a clock, and eleven days."""
+SUITE = (
+    "standard (the default), quick, foundation, hard, full, catalogue or engines. With it, a case that --case names runs as"
+    " in the suite; without it, on its default variant in its own formulation, and case/* on all variants."
+)
+FORMULATIONS = "Run cases that --case names without --suite in their other formulations too."
 WORKERS = "Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal shares."
 MINUTES = (
     "Minutes within which undecided comparisons are launched again, up to ten times, after all else; 0 for none. By default"
@@ -49,9 +54,8 @@ def run(
     library: options.Libraries = None,
     family: options.Families = None,
     kind: options.Kinds = None,
-    suite: Annotated[
-        str, typer.Option(help="standard, quick, foundation, hard, full, catalogue or engines.")
-    ] = "standard",
+    suite: Annotated[str | None, typer.Option(help=SUITE)] = None,
+    formulations: Annotated[bool, typer.Option("--formulations", help=FORMULATIONS)] = False,
     out_path: Annotated[Path, options.path_option("The results: a folder or a file.sqlite.", "--out")] = Path("runs"),
     limit: Annotated[
         float | None,
@@ -81,7 +85,7 @@ def run(
     began = monotonic()
     options.validate_workers(workers)
     named = bool(case or integrator or command)
-    chosen_suite = _further(_suite(suite, case, limit), minutes, named, bool(shard or dask))
+    chosen_suite = _further(_suite(suite, case, limit, formulations), minutes, named, bool(shard or dask))
     chosen_suite = part(chosen_suite, shard, timing)
     if case or integrator:  # what is asked for by name runs with all methods that take it
         chosen_suite = replace(chosen_suite, for_stiff=())
@@ -190,15 +194,17 @@ def _programs(commands: Sequence[str]) -> list[Integrator]:
     return list(found.values())
 
 
-def _suite(name: str, cases_named: list[str] | None, limit: float | None) -> Suite:
+def _suite(name: str | None, cases_named: list[str] | None, limit: float | None, formulations: bool) -> Suite:
     """The suite with the changes of the command line; ValueError for checks and for an invalid limit."""
     from gnomon.harness.running import plan
 
     from gnomon import cases
 
-    found = plan.suite(name)
+    found = plan.suite(name or "standard")
     if cases_named:
-        found = replace(found, rest=None)  # a case that is named is run in full
+        found = replace(found, rest=None)  # a case that is named has the limits of a foundation case
+        if name is None:
+            found = replace(found, variants=False, formulations=formulations)
     without = [name for name in cases_named or () if name.partition("/")[0] in cases.check_names()]
     if without:
         raise ValueError(f"{without[0]} is a check, without motion: `gnomon certify {without[0]}` confirms it")

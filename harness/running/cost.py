@@ -13,6 +13,13 @@ from gnomon.harness.running.plan import Series, Suite, launches
 COSTS: dict[str, dict[str, float]] = declared("running", "costs.toml")
 LONG_LIMIT = 0.5
 """Time limit (s) from which a default variant runs at more settings, of which the last ones take longest."""
+OWN_START = 0.5
+OWN_SWEEP, OWN_TURNED = 3.5, 25.0
+"""Seconds for the start of a series of a user's own integrator; and for its sweep, and with turned starts, in time limits.
+In Python its steps become smaller until a trial takes the limit: the trials before take one more together, each is counted
+and timed, and the last one is cut off."""
+START = 2.0
+"""Seconds for the first worker, which imports gnomon, and for the table at the end: most of the time of a small run."""
 LEFT_OUT = 1e-3
 """Seconds for the single row of a pair that cannot run."""
 PIECES = 8
@@ -34,19 +41,35 @@ def launch_seconds(series: Series, suite: Suite, launch: int) -> float:
     """Predicted seconds of one launch of a series; later launches have no turned starts."""
     case, own = series.case, suite.of(series.case)
     turned = own.turned and case.turning is not None and launch == 1 and not series.over_timing_span
-    return seconds_of(series.integrator.library, kind_of(case.variant is not None, own.limit(case), turned))
+    return seconds_of(series.integrator.library, case.variant is not None, own.limit(case), turned)
 
 
-def kind_of(hard: bool, limit_seconds: float, turned: bool) -> str:
-    """The kind of cost of a default or hard variant: a name in `COSTS`."""
+def seconds_of(library: str, hard: bool, limit_seconds: float, turned: bool) -> float:
+    """Predicted seconds of one launch of a series on a hard or a default variant, perhaps from turned starts too."""
+    kind = _kind(hard, limit_seconds, turned)
+    if library in COSTS[kind]:
+        return COSTS[kind][library]
+    return OWN_START + limit_seconds * (OWN_TURNED if kind == "turned" else OWN_SWEEP)
+
+
+def run_seconds(launches: Sequence[tuple[str, float]], workers: int) -> float:
+    """Predicted seconds of a run of `launches`, each with the id of its series and its seconds.
+
+    The launches of one series follow one another, also where other workers have nothing to do.
+    """
+    if not launches:
+        return 0.0
+    of_series: dict[str, float] = {}
+    for name, seconds in launches:
+        of_series[name] = of_series.get(name, 0.0) + seconds
+    return START + max(max(of_series.values()), sum(of_series.values()) / workers)
+
+
+def _kind(hard: bool, limit_seconds: float, turned: bool) -> str:
+    """The kind of cost: a name in `COSTS`."""
     if hard or limit_seconds < LONG_LIMIT:
         return "hard" if hard else "short"
     return "turned" if turned else "long"
-
-
-def seconds_of(library: str, kind: str) -> float:
-    """Predicted seconds of one launch of a series of a library."""
-    return COSTS[kind].get(library, COSTS[kind]["other"])
 
 
 def divided(items: Sequence[Item], seconds: Sequence[float], parts: int) -> list[list[Item]]:

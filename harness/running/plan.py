@@ -80,6 +80,8 @@ class Suite:
     repeats: int = 40
     slow_seconds: float = 0.02
     """A trial that takes longer is timed in one call; the counting run before it serves as its warm-up."""
+    formulations: bool = True
+    """Whether cases run in their other formulations too."""
     turned: bool = True
     """Whether a default variant with a rotational symmetry is solved from turned starts too, in its first launch."""
     integrators: tuple[str, ...] = ()

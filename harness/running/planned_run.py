@@ -27,7 +27,7 @@ from gnomon.harness.results.number_text import counted, duration_text
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
 from gnomon.harness.running import order, plan, rounds
 from gnomon.harness.running.call_cost import described as python_calls
-from gnomon.harness.running.cost import launch_seconds, shard, shard_named
+from gnomon.harness.running.cost import launch_seconds, run_seconds, shard, shard_named
 from gnomon.harness.running.plan import Repeat, Series, Suite, Trial
 from gnomon.harness.running.pool import PREPARE_SECONDS, Pool
 from gnomon.harness.running.rounds import Rounds
@@ -94,7 +94,7 @@ def open_run(
         references.require_rebuilt(integrator)
     lookup.require_distinct(integrators)
     _verify_caches()
-    every = plan.pairs(chosen, integrators, near_duplicates=near_duplicates, even=suite.for_stiff)
+    every = plan.pairs(chosen, integrators, suite.formulations, near_duplicates, even=suite.for_stiff)
     whole = [one for one in every if suite.has(one)]
     series, named = shard(whole, suite, near_duplicates), shard_named(whole, suite, near_duplicates)
     with progress, Store(path) as results:
@@ -243,14 +243,18 @@ class PlannedRun:
     def _predict(self) -> None:
         """Print the predicted time of what the file does not have yet."""
         pending = [
-            launch_seconds(one, self.suite, launch)
+            (one.id, launch_seconds(one, self.suite, launch))
             for one, trials, _ in self.work
             for launch in self.launches(one)
             if any((trial.key, launch) not in self.history for trial in trials)
         ]
-        pending += [launch_seconds(one, self.suite, 1) for one in self.later if one.left_out is None]
+        later = [one for one in self.later if one.left_out is None]
+        pending += [(one.id, launch_seconds(one, self.suite, 1)) for one in later]
         text = f"predicted: {len(pending)} series, "
-        text += f"{duration_text(sum(pending) / self.workers)} on {counted(self.workers, 'quiet core')}"
+        text += f"{duration_text(run_seconds(pending, self.workers))} on {counted(self.workers, 'quiet core')}"
+        if later:
+            motions = len({CaseSpec.of(one.case, one.formulation) for one in later})
+            text += f" and the time of {counted(motions, 'exact motion')} that no earlier run has kept"
         if self.further is not None:
             text += f"; then repeated launches where ranks are undecided, until {self.further.minutes:g} min at most"
         self.progress.tell(text)

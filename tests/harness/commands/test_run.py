@@ -1,11 +1,19 @@
 """`gnomon run`: mistakes that stop it before it begins, and its words at the end."""
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from command_line import gnomon
+from gnomon.harness.measuring.reference_solution import CaseSpec, reference_solution
+from gnomon.harness.registry import selection
 from gnomon.harness.results import store
-from gnomon.harness.running import first_trials, planned_run
+from gnomon.harness.running import first_trials, plan, planned_run
+from gnomon.harness.running.pool import Pool
+from gnomon.harness.running.sweep import Sweep
+
+from gnomon import cases
 
 
 def test_a_run_in_which_nothing_ran_says_why(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -100,3 +108,62 @@ def test_the_suite_of_engines_runs_near_duplicates_on_its_variants(
     for suite in ("engines", "quick"):
         gnomon("run", "--suite", suite, "--out", str(tmp_path / "a.sqlite"))
     assert asked == [True, False]
+
+
+VARIANTS = selection.variants_of("kepler_orbit")
+FORMULATIONS = {plan.STANDARD, *(one.name for one in cases.get("kepler_orbit").formulations)}
+
+
+@pytest.mark.parametrize(
+    ("words", "variants", "formulations"),
+    [
+        ("--case kepler_orbit", {"default"}, {plan.STANDARD}),
+        ("--case kepler_orbit --formulations", {"default"}, FORMULATIONS),
+        ("--case kepler_orbit/e09", {"e09"}, {plan.STANDARD}),
+        ("--case kepler_orbit/*", {*VARIANTS}, {plan.STANDARD}),
+        ("--case kepler_orbit --suite standard", {*VARIANTS}, FORMULATIONS),
+        ("--case kepler_orbit --suite quick", {"default"}, FORMULATIONS),
+    ],
+)
+def test_a_named_case_is_what_it_names_and_a_suite_adds_what_it_has(
+    words: str, variants: set[str], formulations: set[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A user who names one case and one integrator waits for seconds, not for ten variants in every formulation."""
+    planned: list[plan.Series] = []
+    pairs = plan.pairs
+
+    def spy(*given: Any, **named: Any) -> list[plan.Series]:
+        planned.extend(pairs(*given, **named))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(plan, "pairs", spy)
+    asked = ["run", *words.split(), "--integrator", "gnomon:DOP853", "--out", str(tmp_path / "a.sqlite")]
+    assert gnomon(*asked) == 130
+    assert {one.variant for one in planned} == variants
+    assert {one.formulation_name for one in planned} == formulations
+
+
+def test_the_prediction_has_every_launch_and_the_exact_motions_that_are_not_kept(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    summed: list[tuple[str, float]] = []
+
+    def predicted(launches: Sequence[tuple[str, float]], workers: int) -> float:
+        summed.extend(launches)
+        return 1234.0
+
+    def pool(_: object, sweeps: Iterator[Sweep], *__: object) -> None:
+        next(sweeps)
+
+    ready = CaseSpec.of(cases.get("harmonic_oscillator").rounded())
+    solution = reference_solution(ready)
+    monkeypatch.setattr(planned_run, "kept_solution", lambda spec: solution if spec == ready else None)
+    monkeypatch.setattr(planned_run, "run_seconds", predicted)
+    monkeypatch.setattr(Pool, "run", pool)
+    names = [f"--case={name}" for name in ("harmonic_oscillator", "projectile_parabola")]
+    gnomon("run", *names, "--integrator", "gnomon:RK4", "--out", str(tmp_path / "a.sqlite"))
+    text = " ".join(capfd.readouterr().err.split())
+    assert "predicted: 2 series" in text
+    assert "1 exact motion that no earlier run has kept" in text
+    assert len(summed) == 2
+    assert min(seconds for _, seconds in summed) > 0

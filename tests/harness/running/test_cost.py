@@ -54,3 +54,20 @@ def test_more_launches_cost_more(series: list[plan.Series]) -> None:
     (one,) = (each for each in series if each.id == "pendulum_simple/default | standard | gnomon:RK4")
     once, often = (cost.predicted_seconds(one, replace(SUITE, launches=n)) for n in (1, 5))
     assert often - once == pytest.approx(4 * cost.COSTS["short"]["gnomon"])
+
+
+def test_the_launches_of_one_series_follow_one_another() -> None:
+    """A run of one series has nothing for a second worker to do: it takes the time of all its launches."""
+    one, three = [("a", 4.0)] * 3, [("a", 4.0), ("b", 4.0), ("c", 4.0)]
+    for workers in (1, 2, 3):
+        assert cost.run_seconds(one, workers) == pytest.approx(cost.START + 12)
+        assert cost.run_seconds(three, workers) == pytest.approx(cost.START + 12 / workers)
+    assert cost.run_seconds([], 2) == 0
+
+
+@given(st.floats(1e-3, 10.0), st.floats(1.0, 8.0))
+def test_a_method_of_no_known_library_takes_the_longer_the_longer_a_trial_may(limit: float, factor: float) -> None:
+    """A user's own method in Python runs at ever smaller steps until one trial takes the limit."""
+    short, long = (cost.seconds_of("mine", False, seconds, turned=False) for seconds in (limit, factor * limit))
+    assert long - short == pytest.approx(cost.OWN_SWEEP * (factor - 1) * limit)
+    assert short >= cost.OWN_START + 2 * limit, "the counted and the timed call of the last trial"
