@@ -140,6 +140,7 @@ def _verified(
     requirement of the other version, None if time is not compared. `engine`: whether pre-flights run too.
     """
     from gnomon.harness.studies import preflight
+    from gnomon.harness.studies.energy_at_practical_steps import describe_energy
     from gnomon.harness.verification.claims import Outcome
     from gnomon.harness.verification.engine_preflights import preflight_rows
     from gnomon.harness.verification.other_version import installed
@@ -165,6 +166,8 @@ def _verified(
         problems.print("nothing was verified: the first trial raised")
         raise typer.Exit(1) from None
     report.rows[:0] = rows
+    if not claim:
+        report.notes = describe_energy(chosen, case, ends)
     if named is not None and against is not None and other is not None:
         _compare(chosen, case, report, (named, against), other, show)
     return report

@@ -290,7 +290,7 @@ class Integrator(ABC):
     conserves : tuple of str
         Quantities that the method claims to conserve to round-off at any step size: "symplectic" (the symplectic form),
         "volume" (in phase space), "reversible" (reversal of time), "momentum" (linear and angular, if the forces
-        conserve them), "attitude" (rotations stay rotations), "constraint".
+        conserve them), "energy" (if the forces conserve it), "attitude" (rotations stay rotations), "constraint".
     jacobian : str
         The origin of Jacobians: "exact", also for a method that uses no Jacobian, or "differences".
     compensated : bool

@@ -1,9 +1,10 @@
 """The pre-flights on small scenes of their own: `CHECKS` has the scenes of each, with what is measured."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
+from itertools import groupby, pairwise
 
 import numpy as np
 from gnomon.cases.core.scene import SceneForm
@@ -183,20 +184,83 @@ def _declared_order(engine: Engine) -> Scenes:
     return {name: (found[0], partial(falls, name)) for name, found in SMOOTH.items()}
 
 
-def _restitution(engine: Engine) -> Scenes:
-    def bounced(form: SceneForm, e: float, speed: float) -> tuple[float, float, str]:
-        start = state((0.0, 0.0, 2 * RADIUS), velocity=(0.0, 0.0, -speed))
-        fall = RADIUS / speed
-        end = engine.solve(form, [start], [2 * fall], fall / 256)[0, 0]
-        left = float(end[VELOCITY][2]) / speed
-        return abs(left - e), 1 / 256, f"error of the speed after impact over the speed before it, which is {left:.4g}"
+SPEEDS = tuple(2.0**k for k in range(-6, 6))
+"""Speeds of impact, 1/64 to 32 m/s: they are exact in binary32, and from 0.1 to 30 m/s no gap is longer than a factor 2."""
+NARROWED = 7
+"""Times that the gap between a kept speed and one that is not is halved: a threshold is found to 2^(2^-7) - 1 = 0.5 %."""
+BOUNCE = 1 / 256
+"""The largest error of a speed after impact over the speed before it."""
 
-    return {
-        f"{kind}_ball_e_{e:g}": (form, partial(bounced, form, e, speed))
-        for e in (0.0, 0.5, 1.0)
-        for form in [ball(e)]
-        for kind, speed in (("fast", 1.0), ("slow", 2.0**-6))
-    }
+
+def _restitution(engine: Engine) -> Scenes:
+    def leave(form: SceneForm, speed: float) -> float:
+        """The speed after an impact over the speed before it."""
+        start = state((0.0, 0.0, 1.5 * RADIUS), velocity=(0.0, 0.0, -speed))
+        step = RADIUS / speed / 256
+        end = _free(form, engine, start, 384, step)
+        return float(end[VELOCITY][2]) / speed
+
+    def bounced(form: SceneForm, e: float) -> tuple[float, float, str]:
+        left = {speed: leave(form, speed) for speed in SPEEDS}
+        for slow, fast in pairwise(SPEEDS):
+            if _keeps(left[slow], e) != _keeps(left[fast], e):
+                for _ in range(NARROWED):
+                    middle = math.sqrt(slow * fast)
+                    left[middle] = leave(form, middle)
+                    slow, fast = (middle, fast) if _keeps(left[middle], e) == _keeps(left[slow], e) else (slow, middle)
+        errors = [abs(each - e) for each in left.values()]
+        worst = max(errors, key=lambda error: math.inf if math.isnan(error) else error)
+        return worst, BOUNCE, f"error of the speed after impact over the speed before it: {name_thresholds(left, e)}"
+
+    return {f"ball_e_{e:g}": (form, partial(bounced, form, e)) for e in (0.0, 0.5, 1.0) for form in [ball(e)]}
+
+
+def _keeps(left: float, e: float) -> bool:
+    return abs(left - e) <= BOUNCE
+
+
+def name_thresholds(left: Mapping[float, float], e: float) -> str:
+    """The speeds at which a coefficient of restitution is kept, and the behaviour of the ball at the others.
+
+    `left`: for each speed of impact the speed after it over the speed before it.
+
+    >>> name_thresholds({0.1: 0.0, 0.2: 0.0, 0.4: 0.5, 0.8: 0.5}, 0.5)
+    'e = 0.5 is kept from 0.4 m/s on; below it the ball does not rebound (an engine may document such a threshold)'
+    >>> name_thresholds({0.1: 0.5, 0.2: 0.5, 0.4: 0.25}, 0.5)
+    'e = 0.5 is kept up to 0.2 m/s; above it the ball has 0.25 of its speed after the impact'
+    """
+    runs = [(kept, list(speeds)) for kept, speeds in groupby(sorted(left), key=lambda speed: _keeps(left[speed], e))]
+    if len(runs) == 1:
+        tried = f"kept from {min(left):.2g} to {max(left):.2g} m/s"
+        return f"e = {e:g} is {tried if runs[0][0] else f'not {tried}: the ball {_behaviour(list(left.values()))}'}"
+    ranges, rest = [], ""
+    for place, (kept, speeds) in enumerate(runs):
+        first, last = place == 0, place == len(runs) - 1
+        if kept:
+            low, high = f"{speeds[0]:.2g}", f"{speeds[-1]:.2g}"
+            ranges.append(
+                f"up to {high} m/s" if first else f"from {low} m/s on" if last else f"from {low} to {high} m/s"
+            )
+        else:
+            where = "below it" if first else "above it" if last else "between"
+            rest += f"; {where} the ball {_behaviour([left[speed] for speed in speeds])}"
+    bounces_fast = runs[-1][0] and not runs[0][0]
+    return (
+        f"e = {e:g} is kept {' and '.join(ranges)}{rest}" + " (an engine may document such a threshold)" * bounces_fast
+    )
+
+
+def _behaviour(left: Sequence[float]) -> str:
+    """What a ball does that keeps these shares of its speed; below 0 it goes on towards the plane."""
+    least, most = min(left), max(left)
+    if not all(map(math.isfinite, left)):
+        return "has a speed that is not finite"
+    if most < -BOUNCE:
+        return "is not stopped"
+    if max(abs(least), abs(most)) <= BOUNCE:
+        return "does not rebound"
+    low, high = f"{least:.4g}", f"{most:.4g}"
+    return f"has {low if low == high else f'{low} to {high}'} of its speed after the impact"
 
 
 def _friction(engine: Engine) -> Scenes:

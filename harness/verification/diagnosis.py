@@ -33,7 +33,7 @@ LEFT = 1e-9
 DIGITS = range(4, 13)
 HISTORY = "history: "
 """Beginning of a diagnosis that solutions depend on earlier calls."""
-STRUCTURE = {"symplectic", "reversible", "momentum", "attitude", "constraint", "time_structure"}
+STRUCTURE = {"symplectic", "reversible", "momentum", "energy", "attitude", "constraint", "time_structure"}
 CONTROL = {"tolerance", "tolerance_short", "tolerance_effect", "proportional", "work"}
 ACCURACY = {"order", "step_order", "order_short", "error", "proportional", "work_order", "event_order"}
 

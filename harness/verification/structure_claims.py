@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from gnomon.cases.core.forms import Constrained, RigidBody, Separable
+from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.measuring.trials import HALF_ULP, Answer, Floats, Trials
 from gnomon.harness.studies.related_motions import returned
@@ -34,7 +35,9 @@ def _declares(word: str, more: Callable[[Trials], str | None] = lambda trials: N
             return f"it does not declare {word}"
         if not trials.steps:
             return "its setting is a tolerance"
-        return "events change the state" if trials.case.hybrid is not None else more(trials)
+        # An engine takes an impact as a part of its steps, and may keep an energy that the case keeps.
+        eventful = trials.case.hybrid is not None and not (word == "energy" and isinstance(trials.form, SceneForm))
+        return "events change the state" if eventful else more(trials)
 
     return applies
 
@@ -103,14 +106,52 @@ def _momentum(trials: Trials) -> Finding:
     return _kept(trials, drift, "momentum kept")
 
 
-def _kept(trials: Trials, departure: Callable[[Floats], float], what: str) -> Finding:
-    """Whether the largest departure of the states is within the rounding of all steps."""
+def _energies(trials: Trials) -> list[str]:
+    return [name for name, each in trials.case.invariants.items() if "energy" in name and each.law == "constant"]
+
+
+def _has_energy(trials: Trials) -> str | None:
+    return None if _energies(trials) else "the case keeps no energy"
+
+
+def carry_roundings(trials: Trials, names: Sequence[str]) -> float:
+    """The largest change of invariants, relative to their sizes, over the relative rounding of the states that causes it.
+
+    Each component rounds by the size that its group has at this time: a small component may be a sum of larger ones.
+    """
+    exact, groups = trials.reference.exact, trials.scorer.metric.groups
+    total = {name: np.zeros(len(exact)) for name in names}
+    for members in (list(group.indices) for group in groups):
+        size = np.linalg.norm(exact[:, members], axis=1)
+        for index in members:
+            near = exact.copy()
+            near[:, index] += DIFFERENCE * size
+            drifts = trials.scorer.drift(near)
+            for name in names:
+                total[name] += drifts[name] / DIFFERENCE
+    return max(1.0, *(float(np.max(each)) for each in total.values()))
+
+
+@claim("energy", _declares("energy", _has_energy))
+def _energy(trials: Trials) -> Finding:
+    names = _energies(trials)
+
+    def drift(states: Floats) -> float:
+        drifts = trials.scorer.drift(states)
+        return max(float(np.max(drifts[name])) for name in names)
+
+    return _kept(trials, drift, "energy kept", carry_roundings(trials, names))
+
+
+def _kept(trials: Trials, departure: Callable[[Floats], float], what: str, carried: float = 1.0) -> Finding:
+    """Whether the largest departure of the states is within the rounding of all steps, each `carried` to it."""
     answers = (trials.whole(setting) for setting in trials.settings[:DECLINED])
     usable = (a for a in answers if a.states is not None and not math.isnan(a.error))
 
     def defect(answer: Answer) -> _Defect:
         assert answer.states is not None
-        allowed = ROUNDINGS * HALF_ULP * max(answer.work or 0, len(trials.reference.times))
+        half_ulp = 2.0 ** -getattr(trials.integrator, "bits", 53)  # an engine may compute in binary32
+        allowed = ROUNDINGS * half_ulp * max(answer.work or 0, len(trials.reference.times)) * carried
         return _Defect(answer.setting, 0, departure(answer.states), allowed)
 
     return _at_the_longest(trials, map(defect, usable), what)

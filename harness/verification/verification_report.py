@@ -108,7 +108,7 @@ def cause(report: Report) -> list[str]:
 
 def lines(report: Report, known: Known, how: str) -> list[str]:
     """The report as text: failures, each claim explained once, their likely cause, times, reasons why claims do not
-    apply, known failures, counts."""
+    apply, known failures, notes, counts."""
     found: list[str] = []
     failures = new_failures(report, known)
     for claim in dict.fromkeys(row.claim for row in failures):
@@ -124,7 +124,7 @@ def lines(report: Report, known: Known, how: str) -> list[str]:
             found.append(f"known failure: {row.claim} on {row.case}: {reason}")
         if reason is not None and row.finding.outcome == Outcome.PASSED:
             found.append(f"passes now: {row.claim} on {row.case}; take it from the file of known failures ({reason})")
-    return [visible(line) for line in [*found, total(report, known)]]
+    return [visible(line) for line in [*found, *report.notes, total(report, known)]]
 
 
 def times(report: Report) -> list[str]:
@@ -167,7 +167,8 @@ def as_json(report: Report, known: Known, how: str) -> str:
     claims = {name: {"states": text["states"], "bound": text["bound"]} for name, text in TEXTS.items()}
     versions = None if report.against is None else {"requirement": report.against[0], "versions": report.against[1]}
     whole = {"schema": SCHEMA, "integrator": report.integrator, "depth": report.depth, "counts": counts(report, known)}
-    whole |= {"diagnosis": report.diagnosis, "against": versions, "rows": rows, "claims": claims}
+    whole |= {"diagnosis": report.diagnosis, "against": versions, "notes": report.notes}
+    whole |= {"rows": rows, "claims": claims}
     return json.dumps(whole, indent=1) + "\n"
 
 
@@ -207,7 +208,8 @@ def as_markdown(report: Report, known: Known, how: str) -> str:
         cells = [row.claim, row.case, finding.setting, finding.expected, finding.got, command(report, row, how)]
         found.append(f"| {' | '.join(map(_cell, cells))} |")
     found += ["", *map(_cell, cause(report))] if failures else []
-    found += ["", *(f"- {_cell(line)}" for line in times(report))] if report.against else []
+    for more in (times(report), report.notes):
+        found += ["", *(f"- {_cell(line)}" for line in more)] if more else []
     return "\n".join(found) + "\n"
 
 

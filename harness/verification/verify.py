@@ -102,6 +102,8 @@ class Report:
         The claims that the user named; empty if all were verified.
     diagnosis : str, optional
         The likely cause of all failures, as ``id: sentence``; None without failures or without a known cause.
+    notes : tuple of str
+        Sentences beside the claims, such as the change of the energy at practical steps; none is a failure.
 
     Examples
     --------
@@ -116,6 +118,7 @@ class Report:
     against: tuple[str, str] | None = None
     claims: tuple[str, ...] = ()
     diagnosis: str | None = None
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         failed = [

@@ -1,16 +1,21 @@
 """Pre-flights pass a correct engine, and each names the fault that it is about."""
 
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
+import planted_engines
 import pytest
 import rigid_engine
 from gnomon.cases import get
 from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.studies import preflight
 from gnomon.harness.studies.preflight import FAILED, PASSED, TEXTS, UNSUPPORTED, Row, preflights
+from gnomon.harness.studies.preflight_checks import SPEEDS, name_thresholds
 from gnomon.harness.studies.preflight_scenes import INERTIA, SMOOTH, flow, tumbling_rates
 from gnomon.harness.verification.engine_adapter import from_engine
+from planted_engines import planted
 from rigid_engine import PLANTED, SINGLE, SOUND, RigidEngine
 from scipy.spatial.transform import Rotation
 
@@ -58,6 +63,40 @@ def test_binary32_fails_by_the_rounding_of_binary64() -> None:
     declared = from_engine(rigid_engine.Single, name="Single", order=2, tokens=rigid_engine.TOKENS)
     assert failed(run(declared, "acceleration", "joint_axes")) == {"acceleration", "joint_axes"}
     assert failed(run(SINGLE, "acceleration", "joint_axes")) == set()
+
+
+@pytest.mark.parametrize(
+    ("engine", "words", "speed"),
+    [
+        (planted_engines.Threshold, r"kept from ([\d.]+) m/s on; below it the ball does not rebound", 1),
+        (planted_engines.Capped, r"kept up to ([\d.]+) m/s; above it", 10),
+    ],
+)
+def test_the_speed_from_which_or_up_to_which_a_restitution_is_kept_is_named(
+    engine: Callable[[], Any], words: str, speed: float
+) -> None:
+    """Two digits, and half a per cent of the search; a cap is kept a little beyond it, within the bound of 1/256."""
+    rows = {row.scene: row for row in run(planted(engine, "rigid_impact"), "restitution")}
+    assert rows.pop("ball_e_0").verdict == PASSED
+    for row in rows.values():
+        found = re.search(words, row.note)
+        assert row.verdict == FAILED
+        assert found, row.note
+        assert float(found[1]) == pytest.approx(speed, rel=0.03)
+
+
+def test_restitution_is_tried_from_slow_to_fast_without_a_gap() -> None:
+    """No threshold that users meet lies outside: 0.1 m/s of an engine's own, 30 m/s of a thrown ball."""
+    assert min(SPEEDS) <= 0.1
+    assert max(SPEEDS) >= 30
+    assert {row.verdict for row in run(planted(planted_engines.Ball, "rigid_impact"), "restitution")} == {PASSED}
+
+
+def test_each_range_of_speeds_that_keeps_a_restitution_is_named() -> None:
+    said = name_thresholds({0.1: 0.0, 1.0: 0.5, 2.0: 0.5, 4.0: 0.0, 8.0: 0.5}, 0.5)
+    assert "from 1 to 2 m/s and from 8 m/s on" in said
+    assert "not finite" in name_thresholds({0.1: float("nan"), 1.0: 0.5}, 0.5)
+    assert "not kept from 0.1 to 1 m/s" in name_thresholds({0.1: 0.0, 1.0: 0.0}, 0.5)
 
 
 class Raises(RigidEngine):

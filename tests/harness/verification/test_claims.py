@@ -6,6 +6,7 @@ from typing import Any
 
 import mutants
 import numpy as np
+import planted_engines
 import planted_methods
 import planted_right
 import pytest
@@ -360,3 +361,56 @@ def test_the_setting_that_is_worst_beside_its_bound_is_shown() -> None:
     h, error, allowed = above_line([(1.0, 1e-3, 0.0), (0.5, 2e-3, 0.0), (0.25, 9e-2, 0.0)], 2) or (0.0, 0.0, 0.0)
     assert (h, error) == (0.25, 9e-2)
     assert allowed == pytest.approx(4 * 2e-3 / 4)
+
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+
+
+def average_vector_field(f: Any, t: float, y: Any, h: float) -> Any:
+    """The mean of f over the line from y to the next y: its energy is constant, by quadrature to rounding."""
+    after = y + h * f(t, y)
+    for _ in range(200):
+        before = after
+        after = y + h / 2 * sum(w * f(t, y + (1 + x) / 2 * (before - y)) for x, w in zip(NODES, WEIGHTS, strict=True))
+        if np.max(np.abs(after - before)) <= 2e-16 * np.max(np.abs(after)):
+            return after
+    return after
+
+
+def conserving(step: Any, order: int) -> Integrator:
+    return from_step(step, name=step.__name__, order=order, sweep=Steps(0.5, 4), conserves=("energy",))
+
+
+@pytest.mark.parametrize("case", ["pendulum_simple", "kepler_orbit"])
+def test_a_method_that_keeps_the_energy_passes_and_one_that_bounds_its_error_fails(case: str) -> None:
+    """The implicit midpoint rule is symplectic, and its energy oscillates."""
+    assert outcome("energy", conserving(average_vector_field, 2), case) == Outcome.PASSED
+    assert outcome("energy", conserving(planted_right.midpoint, 2), case) == Outcome.FAILED
+    assert outcome("energy", conserving(good_rk4.function, 4), case) == Outcome.FAILED
+
+
+def test_energy_is_claimed_where_it_is_declared_and_the_case_keeps_it() -> None:
+    why = {
+        CLAIMS["energy"].applies(trials(conserving(planted_right.midpoint, 2), "damped_oscillator")),
+        CLAIMS["energy"].applies(trials(good_rk4)),
+        CLAIMS["energy"].applies(trials(from_solve(planted_methods.seventh, name="x", order=1, conserves=("energy",)))),
+    }
+    assert len(why) == 3
+    assert None not in why
+
+
+@pytest.mark.parametrize(
+    ("engine", "wrong", "tokens", "case"),
+    [
+        (planted_engines.Fall, planted_engines.EulerFall, (), "projectile_parabola"),
+        (
+            planted_engines.Line, planted_engines.LeakyLine, ("body_contact", "rigid_impact"),
+            "restitution_impact_1d_2d",
+        ),
+    ],
+)  # fmt: skip
+def test_an_engine_keeps_the_energy_of_free_bodies_and_of_elastic_impacts(
+    engine: Any, wrong: Any, tokens: tuple[str, ...], case: str
+) -> None:
+    for made, expected in ((engine, Outcome.PASSED), (wrong, Outcome.FAILED)):
+        assert outcome("energy", planted_engines.planted(made, *tokens, conserves=("energy",)), case) == expected
