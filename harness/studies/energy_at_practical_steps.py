@@ -20,12 +20,14 @@ from gnomon.harness.studies.growth import PERIODS, Subject, in_extended_precisio
 from gnomon.harness.studies.preflight_rates import Engine
 from gnomon.harness.studies.preflight_scenes import ATTITUDE, GRAVITY, MASS, RADIUS, SPIN, free, state
 from gnomon.harness.system.supervisor import Job, Send, run
+from gnomon.reference.numerics.precision import shortened
 
 STEPS_A_SECOND, SECONDS = 240, 60
 EVERY = 4
 """Steps from one reading to the next: 60 readings a second. The highest reading is 0.3 mm below the top of a flight."""
 LATE = 5
-"""Seconds at the end over which a change is averaged, or the highest point is found: several turns or flights."""
+"""Seconds, or periods, at the end over which a change is averaged, or the highest point is found: several turns or flights."""
+LATE_READINGS = LATE * STEPS_A_SECOND // EVERY
 MOMENTS, TURNING = (1.0, 2.0, 3.0), (2.0, 2.0, 4.0)
 """Moments of the free body, and its angular velocity (rad/s). Between the middle and the last axis: by a third more energy
 it would turn about the middle axis, by a tenth less about the last."""
@@ -49,7 +51,7 @@ DIFFERENCE, CANCELS = 2.0**-17, 1e-3
 MANY = 10.0
 """A larger change is given as a factor."""
 GROWN = 1.5
-"""A change is a drift if it is this many times as large as any change in the first half; a line has 2."""
+"""A change has grown if it is this many times as large as any change in the first half; a line has 2."""
 SEEN = 1e-3
 """The least change of an axis or of the angular momentum that is said, relative."""
 
@@ -90,7 +92,8 @@ def describe_energy(
     """
     measures = _scenes(integrator) or _motions(integrator, names)
     answers: dict[str, str] = {}
-    run([EnergyJob(measure, answers, [title]) for title, measure in measures.items()], MOST, ends)
+    jobs = [EnergyJob(measure, answers, [title]) for title, measure in measures.items()]
+    run(jobs, len(jobs), ends)
     return tuple(f"{title}: {answers[title]}" for title in measures)
 
 
@@ -127,22 +130,20 @@ def energy_of(case: Case) -> str | None:
 
 def turn_body(engine: Engine) -> str:
     """Say how the energy of a free body changes, and towards which of its axes it turns."""
-    start = state(spin=TURNING)
-    path = _path(engine, TUMBLING, start)
+    path = _path(engine, TUMBLING, state(spin=TURNING))
     spin = turn_back(path[:, ATTITUDE], path[:, SPIN])
-    momenta = np.array(MOMENTS) * spin
-    twice, begin = np.sum(momenta * spin, axis=1), float(np.dot(MOMENTS, np.square(TURNING)))
-    late = LATE * STEPS_A_SECOND // EVERY
-    change = say_change(twice / begin - 1, late)
-    said = f"{change} in {SECONDS} s at 1/{STEPS_A_SECOND} s"
+    momenta, first = np.array(MOMENTS) * spin, np.multiply(MOMENTS, TURNING)
+    twice, begin = np.sum(momenta * spin, axis=1), float(first @ TURNING)
+    changes = twice / begin - 1
+    said = f"{say_change(changes, LATE_READINGS)} in {SECONDS} s at 1/{STEPS_A_SECOND} s"
     if not np.all(np.isfinite(path)):
         return said
-    before = float(np.sum(np.square(np.multiply(MOMENTS, TURNING)))) / begin
-    after = float(np.mean(np.sum(momenta[-late:] ** 2, axis=1)) / np.mean(twice[-late:]))
-    said += say_axis(before, after) if "within" not in change else ""
-    in_space = turn_back(path[:, ATTITUDE] * (-1, -1, -1, 1), momenta)
-    first = np.multiply(MOMENTS, TURNING)
-    off = float(np.linalg.norm(np.mean(in_space[-late:], axis=0) - first) / np.linalg.norm(first))
+    late = slice(-LATE_READINGS, None)
+    if not oscillates(changes, LATE_READINGS):
+        squares = np.sum(momenta[late] ** 2, axis=1)
+        said += say_axis(float(first @ first) / begin, float(np.mean(squares) / np.mean(twice[late])))
+    in_space = turn_back(path[late, ATTITUDE] * (-1, -1, -1, 1), momenta[late])
+    off = float(np.linalg.norm(np.mean(in_space, axis=0) - first) / np.linalg.norm(first))
     return said + (f", angular momentum off by {percent(off)}" if off > SEEN else "")
 
 
@@ -174,7 +175,7 @@ def drop_ball(engine: Engine) -> str:
     after = f"after {SECONDS} s at 1/{STEPS_A_SECOND} s"
     if not np.all(np.isfinite(heights)):
         return f"no finite height {after}"
-    share = float(np.max(heights[-LATE * STEPS_A_SECOND // EVERY :])) / HEIGHT
+    share = float(np.max(heights[-LATE_READINGS:])) / HEIGHT
     if share < -RADIUS:
         return f"below the plane {after}"
     return f"{100 * share:.0f} % of its height {after}" if share >= 0.005 else f"no height left {after}"
@@ -199,13 +200,9 @@ def follow_motion(integrator: Integrator, case: Case) -> str:
     with np.errstate(all="ignore"):  # a state may overflow
         changes = np.asarray((value(states[0]) - value(start[0])) / size_of(value, start[0]), dtype=float)
     said = say_change(changes, LATE * SAMPLES // PERIODS_LONG)
-    if any(name in case.quantities() for name in PERIODS):
-        return f"{said} after {PERIODS_LONG} periods at " + (
-            f"{steps} steps a period" if fixed else f"tolerance {setting:g}"
-        )
-    scales = 2 * math.pi * PERIODS_LONG
-    each = f"{steps / (2 * math.pi):.2g} steps a time scale" if fixed else f"tolerance {setting:g}"
-    return f"{said} after {scales:.0f} time scales at {each}"
+    unit, scales = ("period", 1.0) if set(PERIODS) & set(case.quantities()) else ("time scale", 2 * math.pi)
+    at = f"{steps / scales:.3g} steps a {unit}" if fixed else f"tolerance {setting:g}"
+    return f"{said} after {PERIODS_LONG * scales:.0f} {unit}s at {at}"
 
 
 def size_of(value: Callable[[Floats], Any], start: Floats) -> float:
@@ -217,20 +214,21 @@ def size_of(value: Callable[[Floats], Any], start: Floats) -> float:
 
 
 def say_change(changes: Floats, late: int) -> str:
-    """The relative change of the energy in words: the mean of the `late` last samples, or the largest if it oscillates.
-
-    It oscillates where these samples differ by more than their mean, unless it has grown since the first half.
-    """
+    """The relative change of the energy in words: the mean of the `late` last samples, or the largest if it oscillates."""
     if not np.all(np.isfinite(changes)):
         return "energy not finite"
-    sizes, last = np.abs(changes), changes[-late:]
-    end, largest = float(np.mean(last)), float(np.max(sizes))
+    end, largest = float(np.mean(changes[-late:])), float(np.max(np.abs(changes)))
     if largest < SMALL:
         return f"energy kept to {max(largest, 2.0**-53):.1g}"
-    grown = abs(end) > GROWN * float(np.max(sizes[: len(sizes) // 2]))
-    if np.ptp(last) > abs(end) and not grown:
+    if oscillates(changes, late):
         return f"energy within {percent(largest)}"
     return f"energy {1 + end:.2g} times as large" if end > MANY else f"energy {percent(end, sign=True)}"
+
+
+def oscillates(changes: Floats, late: int) -> bool:
+    """Whether the `late` last changes differ by more than their mean, and have not grown since the first half."""
+    end, before = abs(float(np.mean(changes[-late:]))), np.abs(changes[: len(changes) // 2])
+    return bool(np.ptp(changes[-late:]) > end and end <= GROWN * np.max(before))
 
 
 def percent(share: float, sign: bool = False) -> str:
@@ -255,10 +253,10 @@ class EnergyJob(Job):
         try:
             send(self.measure())
         except Exception as error:  # the user's code may raise anything
-            send(f"energy not measured: {type(error).__name__}: {str(error).partition(chr(10))[0]}")
+            send(f"energy not measured: {type(error).__name__}: {shortened(str(error).partition(chr(10))[0])}")
 
     def receive(self, message: Any) -> None:
-        self.answers[self.pending.pop()] = message
+        self.answers[self.pending.pop()] = str(message)
 
     def lose(self, why: str, late: bool = False) -> None:
         self.receive(f"energy not measured: {why}")

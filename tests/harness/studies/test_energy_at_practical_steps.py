@@ -11,8 +11,15 @@ import planted_engines
 import pytest
 from command_line import gnomon
 from gnomon.harness.registry import lookup
-from gnomon.harness.studies import energy_at_practical_steps as study
-from gnomon.harness.studies.energy_at_practical_steps import describe_energy, percent, say_change
+from gnomon.harness.studies.energy_at_practical_steps import (
+    LATE,
+    MOMENTS,
+    PERIODS_LONG,
+    TURNING,
+    describe_energy,
+    percent,
+    say_change,
+)
 from gnomon.harness.studies.growth import STRETCH
 from gnomon.harness.verification.function_adapter import from_step
 from planted_engines import planted
@@ -32,7 +39,7 @@ def per_cent(sentence: str) -> float:
 )  # fmt: skip
 def test_the_energy_and_the_axis_of_a_free_body_are_named(engine: Any, axis: str, moment: float) -> None:
     """A body that keeps its angular momentum L and turns about an axis of moment I has the energy L^2 / 2I."""
-    moments, spin = np.array(study.MOMENTS), np.array(study.TURNING)
+    moments, spin = np.array(MOMENTS), np.array(TURNING)
     expected = np.sum((moments * spin) ** 2) / moment / np.sum(moments * spin**2) - 1
     (sentence,) = describe_energy(planted(engine, "gyroscopic"))
     assert per_cent(sentence) == pytest.approx(100 * expected, rel=0.05)
@@ -62,7 +69,7 @@ def test_the_height_of_a_ball_is_what_its_impacts_left() -> None:
 def test_the_drift_of_a_method_is_that_of_its_map() -> None:
     """RK4 multiplies the energy of an oscillator by 1 - z^6/72 + z^8/576 in a step, z = 2 pi over the steps a period."""
     z = 2 * math.pi * STRETCH / 40
-    middle = 4000 * (1 - study.LATE / 2 / study.PERIODS_LONG)
+    middle = 4000 * (1 - LATE / 2 / PERIODS_LONG)
     expected = (1 - z**6 / 72 + z**8 / 576) ** middle - 1
     for method in (lookup.own()["gnomon:RK4"], good_rk4):
         (sentence,) = describe_energy(method, ["harmonic_oscillator"])
