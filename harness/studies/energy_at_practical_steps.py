@@ -16,7 +16,7 @@ from gnomon.cases.core.scene import Contact, SceneForm
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.registry import selection
-from gnomon.harness.studies.growth import PERIODS, Subject, in_extended_precision, trajectories
+from gnomon.harness.studies.growth import PERIODS, STRETCH, Subject, in_extended_precision, trajectories
 from gnomon.harness.studies.preflight_rates import Engine
 from gnomon.harness.studies.preflight_scenes import ATTITUDE, GRAVITY, MASS, RADIUS, SPIN, free, state
 from gnomon.harness.system.supervisor import Job, Send, run
@@ -32,7 +32,7 @@ MOMENTS, TURNING = (1.0, 2.0, 3.0), (2.0, 2.0, 4.0)
 """Moments of the free body, and its angular velocity (rad/s). Between the middle and the last axis: by a third more energy
 it would turn about the middle axis, by a tenth less about the last."""
 HEIGHT = 1.0
-PERIODS_LONG, SAMPLES = 100, 400
+PERIODS_LONG, SAMPLES_A_PERIOD = 100, 4
 STEPS_A_PERIOD = {"pendulum_simple": 40, "kepler_orbit": 100}
 """By default 40. On the orbit of eccentricity 0.6 a 40th of a period is no step that anyone would take."""
 TOLERANCE = 1e-6
@@ -189,20 +189,26 @@ def _path(engine: Engine, form: SceneForm, start: Floats) -> Floats:
 
 
 def follow_motion(integrator: Integrator, case: Case) -> str:
-    """Say how the energy of a case changes over 100 periods; of a case without one, over as many times 2 pi time scales."""
+    """Say how the energy of a case changes over 100 periods; of a case without a period, over its span.
+
+    Such a motion may end soon after. A period then stands for 2 pi time scales.
+    """
     name = energy_of(case) or "energy"
-    fixed = isinstance(integrator.sweep, Steps)
-    steps = STEPS_A_PERIOD.get(case.name, 40)
-    setting = steps if fixed else min(max(TOLERANCE, integrator.sweep.tightest), integrator.sweep.loosest)
-    subject = Subject(integrator.id, setting, "", periods=PERIODS_LONG, starts=1, samples=SAMPLES)
+    steps, sweep = STEPS_A_PERIOD.get(case.name, 40), integrator.sweep
+    setting = steps if isinstance(sweep, Steps) else min(max(TOLERANCE, sweep.tightest), sweep.loosest)
+    unit, scales, periods = "period", 1.0, float(PERIODS_LONG)
+    if not set(PERIODS) & set(case.quantities()):
+        unit, scales = "time scale", 2 * math.pi
+        periods = float(case.times[-1]) / (scales * float(case.time_scale) * STRETCH)
+    samples = max(SAMPLES_A_PERIOD, round(SAMPLES_A_PERIOD * periods))
+    subject = Subject(integrator.id, setting, "", periods=periods, starts=1, samples=samples)
     _, start, states, _ = trajectories(subject, case, integrator)
     value = in_extended_precision(case.invariants[name].function, np.array(case.parameter_values(), dtype=float))
     with np.errstate(all="ignore"):  # a state may overflow
         changes = np.asarray((value(states[0]) - value(start[0])) / size_of(value, start[0]), dtype=float)
-    said = say_change(changes, LATE * SAMPLES // PERIODS_LONG)
-    unit, scales = ("period", 1.0) if set(PERIODS) & set(case.quantities()) else ("time scale", 2 * math.pi)
-    at = f"{steps / scales:.3g} steps a {unit}" if fixed else f"tolerance {setting:g}"
-    return f"{said} after {PERIODS_LONG * scales:.0f} {unit}s at {at}"
+    said = say_change(changes, min(LATE * SAMPLES_A_PERIOD, samples // 4))
+    at = f"{steps / scales:.3g} steps a {unit}" if isinstance(sweep, Steps) else f"tolerance {setting:g}"
+    return f"{said} after {periods * scales:.0f} {unit}s at {at}"
 
 
 def size_of(value: Callable[[Floats], Any], start: Floats) -> float:
