@@ -18,6 +18,7 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import above_line, in_range, slope_of
 from gnomon.harness.verification.function_adapter import from_solve, from_step
+from gnomon.harness.verification.structure_claims import carry_roundings
 from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_rk4, pair, rk4, verlet
 
@@ -387,6 +388,16 @@ def test_a_method_that_keeps_the_energy_passes_and_one_that_bounds_its_error_fai
     assert outcome("energy", conserving(average_vector_field, 2), case) == Outcome.PASSED
     assert outcome("energy", conserving(planted_right.midpoint, 2), case) == Outcome.FAILED
     assert outcome("energy", conserving(good_rk4.function, 4), case) == Outcome.FAILED
+
+
+def test_a_rounding_is_carried_to_the_energy_by_its_terms() -> None:
+    """A relative change d of the states changes v^2/2 - 1/r by at most d (v^2 + 1/r), by sqrt 2 more component by component;
+    the energy of the orbit is -1/2, and both terms are largest near the pericentre, where they are 4 and 2.5."""
+    made = trials(good_rk4, "kepler_orbit")
+    places, speeds = np.split(made.reference.exact, 2, axis=1)
+    terms = np.max(np.sum(speeds**2, axis=1) + 1 / np.linalg.norm(places, axis=1)) / 0.5
+    assert 0.99 * terms < carry_roundings(made, ["energy"]) < 1.01 * np.sqrt(2) * terms
+    assert terms > 10
 
 
 def test_energy_is_claimed_where_it_is_declared_and_the_case_keeps_it() -> None:
