@@ -22,9 +22,10 @@ from hypothesis import strategies as st
 from planted_texts import MESSAGE
 from rich.markup import escape
 from rich.table import Table
+from waiting import LONG_SECONDS
 
 CASE = ("--case", "planted:Short")
-QUICK = ("--suite", "quick", *CASE, "--integrator")
+QUICK = ("--suite", "quick", "--limit", str(LONG_SECONDS), *CASE, "--integrator")
 
 
 def commands(text: str) -> list[str]:

@@ -161,6 +161,16 @@ class Compiles(Sound):
         return solve
 
 
+class HalfAMillisecondAndHangs(HalfAMillisecond):
+    """Takes as long by the worker's clock, and never returns, from its third setting on."""
+
+    name = "half a millisecond and hangs"
+
+    def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
+        quick = super().prepare(problem, setting)
+        return quick if round(problem.interval / setting) < 8 else lambda _starts: hang()
+
+
 class CompilesAndHangs(Hangs):
     """Compiles in the call that never returns."""
 

@@ -19,6 +19,7 @@ from waiting import LONG_SECONDS
 
 SUITE = plan.suite("quick").within(LONG_SECONDS)
 RUN = ("run", "--case", "planted:Short", "--suite", "quick", "--integrator")
+ENDS = ("--limit", str(LONG_SECONDS))
 
 
 def crashes(*kinds: Any) -> list[str]:
@@ -46,7 +47,7 @@ def test_the_integrators_of_gnomon_have_no_first_trial() -> None:
 
 def test_a_run_of_code_that_raises_stops_with_the_traceback(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "a.sqlite"
-    assert gnomon(*RUN, "planted:Raises", "--out", str(out)) == 1
+    assert gnomon(*RUN, "planted:Raises", *ENDS, "--out", str(out)) == 1
     said = capfd.readouterr().err
     assert "ArithmeticError: planted" in said
     assert said.splitlines()[-1].startswith("nothing was run")
@@ -74,7 +75,7 @@ def test_a_run_that_measured_shows_it_and_names_the_next_command(
     assert "3 ok" in row
     assert "no answer within 2 s" in text
     assert f"gnomon report '{out}'" in text
-    assert gnomon(*RUN, "planted:NotANumber", "--out", str(out)) == 1, (
+    assert gnomon(*RUN, "planted:NotANumber", *ENDS, "--out", str(out)) == 1, (
         "results of another integrator in the file do not count"
     )
     assert capfd.readouterr().err.splitlines()[-1].startswith("planted:not a number never succeeded (diverged: ")

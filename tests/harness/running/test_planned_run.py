@@ -115,9 +115,10 @@ def test_a_compilation_before_a_hang_neither_shortens_nor_extends_the_limit(tmp_
 
 def test_a_hang_is_a_regression(tmp_path: Path, clock: Clock) -> None:
     """Even if every setting that both runs solved is as good as in the base. Under a limit below RETRY_SECONDS: a timeout
-    is a regression once it was tried three times, which also keeps a stall of the machine from being one."""
-    short = SUITE.within(0.4)
-    sound, hangs = (ran(tmp_path / kind.name, kind, suite=short) for kind in (planted.Sound, planted.Hangs))
+    is a regression once it was tried three times, which also keeps a stall of the machine from being one. A setting whose
+    time in the base comes near the limit is not compared: by the workers' clock none does."""
+    short, kinds = SUITE.within(0.4), (planted.HalfAMillisecond, planted.HalfAMillisecondAndHangs)
+    sound, hangs = (ran(tmp_path / kind.name, kind, suite=short) for kind in kinds)
     hangs = hangs.assign(integrator_id=sound["integrator_id"].iloc[0])
     verdict = regression.compare(sound.to_dict("records"), hangs.to_dict("records"))
     assert verdict.settings == len(sound) == 8
@@ -204,7 +205,7 @@ def test_a_script_needs_no_main_guard(tmp_path: Path) -> None:
         "from gnomon import cases\n"
         "import gnomon\n"
         f"case = cases.get('harmonic_oscillator', span='{tmp_path.stat().st_mtime_ns % 1000 + 5000}/1000')\n"
-        "print(*(row['status'] for row in gnomon.compare(case, 'gnomon:RK4').rows))\n"
+        "print(*(row['status'] for row in gnomon.compare(case, 'gnomon:RK4', limit_seconds=900.0).rows))\n"
     )
     ran = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=LIMIT_SECONDS, check=False)
     assert (ran.stdout.split(), ran.returncode) == (["ok"] * 11, 0), ran.stderr
