@@ -25,6 +25,8 @@ KEY = "key"
 PRIVATE_FOLDER, PRIVATE_FILE = 0o700, 0o600
 KEEPS = os.open in os.supports_dir_fd
 """Whether this system opens files relative to an open folder; where it does not (Windows), nothing is kept."""
+MOST_BYTES = 2**30
+"""A larger file is neither read nor written: the largest table of a motion takes a tenth of it."""
 _LENGTH = 32
 """Length of the key, and of a code, in bytes."""
 _BLOCK = 4096
@@ -32,7 +34,7 @@ _warned: set[Path] = set()
 
 
 def load(folder: Path, name: str) -> bytes | None:
-    """The content stored under a name; None where there is none, or where its code is wrong.
+    """The content stored under a name; None where there is none, where its code is wrong, and above MOST_BYTES.
 
     Raises ValueError where another user could write the folder.
     """
@@ -50,9 +52,10 @@ def load(folder: Path, name: str) -> bytes | None:
 def store(folder: Path, name: str, content: bytes) -> None:
     """Keep a file if KEEPS; readers see the old one or the whole new one. Folders that do not exist are made, mode 0700.
 
-    Raises OSError where the folder cannot be written, ValueError where another user could.
+    A content above MOST_BYTES is not kept. Raises OSError where the folder cannot be written, ValueError where another
+    user could.
     """
-    if not KEEPS:
+    if not KEEPS or len(content) > MOST_BYTES - _LENGTH:
         return
     _make(folder)
     with _opened(folder) as descriptor:
@@ -161,8 +164,11 @@ def _code(key: bytes, name: str, content: bytes) -> bytes:
 def _read(folder: int, name: str) -> bytes:
     descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=folder)
     with open(descriptor, "rb") as file:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        found = os.fstat(descriptor)
+        if not stat.S_ISREG(found.st_mode):
             raise OSError(errno.EINVAL, "not a regular file", name)
+        if found.st_size > MOST_BYTES:
+            raise OSError(errno.EFBIG, "larger than all that gnomon keeps", name)
         return file.read()
 
 

@@ -183,3 +183,21 @@ def test_preparing_a_folder_leaves_no_file(folder):
         warnings.simplefilter("error")
         cachefolder.prepare(folder)
     assert sorted(path.name for path in folder.iterdir()) == ["key", "name"]
+
+
+def test_a_file_is_refused_by_its_size_before_it_is_read(folder):
+    """Nobody has the memory for this one. It takes no space on disk, as it has no content."""
+    os.truncate(folder / "name", 2**42)
+    assert cachefolder.load(folder, "name") is None
+    cachefolder.store(folder, "name", b"content")
+    assert cachefolder.load(folder, "name") == b"content"
+
+
+def test_what_would_not_be_read_is_not_written(folder, monkeypatch):
+    cachefolder.store(folder, "long", bytes(100))
+    monkeypatch.setattr(cachefolder, "MOST_BYTES", 100)
+    assert cachefolder.load(folder, "long") is None
+    cachefolder.store(folder, "longer", bytes(100))
+    assert not (folder / "longer").exists()
+    cachefolder.store(folder, "short", bytes(50))
+    assert cachefolder.load(folder, "short") == bytes(50)
