@@ -494,8 +494,13 @@ class Case(Declared):
         return self.motion()
 
     def exact(self, t: Number, digits: int = 15) -> tuple[Any, ...]:
-        """The exact state at time t to `digits` significant digits; at an event, the state after it."""
+        """The exact state at time t to `digits` significant digits; at an event, the state after it.
+
+        At 0 it is the initial state: a formula would leave a remainder in place of a zero.
+        """
         with self._within_reach():
+            if not exact(t, "t"):
+                return tuple(_rounded(x, digits) for x in self.initial_state)
             return self._motion.state(t, digits)
 
     def all_forms(self) -> tuple[Form, ...]:
@@ -530,10 +535,14 @@ class Case(Declared):
             moments = np.asarray(times, dtype=np.float64)
             if type(self).exact is not Case.exact:  # a case with its own way to the exact state, without a motion
                 return np.array([[nearest_double(x) for x in self.exact(t, SAMPLE_DIGITS)] for t in moments.tolist()])
-            if len(moments) < MANY:
-                return self._motion.sample(moments)
-            breaks = [event.time for event in self.events(EVENT_DIGITS)]
-            return self._motion.sample(moments, float(self.span), breaks)
+            states = np.tile([float(x) for x in self.initial_state], (len(moments), 1))  # at 0 as in `exact`
+            late = moments != 0
+            if len(moments) >= MANY:
+                breaks = [event.time for event in self.events(EVENT_DIGITS)]
+                states[late] = self._motion.sample(moments[late], float(self.span), breaks)
+            elif np.any(late):
+                states[late] = self._motion.sample(moments[late])
+            return states
 
     @cached_property
     def metric(self) -> Metric:

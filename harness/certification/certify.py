@@ -123,7 +123,9 @@ def rounding(case: Case, times: Sequence[Fraction]) -> float:
 
 
 def start(case: Case) -> float:
-    return agreement.agreed_states(case, [(case.exact(0, 2 * agreement.asked(case)), case.initial_state)])
+    """The digits of the initial state in the motion itself: `case.exact` takes it from the declaration."""
+    state = case.motion().state if type(case).exact is Case.exact else case.exact
+    return agreement.agreed_states(case, [(state(0, 2 * agreement.asked(case)), case.initial_state)])
 
 
 def _integrated(case: Case) -> dict[str, float]:
