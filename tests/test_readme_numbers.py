@@ -52,10 +52,38 @@ def test_the_findings_of_verification_in_the_readme_were_measured() -> None:
     assert alarms == len(measured["false_alarms"])
 
 
+def test_documents_name_one_interval_of_the_page() -> None:
+    """From one page to the next are EVERY_SECONDS, the end of the trials under way, and the writing."""
+    assert 60 < live_page.EVERY_SECONDS < 120
+    for name in (
+        "README.md",
+        "CONTRIBUTING.md",
+        "Makefile",
+        "CHANGELOG.md",
+        "docs/commands.md",
+        "harness/commands/options.py",
+    ):
+        said = re.findall(r"every (\w+) (s|seconds|minutes)\b", (README.parent / name).read_text())
+        assert set(said) <= {("two", "minutes"), ("2", "minutes")}, name
+        assert said, name
+
+
+def test_the_changelog_names_the_published_files_of_an_earlier_form() -> None:
+    """Files of measurements are made from one publication to the next, and the code may be ahead of them."""
+    lists = {path.name for path in REPORTS.glob("*.json") if isinstance(json.loads(path.read_text()), list)}
+    told = re.search(r"\(([^()]*) of an earlier\s+revision,\s+and lists", (README.parent / "CHANGELOG.md").read_text())
+    assert lists == set(re.findall(r"reports/(\w+\.json)", told[1] if told else ""))
+
+
 def test_the_published_stability_is_of_so_many_integrators() -> None:
     published = json.loads((REPORTS / "stability.json").read_text())
     (count, depth) = _match(r"its eight panels of (\d+) integrators at depth (\w+)")
-    assert int(count) == len({row["integrator"] for row in published["rows"]})
+    measured = {row["integrator"] for row in published["rows"]}
+    assert int(count) == len(measured)
+    page = (README.parent / "docs" / "stability.md").read_text()
+    numbers = re.search(r"measured: (\d+) of (\d+) libraries in reports/stability.json", page)
+    assert numbers is not None
+    assert [*map(int, numbers.groups())] == [len(measured), len({name.partition(":")[0] for name in measured})]
     assert depth == published["depth"]
     assert len(published["panels"]) == 8
 
@@ -83,7 +111,6 @@ def test_the_numbers_of_the_readme_are_those_of_the_code() -> None:
     assert count[cases] == len(plan.FOUNDATION)
     assert count[systems] == len({name.partition("/")[0] for name in plan.SUITES["standard"].further})
     assert count[_match(r"twelve cases and (\w+) launches")[0]] == plan.SUITES["full"].launches
-    assert float(_match(r"written again every (\d+) s")[0]) == live_page.EVERY_SECONDS
     assert int(_match(r"the largest of (\d+) samples")[0]) == SAMPLES
     (python,) = _match(r"With Python ([\d.]+) and make")
     assert _project()["requires-python"] == f">={python}"

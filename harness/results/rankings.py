@@ -135,7 +135,7 @@ def _within(rows: pd.DataFrame, error: float) -> pd.Series:
 
 
 def solved(reduced: pd.DataFrame) -> pd.DataFrame:
-    """A table for `foremost`: a row for each hard variant that was run (case, variant), with 1 for its solvers.
+    """A row for each hard variant that was run (case, variant), a column for each integrator, with 1 where it solves it.
 
     An entry is nan if an integrator was not run, or if its settings do not solve the variant and others were left out.
     `reduced`: `analysis.settings`.

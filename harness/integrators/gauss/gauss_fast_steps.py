@@ -321,7 +321,7 @@ def write(equations: Equations, out: Any, sample: int, state: Numbers, initial: 
 def motion(equations: Equations, step: float, y: Numbers, sizes: Numbers) -> float:
     """The largest relative change of a component in a step.
 
-    `least_moving` excludes decayed components, whose relative rate of change stays large.
+    LEAST_MOVING excludes decayed components, whose relative rate of change stays large.
     """
     v = rates(equations, y)
     most, found = largest_of(v), 0.0
