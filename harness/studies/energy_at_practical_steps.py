@@ -232,9 +232,14 @@ def say_change(changes: Floats, late: int) -> str:
 
 
 def oscillates(changes: Floats, late: int) -> bool:
-    """Whether the `late` last changes differ by more than their mean, and have not grown since the first half."""
-    end, before = abs(float(np.mean(changes[-late:]))), np.abs(changes[: len(changes) // 2])
-    return bool(np.ptp(changes[-late:]) > end and end <= GROWN * np.max(before))
+    """Whether changes come and go: the `late` last ones differ by more than their mean, or earlier ones come back to a third.
+
+    Those of the second half count, and only if the mean is no larger than the first half had it.
+    """
+    first, second = np.split(np.abs(changes), [len(changes) // 2])
+    end = abs(float(np.mean(changes[-late:])))
+    returns = np.ptp(changes[-late:]) > end or np.min(second) < end / 3
+    return bool(returns and end <= GROWN * np.max(first))
 
 
 def percent(share: float, sign: bool = False) -> str:

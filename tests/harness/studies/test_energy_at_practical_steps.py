@@ -83,6 +83,8 @@ def test_an_oscillation_is_no_drift_and_growth_is() -> None:
     t = np.linspace(0, 1, 400)
     wave = np.sin(300 * t)
     assert "within" in say_change(0.01 * wave, 20)
+    assert "within" in say_change(0.01 * wave**2, 20)  # it starts where the energy is least
+    assert per_cent(say_change(0.01 * np.tanh(50 * t), 20)) == pytest.approx(1, rel=0.05)  # it has come to an end
     assert per_cent(say_change(0.01 * wave - 0.1 * t, 20)) == pytest.approx(-10, rel=0.1)
     assert per_cent(say_change(1e-4 * np.exp(6 * t), 20)) == pytest.approx(100e-4 * math.exp(6), rel=0.2)
     assert "times" in say_change(np.exp(20 * t), 20)
