@@ -9,6 +9,10 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
+# Before numpy is imported, here and in all processes of the tests: two threads that share one small matrix take 100 times
+# the processor time of one, more on a busy machine.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 collect_ignore = ["example_project"]
 """A user's project with tests of its own, which test_example_project.py runs."""
 sys.path[:0] = [str(Path(__file__).parent / folder) for folder in ("helpers", "helpers/forms", "detection", "programs")]
