@@ -13,6 +13,7 @@ import pytest
 from gnomon.cases import Case, case_class, get, names
 from gnomon.cases.core.forms import first_order
 from numpy.typing import NDArray
+from on_cases import exact_states
 from scipy.integrate import solve_ivp
 
 Floats = NDArray[np.float64]
@@ -32,7 +33,7 @@ ANOTHER_TIME = {
 
 def visited(case: Case) -> Floats:
     """States at the start, at the samples, and before and after each event."""
-    states = [tuple(map(float, case.initial_state)), *case.sample(case.times).tolist()]
+    states = [tuple(map(float, case.initial_state)), *exact_states(case).tolist()]
     if case.hybrid is not None:
         states += [tuple(map(float, state)) for event in case.events()[:200] for state in (event.before, event.after)]
     return np.array(states)

@@ -13,7 +13,7 @@ from gnomon.harness.adapters import scipy_events, scipy_ivp, scipy_ode, scipy_od
 from gnomon.harness.adapters.scipy_events import PROBE, Guard, set_latch
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
-from on_cases import solved
+from on_cases import exact_states, solved
 from scipy.integrate import _odepack_py, ode, odeint, solve_ivp
 from scipy.integrate._ivp.ivp import METHODS
 
@@ -51,7 +51,7 @@ def toy(equations: Any, counted: bool = False) -> Problem:
 @every
 def test_converges_to_the_exact_motion(integrator: type[Integrator]) -> None:
     """1e3 steps (LSODA), each allowed rtol of a state of size 6: at most about 1e4 rtol. BDF, of order 5, takes 1e5."""
-    exact = CASE.sample(CASE.times)
+    exact = exact_states(CASE)
     errors = []
     for rtol in (1e-4, 1e-7, 1e-10):
         states = integrator().prepare(PROBLEM, rtol)(START).states[0]

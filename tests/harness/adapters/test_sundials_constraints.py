@@ -8,6 +8,7 @@ from gnomon.harness.contract.problem import initial_state, problem_of
 pytest.importorskip("sksundae", reason="scikit-sundae is not installed: pip install 'gnomon[peers]'")
 
 from gnomon.harness.adapters.sundials_constraints import IdaOnConstraints
+from on_cases import exact_states
 
 
 @pytest.mark.parametrize("name", ["slider_crank", "car_axis", "andrews_squeezer", "holonomic_constraint_dae"])
@@ -15,7 +16,7 @@ def test_the_error_follows_the_tolerance(name: str) -> None:
     """One constraint and several, masses of place, forces of velocities, time in a constraint: each enters the residual."""
     case = get(name).rounded()
     problem = problem_of(case, IdaOnConstraints.accepts)
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     errors = []
     for tolerance in (1e-5, 1e-8, 1e-11):
         found = IdaOnConstraints().prepare(problem, tolerance)(initial_state(case)[None])

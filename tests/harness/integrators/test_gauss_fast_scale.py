@@ -13,7 +13,7 @@ from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.gauss import gauss_fast_kernel, gauss_fast_steps, radau
 from gnomon.harness.integrators.gauss.gauss_fast import GaussFast
 from numpy.typing import NDArray
-from on_cases import solved
+from on_cases import exact_states, solved
 
 Floats = NDArray[np.float64]
 
@@ -156,7 +156,7 @@ def test_an_ensembles_iteration_leaves_a_part_of_the_tolerance() -> None:
     """The oscillator is solved without derivatives, and its truncation between so many samples is small: the error is that
     of the iteration, which may leave a tenth of the tolerance in a step."""
     case = get("harmonic_oscillator").rounded()
-    starts, exact = np.repeat(initial_state(case)[None], 16, axis=0), case.sample(case.times)
+    starts, exact = np.repeat(initial_state(case)[None], 16, axis=0), exact_states(case)
     for tolerance in 10.0 ** -np.arange(5, 13):
         found = GaussFast().prepare(problem_of(case, GaussFast.accepts), tolerance)(starts)
         assert found.steps is not None

@@ -25,6 +25,7 @@ from gnomon.harness.studies.orders import (
     measure_order_exactly,
     solve_exactly,
 )
+from on_cases import exact_states
 
 
 class WrongWeight(RK4):
@@ -86,7 +87,7 @@ class Planted(Integrator):
     name, accepts, sweep = "planted", (FirstOrder,), Steps()
 
     def __init__(self, case: Case, small: float, compensated: bool) -> None:
-        self.exact, self.small, self.compensated = case.sample(case.times), small, compensated
+        self.exact, self.small, self.compensated = exact_states(case), small, compensated
 
     def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
         share = 1 + self.small * (setting / problem.interval) ** 4

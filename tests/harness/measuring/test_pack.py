@@ -23,11 +23,13 @@ def read_pack(spec: CaseSpec) -> ReferenceSolution | None:
     return None if content is None else reference_solution._read(diskcache._entry(content))
 
 
-TENTH = random.Random(21).sample(specs(), len(specs()) // 10)
+FEW = random.Random(21).sample(specs(), 10)
+"""One solution costs up to 12 s. Each has the hash of its sources in its key, so what could differ is the way in and out of
+the file, or the arithmetic of another machine: both show in any solution of this number."""
 
 
-@pytest.mark.parametrize("spec", TENTH, ids=lambda spec: spec.path.rpartition(".")[2])
-def test_a_seeded_tenth_is_what_the_sources_compute(spec: CaseSpec) -> None:
+@pytest.mark.parametrize("spec", FEW, ids=lambda spec: spec.path.rpartition(".")[2])
+def test_a_seeded_few_are_what_the_sources_compute(spec: CaseSpec) -> None:
     """Exact states have the same bits; conditioning is a sum of float64, which libraries of other machines may round
     otherwise. One that was made from other sources is not used, and not compared."""
     kept = read_pack(spec)

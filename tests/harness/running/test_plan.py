@@ -17,7 +17,6 @@ from gnomon.cases.core.forms import Separable
 from gnomon.cases.core.numbers import Domain
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 from gnomon.harness.adapters.libraries import LIBRARIES
-from gnomon.harness.certification import agreement
 from gnomon.harness.contract.integrator import Steps, Tolerance
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.measuring.perturbed_starts import perturbed_states, probe_state
@@ -252,7 +251,7 @@ RELATED = "holonomic_constraint_dae"
 def test_perturbed_states_are_distinct_near_and_in_the_domain(name: str) -> None:
     """A tenth of the cases whose exact motions are expensive in `make test`."""
     case = cases.get(name).rounded()
-    sizes = np.array(agreement.sizes(case))
+    sizes = reference_solution(CaseSpec.of(case)).sizes
     state = np.array([float(x) for x in case.initial_state])
     found = list(itertools.islice(perturbed_states(case, None, sizes), 100))
     assert len({x.tobytes() for x in found} | {state.tobytes()}) == 101

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from gnomon.cases import get
 from gnomon.harness.studies.constraint_errors import Parts, parts
+from on_cases import exact_states
 
 
 def spoilt(name: str, column: int, size: float) -> Parts:
     """The exact motion of a case with one number of one sample changed."""
     case = get(name).rounded()
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     states = exact.copy()
     states[20, column] += size
     return parts(case, case.times, exact, states)

@@ -18,7 +18,7 @@ from gnomon.harness.adapters.engines.dart import INTEGRATORS, Dart, DartAsShippe
 from gnomon.harness.adapters.engines.scene_run import SceneRun
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import initial_state, problem_of
-from on_cases import recorded
+from on_cases import exact_states, recorded
 from scipy.spatial.transform import Rotation
 
 dartpy = pytest.importorskip("dartpy")
@@ -44,7 +44,7 @@ def states(policy: type[Dart], case: Case, dt: float, times: Floats | None = Non
 
 
 def errors(policy: type[Dart], case: Case, dt: float) -> Floats:
-    return case.metric.distance(states(policy, case, dt), case.sample(case.times), case.times)
+    return case.metric.distance(states(policy, case, dt), exact_states(case), case.times)
 
 
 def position_at_the_end(case: Case, dt: float) -> float:

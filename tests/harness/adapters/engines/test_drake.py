@@ -27,7 +27,7 @@ from gnomon.harness.adapters.engines.drake import (
 from gnomon.harness.adapters.engines.scene_run import SceneRun
 from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
-from on_cases import recorded
+from on_cases import exact_states, recorded
 
 drake: Any = pytest.importorskip("pydrake.all", reason="drake is not installed")
 
@@ -52,7 +52,7 @@ def states(policy: Policy, case: Case, dt: float, times: Floats | None = None) -
 
 def errors(policy: Policy, case: Case, parts: tuple[int, ...]) -> list[float]:
     """The largest error over the path, with these numbers of steps a sample."""
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     return [
         float(np.max(case.metric.distance(states(policy, case, float(case.times[0]) / n), exact, case.times)))
         for n in parts
@@ -60,7 +60,7 @@ def errors(policy: Policy, case: Case, parts: tuple[int, ...]) -> list[float]:
 
 
 def angle_over_the_path(policy: Policy, case: Case, dt: float) -> float:
-    off = states(policy, case, dt)[:, 0] - case.sample(case.times)[:, 0]
+    off = states(policy, case, dt)[:, 0] - exact_states(case)[:, 0]
     return float(np.max(np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi)))
 
 

@@ -1,6 +1,7 @@
 """The lines of code of an engine set what its adapter records: they run in the engine, which then has the values."""
 
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,12 @@ def lines_of(policy: type[SceneIntegrator], cases: dict[str, Case]) -> Iterator[
                 yield option, line, values[option]
 
 
+@cache
+def few_lines(policy: type[SceneIntegrator]) -> tuple[tuple[str, str, Any], ...]:
+    """The lines on FEW, for which each engine builds and runs these scenes: once for all tests."""
+    return tuple(lines_of(policy, FEW))
+
+
 def held(target: Any, value: Any) -> bool:
     """Whether the engine has a value that was computed with six digits."""
     return bool(np.allclose(target, value, rtol=1e-5, atol=1e-15))
@@ -54,7 +61,7 @@ def held(target: Any, value: Any) -> bool:
 def test_every_option_has_a_line(library: str) -> None:
     pytest.importorskip(library)
     for policy in MODULES[library].INTEGRATORS:
-        for option, line, _ in lines_of(policy, FEW):
+        for option, line, _ in few_lines(policy):
             assert option.partition(" (")[0] in policy.lines, option
             assert "..." not in line
 
@@ -78,7 +85,7 @@ MUJOCO = """<mujoco><worldbody>
 def test_lines_of_mujoco_set_the_values() -> None:
     engine = pytest.importorskip("mujoco")
     for policy in mujoco.INTEGRATORS:
-        for option, line, value in lines_of(policy, FEW):
+        for option, line, value in few_lines(policy):
             model = engine.MjModel.from_xml_string(MUJOCO)
             exec(line, {"mujoco": engine, "model": model, "pair": 0, "equality": 0, "dof": 0, "dt": DT})
             kind, _, name = option.partition(" (")[0].rpartition(".")
@@ -98,7 +105,7 @@ def test_lines_of_mujoco_set_the_values() -> None:
 def test_lines_of_pymunk_set_the_values() -> None:
     engine = pytest.importorskip("pymunk")
     for policy in pymunk.INTEGRATORS:
-        for option, line, value in lines_of(policy, FEW):
+        for option, line, value in few_lines(policy):
             space = engine.Space()
             constraint = engine.PinJoint(space.static_body, engine.Body(1.0, 1.0))
             exec(line, {"space": space, "constraint": constraint, "dt": DT})
@@ -136,7 +143,7 @@ def test_lines_of_pybullet_are_calls_with_the_values(monkeypatch: pytest.MonkeyP
         monkeypatch.setattr(engine, name, noted(getattr(engine, name)))
     arguments = {"velocityMotorForce": "force", "motorForce": "force", "gearForce": "maxForce"}
     for policy in pybullet.INTEGRATORS:
-        for option, line, value in lines_of(policy, FEW):
+        for option, line, value in few_lines(policy):
             engine.resetJointState(body, 0, 0.0)
             told.clear()
             exec(line, dict(known))

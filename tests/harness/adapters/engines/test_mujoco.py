@@ -20,6 +20,7 @@ from gnomon.harness.adapters.engines.mujoco_world import World
 from gnomon.harness.adapters.engines.scene_run import SceneRun
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import initial_state, problem_of
+from on_cases import exact_states
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -47,7 +48,7 @@ def states(policy: type[Euler], case: Case, dt: float, times: Floats | None = No
 
 
 def angle_over_the_path(policy: type[Euler], case: Case, dt: float) -> float:
-    off = states(policy, case, dt)[:, 0] - case.sample(case.times)[:, 0]
+    off = states(policy, case, dt)[:, 0] - exact_states(case)[:, 0]
     return float(np.max(np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi)))
 
 
@@ -136,7 +137,7 @@ SMOOTH = [case.name for case in SCENES if case.hybrid is None and Euler().unsupp
 def halved(policy: type[Euler], name: str, coarse: int) -> tuple[float, float]:
     """Errors with `coarse` steps a sample and with twice as many, over 8 time scales or the case's own span."""
     case = get(name, span=min(8 * get(name).time_scale, float(get(name).span))).rounded()
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     first, second = (
         float(np.max(case.metric.distance(states(policy, case, float(case.times[0]) / parts), exact)))
         for parts in (coarse, 2 * coarse)
@@ -174,7 +175,7 @@ def test_order_of_runge_kutta(name: str) -> None:
 def test_friction_converges_on_scenes_on_which_its_settings_were_not_chosen(name: str) -> None:
     """The time constant was chosen by a box and a ball of other sizes, friction and speeds, at 0.4 rad to the axes."""
     case = get(name).rounded()
-    exact, positions = case.sample(case.times), [c.kind == "length" for c in case.state]
+    exact, positions = exact_states(case), [c.kind == "length" for c in case.state]
     errors = []
     for parts in (16, 256):
         off = (states(Euler, case, float(case.times[0]) / parts) - exact)[:, positions]

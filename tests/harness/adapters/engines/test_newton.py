@@ -27,7 +27,7 @@ from gnomon.harness.adapters.engines.newton_world import World
 from gnomon.harness.adapters.engines.scene_run import SceneRun
 from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
-from on_cases import recorded
+from on_cases import exact_states, recorded
 
 CONFIGURED = (Featherstone, SemiImplicit, XPBD)
 steps_a_world = pytest.mark.skipif(find_spec("newton") is None, reason="newton is not installed")
@@ -49,7 +49,7 @@ def states(policy: type[Newton], case: Case, dt: float) -> Floats:
 def error(policy: type[Newton], case: Case, parts: int) -> float:
     """The largest distance from the exact motion, with this number of steps a sample."""
     found = states(policy, case, float(case.times[0]) / parts)
-    return float(np.max(case.metric.distance(found, case.sample(case.times))))
+    return float(np.max(case.metric.distance(found, exact_states(case))))
 
 
 def test_what_is_lacking_is_said_of_tokens() -> None:
@@ -223,7 +223,7 @@ def test_xpbd_sets_slow_speeds_to_zero(policy: type[Newton], moves: bool) -> Non
     case = over_eight_time_scales("millikan_oil_drop")
     found = states(policy, case, float(case.times[0]) / 4)
     assert bool(np.any(found[:, 1])) is moves
-    assert 0 < np.max(np.abs(np.diff(case.sample(case.times)[:, 1]))) < 1e-4
+    assert 0 < np.max(np.abs(np.diff(exact_states(case)[:, 1]))) < 1e-4
 
 
 @pytest.mark.slow

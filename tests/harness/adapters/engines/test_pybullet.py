@@ -28,6 +28,7 @@ from gnomon.harness.adapters.engines.scene_run import SceneRun, step_counts
 from gnomon.harness.adapters.engines.vectors import turned
 from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
+from on_cases import exact_states
 
 pybullet = pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
 
@@ -59,7 +60,7 @@ def states(policy: type[PyBullet], case: Case, dt: float, times: Floats | None =
 
 
 def angle_over_the_path(policy: type[PyBullet], case: Case, dt: float) -> float:
-    off = states(policy, case, dt)[:, 0] - case.sample(case.times)[:, 0]
+    off = states(policy, case, dt)[:, 0] - exact_states(case)[:, 0]
     return float(np.max(np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi)))
 
 
@@ -137,7 +138,7 @@ def halved(policy: type[PyBullet], name: str, coarse: int) -> tuple[float, float
     Or over the case's own span where that is shorter: beyond it a motion may end in the centre of attraction.
     """
     case = get(name, span=min(8 * get(name).time_scale, float(get(name).span))).rounded()
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     first, second = (
         float(np.max(case.metric.distance(states(policy, case, float(case.times[0]) / parts), exact)))
         for parts in (coarse, 2 * coarse)
@@ -174,7 +175,7 @@ def test_as_shipped_does_not_converge(name: str) -> None:
 def test_impacts_between_bodies_keep_the_law_of_restitution(name: str) -> None:
     """Each impact is late by at most a step: first order, with an error that depends on where the impact is in its step."""
     case = get(name, "equal" if name == "restitution_impact_1d_2d" else None).rounded()
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     steps = [float(case.times[0]) / parts for parts in (16, 256)]
     coarse, fine = (np.max(case.metric.distance(states(PyBullet, case, dt), exact, case.times)) for dt in steps)
     assert coarse < 0.01
@@ -215,7 +216,7 @@ def test_friction_is_the_same_in_every_direction() -> None:
 def test_staggered_projectile_is_exact_to_rounding() -> None:
     case = variant("projectile_parabola", "engines")
     steps = 1000
-    off = states(PyBulletStaggered, case, 1 / steps) - case.sample(case.times)
+    off = states(PyBulletStaggered, case, 1 / steps) - exact_states(case)
     # Each of the steps rounds numbers of size 10; the worst case is that all roundings add up.
     assert np.max(np.abs(off)) < steps * np.spacing(10.0)
 
@@ -223,7 +224,7 @@ def test_staggered_projectile_is_exact_to_rounding() -> None:
 @pytest.mark.parametrize("name", ["pendulum_simple", "kepler_orbit"])
 def test_staggered_start_gives_order_two_in_positions_and_velocities(name: str) -> None:
     case = variant(name, "engines")
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     coarse, fine = (np.max(np.abs(states(PyBulletStaggered, case, dt) - exact), axis=0) for dt in (1e-3, 5e-4))
     assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.05)  # the next term is dt^4: 2.0 to two digits here
 
@@ -242,7 +243,7 @@ def test_a_call_after_a_reset_builds_nothing(policy: type[PyBullet], monkeypatch
 @pytest.mark.parametrize(("name", "label"), ENGINES)
 def test_as_shipped_errs_more(name: str, label: str) -> None:
     case = variant(name, label)
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     configured, shipped = (
         float(np.max(case.metric.distance(states(policy, case, 1e-3), exact)))
         for policy in (PyBullet, PyBulletAsShipped)
@@ -364,7 +365,7 @@ def test_close_disconnects_and_may_be_repeated() -> None:
 def test_ordinary_variants_take_the_interval_over_powers_of_two() -> None:
     case = get("projectile_parabola").rounded()
     found = states(PyBulletStaggered, case, float(case.times[0]) / 4)
-    assert np.allclose(found, case.sample(case.times), rtol=0, atol=1e-11)  # exact to 256 roundings of numbers of 60
+    assert np.allclose(found, exact_states(case), rtol=0, atol=1e-11)  # exact to 256 roundings of numbers of 60
 
 
 def test_steps_that_miss_the_samples_are_refused() -> None:
@@ -457,7 +458,7 @@ def test_the_first_step_of_a_hinge_is_as_good_in_maximal_as_in_reduced_coordinat
 def test_staggered_rates_of_sliders_hinges_and_pairs_are_of_order_two(name: str) -> None:
     """Over two time scales: a start or a reading that is half a step off would leave order 1."""
     case = get(name, span=2 * get(name).time_scale).rounded()
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     coarse, fine = (
         float(np.max(case.metric.distance(states(PyBulletStaggered, case, float(case.times[0]) / parts), exact)))
         for parts in (4, 8)

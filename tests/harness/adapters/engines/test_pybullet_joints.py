@@ -15,6 +15,7 @@ from gnomon.harness.adapters.engines.bullet.pybullet_world import World
 from gnomon.harness.adapters.engines.scene_tree import branches
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.problem import initial_state, problem_of
+from on_cases import exact_states
 
 pybullet = pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
 
@@ -50,7 +51,7 @@ def states(case: Case, dt: float, times: Floats | None = None) -> Floats:
 
 def worst(case: Case, parts: int) -> float:
     found = states(case, float(case.times[0]) / parts)
-    return float(np.max(case.metric.distance(found, case.sample(case.times), case.times)))
+    return float(np.max(case.metric.distance(found, exact_states(case), case.times)))
 
 
 def test_every_scene_that_needs_joints_ropes_and_torques_is_here() -> None:
@@ -91,7 +92,7 @@ PUBLISHED: tuple[tuple[str, Measure, tuple[float, ...]], ...] = (
 @pytest.mark.parametrize(("name", "measure", "published"), PUBLISHED, ids=[name for name, *_ in PUBLISHED])
 def test_errors_are_those_published(name: str, measure: Measure, published: tuple[float, ...]) -> None:
     case = get(name, "engines").rounded()
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     for dt, expected in zip((1e-2, 1e-3, 1e-4), published, strict=True):
         assert expected / 2 < measure(states(case, dt) - exact) < 2 * expected, dt
 
@@ -152,7 +153,7 @@ def test_axes_are_chosen_anew_before_they_become_singular(
 
     monkeypatch.setattr(Multibody, "turn_base", noted)
     case = get(name, label).rounded()
-    exact, dt = case.sample(case.times), 1e-3 if label == "engines" else float(case.times[0]) / 16
+    exact, dt = exact_states(case), 1e-3 if label == "engines" else float(case.times[0]) / 16
     coarse, fine = (float(np.max(case.metric.distance(states(case, step), exact, case.times))) for step in (dt, dt / 2))
     assert len(chosen) == 4  # at the start and once later, for each step
     assert np.log2(coarse / fine) == pytest.approx(1.0, abs=0.1)

@@ -15,6 +15,7 @@ from gnomon.harness.adapters.engines.pymunk import INTEGRATORS, Pymunk, PymunkAs
 from gnomon.harness.adapters.engines.pymunk_plane import Plane, plane_of
 from gnomon.harness.contract.integrator import Floats, Problem, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
+from on_cases import exact_states
 from scipy.integrate import solve_ivp
 
 pymunk = pytest.importorskip("pymunk")
@@ -47,11 +48,11 @@ def states(policy: type[Pymunk], case: Case, dt: float, times: Floats | None = N
 
 
 def error_over_the_path(policy: type[Pymunk], case: Case, dt: float) -> float:
-    return float(np.max(case.metric.distance(states(policy, case, dt), case.sample(case.times), case.times)))
+    return float(np.max(case.metric.distance(states(policy, case, dt), exact_states(case), case.times)))
 
 
 def angle_over_the_path(policy: type[Pymunk], case: Case, dt: float) -> float:
-    off = states(policy, case, dt)[:, 0] - case.sample(case.times)[:, 0]
+    off = states(policy, case, dt)[:, 0] - exact_states(case)[:, 0]
     return float(np.max(np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi)))
 
 

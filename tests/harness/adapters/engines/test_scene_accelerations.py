@@ -23,6 +23,7 @@ from gnomon.harness.adapters.engines.pymunk import Pymunk
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
 from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import problem_of
+from on_cases import exact_state
 from scipy.spatial.transform import Rotation
 
 SCENES = {name: case.scene for name in names() if (case := get(name)).scene is not None and case.hybrid is None}
@@ -55,7 +56,7 @@ STRONGER = {"foucault_pendulum_nonlinear": "turntable"}
 
 def moving_state(case: Case) -> Floats:
     """The state of the third sample, where in general no rate is zero."""
-    return np.array(list(map(float, case.exact(case.times[2].item()))))
+    return exact_state(case, 2)
 
 
 def rates_of_the_equations(case: Case, state: Floats) -> Floats:

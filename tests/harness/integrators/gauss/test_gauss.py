@@ -25,7 +25,7 @@ from gnomon.harness.integrators.gauss.gauss import (
 from gnomon.harness.integrators.gauss.gauss_steps import newton_numbers, newton_step, start_stages
 from gnomon.harness.studies.orders import solve_exactly
 from gnomon.reference.numerics.precision import nearest_double, working
-from on_cases import solved
+from on_cases import exact_states, solved
 
 METHODS = [method for method in INTEGRATORS if issubclass(method, Gauss)]
 TIMES = np.arange(1.0, 65.0)
@@ -294,7 +294,7 @@ def test_the_slow_part_of_a_stiff_motion(method: type[Gauss], variant: str) -> N
     found = solved(method(), case, steps=2)
     interval = found.problem.interval
     rate = float(case.parameters["k"])
-    exact = case.sample(case.times)
+    exact = exact_states(case)
     slow = found.states[:, 0] + found.states[:, 1] / rate
     with mpmath.workdps(40):
         factor = pade(method.stages, -mpmath.mpf(interval) / 2) ** 2

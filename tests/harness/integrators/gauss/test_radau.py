@@ -16,7 +16,7 @@ from gnomon.harness.integrators.gauss.radau import Radau5
 from gnomon.harness.integrators.gauss.radau_steps import BACK, BASIS, EIGENVALUES, ERROR, FORWARD, basis
 from gnomon.harness.results.convergence_order import fit_order
 from gnomon.reference.numerics.precision import working
-from on_cases import of_order, solved
+from on_cases import exact_states, of_order, solved
 
 SIXTY = 1e-56
 """Sixty digits, of which sums of a few terms of size 10 and a small linear system lose three."""
@@ -66,7 +66,7 @@ def test_the_error_estimate_vanishes_up_to_order_3() -> None:
 def test_order_at_fixed_steps(name: str) -> None:
     case = get(name, span=3).rounded()
     problem = problem_of(case, Radau5.accepts)
-    exact, start = case.sample(case.times), initial_state(case)[None]
+    exact, start = exact_states(case), initial_state(case)[None]
     steps = [problem.interval * k for k in (8, 4, 2, 1, 0.5, 0.25)]
     errors = []
     for h in steps:

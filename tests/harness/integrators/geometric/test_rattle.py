@@ -19,7 +19,7 @@ from gnomon.harness.results.convergence_order import fit_order
 from gnomon.harness.running.solve import solve
 from gnomon.harness.studies.orders import measure_order, solve_exactly
 from gnomon.reference.numerics.precision import working
-from on_cases import of_order, solved
+from on_cases import exact_states, of_order, solved
 
 RISING = [x / 5 for x in (3, -4 + 1.25, 7, -7 + 1.25, 7, -12 + 1.25)] + [0, 1, 0, 1, 0, 1]
 """Three rods of length 1, which rise with a pivot at t^2 at t = 1/2."""
@@ -45,7 +45,7 @@ def test_order_on_the_sphere(method: type[FixedStep]) -> None:
     case = get("spherical_pendulum", span=4).rounded()
     formulation = case.formulations[0]
     problem = problem_of(case, method.accepts, formulation)
-    start, exact = initial_state(case, formulation)[None], case.sample(case.times)
+    start, exact = initial_state(case, formulation)[None], exact_states(case)
     counts = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32]
     errors = []
     for count in counts:
@@ -60,7 +60,7 @@ def test_order_on_two_rods(method: type[FixedStep]) -> None:
     case = get("double_pendulum").rounded()
     (formulation,) = case.formulations
     problem = problem_of(case, method.accepts, formulation)
-    start, exact = initial_state(case, formulation)[None], case.sample(case.times)
+    start, exact = initial_state(case, formulation)[None], exact_states(case)
     counts, errors = [2**k for k in range(9)], []
     for count in counts:
         states = method().prepare(problem, problem.interval / count)(start).states[0]
