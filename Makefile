@@ -12,7 +12,7 @@ EXTRAS ?= all,dev
 LOCAL := reports/local
 INSTALLED := $(VENV)/installed-$(EXTRAS)
 
-.PHONY: report engines certificates solutions libraries publication test test-all mutants stability verification lint types unit bench catalogue other-languages docs clean
+.PHONY: report engines certificates solutions libraries publication test test-changed test-all mutants stability verification lint types unit bench catalogue other-languages docs clean
 
 # A first page within a minute of the installation, from the suite `quick`; the whole run then continues in the same file,
 # and writes its page again every two minutes, at its end and after Ctrl-C. Each suite prints its predicted time before it
@@ -57,6 +57,17 @@ types: $(INSTALLED)
 
 unit: $(INSTALLED)
 	$(BIN)/pytest -n auto --dist loadfile -m "not slow" --benchmark-disable
+
+# The tests nearest to the code that changed since the last commit (SINCE=main: since that revision), on the sources as they
+# are: nothing is installed. tests/helpers/changed_code.py says what it selects and what it cannot see.
+SINCE ?= HEAD
+TREE := runs/tree
+test-changed:
+	@[ -e $(INSTALLED) ] || $(MAKE) $(INSTALLED)
+	@rm -rf $(TREE) && mkdir -p $(TREE)/gnomon
+	@ln -s $(CURDIR)/src/gnomon/* $(CURDIR)/reference $(CURDIR)/cases $(CURDIR)/harness $(TREE)/gnomon/
+	PYTHONPATH=$(CURDIR)/$(TREE):$(CURDIR)/tests/helpers \
+	  $(BIN)/pytest -p changed_code --since $(SINCE) -n auto -m "not slow" --benchmark-disable
 
 test-all: lint types
 	HYPOTHESIS_PROFILE=wide $(BIN)/pytest -n auto --dist loadfile --benchmark-disable
