@@ -45,7 +45,9 @@ publication:
 	$(MAKE) $(VENV)/installed-all,dev,peers,league EXTRAS=all,dev,peers,league
 	$(BIN)/python -m gnomon.harness.reporting.publication --out reports $(PUBLICATION)
 
-test: lint types unit
+# Types beside the tests: mypy has one process, and the tests do not always have two. If one fails, the others end first.
+test: $(INSTALLED)
+	$(MAKE) -j lint types unit
 
 lint: $(INSTALLED)
 	$(BIN)/ruff format --check .

@@ -29,6 +29,13 @@ settings.register_profile("thorough", max_examples=200, deadline=None, suppress_
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """The last line of a long run names the files that take most processor time; CONTRIBUTING.md has them."""
+    from processor_time import ProcessorTime  # after the path is extended
+
+    config.pluginmanager.register(ProcessorTime())
+
+
 @pytest.fixture
 def singly(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Collects the times at which a motion is computed without a table."""
