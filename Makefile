@@ -61,14 +61,14 @@ unit: $(INSTALLED)
 	$(BIN)/pytest -n auto --dist loadfile -m "not slow" --benchmark-disable
 
 # The tests nearest to the code that changed since the last commit (SINCE=main: since that revision), on the sources as they
-# are: nothing is installed. tests/helpers/changed_code.py says what it selects and what it cannot see.
+# are: nothing is installed. tests/helpers/plugins/changed_code.py says what it selects and what it cannot see.
 SINCE ?= HEAD
 TREE := runs/tree
 test-changed:
 	@[ -e $(INSTALLED) ] || $(MAKE) $(INSTALLED)
 	@rm -rf $(TREE) && mkdir -p $(TREE)/gnomon
 	@ln -s $(CURDIR)/src/gnomon/* $(CURDIR)/reference $(CURDIR)/cases $(CURDIR)/harness $(TREE)/gnomon/
-	PYTHONPATH=$(CURDIR)/$(TREE):$(CURDIR)/tests/helpers \
+	PYTHONPATH=$(CURDIR)/$(TREE):$(CURDIR)/tests/helpers/plugins \
 	  $(BIN)/pytest -p changed_code --since $(SINCE) -n auto -m "not slow" --benchmark-disable
 
 test-all: lint types

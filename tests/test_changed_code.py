@@ -1,6 +1,7 @@
 """`make test-changed` selects the tests nearest to the code that changed: by imports, and by names of cases and integrators."""
 
 import subprocess
+from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,6 +10,8 @@ import changed_code
 import pytest
 from changed_code import ROOT, Selection, changed_files
 
+MANY = 50
+"""Tests of a file with the name of a case: more than its examples."""
 FILES = {
     "reference/swings/swing.py": "from gnomon.reference.numerics import series",
     "reference/numerics/series.py": "",
@@ -80,11 +83,16 @@ def test_of_a_case_the_tests_with_its_name(project: Path) -> None:
     assert not series.takes(item(nearest, "test[double]", case="double"))
 
 
-def test_a_file_that_takes_a_case_by_name_is_collected(request: pytest.FixtureRequest) -> None:
-    """All tests of this process: in `make test` those of the whole suite."""
+def test_a_file_that_takes_many_cases_is_collected(request: pytest.FixtureRequest) -> None:
+    """Of the tests that this process has collected: in `make test` these are all."""
     selection = Selection({ROOT / "cases/pendulums/pendulum_simple.py"})
-    taken = {one.path for one in request.session.items if "[" in one.name and selection.takes(one)}
-    assert not {path for path in taken if not selection.may_hold(path)}
+    counts = Counter(one.path for one in request.session.items if set(_names(one)) & selection._cases)
+    assert not {path for path, count in counts.items() if count > MANY and not selection.may_hold(path)}
+
+
+def _names(one: pytest.Item) -> list[str]:
+    parameters = getattr(getattr(one, "callspec", None), "params", {})
+    return [word for value in parameters.values() for word in changed_code._words(value)]
 
 
 def test_changed_files_are_those_that_git_names(tmp_path: Path) -> None:

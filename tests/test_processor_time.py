@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-HELPERS = Path(__file__).parent / "helpers"
+PLUGINS = Path(__file__).parent / "helpers/plugins"
 BUSY = """
 import os, subprocess, sys
 
@@ -19,7 +19,7 @@ def test_in_a_child():
 """
 CONFTEST = f"""
 import sys
-sys.path.insert(0, {str(HELPERS)!r})
+sys.path.insert(0, {str(PLUGINS)!r})
 import processor_time
 processor_time.FROM_SECONDS = 0.0
 

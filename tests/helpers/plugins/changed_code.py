@@ -5,7 +5,8 @@ as well as lines that Python executes. Of a changed module it selects
 
 - the test files that import it, or, if there is none, those that import the modules that import it, and so on; for a case
   only those of cases and exact motions, as many others import one as an example;
-- the tests of which a parameter names a case or an integrator whose module imports it, at any depth;
+- the tests of which a parameter names a case or an integrator whose module imports it, at any depth; of a case only in files
+  that take many cases;
 - the tests of cases and exact motions whose text names such a case.
 
 It does not see a test that reaches the code through more modules, a command line, or a case that is a mere example:
@@ -21,7 +22,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 FOLDERS = ("reference", "cases", "harness", "src", "tests")
 NAMING = ("reference", "cases", "harness/kernels", "harness/integrators", "harness/adapters")
 """Folders in which imports are followed to the modules that declare cases and integrators."""
@@ -110,10 +111,9 @@ class Selection:
             return False
         helpers = [used for used, users in self.importers.items() if path in users and self._is_test(used)]
         text = "\n".join(self.texts[one] for one in (path, *helpers))
-        named = bool(self._named.search(text))
-        if self._is_of_cases(path) and named:
+        if self._is_of_cases(path) and self._named.search(text):
             return True
-        return "parametrize" in text and (named or not self.names <= self._cases or bool(_LISTS.search(text)))
+        return "parametrize" in text and (not self.names <= self._cases or bool(_LISTS.search(text)))
 
     def takes(self, item: pytest.Item) -> bool:
         """Whether a test is selected."""
