@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -172,9 +171,9 @@ def digits(integrator: Integrator, seconds: float) -> dict[str, Any]:
         left = max(1, (len(known) if seconds >= MANY_SECONDS else FEWEST) - place)
         if budget.left <= 0 and place >= FEWEST:
             break
-        reading = time.process_time()
+        before = budget.left
         trials = trials_of(integrator, name, variant)
-        budget.extend(time.process_time() - reading)  # the reference solution is kept: its time is not the method's
+        budget.extend(before - budget.left)  # the reference solution is kept: its time is not the method's
         share = max(budget.left, 0.1 * seconds) / left
         if trials.settings:  # empty if fixed steps over a long span take too much time
             rows[f"{name}/{variant}"] = lost(trials, share) | {"stresses": _stresses(name, variant)}

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import pairwise
-from time import process_time
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Refused, Step
 from gnomon.harness.stability.linear_problems import problem_for
 from gnomon.harness.stability.panel import Column, Mark, panel
 from gnomon.harness.stability.step_matrix import FEWER, StepMatrix, spectral_radius, stable_intervals
+from gnomon.harness.stability.subjects import processor_seconds
 
 SCAN_STEPS = (0.02, 0.04, 0.1, 0.2)
 """Distances of the points of a scan; a narrower interval may be missed, except tongues (`touching`)."""
@@ -176,9 +176,9 @@ def several_steps(step: StepMatrix, direction: complex, limit: float) -> tuple[b
         return False, 0.0  # the matrices of two successive steps were equal
     points = direction * np.linspace(0.2, 0.95, 4) * (limit if 0 < limit < math.inf else 4.0)
     step.growth(points[:1], 1)  # compiles
-    began = process_time()
-    observed = step.growth(points)
-    seconds = (process_time() - began) / (len(points) * 1024)
+    grown: list[Floats] = []
+    seconds = processor_seconds(lambda: grown.append(step.growth(points))) / (len(points) * 1024)
+    (observed,) = grown
     with np.errstate(all="ignore"):
         predicted = np.array([_growth_of(matrix) for matrix in step.matrices(points)])
     contrary = ((observed > 1e3) & (predicted < GROWS)) | ((observed < GROWS) & (predicted > 1e3))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
+from time import process_time
 
 import numpy as np
 from gnomon.cases.core.forms import Hybrid
@@ -18,11 +18,11 @@ class Budget:
     """Processor seconds of this process that a measurement may spend, from now on."""
 
     def __init__(self, seconds: float) -> None:
-        self._end = time.process_time() + seconds
+        self._end = process_time() + seconds
 
     @property
     def left(self) -> float:
-        return self._end - time.process_time()
+        return self._end - process_time()
 
     def extend(self, seconds: float) -> None:
         self._end += seconds
@@ -39,9 +39,9 @@ def multiples(count: int, interval: float = 1.0) -> Floats:
 
 def processor_seconds(run: Callable[[], object]) -> float:
     """Processor time of a call in this process."""
-    began = time.process_time()
+    began = process_time()
     run()
-    return time.process_time() - began
+    return process_time() - began
 
 
 def accepts(integrator: Integrator, name: str, variant: str | None = None) -> bool:

@@ -37,7 +37,8 @@ USELESS = [
 def test_no_panel_recommends_a_method_that_solves_nothing(
     integrator: Integrator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(panel_run.DEPTHS, "normal", 0.1)
+    monkeypatch.setitem(panel_run.DEPTHS, "normal", 0.02)
+    monkeypatch.setattr(panel_run, "LONGEST", 1e5)
     rows = panel_run.measured([integrator], ["linear", "stiffness", "resonance", "tolerance", "long_time", "digits"])
     for row in rows:
         assert "process ended" not in (row.reason or "")

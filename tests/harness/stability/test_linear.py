@@ -156,7 +156,7 @@ def test_the_leapfrog_of_rebound_is_measured_on_an_exactly_linear_motion() -> No
 def test_a_physics_engine_is_measured_on_a_mass_on_a_spring(policy: str) -> None:
     """Its step is symplectic Euler, and a staggered start makes it the leapfrog: limit 2 both."""
     pytest.importorskip("pybullet")
-    found = measured(f"pybullet:stepSimulation [{policy}]")
+    found = measured(f"pybullet:stepSimulation [{policy}]", SECONDS / 40)
     assert first_limit(found["imaginary"]) == pytest.approx(2.0, rel=1e-3)
 
 
@@ -264,7 +264,7 @@ def test_an_implicit_method_with_too_few_iterations_is_not_a_stable() -> None:
 def test_a_multistep_method_is_not_measured_by_its_starting_method() -> None:
     """Adams-Bashforth 2 is stable on the negative real axis down to -1, Heun's method to -2."""
     method = from_solve(adams, name="Adams 2", order=2, sweep=Steps(0.25, 8))
-    found = linear.measured(method, SECONDS / 8)
+    found = linear.measured(method, SECONDS / 20)
     assert found["multistep"]
     assert first_limit(found["negative_real"]) == pytest.approx(1.0, rel=0.02)
 

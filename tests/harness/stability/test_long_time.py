@@ -27,7 +27,7 @@ from gnomon.harness.stability.long_time import (
 )
 from gnomon.harness.studies.growth import Subject
 
-SECONDS = 0.05
+SECONDS = 0.01
 Force = Callable[[Floats], Floats]
 
 
@@ -160,7 +160,7 @@ def test_brouwers_law_is_kept_by_ias15_and_its_phase_error_grows_with_the_power_
 
 def test_pybullet_in_maximal_coordinates_loses_the_energy_which_is_not_called_bounded() -> None:
     pytest.importorskip("pybullet", reason="it has wheels up to CPython 3.11")
-    row = long_time.measured(find_one("pybullet:stepSimulation [configured, maximal coordinates]"), 0.2)["runs"][0]
+    row = long_time.measured(find_one("pybullet:stepSimulation [configured, maximal coordinates]"), SECONDS)["runs"][0]
     assert row["energy"]["class"] == "lost"
 
 
@@ -271,7 +271,7 @@ def test_the_bias_of_stormer_12_is_truncation_by_its_principal_root() -> None:
 
 
 def test_a_bias_of_rounding_is_not_called_truncation() -> None:
-    found = oscillator(made(chopped), 0.2, 8)
+    found = oscillator(made(chopped), 0.02, 8)
     assert found["half_step"] is not None
     assert not truncated(found)
 

@@ -185,7 +185,7 @@ def test_planted_faults_move_or_hide_a_resonance() -> None:
 
 @pytest.mark.slow
 def test_a_method_in_python_is_measured() -> None:
-    found = measured(planted_methods.verlet(), 2.0)
+    found = measured(planted_methods.verlet(), 0.2)
     assert seen_near(row_at(found, 3, math.sqrt(3)))
     assert found["limits"]
 

@@ -101,7 +101,7 @@ def test_a_method_that_raises_is_refused_with_its_reason() -> None:
     def solve(f: Any, t0: float, y0: Any, times: Any, tolerance: float) -> Any:
         raise ZeroDivisionError("planted")
 
-    found = tolerance.measured(from_solve(solve, name="raises", order=3), 0.1)
+    found = tolerance.measured(from_solve(solve, name="raises", order=3), 0.01)
     rows = found["problems"].values()
     assert all(one["slope"] is None and "ZeroDivisionError: planted" in one["why"] for one in rows)
     assert any("ZeroDivisionError" in text for text in tolerance.sentences(found))
