@@ -40,7 +40,7 @@ MOST_WORK = 25_000
 NODES_OF_A_STEP = 4
 """The cost of a step besides the cost of the equations, in nodes."""
 OVERRUN = 1.6
-"""The most work of the coarse integration over the work of its scout."""
+"""The most work of an integration over the work of its scout."""
 SCOUTED = Fraction(99, 100)
 """A scout that reaches this part of the span refuses nothing: a collision just after the span comes earlier to it."""
 SCOUT_ORDER, SCOUT_BITS = 7, 64
@@ -81,7 +81,7 @@ class Path:
         self.here = [_value(coefficients, self.sign * step) for coefficients in series]
         self.series.append(series)
         self.ends.append(self.ends[-1] + step)
-        if self.digits == COARSE and _work(self.flow, len(self.series)) > OVERRUN * self.most_work:
+        if _work(self.flow, len(self.series)) > OVERRUN * self.most_work:
             raise ArithmeticError(_too_many(len(self.series), now))
         if len(self.series) > MAX_STEPS:
             raise ArithmeticError(f"more than {MAX_STEPS} Taylor steps, at t = {float(now):g}")

@@ -28,6 +28,9 @@ DECADES = 10_000
 DECADES_OF_MPF = 10**7
 """The same for an mpf, which decaying motions make this small; as a power of two it converts quickly."""
 SHOWN = 60
+MOST_DIGITS = 2500
+"""Most digits of a computation: the 1000 that a user may ask for, and those that a formula loses, at most 100 in the
+catalogue. A state to so many takes some ten seconds, and to twice as many ten times as long."""
 
 _context = mpmath.MPContext()
 
@@ -104,8 +107,11 @@ def _log10(value: int) -> float:
 def working(digits: float) -> Iterator[Any]:
     """The private mpmath context, at `digits` decimal digits inside the `with` block.
 
-    Blocks nest: the end of the inner block restores the precision of the outer one.
+    Blocks nest: the end of the inner block restores the precision of the outer one. Raises ArithmeticError for more than
+    MOST_DIGITS: a formula whose terms grow exponentially and cancel may need any number of them.
     """
+    if not digits <= MOST_DIGITS:
+        raise ArithmeticError(f"it needs {digits:.4g} digits, and at most {MOST_DIGITS} are computed")
     before = _context.prec
     _context.dps = math.ceil(digits)
     try:

@@ -34,7 +34,7 @@ def test_alone_it_shows_its_help(capfd: pytest.CaptureFixture[str]) -> None:
 
 
 def test_run_export_and_compare_work_together(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    run = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick", "--limit", "0.05")
+    run = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick", "--limit", "300")
     assert gnomon(*run, "--out", str(tmp_path)) == 0
     assert "measurements" in capfd.readouterr().out
     target = tmp_path / "rows.json"

@@ -55,14 +55,12 @@ def test_a_cache_that_cannot_be_written_costs_one_warning(
     """The run goes on without it; its workers, each of which compiles for itself, say nothing."""
     monkeypatch.setenv("XDG_CACHE_HOME", "/proc/cache")
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    arguments = ("run", "--suite", "quick", "--case", "pendulum_simple", "--integrator", "gnomon:RK4", "--limit", "10")
+    arguments = ("run", "--suite", "quick", "--case", "pendulum_simple", "--integrator", "gnomon:RK4", "--limit", "300")
     assert gnomon(*arguments, "--out", str(tmp_path / "a.sqlite")) == 0
     printed = capfd.readouterr()
     assert printed.err.count("cannot be written") == 2  # both folders, in one line
     assert printed.err.count("warning:") == 1
-    statuses = set(store.load(tmp_path / "a.sqlite")["status"])
-    assert statuses <= {"ok", "inaccurate", "skipped", "unsupported"}
-    assert "ok" in statuses
+    assert "ok" in set(store.load(tmp_path / "a.sqlite")["status"]) <= {"ok", "inaccurate", "unsupported"}
 
 
 def test_a_missing_library_that_is_named_is_wrong_usage(
@@ -80,7 +78,7 @@ def test_an_interrupted_run_says_how_to_go_on(
 ) -> None:
     from gnomon.harness.running.pool import Pool
 
-    run = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick", "--limit", "2")
+    run = ("run", "--case", "planted:Short", "--integrator", "planted:Sound", "--suite", "quick", "--limit", "300")
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
@@ -90,7 +88,7 @@ def test_an_interrupted_run_says_how_to_go_on(
         assert gnomon(*run, "--out", str(tmp_path)) == 130
     assert "the same command resumes the run" in capfd.readouterr().err
     assert gnomon(*run, "--out", str(tmp_path)) == 0
-    assert {"ok"} <= set(store.load(tmp_path)["status"]) <= {"ok", "timeout", "skipped"}, "slow in Python"
+    assert set(store.load(tmp_path)["status"]) == {"ok"}
 
 
 def test_the_suite_of_engines_runs_near_duplicates_on_its_variants(

@@ -1,17 +1,17 @@
 """The published report: made part by part, resumed, and written only from files of one state of the sources."""
 
 import hashlib
+import itertools
 import json
 import re
 import shutil
 import signal
 import subprocess
 import sys
-import threading
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import planted
@@ -30,6 +30,7 @@ from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan, recommending
 from gnomon.harness.running.planned_run import run
 from packaging.requirements import Requirement
+from waiting import wait_until
 
 ROOT = Path(__file__).parents[3]
 MAKE = shutil.which("make")
@@ -171,47 +172,81 @@ def test_one_part_is_measured_alone_and_a_list_measures_nothing(
     assert not REPORTS.exists()
 
 
-def test_the_time_of_a_sitting_is_kept(place: Place, capsys: pytest.CaptureFixture[str]) -> None:
+def set_clock(monkeypatch: pytest.MonkeyPatch, clock: Callable[[], float]) -> None:
+    """Replace the clock by which sittings are measured and ended."""
+    for module in (__main__, parts):
+        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=clock))
+
+
+def test_the_time_of_a_sitting_is_kept(
+    place: Place, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A part that cannot be resumed is not begun if it would take longer; what remains is told."""
+    set_clock(monkeypatch, lambda: 0.0)
     assert __main__.main(["--minutes", "1.5"]) == 1
     assert {name for name, word in words(place).items() if word == "done"} == {"begun", "full"}
     last = capsys.readouterr().out.splitlines()[-1]
     assert all(part.name in last for part in PARTS[2:])
 
 
-def test_a_part_is_interrupted_in_time_and_goes_on(place: Place) -> None:
+WAITS = """
+import pathlib, shutil, signal, sys
+try:
+    if not pathlib.Path("once").exists():
+        pathlib.Path("once").touch()
+        signal.pause()
+except KeyboardInterrupt:
+    sys.exit(130)
+shutil.copy("made/growth.json", sys.argv[1])
+"""
+"""A command that waits for ever, until it is interrupted, and does its work when it is called again."""
+
+
+def test_a_part_is_interrupted_in_time_and_goes_on(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     """The command hears Ctrl-C, even where a shell's background job would ignore it; its time counts on."""
-    Path("wait.py").write_text(
-        "import sys, time, pathlib\n"
-        "try:\n    time.sleep(0 if pathlib.Path('once').exists() else 60)\n"
-        "except KeyboardInterrupt:\n    pathlib.Path('once').touch(); sys.exit(130)\n"
-        "import shutil; shutil.copy('made/growth.json', sys.argv[1])"
-    )
+    Path("wait.py").write_text(WAITS)
     part = Part("growth", "growth.json", 2, ("python wait.py {}",), resumes=True)
     own = replace(place, parts=(part,))
+    readings = itertools.count()
+
+    def passing() -> float:
+        """The time is over at the second reading, for which the command must have begun."""
+        if next(readings) == 0:
+            return 0.0
+        wait_until(Path("once").exists, "the command has begun")
+        return 3.0
+
     ignored = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        assert not parts.measure(part, own, time.monotonic() + 2)
+        with monkeypatch.context() as patch:
+            set_clock(patch, passing)
+            assert not parts.measure(part, own, 2.0)
     finally:
         signal.signal(signal.SIGINT, ignored)
-    assert Path("once").exists()
     assert words(own) == {"growth": "begun"}
-    spent = own.spent(part)
-    assert spent is not None
-    assert spent >= 1
+    assert own.spent(part) == 3
     assert parts.measure(part, own)
     assert words(own) == {"growth": "done"}
 
 
-def test_ctrl_c_tells_what_remains(place: Place, capsys: pytest.CaptureFixture[str]) -> None:
-    slow = Part("growth", "growth.json", 2, ("python sleep.py",), resumes=True)
-    Path("sleep.py").write_text("import time; time.sleep(60)")
-    patched = PlaceOf(replace(place, parts=(slow,)))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(__main__, "Place", patched)
-        patch.setattr(parts, "_ended", lambda process: process.kill())  # a terminal would send Ctrl-C to it too
-        threading.Timer(1.0, signal.pthread_kill, [threading.main_thread().ident, signal.SIGINT]).start()
-        assert __main__.main([]) == 130
+class Interrupted(subprocess.Popen[bytes]):
+    """A command during which a user types Ctrl-C, once it has begun; it hears nothing of it."""
+
+    def wait(self, timeout: float | None = None) -> int:
+        wait_until(Path("once").exists, "the command has begun")
+        signal.raise_signal(signal.SIGINT)
+        raise AssertionError("not interrupted")
+
+
+def test_ctrl_c_tells_what_remains(
+    place: Place, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("wait.py").write_text(WAITS)
+    waiting = Part("growth", "growth.json", 2, ("python wait.py {}",), resumes=True)
+    monkeypatch.setattr(__main__, "Place", PlaceOf(replace(place, parts=(waiting,))))
+    monkeypatch.setattr(parts, "subprocess", SimpleNamespace(Popen=Interrupted))
+    monkeypatch.setattr(parts, "_ended", lambda process: process.kill())  # a terminal would send Ctrl-C to it too
+    assert __main__.main([]) == 130
     assert "remaining: growth" in capsys.readouterr().out
 
 
@@ -392,7 +427,7 @@ def test_every_case_check_and_integrator_must_be_published() -> None:
 def test_the_standard_run_continues_the_quick_one(tmp_path: Path) -> None:
     """In one file: measurements of the quick suite are kept, the others are added, and none is missing."""
     case, integrators = "planted:Short", [planted.Sound(), planted.NearDuplicate()]
-    quick, whole = (replace(plan.suite(name).within(20.0), launches=1) for name in ("quick", "foundation"))
+    quick, whole = (replace(plan.suite(name).within(300.0), launches=1) for name in ("quick", "foundation"))
     path = run(tmp_path, quick, selection.choose([case], quick.variants), integrators, near_duplicates=False)
     first = store.load(path)
     assert set(first["integrator"]) == {"sound", "near_duplicate"}, "a near-duplicate runs on the default variant"
