@@ -40,15 +40,15 @@ def test_the_integrator_of_the_readme_passes_its_verification(project: Path) -> 
     assert re.search(r"mine:midpoint: [1-9]\d* claims checked", done.stdout)
 
 
-def run(project: Path, named: str, limit: str) -> pd.DataFrame:
-    """The trials that succeeded, from the smallest setting on, of a run with so many seconds for each trial."""
+def run(project: Path, named: str) -> pd.DataFrame:
+    """The trials that succeeded, from the smallest setting on, of a run whose limit stops none of them."""
     from gnomon import load
 
     environment = os.environ | {"PYTHONPATH": str(project)}
     results = project / "mine.sqlite"
     command = [str(Path(sys.executable).parent / "gnomon")]
     command += [
-        "run", "--suite", "quick", "--limit", limit, "--case", "pendulum_simple", "--integrator", named, "--out",
+        "run", "--suite", "quick", "--limit", "300", "--case", "pendulum_simple", "--integrator", named, "--out",
         str(results),
     ]  # fmt: skip
     done = subprocess.run(command, cwd=project, env=environment, capture_output=True, text=True, check=False)
@@ -59,12 +59,11 @@ def run(project: Path, named: str, limit: str) -> pd.DataFrame:
 
 
 def test_the_integrator_of_the_readme_is_found_by_its_entry_point(project: Path) -> None:
-    """Only its longest steps fit into the limit."""
-    assert len(run(project, "midpoint", "0.1")) >= 1
+    assert len(run(project, "midpoint")) >= 1
 
 
 def test_the_integrator_of_the_readme_runs_by_path_and_has_its_order(project: Path) -> None:
-    good = run(project, "midpoint:midpoint", "2")
+    good = run(project, "midpoint:midpoint")
     assert len(good) >= 4
     # second order: half the step, a quarter of the error, at the small steps
     ratio = good["error_max"].iloc[1] / good["error_max"].iloc[0]

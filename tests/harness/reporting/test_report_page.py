@@ -27,6 +27,11 @@ pytestmark = [
 ]
 
 
+LIMIT = 300_000
+"""Milliseconds after which a page that never shows what is expected fails its test; on a quiet machine it takes seconds."""
+expect.set_options(timeout=LIMIT)
+
+
 @dataclass
 class Visit:
     """A page, errors and warnings of its console with its exceptions, and the addresses of all that it asked for."""
@@ -62,7 +67,7 @@ def _wait_until_ready(page: Page) -> None:
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Browser]:
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM)
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, timeout=LIMIT)
         yield browser
         browser.close()
 
@@ -75,6 +80,7 @@ def visit(chromium: Browser) -> Iterator[Callable[..., Visit]]:
     def begin(width: int = 1400, height: int = 900, **settings: Any) -> Visit:
         size: Any = {"width": width, "height": height}
         context = chromium.new_context(viewport=size, is_mobile=width < 600, **settings)
+        context.set_default_timeout(LIMIT)
         contexts.append(context)
         return Visit(context.new_page())
 
