@@ -30,7 +30,7 @@ from gnomon.harness.results.store import Store
 from gnomon.harness.running import plan, recommending
 from gnomon.harness.running.planned_run import run
 from packaging.requirements import Requirement
-from waiting import wait_until
+from waiting import LIMIT_SECONDS, wait_until
 
 ROOT = Path(__file__).parents[3]
 MAKE = shutil.which("make")
@@ -192,10 +192,11 @@ def test_the_time_of_a_sitting_is_kept(
 WAITS = """
 import pathlib, shutil, signal, sys
 try:
-    if not pathlib.Path("once").exists():
-        pathlib.Path("once").touch()
+    if not pathlib.Path("interrupted").exists():
+        pathlib.Path("begun").touch()
         signal.pause()
 except KeyboardInterrupt:
+    pathlib.Path("interrupted").touch()
     sys.exit(130)
 shutil.copy("made/growth.json", sys.argv[1])
 """
@@ -213,16 +214,18 @@ def test_a_part_is_interrupted_in_time_and_goes_on(place: Place, monkeypatch: py
         """The time is over at the second reading, for which the command must have begun."""
         if next(readings) == 0:
             return 0.0
-        wait_until(Path("once").exists, "the command has begun")
+        wait_until(Path("begun").exists, "the command has begun")
         return 3.0
 
     ignored = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         with monkeypatch.context() as patch:
             set_clock(patch, passing)
+            patch.setattr(parts, "ENDING_SECONDS", LIMIT_SECONDS)
             assert not parts.measure(part, own, 2.0)
     finally:
         signal.signal(signal.SIGINT, ignored)
+    assert Path("interrupted").exists()
     assert words(own) == {"growth": "begun"}
     assert own.spent(part) == 3
     assert parts.measure(part, own)
@@ -233,7 +236,7 @@ class Interrupted(subprocess.Popen[bytes]):
     """A command during which a user types Ctrl-C, once it has begun; it hears nothing of it."""
 
     def wait(self, timeout: float | None = None) -> int:
-        wait_until(Path("once").exists, "the command has begun")
+        wait_until(Path("begun").exists, "the command has begun")
         signal.raise_signal(signal.SIGINT)
         raise AssertionError("not interrupted")
 
@@ -244,7 +247,9 @@ def test_ctrl_c_tells_what_remains(
     Path("wait.py").write_text(WAITS)
     waiting = Part("growth", "growth.json", 2, ("python wait.py {}",), resumes=True)
     monkeypatch.setattr(__main__, "Place", PlaceOf(replace(place, parts=(waiting,))))
-    monkeypatch.setattr(parts, "subprocess", SimpleNamespace(Popen=Interrupted))
+    monkeypatch.setattr(
+        parts, "subprocess", SimpleNamespace(Popen=Interrupted, TimeoutExpired=subprocess.TimeoutExpired)
+    )
     monkeypatch.setattr(parts, "_ended", lambda process: process.kill())  # a terminal would send Ctrl-C to it too
     assert __main__.main([]) == 130
     assert "remaining: growth" in capsys.readouterr().out
