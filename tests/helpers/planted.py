@@ -14,7 +14,7 @@ from gnomon.cases.pendulums.pendulum_simple import PendulumSimple
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solution, Steps
 from gnomon.harness.kernels.compiling import announced
 from gnomon.harness.measuring import prepared
-from gnomon.harness.running import worker
+from gnomon.harness.running import first_use, worker
 from passing_time import hang, pass_time
 
 
@@ -128,12 +128,14 @@ class Hangs(Sound):
 
 
 class SlowAtFirst(Sound):
-    """Prepares for 0.4 s where the folder for compiled code has nothing of it, and leaves something there."""
+    """Prepares for 0.4 s where the folder for compiled code has nothing of it, and leaves something there. Its worker waits
+    as long as a busy machine takes for its first use."""
 
     name = "slow at first"
     seconds = 0.4
 
     def prepare(self, problem: Problem, setting: float) -> Callable[[Any], Solution]:
+        first_use.MOST_SECONDS = 900.0
         kept = Path(os.environ.get("NUMBA_CACHE_DIR", "/nowhere")) / "slow at first"
         if kept.parent.name == "NUMBA_CACHE_DIR" and not kept.exists():
             kept.parent.mkdir(parents=True)

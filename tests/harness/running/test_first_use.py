@@ -27,7 +27,9 @@ def first_case(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def measured(folder: Path, suite: plan.Suite) -> Any:
-    run(folder, suite, selection.choose(["planted:Short"], False), [planted.SlowAtFirst()])
+    run(
+        folder, suite, selection.choose(["planted:Short"], False), [planted.SlowAtFirst()], prepare_seconds=LONG_SECONDS
+    )
     return store.load(folder, superseded=True)
 
 
@@ -45,6 +47,7 @@ def test_it_is_measured_at_the_first_trial_of_a_series_once(tmp_path: Path) -> N
 
 def test_its_caches_are_empty_and_end_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The caches of this process are neither used nor changed."""
+    monkeypatch.setattr(first_use, "MOST_SECONDS", LONG_SECONDS)
     for name in CACHES:
         monkeypatch.setenv(name, str(tmp_path / "kept"))
     seconds = [
