@@ -96,21 +96,23 @@ def _zeros(variables: int) -> str:
     return f"({''.join(f'0 * state[{i}], ' for i in range(variables))})"
 
 
-def _plain(trials: Trials) -> str | None:
+def takes_plain(trials: Trials) -> str | None:
+    """The reason why the integrator takes no equations that a claim writes; None if it takes them."""
     return None if {FirstOrder, SecondOrder} & set(trials.integrator.accepts) else "it takes no plain equations"
 
 
-def _second(trials: Trials) -> bool:
+def takes_accelerations(trials: Trials) -> bool:
     """Whether the integrator accepts accelerations."""
     return SecondOrder in trials.integrator.accepts
 
 
-def _form(trials: Trials, acceleration: Callable[[Any, Values, Values], Values]) -> Form:
+def plain_form(trials: Trials, acceleration: Callable[[Any, Values, Values], Values]) -> Form:
+    """Accelerations as they are where the integrator accepts them, else as equations of first order."""
     form = SecondOrder(acceleration)
-    return form if _second(trials) else first_order(form) or form
+    return form if takes_accelerations(trials) else first_order(form) or form
 
 
-@claim("blow_up", lambda trials: _plain(trials) or answers(trials), once=True, no_answer=True)
+@claim("blow_up", lambda trials: takes_plain(trials) or answers(trials), once=True, no_answer=True)
 def _blow_up(trials: Trials) -> Finding:
     """A solution must not be finite after its motion has ended.
 
@@ -140,7 +142,7 @@ def _last(trials: Trials, acceleration: Callable[[Any, Values, Values], Values],
     """q at the last sample, from q = 1; inf or nan without a solution there."""
     times = END * np.arange(1, SAMPLES + 1) / SAMPLES
     called = _limited(acceleration) if isinstance(trials.integrator, FunctionAdapter) else acceleration
-    problem = Problem(_form(trials, called), 2, np.zeros(0), times, 1.0)
+    problem = Problem(plain_form(trials, called), 2, np.zeros(0), times, 1.0)
     setting = times[0] / STEPS if trials.steps else trials.usual()
     solution = trials.outcome(problem, float(setting), np.array([1.0, rate])).solution
     lost = solution is None or solution.stopped is not None or not np.all(np.isfinite(solution.states[0, -1]))
@@ -167,7 +169,7 @@ def _other_problems(trials: Trials) -> Finding:
     would be used. Their variables rest if plain equations are accepted; else they are the first half of the motion.
     """
     problem, setting = trials.problem(), trials.usual()
-    plain = _plain(trials) is None
+    plain = takes_plain(trials) is None
     with trials.prepared(problem, setting) as solver:
         alone = solver(trials.start[None]).states[0]
         for start, t0 in ((trials.start, problem.t0), (alone[-1], float(problem.times[-1]))):
@@ -189,14 +191,18 @@ def _other_problems(trials: Trials) -> Finding:
 def _at_rest(trials: Trials, t0: float) -> Problem:
     """The problem of the case from the time `t0`, with equations in which nothing changes, or without accelerations."""
     problem = trials.problem()
-    form = SecondOrder(rests(problem.dimension // 2)) if _second(trials) else FirstOrder(rests(problem.dimension))
+    form = (
+        SecondOrder(rests(problem.dimension // 2))
+        if takes_accelerations(trials)
+        else FirstOrder(rests(problem.dimension))
+    )
     return replace(problem, form=form, t0=t0, times=problem.elapsed + t0, names=None)
 
 
 def _rested(trials: Trials, problem: Problem, start: Floats, solution: Solution) -> Finding:
     """Whether the states stay at the start, or move on with its velocities."""
     half = len(start) // 2
-    rates = np.append(start[half:], np.zeros(half)) if _second(trials) else np.zeros_like(start)
+    rates = np.append(start[half:], np.zeros(half)) if takes_accelerations(trials) else np.zeros_like(start)
     exact = start + problem.elapsed[:, None] * rates
     if not np.all(np.isfinite(start)) or not np.all(np.isfinite(solution.states)):
         return not_applicable(f"no solution of equations without motion: {solution.stopped or 'states are not finite'}")
@@ -212,7 +218,7 @@ def _few_variables(trials: Trials) -> str | None:
         return f"the case has more than {RESTING} variables itself"
     if not isinstance(trials.form, FirstOrder | SecondOrder):
         return "it takes no plain equations"
-    return _plain(trials) or (None if trials.case.hybrid is None else "its motion has events")
+    return takes_plain(trials) or (None if trials.case.hybrid is None else "its motion has events")
 
 
 @claim("more_variables", _few_variables, once=True)
@@ -251,7 +257,7 @@ def _after_resting(form: FirstOrder | SecondOrder) -> tuple[Form, bool]:
 def _structured(trials: Trials) -> str | None:
     if not {"symplectic", "reversible"} & set(trials.integrator.conserves):
         return "it declares neither symplectic nor reversible"
-    return _plain(trials) if trials.steps else "its setting is a tolerance"
+    return takes_plain(trials) if trials.steps else "its setting is a tolerance"
 
 
 @claim("time_structure", _structured, once=True)
@@ -278,12 +284,12 @@ def _time_structure(trials: Trials) -> Finding:
 def _swing_map(trials: Trials, c: float, setting: float) -> Floats:
     """The matrix (2, 2) of the motion of `swing` over a time of 1."""
     times = np.arange(1, SWINGS + 1) / SWINGS
-    problem = Problem(_form(trials, swing), 2, np.array([c]), times, 1.0)
+    problem = Problem(plain_form(trials, swing), 2, np.array([c]), times, 1.0)
     return np.array([states[-1] for states in trials.solutions(problem, setting, list(np.eye(2)))]).T
 
 
 def _summed(trials: Trials) -> str | None:
-    return _plain(trials) if trials.integrator.compensated else "it does not declare that its sums are compensated"
+    return takes_plain(trials) if trials.integrator.compensated else "it does not declare that its sums are compensated"
 
 
 @claim("compensated", _summed, once=True)
@@ -304,7 +310,7 @@ def _compensated(trials: Trials) -> Finding:
 def _sum(trials: Trials) -> tuple[Problem, Floats]:
     """The problem of a velocity 1 + 2/3 t to t = 1, and its start."""
     times = np.arange(1, SUMMED + 1) / SUMMED
-    form, counted = _form(trials, steady), trials.integrator.counts_rhs
+    form, counted = plain_form(trials, steady), trials.integrator.counts_rhs
     return Problem(form, 2, np.array([2 / 3]), times, 1.0, counted=counted), np.array([0.0, 1.0])
 
 

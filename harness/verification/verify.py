@@ -22,6 +22,7 @@ from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.supervisor import Job, Send, run
 from gnomon.harness.verification import (
     call_claims,
+    control_claims,
     convergence_claims,
     equation_claims,
     event_claims,
@@ -36,7 +37,8 @@ from gnomon.harness.verification.function_adapter import Stepped
 from gnomon import cases
 
 _MODULES = (
-    convergence_claims, quadrature_claim, structure_claims, relation_claims, call_claims, equation_claims, event_claims
+    convergence_claims, quadrature_claim, control_claims, structure_claims, relation_claims, call_claims, equation_claims,
+    event_claims,
 )  # fmt: skip
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
 CLAIMS = {
