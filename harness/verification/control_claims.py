@@ -100,7 +100,7 @@ def _tolerance(trials: Trials) -> str | None:
 
 def _steps(found: Solved, calls: int = CALLS) -> float:
     """The number of steps, or of right-hand sides over `calls`; infinite if nothing was counted."""
-    steps = found.solution and found.solution.steps
+    steps = None if found.solution is None else found.solution.steps
     return steps or (found.calls or math.inf) / calls
 
 
@@ -203,11 +203,11 @@ def _arranged(trials: Trials, arrangement: _Arrangement, tolerance: float) -> tu
     if accelerations:
         frequencies = np.where(fast, FREQUENCY, SLOW)
         parameters, start = frequencies**2, np.append(sizes, 0 * sizes)
-        exact, largest = sizes * np.cos(frequencies * END), max(np.max(np.abs(sizes)), FREQUENCY)
+        exact, largest = sizes * np.cos(frequencies * END), max(float(np.max(np.abs(sizes))), FREQUENCY)
     else:
         parameters, start = np.where(fast, FREQUENCY / 2, 0.0), sizes
         exact = sizes * np.exp(np.where(fast, math.sin(FREQUENCY * END) / 2, 0.0) - SLOW * END)
-        largest = GROWTH * np.max(np.abs(sizes))
+        largest = GROWTH * float(np.max(np.abs(sizes)))
     problem = Problem(
         _separate(accelerations), len(start), parameters, np.array([END]), 1 / FREQUENCY,
         counted=trials.integrator.counts_rhs,
