@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from gnomon.harness.commands import options
 from gnomon.harness.commands.options import out, problems
+from gnomon.harness.results.visible import visible
 from rich.markup import escape
 
 if TYPE_CHECKING:
@@ -53,8 +55,15 @@ def verify(
         str, typer.Option(help="low, normal or high: how many cases, and how short the steps.")
     ] = "normal",
     max_seconds: Annotated[
-        float | None, typer.Option(help="Claims that are not verified within this time do not apply.")
+        float | None,
+        typer.Option(help="Claims that are not verified within this time are not checked: no exit code 0."),
     ] = None,
+    every: Annotated[
+        bool,
+        typer.Option(
+            "--all", help="Verify all claims on all cases; by default a known cause of failures ends the run."
+        ),
+    ] = False,
     json_path: Annotated[Path | None, options.path_option("Write the result as JSON.", "--json")] = None,
     junit: Annotated[Path | None, options.path_option("Write the result as JUnit XML.")] = None,
     markdown: Annotated[Path | None, options.path_option("Write a summary for a pull request in Markdown.")] = None,
@@ -69,7 +78,8 @@ def verify(
 
     With --engine also the pre-flights of a physics engine: damping, limits, sleeping, frames, joints, contacts.
     Exit code 1 if a claim failed whose failure is not known, if the first trial raises, if it is worse than the
-    baseline or slower than another version; 2 if no claim was checked.
+    baseline or slower than another version; 2 if nothing failed, but on some case it was not checked that the integrator
+    follows the exact motion with the accuracy that it declares, or a named claim was not checked.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.verification import verification_report
@@ -90,7 +100,8 @@ def verify(
     chosen, how = options.integrator_or_program(integrator, command)
     if engine is not None:
         how = f"--engine {how}"
-    report = _verified(chosen, case, depth, claim, max_seconds, workers, (integrator, against), engine is not None)
+    asked = _Asked(case, depth, claim, max_seconds, workers, every)
+    report = _verified(chosen, asked, known, (integrator, against), engine is not None)
     _show(report, known, how)
     if picture is not None:
         _draw(chosen, report, picture)
@@ -99,8 +110,6 @@ def verify(
             path.write_text(verification_report.WRITERS[kind](report, known, how), encoding="utf-8")
     worse = base is not None and _worse(base, names, chosen, workers)
     code = verification_report.exit_code(report, known)
-    if code == verification_report.NOTHING:
-        problems.print("no claim was checked: no case takes this integrator, or no claim applies")
     if code or worse:
         raise typer.Exit(code or verification_report.FAILED)
 
@@ -124,17 +133,22 @@ def _validate(
             raise ValueError(f"--picture {picture} draws one claim on one case; give one --case and one --claim")
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """The options that say what is verified, as in `verify`."""
+
+    case: list[str] | None
+    depth: str
+    claim: list[str] | None
+    seconds: float | None
+    workers: int
+    every: bool
+
+
 def _verified(
-    chosen: Integrator,
-    case: list[str] | None,
-    depth: str,
-    claim: list[str] | None,
-    seconds: float | None,
-    workers: int,
-    versions: tuple[str | None, str | None],
-    engine: bool,
+    chosen: Integrator, asked: _Asked, known: Known, versions: tuple[str | None, str | None], engine: bool
 ) -> Report:
-    """Verify and give the report; prints each row as soon as it is measured.
+    """Verify and give the report; prints each row as soon as it is measured, a failure with its detail.
 
     Exits with 1 and the traceback if the first trial raises. `versions`: the integrator as it was named, and the
     requirement of the other version, None if time is not compared. `engine`: whether pre-flights run too.
@@ -144,32 +158,39 @@ def _verified(
     from gnomon.harness.verification.claims import Outcome
     from gnomon.harness.verification.engine_preflights import preflight_rows
     from gnomon.harness.verification.other_version import installed
-    from gnomon.harness.verification.verify import FirstTrialError, Report
+    from gnomon.harness.verification.verify import SETTLED, FirstTrialError, Report
     from gnomon.harness.verification.verify import verify as verify_
 
     def show(row: Row) -> None:
-        if row.finding.outcome != Outcome.NOT_APPLICABLE:
-            out.print(escape(f"{row.finding.outcome:6} {row.claim} on {row.case}"), highlight=False)
+        if row.finding.outcome not in SETTLED:
+            return
+        finding, detail = row.finding, ""
+        if finding.outcome == Outcome.FAILED and (row.claim, row.case) not in known:
+            detail = f"{', ' * bool(finding.setting)}{finding.setting}: {finding.got}, expected {finding.expected}"
+        out.print(escape(visible(f"{finding.outcome:6} {row.claim} on {row.case}{detail}")), highlight=False)
 
     named, against = versions
     other = None if against is None else installed(against)
-    ends = math.inf if seconds is None else monotonic() + seconds
-    rows = preflight_rows(chosen, case, depth, claim, workers, show, ends) if engine else []
-    claims = [name for name in claim or () if not (engine and name in preflight.TEXTS)]
-    if claim and not claims:
-        return Report(chosen.id, depth, rows, claims=tuple(claim))
-    left = None if seconds is None else max(ends - monotonic(), 0.0)
+    ends = math.inf if asked.seconds is None else monotonic() + asked.seconds
+    rows = []
+    if engine:
+        rows = preflight_rows(chosen, asked.case, asked.depth, asked.claim, asked.workers, show, ends)
+    claims = [name for name in asked.claim or () if not (engine and name in preflight.TEXTS)]
+    if asked.claim and not claims:
+        return Report(chosen.id, asked.depth, rows, claims=tuple(asked.claim))
+    left = None if asked.seconds is None else max(ends - monotonic(), 0.0)
     try:
-        report = verify_(chosen, case, depth, claims, left, workers, show)
+        report = verify_(chosen, asked.case, asked.depth, claims, left, asked.workers, show, asked.every)
     except FirstTrialError as error:
         problems.print(escape(str(error).rstrip()), highlight=False)
         problems.print("nothing was verified: the first trial raised")
         raise typer.Exit(1) from None
     report.rows[:0] = rows
-    if not claim:
-        report.notes = describe_energy(chosen, case, ends)
+    report.claims = tuple(asked.claim or ())
+    if not asked.claim:
+        report.notes = describe_energy(chosen, asked.case, ends)
     if named is not None and against is not None and other is not None:
-        _compare(chosen, case, report, (named, against), other, show)
+        _compare(chosen, asked.case, report, (named, against), other, show)
     return report
 
 

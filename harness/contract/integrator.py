@@ -35,6 +35,10 @@ class Unsupported(Refused):
     """Raised by an integrator that lacks an ability that the problem needs; the message names it. Status `unsupported`."""
 
 
+class TooManyCalls(Exception):  # noqa: N818 - named for the limit
+    """Raised by the right-hand side of a plain function after `Problem.most_calls` calls. Status `crashed`."""
+
+
 @dataclass(frozen=True)
 class Tolerance:
     """The sweep of an integrator whose setting is a relative tolerance.
@@ -126,6 +130,9 @@ class Problem:
         Names of the case, coordinates and parameters; None for a problem that was made without a case.
     t0 : float
         The time of the initial state.
+    most_calls : float
+        The number of right-hand sides after which a plain function (`from_step`, `from_solve`) is given up, in each
+        call of `solve`; only a verification sets it.
 
     Examples
     --------
@@ -147,6 +154,7 @@ class Problem:
     groups: tuple[int, ...] = ()
     names: Names | None = None
     t0: float = 0.0
+    most_calls: float = math.inf
 
     @property
     def elapsed(self) -> Floats:

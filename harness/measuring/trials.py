@@ -36,6 +36,9 @@ SHORT_SPANS = (SHORT, SHORT - 1, SHORT - 2)
 """Halvings of the span for `tolerance_short`."""
 TIGHT = 1e-4
 """Largest tolerance of the claims: at looser ones the estimate of a local error need not be close to the error."""
+CALLS = 1000.0
+"""Right-hand sides of a plain function for each step of `Trials.most_calls`, and for each component of the state, after
+which it is given up. Right pairs, extrapolation, multistep and Rosenbrock methods by differences take up to CALLS_OF_RIGHT."""
 COUNTS = 6
 """Least number of different counts from which the right-hand sides of a step are found. All 5 differences have a factor
 2 by chance with a probability of 1/32."""
@@ -268,9 +271,22 @@ class Trials:
             self._exact[halvings] = self.case.sample(self.reference.times * 2.0**-halvings)
         return self._exact[halvings]
 
+    def limited(self, problem: Problem, setting: float) -> Problem:
+        """The problem with the number of right-hand sides after which a plain function with a tolerance is given up.
+
+        A method of order p takes steps of about tolerance^(1/p) of the fastest time of the equations; the exponent
+        1/(p - 1), as of a lower estimate, and `CALLS` make the number many times what a right method takes.
+        """
+        if self.steps or not 0 < setting < 1:
+            return problem
+        fastest = min(problem.time_scale, self.case.fastest_time) if problem.names else problem.time_scale
+        scales = abs(float(problem.elapsed[-1])) / fastest
+        steps = len(problem.times) + scales * setting ** (-1 / max(1, (self.integrator.order or 2) - 1))
+        return replace(problem, most_calls=CALLS * problem.dimension * steps)
+
     def prepared(self, problem: Problem, setting: float) -> Prepared:
         """The integrator, prepared for a problem."""
-        return Prepared(self.integrator, problem, setting)
+        return Prepared(self.integrator, self.limited(problem, setting), setting)
 
     def solved(self, problem: Problem, setting: float, starts: Sequence[Floats]) -> list[tuple[Solution, int]]:
         """(solution, right-hand sides) from each start, by one solver in turn. The integrator's errors pass through."""
@@ -287,7 +303,8 @@ class Trials:
 
     def outcome(self, problem: Problem, setting: float, start: Floats, moving: bool = False) -> Solved:
         """The outcome from a start (dim,)."""
-        return solved(self.integrator, problem, setting, start[None], moving, self.longest)
+        limited = self.limited(problem, setting)
+        return solved(self.integrator, limited, setting, start[None], moving, self.longest)
 
     def _answer(self, setting: float, halvings: int, end: bool = False) -> Answer:
         began, counted = _clock(), self.integrator.counts_rhs

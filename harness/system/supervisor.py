@@ -440,16 +440,20 @@ class Job(Protocol):
         self.work(lambda message: write(connection.fileno(), frame(json.dumps(message).encode())))
 
 
-def run(jobs: Sequence[Job], workers: int, ends: float = math.inf) -> None:
+def run(
+    jobs: Sequence[Job], workers: int, ends: float = math.inf, enough: Callable[[], bool] = lambda: False
+) -> list[Job]:
     """Run jobs in up to `workers` processes, until each part has an answer or the clock `monotonic` is at `ends`.
 
-    A process is a fork, so that the user's objects need not be found again by name.
+    No job begins once there is `enough`; those that have begun are completed. Returns the jobs that have not begun, of
+    which none is left when the time is over. A process is a fork, so that the user's objects need not be found again by
+    name.
     """
-    waiting, running = [job for job in jobs if job.pending], dict[Child, Job]()
+    waiting, again, running = [job for job in jobs if job.pending], list[Job](), dict[Child, Job]()
     with Supervisor("fork") as supervisor:
-        while (waiting or running) and monotonic() <= ends:
-            while waiting and len(running) < workers:
-                job = waiting.pop(0)
+        while (running or again or (waiting and not enough())) and monotonic() <= ends:
+            while len(running) < workers and (again or (waiting and not enough())):
+                job = (again or waiting).pop(0)
                 child = supervisor.start(job.serve, lambda text, _: json.loads(text), os.devnull)
                 child.allow(job.limit)
                 running[child] = job
@@ -466,6 +470,9 @@ def run(jobs: Sequence[Job], workers: int, ends: float = math.inf) -> None:
                     continue
                 job.lose(str(message) if message.late else f"its process {message}", message.late)
                 if job.pending:
-                    waiting.insert(0, job)
-    for job in (*running.values(), *waiting):
+                    again.append(job)
+    if monotonic() <= ends:
+        return waiting
+    for job in (*running.values(), *again, *waiting):
         job.stop()
+    return []

@@ -22,6 +22,7 @@ from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.measuring.failures import status_of
 from gnomon.harness.measuring.perturbed_starts import perturbed_states
+from gnomon.harness.measuring.score import INACCURATE
 from gnomon.harness.measuring.trials import DEPTHS, Floats, Trials
 from gnomon.harness.results.regression import Verdict, compare
 from gnomon.harness.system.files import read_text
@@ -131,6 +132,11 @@ def measure(
     if not any(entry.status in SCORED for entry in entries):
         found = ", ".join(sorted({entry.status for entry in entries}))
         raise ValueError(f"{integrator.id} has no solution at any setting ({found}), so there is nothing to keep")
+    if Status.OK not in [entry.status for entry in entries]:
+        raise ValueError(
+            f"{integrator.id} follows no exact motion at any setting (errors above {INACCURATE:g} of its size), so there is"
+            " nothing to keep; look for the cause with gnomon verify"
+        )
     places = [case.id for case in chosen]
     entries.sort(key=lambda entry: (places.index(entry.case_id), -entry.setting))
     return Baseline(integrator.id, depth, VERSION, tuple(entries))

@@ -15,12 +15,13 @@ from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Answer, Depth, Trials
 from gnomon.harness.registry import selection
+from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.results.visible import shown
 from gnomon.harness.system import extras
-from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.claims import Finding, Outcome
 from gnomon.harness.verification.convergence_claims import allowed_error
 from gnomon.harness.verification.verification_report import command, failure, read_known
-from gnomon.harness.verification.verify import CLAIMS, Report, Row, planned
+from gnomon.harness.verification.verify import ACCURACY, CLAIMS, FOLLOWS, Report, Row, planned
 
 if TYPE_CHECKING:
     import pytest
@@ -30,7 +31,8 @@ if TYPE_CHECKING:
 class Check:
     """One claim about an integrator on one case.
 
-    A call raises AssertionError if the claim fails, and skips the test if the claim does not apply.
+    A call raises AssertionError if the claim fails or could not be checked, and skips the test if it does not apply.
+    `FOLLOWS` fails too if no claim about accuracy is checked on its case: else a test run would be green on nothing.
     """
 
     integrator: Integrator
@@ -58,13 +60,35 @@ class Check:
     def __call__(self) -> None:
         import pytest  # as above
 
-        found = CLAIMS[self.claim].check(_trials(self.integrator, CaseSpec.of(self.case), self.depth))
+        found = self._finding(self.claim)
+        if found.outcome == Outcome.NOT_CHECKED:
+            raise AssertionError(shown(f"{self.claim} on {self.case.id} was not checked: {found.why}"))
+        if self.claim == FOLLOWS and found.outcome == Outcome.PASSED:
+            self._require_accuracy()
         if found.outcome == Outcome.NOT_APPLICABLE:
             pytest.skip(shown(found.why))
         if found.outcome == Outcome.FAILED:
             row, report = Row(self.claim, self.case.id, found), Report(self.integrator.id, self.depth.name)
             alone = [f"  command:  {command(report, row, self.how)}"] if self.how else []
             raise AssertionError("\n".join(map(shown, [*failure(row), *alone])))
+
+    def _finding(self, claim: str) -> Finding:
+        return _finding(self.integrator, CaseSpec.of(self.case), self.depth, claim)
+
+    def _require_accuracy(self) -> None:
+        """Raise AssertionError if no claim about accuracy passed or failed on the case."""
+        rows = []
+        for name in (FOLLOWS, *ACCURACY):
+            rows.append(Row(name, self.case.id, self._finding(name)))
+            gaps = Report(self.integrator.id, self.depth.name, rows, cases=(self.case.id,)).gaps()
+            if not gaps:
+                return
+        raise AssertionError("\n".join(map(shown, gaps)))
+
+
+@lru_cache(maxsize=256)
+def _finding(integrator: Integrator, spec: CaseSpec, depth: Depth, claim: str) -> Finding:
+    return CLAIMS[claim].check(_trials(integrator, spec, depth))
 
 
 @lru_cache(maxsize=16)
@@ -159,7 +183,7 @@ def assert_follows(integrator: Integrator, case: str | Case, setting: float, wit
         If the error is larger, or there is no solution. The message shows the exact and the computed state at the worst
         sample.
     ValueError
-        For a bound that is not positive, or a step size without a bound.
+        For a bound that is not positive, and without a bound for a step size, or a tolerance that bounds no error.
 
     Examples
     --------
@@ -176,6 +200,11 @@ def assert_follows(integrator: Integrator, case: str | Case, setting: float, wit
         raise ValueError(f"{integrator.id} takes step sizes, which bound no error; give within=, the largest error")
     answer = trials.whole(setting)
     allowed = allowed_error(trials, setting, answer) if within is None else within
+    if within is None and not allowed < LARGEST_ERROR and not answer.declined:
+        raise ValueError(
+            f"{integrator.id}: tolerance {setting:g} bounds the error by {allowed:.2g} of the size of the motion, which says"
+            " nothing; give within=, the largest error, or a tighter tolerance"
+        )
     if not answer.declined and answer.error <= allowed:
         return
     raise AssertionError("\n".join(map(shown, _departure(trials, answer, allowed))))

@@ -19,6 +19,9 @@ class Outcome(StrEnum):
     PASSED = "passed"
     FAILED = "failed"
     NOT_APPLICABLE = "not applicable"
+    """The integrator cannot have the property, or the case does not show it."""
+    NOT_CHECKED = "not checked"
+    """The claim is made, but the time did not allow an answer, or the integrator had no solution to check."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,7 @@ class Finding:
     """The outcome of a claim on one case, with details.
 
     A failure has the setting, the expected and the actual result, and in `why` the reason for the claim. For a claim
-    that does not apply, `why` says why not.
+    that does not apply, or that was not checked, `why` says why not.
     """
 
     outcome: Outcome
@@ -42,6 +45,10 @@ def passed(got: str = "") -> Finding:
 
 def not_applicable(why: str) -> Finding:
     return Finding(Outcome.NOT_APPLICABLE, why)
+
+
+def not_checked(why: str) -> Finding:
+    return Finding(Outcome.NOT_CHECKED, why)
 
 
 def failed(setting: str, expected: str, got: str, why: str = "") -> Finding:

@@ -258,6 +258,11 @@ def conclude(failures: Failures, found: Facts) -> str | None:
     return None
 
 
+def of_many_calls(limit: str) -> str:
+    """The cause if a solution was given up after many times the right-hand sides of a right method."""
+    return f"work: it needs {limit}, many times those of a right method: its error estimate, or a coefficient, is wrong"
+
+
 def _of_calls(failures: Failures, claims: set[str], found: Facts) -> str | None:
     bits = found.get("bits")
     if found.get("changed_start") or "start_kept" in claims:

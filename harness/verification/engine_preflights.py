@@ -12,8 +12,8 @@ from gnomon.harness.registry import selection
 from gnomon.harness.studies import preflight
 from gnomon.harness.system.limitations import need_fork
 from gnomon.harness.system.supervisor import Job, Send, run
-from gnomon.harness.verification.claims import Finding, failed, not_applicable, passed
-from gnomon.harness.verification.verify import CASES, CLAIM_SECONDS, Row, planned
+from gnomon.harness.verification.claims import Finding, failed, not_applicable, not_checked, passed
+from gnomon.harness.verification.verify import CASES, CLAIM_SECONDS, OVER, Row, planned
 
 
 def preflight_rows(
@@ -42,7 +42,7 @@ def preflight_rows(
     progress : callable
         It is called with each row when it is known.
     ends : float
-        The time of the clock `monotonic` after which pre-flights that have not run do not apply.
+        The time of the clock `monotonic` after which pre-flights that have not run are not checked.
 
     Returns
     -------
@@ -113,7 +113,7 @@ class PreflightJob(Job):
 
     def stop(self) -> None:
         while self.parts:
-            self._answer(not_applicable("the time of --max-seconds is over"))
+            self._answer(not_checked(OVER))
 
     def _answer(self, found: Finding) -> None:
         part = self.parts.pop(0)

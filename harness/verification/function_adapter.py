@@ -7,6 +7,7 @@ of y.
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
 from abc import abstractmethod
@@ -15,7 +16,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
-from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Solver, Steps, Tolerance, each_start
+from gnomon.harness.contract.integrator import (
+    Integrator,
+    Problem,
+    Refused,
+    Solver,
+    Steps,
+    Tolerance,
+    TooManyCalls,
+    each_start,
+)
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.registry import declaration
 from numpy.typing import NDArray
@@ -36,6 +46,7 @@ def from_step(
     sweep: Steps | None = None,
     conserves: tuple[str, ...] = (),
     accelerations: bool = False,
+    jacobian: str = "exact",
     library: str = "mine",
 ) -> Integrator:
     """Make an integrator from a function that makes one step.
@@ -54,6 +65,9 @@ def from_step(
         The properties that hold at any step size, see `Integrator`.
     accelerations : bool
         Whether f is ``f(t, q)`` and returns accelerations; the positions q are the first half of y.
+    jacobian : {"exact", "differences"}
+        "differences" if the method differentiates f numerically, in the state or in time: bounds then allow the error
+        of the differences.
     library : str
         The name of the library, the first part of the integrator's id.
 
@@ -72,8 +86,8 @@ def from_step(
     >>> from gnomon.verify import from_step
     >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
     """
-    accepts = (SecondOrder,) if accelerations else (FirstOrder,)
-    declared = {"name": name, "library": library, "order": order, "accepts": accepts, "conserves": conserves}
+    declared = {"name": name, "library": library, "order": order, "conserves": conserves, "jacobian": jacobian}
+    declared |= {"accepts": (SecondOrder,) if accelerations else (FirstOrder,)}
     return _made(Stepped, declared | {"sweep": sweep or Steps(), "function": staticmethod(step)})
 
 
@@ -86,6 +100,7 @@ def from_solve(
     dense_order: int | None = None,
     conserves: tuple[str, ...] = (),
     accelerations: bool = False,
+    jacobian: str = "exact",
     library: str = "mine",
 ) -> Integrator:
     """Make an integrator from a whole solver.
@@ -108,6 +123,9 @@ def from_solve(
         The properties that hold at any step size, see `Integrator`.
     accelerations : bool
         Whether f is ``f(t, q)`` and returns accelerations; the positions q are the first half of y.
+    jacobian : {"exact", "differences"}
+        "differences" if the method differentiates f numerically, in the state or in time: bounds then allow the error
+        of the differences.
     library : str
         The name of the library, the first part of the integrator's id.
 
@@ -131,8 +149,8 @@ def from_solve(
     ...     return found.y.T
     >>> rk45 = from_solve(solve, name="RK45", order=5, dense_order=4)
     """
-    accepts = (SecondOrder,) if accelerations else (FirstOrder,)
-    declared = {"name": name, "library": library, "order": order, "accepts": accepts, "conserves": conserves}
+    declared = {"name": name, "library": library, "order": order, "conserves": conserves, "jacobian": jacobian}
+    declared |= {"accepts": (SecondOrder,) if accelerations else (FirstOrder,)}
     sampling = "stops at samples" if dense_order is None else "dense output"
     more = {"sweep": sweep or Tolerance(1e-3, 1e-12), "sampling": sampling, "dense_order": dense_order or None}
     return _made(_Solved, declared | more | {"function": staticmethod(solve)})
@@ -145,9 +163,11 @@ class FunctionAdapter(Integrator):
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         self.validate(problem, setting)
-        f = right_hand_side(problem)
 
-        return Solver(each_start(problem, lambda y, out: (self.trajectory(f, problem, setting, y, out), None)))
+        def solve_one(start: Floats, out: Floats) -> tuple[int | None, None]:
+            return self.trajectory(right_hand_side(problem), problem, setting, start, out), None
+
+        return Solver(each_start(problem, solve_one))
 
     def validate(self, problem: Problem, setting: float) -> None:
         """Raise Refused for a setting that is not a reasonable step size or tolerance."""
@@ -155,8 +175,8 @@ class FunctionAdapter(Integrator):
         require_positive(setting, kind)
         if kind == "tolerance" and not LEAST_TOLERANCE <= setting < 1:
             raise Refused(f"tolerance {setting:g} is not from {LEAST_TOLERANCE:.1e} to below 1")
-        span = float(problem.elapsed[-1])
-        if kind == "step size" and (span / setting > MOST_STEPS or setting > 2 * problem.interval):
+        span = abs(float(problem.elapsed[-1]))
+        if kind == "step size" and (span / setting > MOST_STEPS or setting > 2 * abs(problem.interval)):
             raise Refused(
                 f"step size {setting:g} is longer than the sampling interval, {problem.interval:g},"
                 f" or makes more than {MOST_STEPS:g} steps"
@@ -173,7 +193,7 @@ class Stepped(FunctionAdapter):
     def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
         time, steps, step = problem.t0, 0, type(self).function
         for k, end in enumerate(problem.times.tolist()):
-            count = max(1, math.ceil((end - time) / setting * (1 - 1e-12)))
+            count = max(1, math.ceil(abs(end - time) / setting * (1 - 1e-12)))
             h = (end - time) / count
             for i in range(count):
                 y = step(f, time + i * h, y, h)
@@ -201,10 +221,12 @@ def right_hand_side(problem: Problem) -> RightHandSide:
     form = problem.form
     equations: Any = form.acceleration if isinstance(form, SecondOrder) else form.equations  # type: ignore[union-attr]
     half = problem.dimension // 2 if isinstance(form, SecondOrder) else problem.dimension
-    parameters, buffer = tuple(problem.parameters.tolist()), problem.buffer
+    parameters, buffer, calls = tuple(problem.parameters.tolist()), problem.buffer, itertools.count(1)
 
     def f(t: float, y: Any) -> Floats:
         buffer[-1] += 1.0
+        if next(calls) > problem.most_calls:
+            raise TooManyCalls(f"more than {problem.most_calls:.2g} right-hand sides in one solution")
         try:
             return np.array(equations(float(t), tuple(np.asarray(y, dtype=np.float64).tolist()[:half]), parameters))
         except (ArithmeticError, ValueError):

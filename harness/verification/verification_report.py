@@ -23,8 +23,9 @@ from gnomon.reference.numerics.precision import shortened
 
 SCHEMA = 1
 """Version of the JSON result; it changes when a key disappears or changes its meaning."""
-PASSED, FAILED, NOTHING = 0, 1, 2
-"""Exit codes; NOTHING means that no claim was checked."""
+PASSED, FAILED, NOT_VERIFIED = 0, 1, 2
+"""Exit codes; NOT_VERIFIED means that nothing failed, but `Report.gaps` are left."""
+WORDS = {PASSED: "verified", FAILED: "failed", NOT_VERIFIED: "not verified"}
 
 Known = Mapping[tuple[str, str], str]
 """(claim, case) -> the reason why the failure is known."""
@@ -57,14 +58,14 @@ def new_failures(report: Report, known: Known) -> list[Row]:
 
 
 def exit_code(report: Report, known: Known) -> int:
-    """1 if a claim failed and the failure is not known, 2 if no claim was checked, else 0."""
+    """1 if a claim failed and the failure is not known, 2 if `Report.gaps` are left, else 0."""
     if new_failures(report, known):
         return FAILED
-    return PASSED if report.checked else NOTHING
+    return NOT_VERIFIED if report.gaps() else PASSED
 
 
 def counts(report: Report, known: Known) -> dict[str, int]:
-    """The numbers of claims on cases: checked, passed, failed, known failures, not applicable."""
+    """The numbers of claims on cases: checked, passed, failed, known failures, not applicable, not checked."""
     failures = report.of(Outcome.FAILED)
     return {
         "checked": report.checked,
@@ -72,6 +73,7 @@ def counts(report: Report, known: Known) -> dict[str, int]:
         "failed": len(failures),
         "known": len(failures) - len(new_failures(report, known)),
         "not_applicable": len(report.of(Outcome.NOT_APPLICABLE)),
+        "not_checked": len(report.of(Outcome.NOT_CHECKED)),
     }
 
 
@@ -116,15 +118,25 @@ def lines(report: Report, known: Known, how: str) -> list[str]:
             found += [*failure(row, number == 0), f"  command:  {command(report, row, how)}"]
     found += cause(report) if failures else []
     found += times(report)
-    reasons = Counter((row.claim, row.finding.why) for row in report.of(Outcome.NOT_APPLICABLE))
-    found += [f"not applicable: {claim} ({count}): {why}" for (claim, why), count in reasons.items()]
+    for outcome in (Outcome.NOT_APPLICABLE, Outcome.NOT_CHECKED):
+        reasons: dict[str, Counter[str]] = {}
+        for row in report.of(outcome):
+            reasons.setdefault(row.finding.why, Counter())[row.claim] += 1
+        for why, claims in reasons.items():
+            found.append(f"{outcome}: {', '.join(f'{claim} ({count})' for claim, count in claims.items())}: {why}")
     for row in report.rows:
         reason = known.get((row.claim, row.case))
         if reason is not None and row.finding.outcome == Outcome.FAILED:
             found.append(f"known failure: {row.claim} on {row.case}: {reason}")
         if reason is not None and row.finding.outcome == Outcome.PASSED:
             found.append(f"passes now: {row.claim} on {row.case}; take it from the file of known failures ({reason})")
-    return [visible(line) for line in [*found, *report.notes, total(report, known)]]
+    found += [*gaps(report, known), *report.notes]
+    return [visible(line) for line in [*found, total(report, known)]]
+
+
+def gaps(report: Report, known: Known) -> list[str]:
+    """Why an integrator in which nothing failed does not count as verified, a line each."""
+    return [f"not verified: {gap}" for gap in report.gaps()] if exit_code(report, known) == NOT_VERIFIED else []
 
 
 def times(report: Report) -> list[str]:
@@ -142,9 +154,11 @@ def total(report: Report, known: Known) -> str:
     """The counts as a sentence."""
     number = counts(report, known)
     on = len({row.case for row in report.rows})
+    more = f" (about {report.more_seconds:.2g} s more)" if number["not_checked"] and report.more_seconds else ""
     return (
         f"{report.integrator}: {number['checked']} claims checked on {on} cases, {number['passed']} passed,"
-        f" {number['failed']} failed ({number['known']} known), {number['not_applicable']} not applicable"
+        f" {number['failed']} failed ({number['known']} known), {number['not_applicable']} not applicable,"
+        f" {number['not_checked']} not checked{more}: {WORDS[exit_code(report, known)]}"
     )
 
 
@@ -167,33 +181,41 @@ def as_json(report: Report, known: Known, how: str) -> str:
     claims = {name: {"states": text["states"], "bound": text["bound"]} for name, text in TEXTS.items()}
     versions = None if report.against is None else {"requirement": report.against[0], "versions": report.against[1]}
     whole = {"schema": SCHEMA, "integrator": report.integrator, "depth": report.depth, "counts": counts(report, known)}
-    whole |= {"diagnosis": report.diagnosis, "against": versions, "notes": report.notes}
-    whole |= {"rows": rows, "claims": claims}
+    whole |= {"verdict": WORDS[exit_code(report, known)], "gaps": report.gaps(), "diagnosis": report.diagnosis}
+    whole |= {"against": versions, "notes": report.notes, "rows": rows, "claims": claims}
     return json.dumps(whole, indent=1) + "\n"
 
 
 def as_junit(report: Report, known: Known, how: str) -> str:
-    """The report as JUnit XML, a test case for each claim on each case; known and inapplicable ones are skipped."""
-    number = counts(report, known)
+    """The report as JUnit XML: a test case for each claim on each case, and one for the verdict.
+
+    Known and inapplicable claims are skipped; claims that were not checked, and a missing verdict, are errors.
+    """
+    number, open_ = counts(report, known), gaps(report, known)
     suite = ElementTree.Element(
         "testsuite",
         name=f"gnomon verify {_xml(report.integrator)}",
-        tests=str(len(report.rows)),
+        tests=str(len(report.rows) + 1),
         failures=str(number["failed"] - number["known"]),
         skipped=str(number["not_applicable"] + number["known"]),
-        errors="0",
+        errors=str(number["not_checked"] + bool(open_)),
     )
     for row in report.rows:
         test = ElementTree.SubElement(suite, "testcase", classname=row.case, name=row.claim)
         finding, reason = row.finding, known.get((row.claim, row.case))
         if finding.outcome == Outcome.NOT_APPLICABLE:
             ElementTree.SubElement(test, "skipped", message=_xml(finding.why))
+        elif finding.outcome == Outcome.NOT_CHECKED:
+            ElementTree.SubElement(test, "error", message=_xml(f"not checked: {finding.why}"))
         elif finding.outcome == Outcome.FAILED and reason is not None:
             ElementTree.SubElement(test, "skipped", message=_xml(f"known failure: {reason}"))
         elif finding.outcome == Outcome.FAILED:
             message = _xml(f"{finding.setting}: expected {finding.expected}, got {finding.got}")
             text = ElementTree.SubElement(test, "failure", message=message)
             text.text = _xml(f"{finding.why}\n{command(report, row, how)}")
+    verdict = ElementTree.SubElement(suite, "testcase", classname="all cases", name="verified")
+    if open_:
+        ElementTree.SubElement(verdict, "error", message=_xml("\n".join(open_)))
     return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
 
 
@@ -208,7 +230,7 @@ def as_markdown(report: Report, known: Known, how: str) -> str:
         cells = [row.claim, row.case, finding.setting, finding.expected, finding.got, command(report, row, how)]
         found.append(f"| {' | '.join(map(_cell, cells))} |")
     found += ["", *map(_cell, cause(report))] if failures else []
-    for more in (times(report), report.notes):
+    for more in (gaps(report, known), times(report), report.notes):
         found += ["", *(f"- {_cell(line)}" for line in more)] if more else []
     return "\n".join(found) + "\n"
 
@@ -220,13 +242,13 @@ def _cell(text: str) -> str:
 
 
 def workflow_commands(report: Report, known: Known, how: str) -> list[str]:
-    """A line for each failure that is not known, in the notation of GitHub Actions' workflow commands."""
+    """A line for each failure that is not known, and each gap, in the notation of GitHub Actions' workflow commands."""
     found = []
     for row in new_failures(report, known):
         text = "\n".join([*failure(row), command(report, row, how)])
         title = _workflow(f"gnomon: {row.claim} on {row.case}").replace(":", "%3A").replace(",", "%2C")
         found.append(f"::error title={title}::{_workflow(text)}")
-    return found
+    return found + [f"::error title=gnomon::{_workflow(gap)}" for gap in gaps(report, known)]
 
 
 def _workflow(text: str) -> str:
@@ -236,10 +258,12 @@ def _workflow(text: str) -> str:
 
 
 def as_badge(report: Report, known: Known, how: str) -> str:
-    """The JSON of a badge for shields.io's endpoint: passed of checked claims; grey if no claim was checked."""
+    """The JSON of a badge for shields.io's endpoint: passed of checked claims; grey if it is not verified."""
     number = counts(report, known)
-    colour = {PASSED: "brightgreen", FAILED: "red", NOTHING: "lightgrey"}[exit_code(report, known)]
-    message = f"{number['passed']} of {number['checked']} claims" if number["checked"] else "nothing checked"
+    colour = {PASSED: "brightgreen", FAILED: "red", NOT_VERIFIED: "lightgrey"}[exit_code(report, known)]
+    message = f"{number['passed']} of {number['checked']} claims"
+    if exit_code(report, known) == NOT_VERIFIED:
+        message = f"not verified: {message}" if number["checked"] else "nothing checked"
     return json.dumps({"schemaVersion": 1, "label": "gnomon", "message": message, "color": colour}) + "\n"
 
 

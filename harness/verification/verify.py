@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import math
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from time import monotonic
 from typing import Any
 
 from gnomon.cases import Case
 from gnomon.cases.core.numbers import nearest
-from gnomon.harness.contract.integrator import Integrator, Refused, Steps
+from gnomon.harness.contract.integrator import Integrator, Refused, Steps, TooManyCalls
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Depth, Trials
@@ -26,18 +26,30 @@ from gnomon.harness.verification import (
     convergence_claims,
     equation_claims,
     event_claims,
+    follows_claim,
     quadrature_claim,
     relation_claims,
     structure_claims,
 )
-from gnomon.harness.verification.claims import TEXTS, TIME, Claim, Finding, Outcome, failed, not_applicable, passed
-from gnomon.harness.verification.diagnosis import Facts, Failures, conclude, digest, facts
+from gnomon.harness.verification.claims import (
+    TEXTS,
+    TIME,
+    Claim,
+    Finding,
+    Outcome,
+    failed,
+    not_applicable,
+    not_checked,
+    passed,
+)
+from gnomon.harness.verification.diagnosis import Facts, Failures, conclude, digest, facts, of_many_calls
 from gnomon.harness.verification.function_adapter import Stepped
 
 from gnomon import cases
 
 _MODULES = (
-    convergence_claims, quadrature_claim, control_claims, structure_claims, relation_claims, call_claims, equation_claims,
+    follows_claim, convergence_claims, quadrature_claim, control_claims, structure_claims, relation_claims, call_claims,
+    equation_claims,
     event_claims,
 )  # fmt: skip
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
@@ -55,12 +67,29 @@ CASES = (
     "lagrange_top_attitude",
 )  # fmt: skip
 """A depth takes the first of these cases that an integrator accepts; each has another form or difficulty."""
+FOLLOWS = "follows"
+ACCURACY = (
+    "order",
+    "order_short",
+    "error",
+    "event_order",
+    "tolerance",
+    "tolerance_short",
+    "proportional",
+    "work_order",
+    "hard",
+)
+"""Claims that compare errors with settings. On each case `FOLLOWS` and one of these must pass."""
+SETTLED = (Outcome.PASSED, Outcome.FAILED)
+DECISIVE = ("runs", FOLLOWS)
+"""Claims whose failure ends the other claims on a case: without states near the motion these find nothing more."""
 UNCLAIMED = ("long", "engines", "speed", "turns", "orbits", "precessions", "revolutions")
 """Prefixes of the names of variants that are long rather than hard."""
 CLAIM_SECONDS = {"low": 20.0, "normal": 60.0, "high": 600.0}
 """Processor seconds of a claim on a case. A claim that takes longer is tried once more; then the integrator hangs."""
 REFERENCE_SECONDS = 600.0
 FIRST = "first trial"
+OVER = "the time of --max-seconds is over"
 
 
 class FirstTrialError(Exception):
@@ -100,8 +129,10 @@ class Report:
         One row for each claim on each case.
     against : tuple of str, optional
         The other version as the user named it, and the files of both versions; None without another version.
-    claims : tuple of str
-        The claims that the user named; empty if all were verified.
+    claims, cases : tuple of str
+        The claims, and the cases, that the user named; empty if all were verified, or the cases of the depth.
+    more_seconds : float
+        The time (s) that the claims that were not checked would take, by the mean time of the others.
     diagnosis : str, optional
         The likely cause of all failures, as ``id: sentence``; None without failures or without a known cause.
     notes : tuple of str
@@ -119,6 +150,8 @@ class Report:
     rows: list[Row] = field(default_factory=list)
     against: tuple[str, str] | None = None
     claims: tuple[str, ...] = ()
+    cases: tuple[str, ...] = ()
+    more_seconds: float = 0.0
     diagnosis: str | None = None
     notes: tuple[str, ...] = ()
 
@@ -144,6 +177,48 @@ class Report:
         """The number of claims that passed or failed."""
         return len(self.of(Outcome.PASSED)) + len(self.of(Outcome.FAILED))
 
+    def gaps(self) -> list[str]:
+        """What must still be checked before the integrator counts as verified, each a sentence; failures are no gaps.
+
+        The claims that the user named; else, on each case that was named, or that the integrator accepts, `FOLLOWS` and
+        a claim of `ACCURACY`. A hard variant that the user did not name may have no solution.
+        """
+        if self.claims:
+            return [gap for name in self.claims for gap in self._gaps_of_claim(name)]
+        by_case: dict[str, dict[str, Finding]] = {}
+        for row in self.rows:
+            if row.claim in CLAIMS and (self.cases or "/" not in row.case):
+                by_case.setdefault(row.case, {})[row.claim] = row.finding
+        if not self.cases:  # of a depth's own cases those that the integrator supports
+            lacks = [case for case, of in by_case.items() if _outcome(of, FOLLOWS) == Outcome.NOT_APPLICABLE]
+            by_case = {case: of for case, of in by_case.items() if case not in lacks}
+        found = [] if by_case else ["no case takes this integrator"]
+        for case, of in by_case.items():
+            if _outcome(of, FOLLOWS) not in SETTLED:
+                found.append(f"{case}: {FOLLOWS} was not checked" + f": {of[FOLLOWS].why}" * (FOLLOWS in of))
+            elif not any(_outcome(of, name) in SETTLED for name in ACCURACY):
+                why = "; ".join(f"{name}: {of[name].why}" for name in ACCURACY if name in of)
+                found.append(f"{case}: no claim about accuracy was checked ({why})")
+        return found
+
+    def _gaps_of_claim(self, name: str) -> list[str]:
+        rows = [row for row in self.rows if row.claim == name]
+        enough = not self.cases and any(row.finding.outcome in SETTLED for row in rows)
+        open_ = [
+            row
+            for row in rows
+            if row.finding.outcome not in SETTLED and not (enough and row.finding.outcome == Outcome.NOT_APPLICABLE)
+        ]
+        return (
+            [f"{row.case}: {name} was not checked: {row.finding.why}" for row in open_]
+            if rows
+            else [f"{name} is made on no case"]
+        )
+
+
+def _outcome(findings: Mapping[str, Finding], name: str) -> Outcome | None:
+    return findings[name].outcome if name in findings else None
+
 
 def verify(
     integrator: Integrator,
@@ -153,6 +228,7 @@ def verify(
     max_seconds: float | None = None,
     workers: int = 2,
     progress: Callable[[Row], None] = lambda row: None,
+    every: bool = False,
 ) -> Report:
     """Verify the claims about an integrator.
 
@@ -167,11 +243,14 @@ def verify(
     claims : sequence of str, optional
         Ids of claims, see `CLAIMS`; by default all claims.
     max_seconds : float, optional
-        The time limit (s). Claims that are not verified by then do not apply.
+        The time limit (s). Claims that are not verified by then are "not checked".
     workers : int
         The number of processes.
     progress : callable, optional
         It is called with each row when it is known.
+    every : bool
+        Whether all claims are verified on all cases. By default a failure whose cause is known ends the verification
+        once the cases that have begun are complete, and a failure of `DECISIVE` ends the claims on its case.
 
     Returns
     -------
@@ -194,26 +273,46 @@ def verify(
     """
     need_fork()
     chosen = planned(integrator, names, depth, claims)
-    report = Report(integrator.id, depth, claims=tuple(claims or ()))
+    report = Report(integrator.id, depth, claims=tuple(claims or ()), cases=tuple(names or ()))
     if not chosen:
         return report
     _first_trial(integrator, chosen[0][0], DEPTHS[depth])
+    began = monotonic()
 
     def add(row: Row) -> None:
         report.rows.append(row)
         progress(row)
 
-    ends = math.inf if max_seconds is None else monotonic() + max_seconds
-    run([CaseJob(integrator, case, DEPTHS[depth], add, ids) for case, ids in chosen], workers, ends)
-    places = {name: place for place, name in enumerate([*(case.id for case, _ in chosen), *CLAIMS])}
+    ends = math.inf if max_seconds is None else began + max_seconds
+    on = {case.id: case for case, _ in chosen}
+    waiting = [CaseJob(integrator, case, DEPTHS[depth], add, ids, every=every) for case, ids in chosen]
+    while waiting and monotonic() <= ends:
+        known = len(report.of(Outcome.FAILED))
+
+        def has_failed(known: int = known) -> bool:
+            return not every and len(report.of(Outcome.FAILED)) > known
+
+        waiting = run(waiting, workers, ends, has_failed)
+        if has_failed() or (every and report.of(Outcome.FAILED)):
+            report.diagnosis = _diagnosed(integrator, report, on, ends)
+        if report.diagnosis is not None and not every:
+            break
+    seconds = (monotonic() - began) / max(1, len(report.rows))
+    for job in waiting:
+        job.stop("a known cause ended the run; --all goes on" if report.diagnosis else OVER)
+    report.more_seconds = seconds * len(report.of(Outcome.NOT_CHECKED))
+    places = {name: place for place, name in enumerate([*on, *CLAIMS])}
     report.rows.sort(key=lambda row: (places[row.case], places[row.claim]))
-    if report.of(Outcome.FAILED) and monotonic() < ends:
-        report.diagnosis = _diagnosed(integrator, report, {case.id: case for case, _ in chosen}, ends)
     return report
 
 
 def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends: float) -> str | None:
-    """The likely cause of a report's failures, from solutions on one case in two new processes."""
+    """The likely cause of a report's failures, from solutions on one case in two new processes; None if time is over."""
+    stopped = next(
+        (row.finding.got for row in report.of(Outcome.FAILED) if TooManyCalls.__name__ in row.finding.got), None
+    )
+    if stopped is not None:
+        return of_many_calls(stopped.partition(": ")[2])
     pairs = {outcome: frozenset((row.claim, row.case) for row in report.of(outcome)) for outcome in Outcome}
     got = tuple(
         row.finding.got for row in report.of(Outcome.FAILED) if row.claim in ("order", "order_short", "work_order")
@@ -229,6 +328,8 @@ def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends
         rows: list[Row] = []
         run([CaseJob(integrator, case, DEPTHS[report.depth], rows.append, [FIRST], measured)], 1, ends)
         finding = rows[0].finding
+        if finding.outcome == Outcome.NOT_CHECKED:
+            return None
         found.append(json.loads(finding.got) if finding.outcome == Outcome.PASSED else {"raises": True})
     alone, rest = found
     declared = {"order": integrator.order, "stepped": isinstance(integrator, Stepped)}
@@ -248,13 +349,18 @@ def planned(
     ids = _claim_ids(claims)
     chosen = [case.rounded() for case in _cases(integrator, names, DEPTHS[depth])]
     first = next((case for case in chosen if case.variant is None), None)
-    found = [(case, [i for i in ids if _made(CLAIMS[i], case, first)]) for case in chosen]
+    found = [(case, [i for i in ids if _made(CLAIMS[i], case, first, bool(names))]) for case in chosen]
     return [(case, ids) for case, ids in found if ids]
 
 
-def _made(claim: Claim, case: Case, first: Case | None) -> bool:
-    """Whether a claim is made on a case; `first` is the first default variant."""
-    return claim.hard == (case.variant is not None) and (case is first or not claim.once)
+def _made(claim: Claim, case: Case, first: Case | None, named: bool) -> bool:
+    """Whether a claim is made on a case; `first` is the first default variant.
+
+    On a hard variant that the user `named` the claims about accuracy are made too.
+    """
+    if case.variant is not None:
+        return claim.hard or (named and claim.id in (FOLLOWS, *ACCURACY))
+    return not claim.hard and (case is first or not claim.once)
 
 
 def _claim_ids(given: Sequence[str] | None) -> list[str]:
@@ -315,6 +421,8 @@ class CaseJob(Job):
     """Whether the exact motion has been computed; the first message says so."""
     repeated: str | None = None
     """The claim that had no answer in time once and is tried again."""
+    every: bool = True
+    """Whether the other claims are verified after one of `DECISIVE` failed."""
 
     def work(self, send: Send) -> None:
         trials = Trials.of(self.integrator, CaseSpec.of(self.case), self.depth)
@@ -346,12 +454,15 @@ class CaseJob(Job):
         made = CLAIMS.get(self.pending[0])
         return made is not None and made.no_answer
 
-    def stop(self) -> None:
+    def stop(self, why: str = OVER) -> None:
         while self.pending:
-            self._row(not_applicable("the time of --max-seconds is over"))
+            self._row(not_checked(why))
 
     def _row(self, finding: Finding) -> None:
-        self.add(Row(self.pending.pop(0), self.case.id, finding))
+        claim = self.pending.pop(0)
+        self.add(Row(claim, self.case.id, finding))
+        if claim in DECISIVE and finding.outcome == Outcome.FAILED and not self.every:
+            self.stop(f"{claim} failed; --all verifies the other claims too")
 
 
 def _first(trials: Trials) -> Finding:
@@ -360,7 +471,7 @@ def _first(trials: Trials) -> Finding:
     for setting in (trials.settings[0], trials.usual()):
         try:
             trials.solutions(trials.problem(), setting, [trials.start])
-        except Refused:
+        except (Refused, TooManyCalls):  # which the claims judge
             return Finding(Outcome.PASSED)
         except Exception as error:  # the user's code may raise anything: it is shown
             frames = error.__traceback__
