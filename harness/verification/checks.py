@@ -13,9 +13,9 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.score import INACCURATE
 from gnomon.harness.measuring.trials import DEPTHS, Answer, Depth, Trials
 from gnomon.harness.registry import selection
-from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.results.visible import shown
 from gnomon.harness.system import extras
 from gnomon.harness.verification.claims import Finding, Outcome
@@ -200,7 +200,7 @@ def assert_follows(integrator: Integrator, case: str | Case, setting: float, wit
         raise ValueError(f"{integrator.id} takes step sizes, which bound no error; give within=, the largest error")
     answer = trials.whole(setting)
     allowed = allowed_error(trials, setting, answer) if within is None else within
-    if within is None and not allowed < LARGEST_ERROR and not answer.declined:
+    if within is None and not allowed < INACCURATE and not answer.declined:
         raise ValueError(
             f"{integrator.id}: tolerance {setting:g} bounds the error by {allowed:.2g} of the size of the motion, which says"
             " nothing; give within=, the largest error, or a tighter tolerance"

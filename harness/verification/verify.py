@@ -195,7 +195,8 @@ class Report:
         found = [] if by_case else ["no case takes this integrator"]
         for case, of in by_case.items():
             if _outcome(of, FOLLOWS) not in SETTLED:
-                found.append(f"{case}: {FOLLOWS} was not checked" + f": {of[FOLLOWS].why}" * (FOLLOWS in of))
+                why = of[FOLLOWS].why if FOLLOWS in of else "it was not among the claims"
+                found.append(f"{case}: {FOLLOWS} was not checked: {why}")
             elif not any(_outcome(of, name) in SETTLED for name in ACCURACY):
                 why = "; ".join(f"{name}: {of[name].why}" for name in ACCURACY if name in of)
                 found.append(f"{case}: no claim about accuracy was checked ({why})")

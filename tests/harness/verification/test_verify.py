@@ -11,7 +11,7 @@ import planted_right
 import pytest
 from command_line import gnomon
 from gnomon.harness.system.supervisor import ASLEEP
-from gnomon.harness.verification.claims import Outcome, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, Outcome, failed, not_applicable, not_checked, passed
 from gnomon.harness.verification.verification_report import (
     as_badge,
     as_json,
@@ -27,7 +27,10 @@ from passing_time import hang
 from turned_clock import Clock
 
 ALONE = ("--case", "pendulum_simple", "--depth", "low", "--claim")
+FOLLOWED = [Row("follows", "pendulum_simple", passed()), Row("error", "pendulum_simple", passed())]
+"""What counts as verified on a case."""
 ROWS = [
+    *FOLLOWED,
     Row("order", "pendulum_simple", failed("h = 1 to 2", "h^4", "h^1 <&\x1b", "It is wrong.")),
     Row("repeatable", "pendulum_simple", passed()),
     Row("symplectic", "pendulum_simple", not_applicable("it does not declare symplectic")),
@@ -39,10 +42,10 @@ KNOWN = {("order", "pendulum_simple"): "a coefficient"}
 def test_markdown_shows_the_counts_and_each_new_failure_as_plain_text() -> None:
     """An integrator's message is text, not markup: it cannot add a column, a link or a tag."""
     text = as_markdown(REPORT, {}, "m:r")
-    assert "2 claims checked on 1 cases, 1 passed, 1 failed (0 known), 1 not applicable" in text
+    assert "4 claims checked on 1 cases, 3 passed, 1 failed (0 known), 1 not applicable, 0 not checked: failed" in text
     (row,) = [line for line in text.splitlines() if line.startswith("| order")]
     assert "h^1 &lt;&amp;" in row
-    odd = Report("m", "low", [Row("order", "a", failed("x|y", "[a](b)", "<b>`c`\nd"))])
+    odd = Report("m", "low", [*FOLLOWED, Row("order", "a", failed("x|y", "[a](b)", "<b>`c`\nd"))])
     (row,) = [line for line in as_markdown(odd, {}, "m:r").splitlines() if line.startswith("| order")]
     assert row.count("|") - row.count(r"\|") == 7
     assert "<b>" not in row
@@ -51,31 +54,78 @@ def test_markdown_shows_the_counts_and_each_new_failure_as_plain_text() -> None:
 
 
 def test_annotations_are_one_line_for_each_new_failure() -> None:
-    (line,) = workflow_commands(
-        Report("m", "low", [Row("order", "a", failed("50%", "1", "::error::2\n::stop"))]), {}, "m:r"
-    )
+    rows = [*FOLLOWED, Row("order", "a", failed("50%", "1", "::error::2\n::stop"))]
+    (line,) = workflow_commands(Report("m", "low", rows), {}, "m:r")
     assert line.startswith("::error title=gnomon%3A order on a::FAILED order on a, 50%25%0A")
     assert "\n" not in line
     assert workflow_commands(REPORT, KNOWN, "m:r") == []
 
 
 def test_the_badge_is_never_green_with_nothing_checked() -> None:
-    colours = [json.loads(as_badge(report, {}, "m:r"))["color"] for report in (REPORT, Report("m", "low", ROWS[1:]))]
-    assert colours == ["red", "brightgreen"]
-    assert json.loads(as_badge(Report("m", "low", ROWS[2:]), {}, "m:r"))["color"] == "lightgrey"
+    reports = (REPORT, Report("m", "low", FOLLOWED), Report("m", "low", ROWS[3:]), Report("m", "low", ROWS[4:]))
+    badges = [json.loads(as_badge(report, {}, "m:r")) for report in reports]
+    assert [badge["color"] for badge in badges] == ["red", "brightgreen", "lightgrey", "lightgrey"]
+    assert [badge["message"] for badge in badges[2:]] == ["not verified: 1 of 1 claims", "nothing checked"]
 
 
 def test_exit_codes_say_what_was_found() -> None:
-    """Never 0 with nothing checked, and 1 only for failures that are not known."""
+    """0 only where the motion was followed and accuracy was checked, and 1 only for failures that are not known."""
     assert exit_code(REPORT, {}) == 1
     assert exit_code(REPORT, KNOWN) == 0
-    assert exit_code(Report("mine:RK4", "low", ROWS[2:]), {}) == 2
+    assert exit_code(Report("mine:RK4", "low", FOLLOWED), {}) == 0
     assert exit_code(Report("mine:RK4", "low", []), {}) == 2
+
+
+SIDE = Row("repeatable", "pendulum_simple", passed())
+UNSUPPORTED = Row("follows", "kepler_orbit", not_applicable("unsupported: this case"))
+CUT = Row("error", "pendulum_simple", not_checked("the time of --max-seconds is over"))
+
+
+@pytest.mark.parametrize(
+    ("rows", "names", "code"),
+    [
+        ([SIDE], (), 2),
+        ([FOLLOWED[0], SIDE], (), 2),
+        ([FOLLOWED[0], CUT], (), 2),
+        ([*FOLLOWED, UNSUPPORTED], (), 0),
+        ([*FOLLOWED, UNSUPPORTED], ("pendulum_simple", "kepler_orbit"), 2),
+        ([UNSUPPORTED], (), 2),
+        ([*FOLLOWED, Row("hard", "pendulum_simple/rotation", not_applicable("no answer"))], (), 0),
+        (
+            [*FOLLOWED, Row("follows", "pendulum_simple/rotation", not_checked("no solution"))],
+            ("pendulum_simple/rotation",),
+            2,
+        ),
+    ],
+)
+def test_each_case_must_be_followed_with_a_known_accuracy(rows: list[Row], names: tuple[str, ...], code: int) -> None:
+    """Claims that hold for zeros too (units, mirror, history) verify nothing; nor does one case speak for another."""
+    assert exit_code(Report("m", "low", rows, cases=names), {}) == code
+
+
+@pytest.mark.parametrize(
+    ("findings", "names", "code"),
+    [
+        ([passed()], ("a",), 0),
+        ([not_applicable("it has none")], ("a",), 2),
+        ([passed(), not_applicable("it has none")], ("a", "b"), 2),
+        ([passed(), not_applicable("it has none")], (), 0),
+        ([passed(), not_checked("the time is over")], (), 2),
+        ([not_applicable("it has none"), not_applicable("it has none")], (), 2),
+        ([], (), 2),
+    ],
+)
+def test_a_named_claim_must_be_checked(findings: list[Finding], names: tuple[str, ...], code: int) -> None:
+    """On each named case; of a depth's own cases on one, as not each has, for example, a symmetry."""
+    rows = [Row("turned", case, finding) for case, finding in zip("ab", findings, strict=False)]
+    assert exit_code(Report("m", "low", rows, claims=("turned",), cases=names), {}) == code
 
 
 def test_the_text_ends_with_counts_and_shows_failures_alone() -> None:
     text = lines(REPORT, {}, "'my module:rk4'")
-    assert text[-1] == ("mine:RK4: 2 claims checked on 1 cases, 1 passed, 1 failed (0 known), 1 not applicable")
+    assert text[-1] == (
+        "mine:RK4: 4 claims checked on 1 cases, 3 passed, 1 failed (0 known), 1 not applicable, 0 not checked: failed"
+    )
     whole = "\n".join(text)
     for part in ("h = 1 to 2", "expected: h^4", "got:      h^1", "It is wrong.", "it does not declare symplectic"):
         assert part in whole
@@ -86,13 +136,14 @@ def test_the_text_ends_with_counts_and_shows_failures_alone() -> None:
 
 def test_a_claim_is_explained_at_its_first_failure_and_the_cause_once() -> None:
     twice = [Row("order", case, failed("h = 1", "h^4", f"h^{k}", "It is wrong.")) for k, case in enumerate("ab")]
-    text = lines(Report("m", "low", twice, diagnosis="order: it converges with order 1.0"), {}, "m:r")
+    text = lines(Report("m", "low", [*FOLLOWED, *twice], diagnosis="order: it converges with order 1.0"), {}, "m:r")
     for part in ("  claim: ", "  why: ", "  bound: ", "likely cause: it converges with order 1.0"):
         assert sum(line.startswith(part) for line in text) == 1
     assert sum(line.startswith("  expected: ") for line in text) == 2
     known = {("order", case): "known" for case in "ab"}
     assert not any(
-        line.startswith("likely cause") for line in lines(Report("m", "low", twice, diagnosis="x: y"), known, "m")
+        line.startswith("likely cause")
+        for line in lines(Report("m", "low", [*FOLLOWED, *twice], diagnosis="x: y"), known, "m")
     )
 
 
@@ -121,12 +172,26 @@ def test_a_known_failure_that_passes_is_reported() -> None:
 def test_json_and_junit_hold_every_row() -> None:
     found = json.loads(as_json(REPORT, {}, "m:r"))
     assert found["schema"] == 1
-    assert found["counts"] == {"checked": 2, "passed": 1, "failed": 1, "known": 0, "not_applicable": 1}
-    assert [row["outcome"] for row in found["rows"]] == ["failed", "passed", "not applicable"]
+    counts = {"checked": 4, "passed": 3, "failed": 1, "known": 0, "not_applicable": 1, "not_checked": 0}
+    assert (found["counts"], found["verdict"], found["gaps"]) == (counts, "failed", [])
+    assert [row["outcome"] for row in found["rows"]] == ["passed", "passed", "failed", "passed", "not applicable"]
     suite = ElementTree.fromstring(as_junit(REPORT, {}, "m:r"))
-    assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("3", "1", "1")
-    assert [test.get("name") for test in suite.iter("testcase")] == ["order", "repeatable", "symplectic"]
+    assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("6", "1", "1")
+    claims = ["follows", "error", "order", "repeatable", "symplectic"]
+    assert [test.get("name") for test in suite.iter("testcase")] == [*claims, "verified"]
     assert ElementTree.fromstring(as_junit(REPORT, KNOWN, "m:r")).get("failures") == "0"
+
+
+def test_no_file_is_green_where_a_claim_was_not_checked() -> None:
+    """JUnit has errors, which no reader takes for skipped tests; Markdown and annotations name what is missing."""
+    report = Report("m", "low", [FOLLOWED[0], CUT], more_seconds=12.0)
+    suite = ElementTree.fromstring(as_junit(report, {}, "m:r"))
+    assert (suite.get("errors"), len(list(suite.iter("error")))) == ("2", 2)
+    assert json.loads(as_json(report, {}, "m:r"))["verdict"] == "not verified"
+    assert "not verified: pendulum\\_simple" in as_markdown(report, {}, "m:r")
+    (line,) = workflow_commands(report, {}, "m:r")
+    assert line.startswith("::error title=gnomon::not verified: pendulum_simple")
+    assert "1 not checked (about 12 s more): not verified" in lines(report, {}, "m:r")[-1]
 
 
 @pytest.mark.parametrize(
@@ -149,7 +214,8 @@ def test_a_right_method_passes_and_files_are_written(tmp_path: Path, capsys: pyt
     assert gnomon("verify", "planted_methods:good_rk4", *ALONE, "step_order", *files) == 0
     assert "1 claims checked on 1 cases, 1 passed" in capsys.readouterr().out
     assert json.loads((tmp_path / "a.json").read_text())["integrator"] == "mine:RK4"
-    assert ElementTree.parse(tmp_path / "a.xml").getroot().get("tests") == "1"
+    root = ElementTree.parse(tmp_path / "a.xml").getroot()
+    assert (root.get("tests"), root.get("errors")) == ("2", "0"), "the claim, and the verdict"
 
 
 def test_a_fault_is_an_exit_code_of_1_unless_it_is_known(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -164,7 +230,7 @@ def test_a_fault_is_an_exit_code_of_1_unless_it_is_known(tmp_path: Path, capsys:
 
 def test_nothing_checked_is_an_exit_code_of_2(capsys: pytest.CaptureFixture[str]) -> None:
     assert gnomon("verify", "planted_methods:good_rk4", *ALONE, "symplectic") == 2
-    assert "no claim was checked" in capsys.readouterr().err
+    assert "not verified: pendulum_simple: symplectic was not checked: it does not declare" in capsys.readouterr().out
 
 
 def test_the_traceback_of_a_first_trial_is_shown_and_nothing_else_runs(capsys: pytest.CaptureFixture[str]) -> None:
