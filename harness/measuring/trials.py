@@ -277,7 +277,7 @@ class Trials:
         A method of order p takes steps of about tolerance^(1/p) of the fastest time of the equations; the exponent
         1/(p - 1), as of a lower estimate, and `CALLS` make the number many times what a right method takes.
         """
-        if self.steps or not 0 < setting < 1:
+        if self.steps or not 0 < setting < 1 or problem.most_calls < math.inf:
             return problem
         fastest = min(problem.time_scale, self.case.fastest_time) if problem.names else problem.time_scale
         scales = abs(float(problem.elapsed[-1])) / fastest

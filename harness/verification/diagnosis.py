@@ -321,6 +321,8 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
     hybrid = {name for name, case in failures.cases.items() if case.hybrid is not None}
     if claims & {"events", "event_order"} and all(case in hybrid for _, case in failures.failed):
         return "events: an event is missed, at the wrong time, or changes the state wrongly"
+    if claims == {"backward"}:
+        return "sign: where times fall its steps go forward, or are wrong: a step has lost its sign"
     if claims == {"clock"}:
         return "time: it is wrong only where the start is not at t = 0: the equations get the time since the start"
     if claims == {"quadrature"} and any(claim in ACCURACY for claim, _ in failures.passed):

@@ -25,6 +25,8 @@ def _follows(trials: Trials) -> Finding:
     """The error at the finest setting that has a solution, over the longest part that a consistent method must follow."""
     answers = trials.answers()
     usable = [answer for answer in answers if not answer.declined]
+    if not answers:
+        return not_checked("its sweep has no setting that this depth allows")
     if not usable:
         last = answers[-1]
         if last.status == Status.UNSUPPORTED:
@@ -32,7 +34,7 @@ def _follows(trials: Trials) -> Finding:
         return not_checked(f"no solution at {trials.named(last.setting)}: {last.why}")
     finest, longest = usable[-1].setting, _first_part(trials)
     for halvings in range(longest, SHORTEST):
-        covered = _distance_covered(trials, halvings)
+        covered = distance_covered(trials, halvings)
         must = _largest_error(trials, halvings, finest) <= NEAR * covered
         answer = trials.short(halvings, _setting(trials, halvings, finest))
         if answer.declined:
@@ -61,7 +63,7 @@ def _first_part(trials: Trials) -> int:
     return next((k for k in range(SHORTEST) if span * 2.0**-k < first), 0) if first > 0 else 0
 
 
-def _distance_covered(trials: Trials, halvings: int) -> float:
+def distance_covered(trials: Trials, halvings: int) -> float:
     """The largest distance of the exact motion from its start, in the metric; 1, its size, for a motion that rests."""
     exact = trials.exact(halvings)
     covered = float(np.max(trials.distance(exact, np.broadcast_to(trials.start, exact.shape))))

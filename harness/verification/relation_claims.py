@@ -1,16 +1,19 @@
-"""Claims that relate two solutions: turned starts, other clock, units, signs or bodies; samples between steps."""
+"""Claims that relate two solutions: turned starts, another clock, falling times, units, signs, bodies; dense output."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
-from gnomon.cases.core.forms import FirstOrder, SecondOrder
+from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.symmetry import Relation, in_units, mirrored, permuted
 from gnomon.harness.contract.integrator import Refused
-from gnomon.harness.measuring.trials import SHORT, TIGHT, Answer, Trials
+from gnomon.harness.measuring.trials import SHORT, SHORTEST, TIGHT, Answer, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.studies.related_motions import holds, later, related
-from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, passed
+from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, not_checked, passed
 from gnomon.harness.verification.convergence_claims import (
     allowed_error,
     dense,
@@ -18,6 +21,8 @@ from gnomon.harness.verification.convergence_claims import (
     same_solution,
     slope_over_work,
 )
+from gnomon.harness.verification.follows_claim import NEAR, distance_covered
+from gnomon.harness.verification.function_adapter import FunctionAdapter
 
 TURNED = 3
 """Number of turned starts that are solved."""
@@ -29,6 +34,8 @@ APART = 2.0
 LENGTH, TIME = 2.0**10, 2.0**-5
 """Number of the new units in a metre and in a second: powers of two, which change no rounding. Lengths, velocities and
 rates become larger numbers, so that an absolute bound inside the integrator is tighter."""
+BACK, MOST_CALLS = 3, 100.0
+"""Fewest halvings of the span over which times fall, and the calls that this may take, as a multiple of those forward."""
 TENTH = 0.1
 """A second in units of 10 s: times and steps then round, as for most users; with powers of two they never do."""
 
@@ -162,3 +169,56 @@ def _dense(trials: Trials) -> Finding:
     expected = min(order or dense + 1, dense + 1)
     answers = [trials.short(SHORT - 3, tolerance) for tolerance in trials.settings if tolerance <= TIGHT]
     return slope_over_work([(answer, answer.error) for answer in answers], expected, "errors of samples")
+
+
+def _goes_back(trials: Trials) -> str | None:
+    if not isinstance(trials.integrator, FunctionAdapter):
+        return "it is not a plain function, to which times that fall may be given"
+    return None if trials.case.hybrid is None else "events may change the motion"
+
+
+@claim("backward", _goes_back, once=True)
+def _backward(trials: Trials) -> Finding:
+    """From the exact state at the end of a part of the span, at times that fall to its start.
+
+    A solver that is written for times that rise may return anything: it fails if its states are those of the motion that
+    goes on forward, or if it asked for derivatives at earlier times.
+    """
+    for halvings in range(BACK, SHORTEST):
+        ahead, setting = trials.problem(halvings), trials.usual()
+        setting = min(setting, float(ahead.interval)) if trials.steps else setting
+        answer, allowed = trials.short(halvings, setting), NEAR * distance_covered(trials, halvings)
+        if answer.error <= allowed:
+            break
+    else:
+        return not_checked(f"no part of the span is followed at {trials.named(trials.usual())}")
+    exact = np.concatenate([trials.start[None], trials.exact(halvings)])
+    end, asked, most = float(ahead.times[-1]), list[float](), MOST_CALLS * max(answer.calls or 0, len(exact))
+    problem = replace(ahead, form=_recording(ahead.form, asked), t0=end, times=end - ahead.times, most_calls=most)
+    solution = trials.outcome(problem, setting, exact[-1]).solution
+    if solution is None or solution.stopped is not None or not np.all(np.isfinite(solution.states)):
+        return passed("it declines")
+    allowed += APART * answer.error
+    states, named = solution.states[0], trials.named(setting)
+    error = float(np.max(trials.distance(states, exact[-2::-1])))
+    if error <= allowed:
+        return passed(f"{error:.2g}")
+    ahead_too = float(np.max(trials.distance(states, trials.case.sample(end + ahead.times))))
+    expected = f"the motion back to its start within {allowed:.2g}, or no states"
+    if ahead_too <= allowed:
+        return failed(named, expected, f"the motion that goes on forward within {ahead_too:.2g}")
+    if min(asked, default=end) < end / 2:
+        return failed(named, expected, f"{error:.2g}")
+    return not_applicable("it does not solve where times fall: it asks for no derivative at an earlier time")
+
+
+def _recording(form: Form | SceneForm, asked: list[float]) -> FirstOrder | SecondOrder:
+    """The equations; the times at which they are evaluated are appended to `asked`."""
+    assert isinstance(form, FirstOrder | SecondOrder)
+    function = form.acceleration if isinstance(form, SecondOrder) else form.equations
+
+    def recorded(t: Any, state: Values, parameters: Values) -> Values:
+        asked.append(float(t))
+        return function(t, state, parameters)
+
+    return SecondOrder(recorded) if isinstance(form, SecondOrder) else FirstOrder(recorded)
