@@ -1,5 +1,6 @@
 """Claims about accuracy: the order, the error at each setting, the error against the tolerance."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,7 +9,17 @@ import numpy as np
 from gnomon.harness.contract.status import Status
 from gnomon.harness.measuring.trials import SHORT, SHORT_SPANS, SHORTEST, TIGHT, Answer, Floats, Trials
 from gnomon.harness.results.convergence_order import ABOVE_FLOOR_ON_A_LINE, FEWEST, LARGEST_ERROR
-from gnomon.harness.verification.claims import TEXTS, Finding, Outcome, claim, failed, not_applicable, passed, within
+from gnomon.harness.verification.claims import (
+    TEXTS,
+    Finding,
+    Outcome,
+    claim,
+    failed,
+    not_applicable,
+    not_checked,
+    passed,
+    within,
+)
 from gnomon.harness.verification.function_adapter import Stepped
 from scipy.special import stdtrit
 
@@ -19,6 +30,8 @@ HALVED = 7
 MARGIN = 0.5
 """Orders are whole numbers: a slope that is lower by more than this belongs to a lower order."""
 
+STEADY = 0.25
+"""Largest distance of the slopes between settings from a steady order."""
 MOST_ON_A_LINE, CONFIDENCE = 6, 0.99
 """Largest number of tolerances that a line is fitted to; one-sided confidence of the upper end of its slope."""
 
@@ -119,17 +132,22 @@ def _order_short(trials: Trials) -> Finding:
 
     A method that converges to another motion may have large errors over the whole span, where no order can be measured.
     """
+    halvings, answers = _short_answers(trials)
+    if not answers:
+        return not_applicable(f"64 steps over a short span have no error below {LARGEST_ERROR:g}")
+    what, last = f"errors over 1/{2**halvings} of the span", answers[-1]
+    if last.error >= LARGEST_ERROR:
+        return failed(f"h = {last.setting:.3g}", f"{what} below {LARGEST_ERROR:g}, as of 64 steps", f"{last.error:.2g}")
+    return slope_of(_points(answers), trials.order, what)
+
+
+def _short_answers(trials: Trials) -> tuple[int, list[Answer]]:
+    """(halvings, answers) over the longest short span in which 64 steps have a small error; no answers without one."""
     for halvings in range(SHORT, SHORTEST):
         interval = float(trials.problem(halvings).interval)
         if trials.short(halvings, interval).error < LARGEST_ERROR:
-            answers = [trials.short(halvings, interval / 2**k) for k in range(HALVED)]
-            what, last = f"errors over 1/{2**halvings} of the span", answers[-1]
-            if last.error >= LARGEST_ERROR:
-                return failed(
-                    f"h = {last.setting:.3g}", f"{what} below {LARGEST_ERROR:g}, as of 64 steps", f"{last.error:.2g}"
-                )
-            return slope_of(_points(answers), trials.order, what)
-    return not_applicable(f"64 steps over a short span have no error below {LARGEST_ERROR:g}")
+            return halvings, [trials.short(halvings, interval / 2**k) for k in range(HALVED)]
+    return SHORTEST, []
 
 
 def _points(answers: Sequence[Answer]) -> list[Point]:
@@ -171,10 +189,14 @@ def above_line(
     return max(found, key=lambda point: point[1] / point[2], default=None)
 
 
-@claim("error", _has_order)
+@claim("error", lambda trials: None if trials.steps else "its setting is a tolerance")
 def _error(trials: Trials) -> Finding:
     """Also with events: if they are located with a lower order, the error falls more slowly."""
     points = [point for point in _points(trials.answers()) if not math.isnan(point[1])]
+    if points and all(error <= ABOVE_FLOOR_ON_A_LINE * roundoff for _, error, roundoff in points):
+        return passed("round-off at all settings")
+    if trials.integrator.order is None:
+        return _steady_order(points, trials)
     first = next((k for k, (_, error, _) in enumerate(points) if error < LARGEST_ERROR), len(points))
     points = points[first:]
     if len(points) < FEWEST:
@@ -184,6 +206,18 @@ def _error(trials: Trials) -> Finding:
         return passed()
     h, error, allowed = worse
     return failed(f"h = {h:.6g}", f"error below {allowed:.2g}", f"{error:.2g}")
+
+
+def _steady_order(points: Sequence[Point], trials: Trials) -> Finding:
+    """The order of a method that declares none, if the errors over the span, or over a short one, show one of at least 1."""
+    slopes: list[float] = []
+    for usable in (in_range(points), in_range(_points(_short_answers(trials)[1]))):
+        pairs = itertools.pairwise(usable[-FEWEST:])
+        slopes = [math.log(coarse[1] / fine[1]) / math.log(coarse[0] / fine[0]) for coarse, fine in pairs]
+        if len(slopes) == FEWEST - 1 and min(slopes) > 1 - STEADY and max(slopes) - min(slopes) < 2 * STEADY:
+            return passed(f"order {slopes[-1]:.2f} found")
+    shown = ", ".join(f"{slope:.2f}" for slope in slopes) or "too few small errors"
+    return not_checked(f"it declares no order, and its errors show no steady one of at least 1 ({shown})")
 
 
 def _tolerance_applies(trials: Trials) -> str | None:

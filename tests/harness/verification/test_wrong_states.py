@@ -129,6 +129,28 @@ def test_a_check_that_follows_without_a_known_accuracy_fails() -> None:
         check()
 
 
+def test_a_method_without_a_declared_order_is_held_to_the_order_that_it_shows() -> None:
+    midpoint = from_step(lambda f, t, y, h: y + h * f(t + h / 2, y + h / 2 * f(t, y)), name="midpoint")
+    trials = Trials.of(midpoint, CaseSpec.of(get("pendulum_simple").rounded()), DEPTHS["low"])
+    found = CLAIMS["error"].check(trials)
+    assert found.outcome == Outcome.PASSED
+    assert found.got.startswith(("order 2.0", "order 1.9"))
+
+
+def test_a_closed_form_has_round_off_at_all_settings() -> None:
+    """No order can be measured, and none is needed."""
+    exact = from_step(_thrown, name="closed form")
+    trials = Trials.of(exact, CaseSpec.of(get("projectile_parabola").rounded()), DEPTHS["low"])
+    assert CLAIMS["error"].check(trials).got == "round-off at all settings"
+
+
+def _thrown(f: Any, t: float, y: Floats, h: float) -> Floats:
+    """Exact for a constant acceleration."""
+    half = len(y) // 2
+    acceleration = f(t, y)[half:]
+    return np.concatenate([y[:half] + h * y[half:] + h * h / 2 * acceleration, y[half:] + h * acceleration])
+
+
 def _fixed(f: Any, t0: float, y0: Floats, times: Floats) -> Floats:
     """Euler's method with 256 steps from sample to sample, whatever is asked for."""
     found, t, y = [], t0, y0
