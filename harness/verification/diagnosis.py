@@ -347,6 +347,16 @@ def _of_control(failures: Failures, claims: set[str], found: Facts) -> str | Non
     points = found.get("points", [])
     if found["steps"]:
         return None
+    if "error_norm" in claims and claims <= {"error_norm", *CONTROL, *ACCURACY}:
+        return (
+            "norm: its error estimate does not count all components alike: one is left out, signs cancel, or a size is"
+            " another component's"
+        )
+    if claims == {"many_samples"}:
+        return (
+            "samples: with many samples a step it is worse: a slope is kept after a sample, or a sample within a step has"
+            " another time or polynomial"
+        )
     if "dense" in claims and found.get("bumps"):
         return "dense: samples between steps are worse than the ends of steps: the interpolation is wrong"
     if len(points) > 2 and points[0][3] and points[-1][3] <= 1.05 * points[0][3]:

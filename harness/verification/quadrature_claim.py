@@ -74,6 +74,8 @@ def _quadrature(trials: Trials) -> Finding:
     if not why and finer <= max(allowed_finer, error / less):
         return passed(f"{error:.2g}, then {finer:.2g}")
     expected = f"an error below {allowed:.2g}, or {less:.3g} times less at {trials.named(second)}"
+    if error < ROOT_OF_ULP and trials.integrator.jacobian == "exact":
+        expected += '; a method that differentiates f numerically declares jacobian="differences"'
     return failed(trials.named(first), expected, f"{error:.2g}, then {why or format(finer, '.2g')}")
 
 

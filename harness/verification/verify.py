@@ -49,8 +49,7 @@ from gnomon import cases
 
 _MODULES = (
     follows_claim, convergence_claims, quadrature_claim, control_claims, structure_claims, relation_claims, call_claims,
-    equation_claims,
-    event_claims,
+    equation_claims, event_claims,
 )  # fmt: skip
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
 CLAIMS = {

@@ -52,7 +52,7 @@ from summary import NEEDED, published  # noqa: E402
 METHODS = (*mutants.METHODS, *planted_faults.MORE, *family_faults.FAMILIES)
 """The right methods of which there are mutants."""
 FAULT_DEPTHS, RIGHT_DEPTH = ("low", "normal"), "low"
-EARLY = ("quadrature", "scene", "attitude", "constraint", "time_structure", "step_order", "order_short", "tolerance_short",
+EARLY = ("follows", "quadrature", "many_samples", "error_norm", "backward", "scene", "attitude", "constraint", "time_structure", "step_order", "order_short", "tolerance_short",
          "proportional", "symplectic", "reversible", "repeatable", "aliasing", "bad_setting")  # fmt: skip
 """Claims that cost little: they are verified on all cases before the others, so that most faults are found in seconds."""
 DRAWN = 240

@@ -8,7 +8,7 @@ import re
 import sys
 import types
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,16 +27,12 @@ SEED = 300
 
 @dataclass(frozen=True)
 class Method:
-    """A function or class of right_methods.py, its declarations, and the names there that belong to it.
-
-    `later`: true declarations that `make` does not take yet.
-    """
+    """A function or class of right_methods.py, its declarations, and the names there that belong to it."""
 
     name: str
     make: Callable[..., Integrator]
     declared: dict[str, Any]
     parts: tuple[str, ...] = ()
-    later: dict[str, Any] = field(default_factory=dict)
 
 
 SYMPLECTIC = ("symplectic", "reversible")
