@@ -36,9 +36,9 @@ SHORT_SPANS = (SHORT, SHORT - 1, SHORT - 2)
 """Halvings of the span for `tolerance_short`."""
 TIGHT = 1e-4
 """Largest tolerance of the claims: at looser ones the estimate of a local error need not be close to the error."""
-CALLS = 1000.0
-"""Right-hand sides of a plain function for each step of `Trials.most_calls`, and for each component of the state, after
-which it is given up. Right pairs, extrapolation, multistep and Rosenbrock methods by differences take up to CALLS_OF_RIGHT."""
+CALLS = 50.0
+"""Right-hand sides of a plain function for each step of `Trials.limited`, and for each component of the state, after which
+it is given up. Right pairs, extrapolation, multistep, implicit and Rosenbrock methods by differences took at most 2.4."""
 COUNTS = 6
 """Least number of different counts from which the right-hand sides of a step are found. All 5 differences have a factor
 2 by chance with a probability of 1/32."""

@@ -80,6 +80,8 @@ ACCURACY = (
 )
 """Claims that compare errors with settings. On each case `FOLLOWS` and one of these must pass."""
 SETTLED = (Outcome.PASSED, Outcome.FAILED)
+NO_ANSWER = "no answer within"
+"""The beginning of the reason for which a process that is late is ended."""
 DECISIVE = ("runs", FOLLOWS)
 """Claims whose failure ends the other claims on a case: without states near the motion these find nothing more."""
 UNCLAIMED = ("long", "engines", "speed", "turns", "orbits", "precessions", "revolutions")
@@ -422,7 +424,7 @@ class CaseJob(Job):
     repeated: str | None = None
     """The claim that had no answer in time once and is tried again."""
     every: bool = True
-    """Whether the other claims are verified after one of `DECISIVE` failed."""
+    """Whether the other claims are verified after one of `DECISIVE` failed, or one had no answer in time."""
 
     def work(self, send: Send) -> None:
         trials = Trials.of(self.integrator, CaseSpec.of(self.case), self.depth)
@@ -447,7 +449,7 @@ class CaseJob(Job):
             raise ValueError(f"{self.case.id}: the exact motion could not be computed: {why}")
         self.ready, self.limit = False, REFERENCE_SECONDS
         a_hang = failed("", "an answer", why, "A hang or a crash gives no answer.")
-        self._row(not_applicable(f"no answer: {why}") if silent else a_hang)
+        self._row(not_applicable(f"no answer: {why}") if silent else a_hang, decisive=late and not silent)
 
     @property
     def _may_be_silent(self) -> bool:
@@ -458,10 +460,11 @@ class CaseJob(Job):
         while self.pending:
             self._row(not_checked(why))
 
-    def _row(self, finding: Finding) -> None:
+    def _row(self, finding: Finding, decisive: bool = False) -> None:
         claim = self.pending.pop(0)
         self.add(Row(claim, self.case.id, finding))
-        if claim in DECISIVE and finding.outcome == Outcome.FAILED and not self.every:
+        failed_ = finding.outcome == Outcome.FAILED
+        if failed_ and (decisive or claim in DECISIVE) and not self.every:
             self.stop(f"{claim} failed; --all verifies the other claims too")
 
 
