@@ -156,6 +156,7 @@ def _verified(
     from gnomon.harness.studies import preflight
     from gnomon.harness.studies.energy_at_practical_steps import describe_energy
     from gnomon.harness.verification.claims import Outcome
+    from gnomon.harness.verification.diagnosis import ENDLESS
     from gnomon.harness.verification.engine_preflights import preflight_rows
     from gnomon.harness.verification.other_version import installed
     from gnomon.harness.verification.verify import SETTLED, FirstTrialError, Report
@@ -187,7 +188,7 @@ def _verified(
         raise typer.Exit(1) from None
     report.rows[:0] = rows
     report.claims = tuple(asked.claim or ())
-    if not asked.claim:
+    if not asked.claim and not (report.diagnosis or "").startswith(ENDLESS):
         report.notes = describe_energy(chosen, asked.case, ends)
     if named is not None and against is not None and other is not None:
         _compare(chosen, asked.case, report, (named, against), other, show)

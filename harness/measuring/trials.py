@@ -36,7 +36,7 @@ SHORT_SPANS = (SHORT, SHORT - 1, SHORT - 2)
 """Halvings of the span for `tolerance_short`."""
 TIGHT = 1e-4
 """Largest tolerance of the claims: at looser ones the estimate of a local error need not be close to the error."""
-CALLS = 50.0
+CALLS = 20.0
 """Right-hand sides of a plain function for each step of `Trials.limited`, and for each component of the state, after which
 it is given up. Right pairs, extrapolation, multistep, implicit and Rosenbrock methods by differences took at most 2.4."""
 COUNTS = 6

@@ -33,6 +33,8 @@ LEFT = 1e-9
 DIGITS = range(4, 13)
 HISTORY = "history: "
 """Beginning of a diagnosis that solutions depend on earlier calls."""
+ENDLESS = ("work: ", "hang: ")
+"""Beginnings of diagnoses after which nothing more is solved: it would take as long again."""
 STRUCTURE = {"symplectic", "reversible", "momentum", "energy", "attitude", "constraint", "time_structure"}
 CONTROL = {"tolerance", "tolerance_short", "tolerance_effect", "proportional", "work"}
 ACCURACY = {"order", "step_order", "order_short", "error", "proportional", "work_order", "event_order"}
@@ -261,6 +263,11 @@ def conclude(failures: Failures, found: Facts) -> str | None:
 def of_many_calls(limit: str) -> str:
     """The cause if a solution was given up after many times the right-hand sides of a right method."""
     return f"work: it needs {limit}, many times those of a right method: its error estimate, or a coefficient, is wrong"
+
+
+def of_no_answer(where: str, why: str) -> str:
+    """The cause if a claim had no answer in time."""
+    return f"hang: {where} has {why}: steps that collapse, or a loop without an end"
 
 
 def _of_calls(failures: Failures, claims: set[str], found: Facts) -> str | None:

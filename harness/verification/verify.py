@@ -463,8 +463,8 @@ class CaseJob(Job):
     def _row(self, finding: Finding, decisive: bool = False) -> None:
         claim = self.pending.pop(0)
         self.add(Row(claim, self.case.id, finding))
-        failed_ = finding.outcome == Outcome.FAILED
-        if failed_ and (decisive or claim in DECISIVE) and not self.every:
+        decisive |= claim in DECISIVE or TooManyCalls.__name__ in finding.got
+        if decisive and finding.outcome == Outcome.FAILED and not self.every:
             self.stop(f"{claim} failed; --all verifies the other claims too")
 
 
