@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from gnomon.harness.contract.integrator import Integrator
 from scipy.integrate import solve_ivp
 
 ROOT = Path(__file__).parents[1]
@@ -96,9 +97,15 @@ def key(function: ast.FunctionDef | ast.AsyncFunctionDef) -> Key:
 
 
 def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Without the instance or class, options of a command line, which its user names, and what SciPy's users know."""
+    """Without the instance or class, what its user names (options of a command line, declarations of an integrator by
+    keyword), and what SciPy's users know."""
+    declared = {one.arg for one in function.args.kwonlyargs if one.arg in Integrator.__annotations__}
     every = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
-    known = {"self", "cls"} | (set(inspect.signature(solve_ivp).parameters) if function.name == "solve" else set())
+    known = (
+        {"self", "cls"}
+        | declared
+        | (set(inspect.signature(solve_ivp).parameters) if function.name == "solve" else set())
+    )
     kinds = [ast.unparse(one.annotation or ast.Constant(None)) for one in every if one.arg not in known]
     return sum(not ("Annotated[" in kind or kind.startswith("options.")) for kind in kinds)
 

@@ -86,10 +86,8 @@ def verify(
     from gnomon.harness.verification.baseline import case_names, read
 
     integrator = options.one_of(options.one_of(integrator, named, "integrator"), engine, "engine")
-    _validate(integrator, against, picture, case, claim)
-    options.validate_workers(workers)
-    if max_seconds is not None and not max_seconds > 0:
-        raise ValueError(f"--max-seconds {max_seconds:g}: give a positive number of seconds")
+    asked = _Asked(case, depth, claim, max_seconds, workers, every)
+    _validate(integrator, against, picture, asked)
     known = verification_report.read_known(known_failures) if known_failures is not None else {}
     base = read(baseline) if baseline is not None else None
     names = case_names(base, case or ()) if base is not None else []
@@ -98,9 +96,7 @@ def verify(
         if path is not None:
             options.ensure_writable(path, f"--{kind}")
     chosen, how = options.integrator_or_program(integrator, command)
-    if engine is not None:
-        how = f"--engine {how}"
-    asked = _Asked(case, depth, claim, max_seconds, workers, every)
+    how = how if engine is None else f"--engine {how}"
     report = _verified(chosen, asked, known, (integrator, against), engine is not None)
     _show(report, known, how)
     if picture is not None:
@@ -109,28 +105,8 @@ def verify(
         if path is not None:
             path.write_text(verification_report.WRITERS[kind](report, known, how), encoding="utf-8")
     worse = base is not None and _worse(base, names, chosen, workers)
-    code = verification_report.exit_code(report, known)
-    if code or worse:
-        raise typer.Exit(code or verification_report.FAILED)
-
-
-def _validate(
-    integrator: str | None, against: str | None, picture: Path | None, case: list[str] | None, claim: list[str] | None
-) -> None:
-    """Raise ValueError for options that do not fit together."""
-    from gnomon.harness.studies import preflight
-    from gnomon.harness.verification.claims import TIME
-
-    if picture is not None and any(name in preflight.TEXTS for name in claim or ()):
-        raise ValueError(f"--picture {picture}: a pre-flight has no picture")
-    if against is not None and integrator is None:
-        raise ValueError("--against compares versions of a Python package; a program of --command has none")
-    if against is None and TIME in (claim or ()):
-        raise ValueError(f"--claim {TIME} needs the other version: --against mypackage==1.2")
-    if picture is not None:
-        options.ensure_drawing(picture, "--picture")
-        if len(case or ()) != 1 or len(claim or ()) != 1 or against is not None:
-            raise ValueError(f"--picture {picture} draws one claim on one case; give one --case and one --claim")
+    if code := verification_report.exit_code(report, known) or int(worse):
+        raise typer.Exit(code)
 
 
 @dataclass(frozen=True)
@@ -143,6 +119,27 @@ class _Asked:
     seconds: float | None
     workers: int
     every: bool
+
+
+def _validate(integrator: str | None, against: str | None, picture: Path | None, asked: _Asked) -> None:
+    """Raise ValueError for options that do not fit together."""
+    from gnomon.harness.studies import preflight
+    from gnomon.harness.verification.claims import TIME
+
+    case, claim, seconds = asked.case, asked.claim, asked.seconds
+    options.validate_workers(asked.workers)
+    if seconds is not None and not seconds > 0:
+        raise ValueError(f"--max-seconds {seconds:g}: give a positive number of seconds")
+    if picture is not None and any(name in preflight.TEXTS for name in claim or ()):
+        raise ValueError(f"--picture {picture}: a pre-flight has no picture")
+    if against is not None and integrator is None:
+        raise ValueError("--against compares versions of a Python package; a program of --command has none")
+    if against is None and TIME in (claim or ()):
+        raise ValueError(f"--claim {TIME} needs the other version: --against mypackage==1.2")
+    if picture is not None:
+        options.ensure_drawing(picture, "--picture")
+        if len(case or ()) != 1 or len(claim or ()) != 1 or against is not None:
+            raise ValueError(f"--picture {picture} draws one claim on one case; give one --case and one --claim")
 
 
 def _verified(

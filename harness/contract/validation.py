@@ -77,7 +77,7 @@ def require_motion(states: Floats, starts: Floats) -> None:
 def count(value: Any, name: str) -> int:
     """A count as an int. Raises Unusable if it is not a whole number from 0 to 2^53."""
     # Compared before it is rounded: an integer beyond binary64 has no float, and nan is in no interval.
-    counted = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and 0 <= value <= MOST
+    counted = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and 0 <= value <= MOST  # type: ignore[operator]
     if not counted or value != math.floor(value):
         raise Unusable(f"returned {name} = {short(value)}: a count is a whole number from 0 to 2^53")
     return int(value)

@@ -86,8 +86,14 @@ def from_step(
     >>> from gnomon.verify import from_step
     >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
     """
-    declared = {"name": name, "library": library, "order": order, "conserves": conserves, "jacobian": jacobian}
-    declared |= {"accepts": (SecondOrder,) if accelerations else (FirstOrder,)}
+    declared: dict[str, Any] = {
+        "name": name,
+        "library": library,
+        "order": order,
+        "conserves": conserves,
+        "jacobian": jacobian,
+    }
+    declared["accepts"] = (SecondOrder,) if accelerations else (FirstOrder,)
     return _made(Stepped, declared | {"sweep": sweep or Steps(), "function": staticmethod(step)})
 
 
@@ -149,8 +155,14 @@ def from_solve(
     ...     return found.y.T
     >>> rk45 = from_solve(solve, name="RK45", order=5, dense_order=4)
     """
-    declared = {"name": name, "library": library, "order": order, "conserves": conserves, "jacobian": jacobian}
-    declared |= {"accepts": (SecondOrder,) if accelerations else (FirstOrder,)}
+    declared: dict[str, Any] = {
+        "name": name,
+        "library": library,
+        "order": order,
+        "conserves": conserves,
+        "jacobian": jacobian,
+    }
+    declared["accepts"] = (SecondOrder,) if accelerations else (FirstOrder,)
     sampling = "stops at samples" if dense_order is None else "dense output"
     more = {"sweep": sweep or Tolerance(1e-3, 1e-12), "sampling": sampling, "dense_order": dense_order or None}
     return _made(_Solved, declared | more | {"function": staticmethod(solve)})

@@ -15,13 +15,14 @@ from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.studies.related_motions import holds, later, related
 from gnomon.harness.verification.claims import Finding, claim, failed, not_applicable, not_checked, passed
 from gnomon.harness.verification.convergence_claims import (
+    NEAR,
     allowed_error,
     dense,
+    distance_covered,
     on_line,
     same_solution,
     slope_over_work,
 )
-from gnomon.harness.verification.follows_claim import NEAR, distance_covered
 from gnomon.harness.verification.function_adapter import FunctionAdapter
 
 TURNED = 3

@@ -26,7 +26,6 @@ from gnomon.harness.verification import (
     convergence_claims,
     equation_claims,
     event_claims,
-    follows_claim,
     quadrature_claim,
     relation_claims,
     structure_claims,
@@ -48,7 +47,7 @@ from gnomon.harness.verification.function_adapter import Stepped
 from gnomon import cases
 
 _MODULES = (
-    follows_claim, convergence_claims, quadrature_claim, control_claims, structure_claims, relation_claims, call_claims,
+    convergence_claims, quadrature_claim, control_claims, structure_claims, relation_claims, call_claims,
     equation_claims, event_claims,
 )  # fmt: skip
 _DECLARED = [value for module in _MODULES for value in vars(module).values() if isinstance(value, Claim)]
@@ -287,7 +286,7 @@ def verify(
 
     ends = math.inf if max_seconds is None else began + max_seconds
     on = {case.id: case for case, _ in chosen}
-    waiting = [CaseJob(integrator, case, DEPTHS[depth], add, ids, every=every) for case, ids in chosen]
+    waiting: list[Job] = [CaseJob(integrator, case, DEPTHS[depth], add, ids, every=every) for case, ids in chosen]
     while waiting and monotonic() <= ends:
         known = len(report.of(Outcome.FAILED))
 

@@ -20,7 +20,7 @@ from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_pair, good_rk4, good_verlet
 
-from gnomon.verify import assert_follows, from_solve, from_step
+from gnomon.verify import Refused, assert_follows, from_solve, from_step
 
 DEGREE = 180 / np.pi
 
@@ -85,7 +85,14 @@ def test_another_system_fails() -> None:
 
 @pytest.mark.parametrize(
     "case",
-    ["pendulum_simple", "kepler_orbit", "forced_oscillator", "kepler_orbit/e09", "double_pendulum", "van_der_pol"],
+    [
+        "pendulum_simple",
+        "kepler_orbit",
+        "forced_oscillator",
+        "kepler_orbit/e09",
+        "double_pendulum",
+        "damped_oscillator",
+    ],
 )
 def test_a_consistent_method_of_order_1_follows_every_motion(case: str) -> None:
     """The part of the span is so short that it must."""
@@ -101,8 +108,12 @@ def test_right_methods_follow(method: Integrator) -> None:
 
 
 def test_a_method_without_a_solution_was_not_checked() -> None:
+    def decline(f: Any, t: float, y: Floats, h: float) -> Floats:
+        raise Refused("no problem is good enough")
+
+    assert follows(from_step(decline, name="refuses", order=1), "pendulum_simple") == Outcome.NOT_CHECKED
     never = from_step(lambda f, t, y, h: y * np.nan, name="never", order=1)
-    assert follows(never, "pendulum_simple") == Outcome.NOT_CHECKED
+    assert follows(never, "pendulum_simple") == Outcome.FAILED, "states that are not finite are no refusal"
 
 
 def test_neither_tests_nor_baselines_accept_zeros() -> None:
