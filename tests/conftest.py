@@ -13,6 +13,10 @@ from hypothesis import HealthCheck, settings
 # the processor time of one, more on a busy machine.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+for name in ("COLUMNS", "LINES"):  # readline, which pytest imports, sets them for all processes that it starts
+    os.environ.pop(name, None)
+    os.unsetenv(name)
+
 collect_ignore = ["example_project"]
 """A user's project with tests of its own, which test_example_project.py runs."""
 sys.path[:0] = [

@@ -38,7 +38,7 @@ TIGHT = 1e-4
 """Largest tolerance of the claims: at looser ones the estimate of a local error need not be close to the error."""
 CALLS = 20.0
 """Right-hand sides of a plain function for each step of `Trials.limited`, and for each component of the state, after which
-it is given up. Right pairs, extrapolation, multistep, implicit and Rosenbrock methods by differences took at most 2.4."""
+it is given up. Right pairs, extrapolation, multistep, implicit and Rosenbrock methods by differences took at most 3.9."""
 COUNTS = 6
 """Least number of different counts from which the right-hand sides of a step are found. All 5 differences have a factor
 2 by chance with a probability of 1/32."""
@@ -274,14 +274,14 @@ class Trials:
     def limited(self, problem: Problem, setting: float) -> Problem:
         """The problem with the number of right-hand sides after which a plain function with a tolerance is given up.
 
-        A method of order p takes steps of about tolerance^(1/p) of the fastest time of the equations; the exponent
-        1/(p - 1), as of a lower estimate, and `CALLS` make the number many times what a right method takes.
+        A method of order p, whose estimate has order p or one less, takes steps of about tolerance^(1/p) of the fastest
+        time of the equations.
         """
         if self.steps or not 0 < setting < 1 or problem.most_calls < math.inf:
             return problem
         fastest = min(problem.time_scale, self.case.fastest_time) if problem.names else problem.time_scale
         scales = abs(float(problem.elapsed[-1])) / fastest
-        steps = len(problem.times) + scales * setting ** (-1 / max(1, (self.integrator.order or 2) - 1))
+        steps = len(problem.times) + scales * setting ** (-1 / (self.integrator.order or 2))
         return replace(problem, most_calls=CALLS * problem.dimension * steps)
 
     def prepared(self, problem: Problem, setting: float) -> Prepared:

@@ -440,16 +440,19 @@ class Job(Protocol):
         self.work(lambda message: write(connection.fileno(), frame(json.dumps(message).encode())))
 
 
+AnyJob = TypeVar("AnyJob", bound=Job)
+
+
 def run(
-    jobs: Sequence[Job], workers: int, ends: float = math.inf, enough: Callable[[], bool] = lambda: False
-) -> list[Job]:
+    jobs: Sequence[AnyJob], workers: int, ends: float = math.inf, enough: Callable[[], bool] = lambda: False
+) -> list[AnyJob]:
     """Run jobs in up to `workers` processes, until each part has an answer or the clock `monotonic` is at `ends`.
 
     No job begins once there is `enough`; those that have begun are completed. Returns the jobs that have not begun, of
     which none is left when the time is over. A process is a fork, so that the user's objects need not be found again by
     name.
     """
-    waiting, again, running = [job for job in jobs if job.pending], list[Job](), dict[Child, Job]()
+    waiting, again, running = [job for job in jobs if job.pending], list[AnyJob](), dict[Child, AnyJob]()
     with Supervisor("fork") as supervisor:
         while (running or again or (waiting and not enough())) and monotonic() <= ends:
             while len(running) < workers and (again or (waiting and not enough())):

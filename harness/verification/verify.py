@@ -286,7 +286,7 @@ def verify(
 
     ends = math.inf if max_seconds is None else began + max_seconds
     on = {case.id: case for case, _ in chosen}
-    waiting: list[Job] = [CaseJob(integrator, case, DEPTHS[depth], add, ids, every=every) for case, ids in chosen]
+    waiting = [CaseJob(integrator, case, DEPTHS[depth], add, ids, every=every) for case, ids in chosen]
     while waiting and monotonic() <= ends:
         known = len(report.of(Outcome.FAILED))
 

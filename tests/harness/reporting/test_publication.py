@@ -251,7 +251,11 @@ def test_ctrl_c_tells_what_remains(
         parts, "subprocess", SimpleNamespace(Popen=Interrupted, TimeoutExpired=subprocess.TimeoutExpired)
     )
     monkeypatch.setattr(parts, "_ended", lambda process: process.kill())  # a terminal would send Ctrl-C to it too
-    assert __main__.main([]) == 130
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
+    try:
+        assert __main__.main([]) == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert "remaining: growth" in capsys.readouterr().out
 
 

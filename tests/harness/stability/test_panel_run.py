@@ -43,9 +43,10 @@ def test_a_crash_is_a_row_and_the_next_panel_is_measured(quick: None) -> None:
 
 
 def test_a_hang_ends_at_the_limit(quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of processor time, or by the clock where the machine gives it little."""
     monkeypatch.setattr(panel_run, "LONGEST", 0.2)
-    rows = panel_run.measured([planted_methods.hanging], ["linear"])
-    assert [row.reason for row in rows] == ["refused: no answer within 0.4 s of processor time"]
+    (row,) = panel_run.measured([planted_methods.hanging], ["linear"])
+    assert row.reason in ("refused: no answer within 0.4 s of processor time", "refused: no answer within 4 s")
 
 
 def test_a_library_that_is_missing_is_named(quick: None, monkeypatch: pytest.MonkeyPatch) -> None:
