@@ -204,7 +204,8 @@ class Report:
 
     def _gaps_of_claim(self, name: str) -> list[str]:
         rows = [row for row in self.rows if row.claim == name]
-        enough = not self.cases and any(row.finding.outcome in SETTLED for row in rows)
+        each = self.cases and name in CLAIMS  # a pre-flight has scenes of its own
+        enough = not each and any(row.finding.outcome in SETTLED for row in rows)
         open_ = [
             row
             for row in rows

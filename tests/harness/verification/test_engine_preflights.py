@@ -12,7 +12,7 @@ from gnomon.harness.studies.preflight import TEXTS
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.engine_adapter import from_engine
 from gnomon.harness.verification.engine_preflights import preflight_rows
-from gnomon.harness.verification.verification_report import FAILED, NOTHING
+from gnomon.harness.verification.verification_report import FAILED, NOT_VERIFIED
 from gnomon.harness.verification.verify import Row
 from rigid_engine import RigidEngine
 
@@ -62,8 +62,8 @@ def test_a_known_failure_is_accepted(tmp_path: Path) -> None:
 def test_a_verification_that_checked_nothing_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """The toy engine has no contacts."""
     monkeypatch.syspath_prepend(HERE)
-    assert verified("toy_engine:INTEGRATOR", "--claim", "friction") == NOTHING
-    assert verified("toy_engine:INTEGRATOR", "--claim", "drift", "--max-seconds", "1e-9") == NOTHING
+    assert verified("toy_engine:INTEGRATOR", "--claim", "friction") == NOT_VERIFIED
+    assert verified("toy_engine:INTEGRATOR", "--claim", "drift", "--max-seconds", "1e-9") == NOT_VERIFIED
 
 
 @pytest.mark.parametrize(
