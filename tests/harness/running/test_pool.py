@@ -497,13 +497,17 @@ def test_no_trial_overlaps_an_interlude(monkeypatch: pytest.MonkeyPatch, tmp_pat
 def test_a_worker_that_waits_for_an_interlude_has_no_deadline(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """One worker has answered and waits while the other is busy for longer than the limit of the former."""
     os.mkfifo(tmp_path / "busy")
-    clock = [0.0]
+    os.mkfifo(tmp_path / "second")
+    clock, paused = [0.0], []
     for module in (supervisor, pool):
         monkeypatch.setattr(module, "monotonic", lambda: clock[0])
     monkeypatch.setattr(supervisor, "scheduled_seconds", lambda _guard: (0.0, 0.0))
     first, second = Job(1, limit=10 * LIMIT), Job(3)
 
     def wait(connections: list[Any], _timeout: float) -> None:
+        if len(second.rows) == 1 and not paused:  # the pool has seen that the interlude is due
+            paused.append(True)
+            (tmp_path / "second").write_text("answer")
         if len(second.rows) == 2 and clock[0] == 0:  # its third request waits
             clock[0] = 5 * LIMIT
             (tmp_path / "busy").write_text("no more")
@@ -513,8 +517,8 @@ def test_a_worker_that_waits_for_an_interlude_has_no_deadline(monkeypatch: pytes
     def script(worker: Worker) -> None:
         while True:
             worker.say("prepared")
-            if worker.number == 1:
-                (tmp_path / "busy").read_text()
+            if worker.number in (1, 3):
+                (tmp_path / ("busy" if worker.number == 1 else "second")).read_text()
             worker.done()
             worker.receive()
 
