@@ -28,13 +28,16 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Steps, solver_of
 from gnomon.harness.contract.problem import takes
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.registry import lookup
+from gnomon.harness.studies import preflight
 from gnomon.harness.studies.related_motions import later
 from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.engine_preflights import preflight_rows
 from gnomon.harness.verification.verify import CLAIMS, FIRST, FirstTrialError, Row, planned, verify
 from gnomon.reference.storage.import_closure import closure
 
@@ -117,11 +120,16 @@ class Found(Exception):  # noqa: N818 - a result, not an error
     """Raised by the first claim that fails."""
 
 
-def parts(integrator: Integrator, depth: str) -> list[tuple[Sequence[str], str]]:
-    """(claims, case) in the sequence in which they are verified."""
+def parts(integrator: Integrator, depth: str) -> list[tuple[Sequence[str], str | None]]:
+    """(claims, case) in the sequence in which they are verified; an engine's pre-flights, without a case, come last.
+
+    Engines of libraries are not without faults: what fails on their pre-flights is published with the suite of engines.
+    """
     steps = isinstance(integrator.sweep, Steps)
     later = [name for name, claim in CLAIMS.items() if name not in EARLY and not (steps and claim.hard)]
-    return [(claims, case.id) for claims in (EARLY, later) for case, _ in planned(integrator, None, depth, claims)]
+    ours = SceneForm in integrator.accepts and integrator.id not in lookup.everything()
+    on_cases = [(claims, case.id) for claims in (EARLY, later) for case, _ in planned(integrator, None, depth, claims)]
+    return [*on_cases, *([(tuple(preflight.TEXTS), None)] if ours else [])]
 
 
 def first_failure(
@@ -143,7 +151,10 @@ def first_failure(
         if k > begin and time.monotonic() > ends:
             return None, checked, k, False
         try:
-            verify(integrator, [case], depth, claims, workers=1, progress=look)
+            if case is None:
+                preflight_rows(integrator, None, depth, claims, 1, look)
+            else:
+                verify(integrator, [case], depth, claims, workers=1, progress=look)
         except Found:
             return found[0], checked, k + 1, True
         except FirstTrialError:
