@@ -15,11 +15,11 @@ from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Steps
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.contract.status import Status
-from gnomon.harness.measuring.growth import growth
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.reference_solution import CaseSpec, ReferenceSolution, reference_solution
 from gnomon.harness.measuring.score import Scorer, moves
 from gnomon.harness.measuring.settings import sweep_settings
+from gnomon.harness.measuring.shorter_spans import error_growth, exact_states
 from gnomon.harness.measuring.solved import Solved, solved
 from gnomon.harness.system.child_process import processor_time
 from numpy.typing import NDArray
@@ -228,7 +228,7 @@ class Trials:
         """
         if halvings not in self._growth:
             times = self.reference.times[7::8] * 2.0**-halvings if halvings else self.reference.times
-            found = growth(self.case, times, self.reference.sizes)
+            found = error_growth(self.case, times, self.reference.sizes)
             drift = 0.0 if self.case.hybrid is not None else float(times[-1]) / self.reference.time_scale
             worst = max(1.0, self.conditioning(halvings) / HALF_ULP) * (1 + drift)
             self._growth[halvings] = np.full(len(times), worst) if found is None else found
@@ -268,7 +268,7 @@ class Trials:
     def exact(self, halvings: int) -> Floats:
         """The exact states at the samples of a shorter span, shape (64, dim)."""
         if halvings not in self._exact:
-            self._exact[halvings] = self.case.sample(self.reference.times * 2.0**-halvings)
+            self._exact[halvings] = exact_states(self.case, self.reference.times * 2.0**-halvings)
         return self._exact[halvings]
 
     def limited(self, problem: Problem, setting: float) -> Problem:
