@@ -12,8 +12,8 @@ from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps, TooManyCalls
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import CALLS, DEPTHS, Trials
-from gnomon.harness.verification.claims import Finding, Outcome
-from gnomon.harness.verification.verify import CLAIMS, verify
+from gnomon.harness.verification.claims import Finding, Outcome, not_checked, passed
+from gnomon.harness.verification.verify import ACCURACY, CLAIMS, FOLLOWS, Report, Row, verify
 
 from gnomon.verify import Tolerance, from_solve, from_step
 
@@ -78,6 +78,15 @@ def test_no_time_is_no_pass(capsys: pytest.CaptureFixture[str]) -> None:
     assert "not verified: pendulum_simple: follows was not checked: the time of --max-seconds is over" in shown
 
 
+def test_a_case_is_verified_if_it_is_followed_and_its_accuracy_was_checked() -> None:
+    """Units, mirror and history hold for zeros too."""
+    follows, order = (Row(claim, "pendulum_simple", passed("")) for claim in (FOLLOWS, ACCURACY[0]))
+    others = [Row(claim, "pendulum_simple", passed("")) for claim in ("units", "mirror", "history")]
+    late = Row(FOLLOWS, "pendulum_simple", not_checked("no time"))
+    for rows, complete in (([follows, order], True), ([follows], False), ([order], False), ([late, order], False)):
+        assert (Report("mine:mine", "low", [*rows, *others]).gaps() == []) is complete
+
+
 def leapfrog(length: Any) -> Integrator:
     """Each step from sample to sample has `length` of the distance in time."""
 
@@ -104,6 +113,19 @@ def test_a_step_without_its_sign_goes_forward_where_times_fall() -> None:
         lambda f, t, y, h: planted_methods.good_rk4.function(f, t, y, abs(h)), name="unsigned", order=4
     )
     assert checked("backward", unsigned).outcome == Outcome.FAILED
+    rk4 = planted_methods.good_rk4.function
+
+    def solve(f: Any, t0: float, y0: Floats, times: Floats, step: float) -> Any:
+        found, y = [], y0
+        for begin, end in pairwise([t0, *(t0 + abs(times - t0))]):  # it asks for no derivative at an earlier time
+            count = max(1, math.ceil((end - begin) / step - 1e-9))
+            for k in range(count):
+                y = rk4(f, begin + k * (end - begin) / count, y, (end - begin) / count)
+            found.append(y)
+        return np.array(found)
+
+    distances = from_solve(solve, name="distances", order=4, sweep=Steps(0.125, 8))
+    assert checked("backward", distances).outcome == Outcome.FAILED
     assert checked("backward", planted_methods.good_rk4).outcome == Outcome.PASSED
 
 
