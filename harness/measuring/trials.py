@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases import Case
+from gnomon.cases.core.forms import Constrained
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Steps
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.contract.status import Status
@@ -265,6 +266,15 @@ class Trials:
         share = min(1.0, h / self.reference.time_scale)
         return ROOT_OF_ULP * share * path * max(1.0, self.conditioning(halvings) / HALF_ULP)
 
+    def of_constraints(self, h: float, halvings: int) -> float:
+        """The error of velocities at a step size, if the integrator finds positions on constraints; else 0.
+
+        Positions are known to half an ulp, and a velocity is their difference over a step.
+        """
+        if Constrained not in self.integrator.accepts:
+            return 0.0
+        return 2.0 * self.conditioning(halvings) * self.reference.time_scale / h
+
     def exact(self, halvings: int) -> Floats:
         """The exact states at the samples of a shorter span, shape (64, dim)."""
         if halvings not in self._exact:
@@ -318,7 +328,7 @@ class Trials:
         errors = self.distance(states, self.exact(halvings)[-len(states) :], times)
         roundoff = self.roundoff(work or len(problem.times), halvings)
         if self.steps:
-            roundoff += self.of_differences(setting, halvings)
+            roundoff += self.of_differences(setting, halvings) + self.of_constraints(setting, halvings)
         return Answer(
             setting, Status.OK, "", states, errors, roundoff, work, found.calls if counted else None,
             bool(solution.steps), solution.stopped, solution.events, seconds,

@@ -207,10 +207,12 @@ class ConstrainedRadau(FixedStep):
 
 
 class RadauIndex3(ConstrainedRadau):
-    """The constraints themselves at each stage, multipliers scaled by h^2: 5 in position, 3 in velocity. Order 3."""
+    """The constraints themselves at each stage, multipliers scaled by h^2: 5 in position, 3 in velocity. Order 3.
+
+    Velocities leave the constraints, so `conserves` has no "constraint".
+    """
 
     name, order, index = "Radau IIA index 3", 3, 3
-    conserves = ("constraint",)
 
 
 class RadauIndex2(ConstrainedRadau):

@@ -1,5 +1,6 @@
 """Radau IIA on constraints: the orders of index 3 and index 2, and which of the constraints each one keeps."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,10 @@ import pytest
 from gnomon.cases import get
 from gnomon.harness.contract.problem import initial_state, problem_of
 from gnomon.harness.integrators.geometric.constrained_radau import RadauIndex2, RadauIndex3
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.verify import CLAIMS
 from on_cases import exact_states
 
 
@@ -72,3 +77,24 @@ def test_too_long_steps_are_said_to_be_so() -> None:
     found = RadauIndex3().prepare(problem, problem.interval)(initial_state(case)[None])
     assert found.stopped is not None
     assert "take shorter steps" in found.stopped
+
+
+def test_a_sample_that_is_one_rounding_after_a_step_is_no_step_of_its_own() -> None:
+    """At index 3 a step of the length of a rounding would find velocities as differences of rounded positions over it."""
+    case = get("holonomic_constraint_dae").rounded()
+    problem, start = problem_of(case, RadauIndex3.accepts), initial_state(case)[None]
+    step, later = problem.interval / 8, problem.times.copy()
+    later[9] = np.nextafter(later[9], np.inf)
+    on, after = (
+        RadauIndex3().prepare(replace(problem, times=times), step)(start).states[0] for times in (problem.times, later)
+    )
+    assert after == pytest.approx(on, rel=0, abs=1e-12)
+
+
+def test_round_off_of_positions_over_a_step_is_no_fault_of_its_velocities() -> None:
+    """At 1e-7 of the time scale it is 1e-9, far above the rounding of a state, and grows as steps become shorter."""
+    trials = Trials.of(RadauIndex3(), CaseSpec.of(get("holonomic_constraint_dae").rounded()), DEPTHS["low"])
+    assert CLAIMS["step_order"].check(trials).outcome == Outcome.PASSED
+    lower = type("Lower", (RadauIndex3,), {"order": 4})()
+    trials = Trials.of(lower, CaseSpec.of(get("holonomic_constraint_dae").rounded()), DEPTHS["low"])
+    assert CLAIMS["step_order"].check(trials).outcome == Outcome.FAILED
