@@ -1,5 +1,6 @@
 """Settings shared by all tests; makes modules of `helpers/` and `detection/` importable by tests and their processes."""
 
+import gc
 import os
 import sys
 from collections.abc import Iterator
@@ -41,6 +42,18 @@ def pytest_configure(config: pytest.Config) -> None:
     from processor_time import ProcessorTime  # after the path is extended
 
     config.pluginmanager.register(ProcessorTime())
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """All that is imported and collected lives until the end: the garbage collector visits it neither now nor in a test."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.collect()
+        gc.freeze()
 
 
 @pytest.fixture

@@ -8,8 +8,9 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from email.parser import HeaderParser
 from functools import cache
-from importlib.metadata import PackageNotFoundError, distributions, version
+from importlib.metadata import Distribution, PackageNotFoundError, distributions, version
 from pathlib import Path
 
 import cpuinfo
@@ -48,8 +49,15 @@ def comparable(found: Mapping[str, str]) -> dict[str, str]:
 
 def installed() -> dict[str, str]:
     """The version of every installed distribution but gnomon, by its name."""
-    found = {one.name.lower().replace("_", "-"): one.version for one in distributions()}
+    found = dict(map(_name_and_version, distributions()))
     return {name: found[name] for name in sorted(found) if name != "gnomon"}
+
+
+def _name_and_version(one: Distribution) -> tuple[str, str]:
+    """From the head of its metadata: `one.name` and `one.version` each parse the description below it too, often a README."""
+    text = one.read_text("METADATA") or one.read_text("PKG-INFO") or ""
+    head = HeaderParser().parsestr(text.partition("\n\n")[0])
+    return head["Name"].lower().replace("_", "-"), head["Version"]
 
 
 @cache

@@ -80,34 +80,21 @@ def test_the_first_state_is_the_initial_state_to_the_last_bit(name: str) -> None
         assert [nearest_double(x) for x in case.exact(0, 40)] == start
 
 
-@pytest.mark.parametrize("name", SMOOTH)
-def test_exact_motion_satisfies_the_equations(name: str) -> None:
-    @examples(name)
-    @given(cases(name), fractions)
-    def holds(case: Case, share: Fraction) -> None:
-        assert agreement.residual(case, agreement.first_order_equations(case), case.span * share) >= enough(case)
-        assert certify.start(case) >= enough(case)
-
-    holds()
-
-
 @pytest.mark.parametrize("name", NAMES)
-def test_the_digits_asked_for_are_right(name: str) -> None:
+def test_exact_motion_has_its_digits_satisfies_the_equations_and_keeps_its_invariants(name: str) -> None:
+    """All three on each draw: to compute a drawn motion takes longer than what is asked of it."""
+
     @examples(name)
     @given(cases(name), fractions)
     def holds(case: Case, share: Fraction) -> None:
-        assert certify.rounding(case, [case.span * share]) >= enough(case)
-
-    holds()
-
-
-@pytest.mark.parametrize("name", SMOOTH)
-def test_constant_invariants_stay_constant(name: str) -> None:
-    @examples(name)
-    @given(cases(name), fractions)
-    def holds(case: Case, share: Fraction) -> None:
+        t = case.span * share
+        assert certify.rounding(case, [t]) >= enough(case)
+        if case.hybrid is not None:
+            return
+        assert agreement.residual(case, agreement.first_order_equations(case), t) >= enough(case)
+        assert certify.start(case) >= enough(case)
         if any(invariant.law == "constant" for invariant in case.invariants.values()):
-            assert certify.invariants(case, [case.span * share]) >= enough(case)
+            assert certify.invariants(case, [t]) >= enough(case)
 
     holds()
 

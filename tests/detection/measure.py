@@ -25,6 +25,7 @@ import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -218,6 +219,7 @@ def _same_events(found: Sequence[tuple[float, str]], expected: Sequence[tuple[fl
     )
 
 
+@cache
 def right() -> dict[str, Integrator]:
     """The right methods of which there are mutants."""
     return {method.name: mutants.made(method, family_faults.source(method)) for method in METHODS}

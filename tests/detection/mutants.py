@@ -9,7 +9,7 @@ import sys
 import types
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -189,10 +189,12 @@ def made(method: Method, text: str, fault: str = "") -> Integrator:
     return integrator
 
 
+@cache
 def right() -> dict[str, Integrator]:
     return {method.name: made(method, TEXT) for method in METHODS}
 
 
+@cache
 def mutants() -> list[Mutant]:
     """All mutants, method by method: the chosen faults first."""
     found = []

@@ -13,7 +13,7 @@ from command_line import gnomon
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps
 from gnomon.harness.measuring.reference_solution import CaseSpec
-from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.measuring.trials import DEPTHS, Depth, Trials
 from gnomon.harness.verification.baseline import measure
 from gnomon.harness.verification.checks import checks
 from gnomon.harness.verification.claims import Outcome
@@ -58,23 +58,25 @@ WRONG = {
     "backward": lambda y: y[::-1],
 }
 zero = answering(WRONG["zeros"], "zeros")
+SHALLOW = Depth("shallow", 64 * 8, 1.0, 3, 2)
+"""Four steps from sample to sample at the finest setting: states that are wrong are so at any step."""
 
 
-def follows(integrator: Integrator, case: str, depth: str = "low") -> Outcome:
-    trials = Trials.of(integrator, CaseSpec.of(get(*case.split("/")).rounded()), DEPTHS[depth])
+def follows(integrator: Integrator, case: str, depth: Depth = DEPTHS["low"]) -> Outcome:
+    trials = Trials.of(integrator, CaseSpec.of(get(*case.split("/")).rounded()), depth)
     return CLAIMS["follows"].check(trials).outcome
 
 
 @pytest.mark.parametrize("case", ["pendulum_simple", "kepler_orbit", "forced_oscillator", "projectile_parabola"])
 @pytest.mark.parametrize("fault", WRONG)
 def test_wrong_states_fail_the_claim_that_always_applies(fault: str, case: str) -> None:
-    assert follows(answering(WRONG[fault], fault), case) == Outcome.FAILED
+    assert follows(answering(WRONG[fault], fault), case, SHALLOW) == Outcome.FAILED
 
 
 @pytest.mark.parametrize("depth", ["normal", "high"])
 def test_no_depth_is_too_deep_or_too_shallow(depth: str) -> None:
     """States that are late by one sample are the closest of the wrong ones: 1/64 of the distance that is covered."""
-    assert follows(answering(WRONG["late"], "late"), "pendulum_simple", depth) == Outcome.FAILED
+    assert follows(answering(WRONG["late"], "late"), "pendulum_simple", DEPTHS[depth]) == Outcome.FAILED
 
 
 def test_another_system_fails() -> None:
@@ -191,7 +193,16 @@ def test_a_program_that_answers_zeros_is_red_in_every_file(tmp_path: Path, capsy
     program, kinds = tmp_path / "zeros.py", ("json", "junit", "markdown", "badge")
     program.write_text(PROGRAM)
     files = [word for kind in kinds for word in (f"--{kind}", str(tmp_path / kind))]
-    named = ("--command", f"{sys.executable} {program}", "--case", "kepler_orbit", "--depth", "low")
+    named = (
+        "--command",
+        f"{sys.executable} {program}",
+        "--case",
+        "kepler_orbit",
+        "--depth",
+        "low",
+        "--claim",
+        "follows",
+    )
     assert gnomon("verify", *named, *files) == 1
     shown = capsys.readouterr().out
     assert "FAILED follows on kepler_orbit" in shown
