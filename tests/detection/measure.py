@@ -4,7 +4,7 @@
     python tests/detection/measure.py --only "mutant rk4"   rows with the word in "kind name condition depth"
     python tests/detection/measure.py --depth low           mutants and defects at one of the two depths
     python tests/detection/measure.py --draw 90             so many mutants, a random draw with the published SEED
-    python tests/detection/measure.py --load 8              right integrators alone, beside 8 busy processes
+    python tests/detection/measure.py --load 8 --draw 40    as many runs of right integrators, beside 8 busy processes
 
 Each fault is verified at both depths until a claim fails. A mutant that changes no state beyond conditioning and round-off
 on any case changes no result: it is counted apart. Right integrators run under each condition of CONDITIONS at depth low.
@@ -236,7 +236,10 @@ def some(mutants: Sequence[str], count: int | None) -> list[str]:
 
 
 def tasks(load: int = 0, count: int | None = None) -> list[Task]:
-    """Everything that is measured, the sum of all kinds, with a draw of `count` mutants; beside a load right ones alone."""
+    """Everything that is measured, the sum of all kinds, with a draw of `count` mutants.
+
+    Beside a load right ones alone, of which `count` are drawn.
+    """
     draw = random.Random(20)
     names = [name for name, integrator in lookup.everything().items() if lookup.missing(integrator) is None]
     names += [f"{method.name} of right_methods.py" for method in METHODS]
@@ -245,7 +248,7 @@ def tasks(load: int = 0, count: int | None = None) -> list[Task]:
     more = [Task("right", each[condition][k], condition) for k in range(len(names)) for condition in conditions]
     runs = [Task("right", name) for name in names] + more[: max(OTHERS, RUNS - len(names))]
     if load:
-        return [replace(task, load=load) for task in runs]
+        return [replace(task, load=load) for task in random.Random(SEED).sample(runs, len(runs))[:count]]
     mutants_ = some([mutant.id for mutant in faulty()], count)
     faults = [*(("defect", defect.link) for defect in DEFECTS), *(("mutant", name) for name in mutants_)]
     return [*(Task(*fault, depth=depth) for depth in FAULT_DEPTHS for fault in faults), *runs]
@@ -346,7 +349,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--only", action="append", default=[], help="a part of `kind name condition depth`; repeatable")
     parser.add_argument("--depth", choices=FAULT_DEPTHS, help="of mutants and defects; by default both")
-    parser.add_argument("--draw", type=int, help="so many mutants, drawn with the published seed; by default all")
+    parser.add_argument(
+        "--draw", type=int,
+        help="so many mutants, or with --load runs, drawn with the published seed; by default all",
+    )  # fmt: skip
     parser.add_argument("--load", type=int, default=0, help="right integrators alone, beside so many busy processes")
     parser.add_argument("--rows", type=Path, default=Path("runs/verification.jsonl"))
     parser.add_argument("--out", type=Path, default=Path("reports/local/verification.json"))
@@ -366,12 +372,8 @@ def main() -> int:
     known = read(given.rows, sources, given.keep_found)
     if given.draw is not None and not 0 < given.draw <= len(faulty()):
         parser.error(f"--draw {given.draw}: there are {len(faulty())} mutants to draw from")
-    wanted = tasks(count=given.draw)
-    chosen = [
-        task
-        for task in (tasks(given.load) if given.load else wanted)
-        if not given.only or any(word in str(task) for word in given.only)
-    ]
+    wanted = tasks(given.load, given.draw)
+    chosen = [task for task in wanted if not given.only or any(word in str(task) for word in given.only)]
     chosen = [task for task in chosen if given.depth in (None, task.depth)]
     if not chosen:
         parser.error(f"--only {' '.join(given.only)}: nothing that is measured has this in its name")
@@ -381,8 +383,9 @@ def main() -> int:
     except KeyboardInterrupt:
         print("interrupted; the same command continues")
         return 130
-    rows = [known[task] for task in [*wanted, *tasks(given.load)] if task in known and known[task].whole]
-    draw = given.draw and {"seed": SEED, "mutants": given.draw, "of": len(faulty())}
+    shown = [*tasks(), *wanted] if given.load else wanted
+    rows = [known[task] for task in shown if task in known and known[task].whole]
+    draw = given.draw and not given.load and {"seed": SEED, "mutants": given.draw, "of": len(faulty())}
     found = published([asdict(row) for row in dict.fromkeys(rows)], FAULT_DEPTHS, RIGHT_DEPTH, draw)
     given.out.parent.mkdir(parents=True, exist_ok=True)
     given.out.write_text(json.dumps(found, indent=1) + "\n")
