@@ -208,6 +208,13 @@ def _scheduled(folder: str) -> tuple[int, int]:
         os.close(descriptor)
 
 
+def crowding() -> float:
+    """The number of processes of the machine that want to run, for each processor of this one; at least 1."""
+    with contextlib.suppress(OSError, AttributeError):  # not every system tells
+        return max(1.0, os.getloadavg()[0] / len(os.sched_getaffinity(0)))
+    return 1.0
+
+
 def run_delays() -> dict[str, int] | None:
     """Nanoseconds that each thread was ready to run while others had the processor; None if the system does not tell.
 

@@ -209,9 +209,10 @@ class Child:
     def wait(self, seconds: float) -> int | None:
         """The exit code, for which this waits at most `seconds`; None while the process runs.
 
-        The method `join` of multiprocessing waits without a limit for a process that has closed all its files.
+        Where several processes want each processor, it may take as many times as long. The method `join` of
+        multiprocessing waits without a limit for a process that has closed all its files.
         """
-        for _ in range(round(seconds / TICK_SECONDS)):
+        for _ in range(round(seconds * child_process.crowding() / TICK_SECONDS)):
             if self.process.exitcode is not None:
                 break
             sleep(TICK_SECONDS)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gnomon.harness.system.supervisor import Job, Send, calls, require, run
+from gnomon.harness.system.supervisor import TICK_SECONDS, Child, Job, Send, calls, require, run
 from waiting import wait_until
 
 
@@ -100,3 +100,23 @@ def test_a_process_that_attacks_its_parent_is_killed_and_the_job_goes_on(
     assert job.lost == [why]
     assert job.answered == [("answer", "answer")]
     wait_until(lambda: not is_running((tmp_path / "number").read_text()), "the process has ended")
+
+
+@pytest.mark.parametrize(("load", "found"), [(0.0, None), (16.0, 3)])
+def test_a_process_has_more_time_to_end_where_many_want_the_processor(
+    load: float, found: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ends at the 60th look; on a machine that does nothing else only the first ten are waited for."""
+
+    class Ending:
+        looks = 0
+
+        @property
+        def exitcode(self) -> int | None:
+            self.looks += 1
+            return 3 if self.looks >= 60 else None
+
+    monkeypatch.setattr(os, "getloadavg", lambda: (load, 0.0, 0.0))
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    pipe: Any = None
+    assert Child(Ending(), pipe, pipe, None).wait(10 * TICK_SECONDS) == found
