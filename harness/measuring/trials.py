@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.forms import Constrained
+from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator, Problem, Solution, Steps
 from gnomon.harness.contract.problem import accepted_form
 from gnomon.harness.contract.status import Status
@@ -267,11 +268,12 @@ class Trials:
         return ROOT_OF_ULP * share * path * max(1.0, self.conditioning(halvings) / HALF_ULP)
 
     def of_constraints(self, h: float, halvings: int) -> float:
-        """The error of velocities at a step size, if the integrator finds positions on constraints; else 0.
+        """The error of velocities at a step size, if the integrator may correct positions on constraints; else 0.
 
-        Positions are known to half an ulp, and a velocity is their difference over a step.
+        Positions are known to half an ulp, and a velocity is their difference over a step. Engines that keep joints by
+        constraints between bodies do so too.
         """
-        if Constrained not in self.integrator.accepts:
+        if not {Constrained, SceneForm} & set(self.integrator.accepts):
             return 0.0
         return 2.0 * self.conditioning(halvings) * self.reference.time_scale / h
 

@@ -28,6 +28,10 @@ from gnomon.harness.adapters.engines.scene_run import SceneRun, step_counts
 from gnomon.harness.adapters.engines.vectors import turned
 from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.verification.claims import Outcome
+from gnomon.harness.verification.verify import CLAIMS
 from on_cases import exact_states
 
 pybullet = pytest.importorskip("pybullet", reason="pybullet has wheels up to CPython 3.11 only")
@@ -473,3 +477,9 @@ def test_an_arm_is_rotated_with_its_attitude_also_with_a_part_along_the_axis() -
     assert w == pytest.approx(np.cos(1.15))
     assert v == pytest.approx(np.sin(1.15) * np.array(axis))
     assert lever == pytest.approx(np.array(arm) + 2 * np.cross(v, np.cross(v, arm) + w * np.array(arm)))
+
+
+def test_round_off_of_positions_over_a_step_is_no_fault_of_joints_by_constraints() -> None:
+    """Velocities that keep two bodies together have the rounding of positions over the step, which grows as it shortens."""
+    trials = Trials.of(PyBulletMaximal(), CaseSpec.of(get("pendulum_simple").rounded()), DEPTHS["low"])
+    assert CLAIMS["step_order"].check(trials).outcome == Outcome.PASSED
