@@ -209,12 +209,12 @@ class Case(Declared):
     span : number, optional
         The duration (s).
     **parameters : number
-        Parameters by name, in their units.
+        Parameters, and starts of coordinates, by name, in their units.
 
     Raises
     ------
     ValueError
-        For an unknown variant or parameter, and for numbers outside the domain.
+        For an unknown variant or name, and for numbers outside the domain.
 
     Examples
     --------
@@ -268,13 +268,16 @@ class Case(Declared):
         start = initial_state if initial_state is not None else setting.initial_state
         start = self.default_state if start is None else start
         self.variant = variant
-        self.parameters = self._parameters(setting, parameters)
         names = [coordinate.name for coordinate in self.state]
+        starts = {name: parameters.pop(name) for name in names if name in parameters}
+        self.parameters = self._parameters(setting, parameters, names)
         if len(start) != len(names):
             raise ValueError(
                 f"{self.name}: the initial state has {len(start)} numbers, not {len(names)} ({', '.join(names)})"
             )
-        self.initial_state = tuple(map(self._given, names, start))
+        if initial_state is not None and starts:
+            raise ValueError(f"{self.name}: {next(iter(starts))} is given, and an initial state; give one of the two")
+        self.initial_state = tuple(map(self._given, names, (dict(zip(names, start, strict=True)) | starts).values()))
         with self._within_reach():
             self.domain.check(self.name, self.numbers)
             self._span_given = False

@@ -267,12 +267,18 @@ class Declared:
         return given(value, f"{cls.name}: {name}", cls.domain.ranges.get(name, Range()))
 
     @classmethod
-    def _parameters(cls, variant: Variant, chosen: Mapping[str, Number]) -> dict[str, Fraction]:
-        """The exact value of each parameter: the chosen one, else the one of the variant, else the default."""
+    def _parameters(
+        cls, variant: Variant, chosen: Mapping[str, Number], coordinates: Sequence[str] = ()
+    ) -> dict[str, Fraction]:
+        """The exact value of each parameter: the chosen one, else the one of the variant, else the default.
+
+        `coordinates`: the other names that a caller may have meant.
+        """
         values: dict[str, Number] = {p.name: p.default for p in cls.parameter_list}
         for name in chosen:
             if name not in values:
-                raise ValueError(f"{cls.name} has no parameter {name!r}; {nearest(name, values)}")
+                also = " and no coordinate of this name" if coordinates else ""
+                raise ValueError(f"{cls.name} has no parameter {name!r}{also}; {nearest(name, [*values, *coordinates])}")
         return {
             name: cls._given(name, value) for name, value in (values | dict(variant.parameters) | dict(chosen)).items()
         }

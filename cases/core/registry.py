@@ -155,7 +155,7 @@ def get(
     span : number, optional
         The duration (s); it replaces the variant's.
     **parameters : number
-        Parameters by name, in their units; they replace the variant's. A number is an int, a float, a Fraction, or a
+        Parameters, and starts of coordinates, by name, in their units; they replace the variant's. A number is an int, a float, a Fraction, or a
         decimal text, which is exact: ``g="9.81"``.
 
     Returns
@@ -166,7 +166,7 @@ def get(
     Raises
     ------
     ValueError
-        For an unknown name, variant or parameter, and for numbers outside the domain.
+        For an unknown name or variant, and for numbers outside the domain.
 
     Examples
     --------

@@ -22,7 +22,7 @@ def exact(
     times: Annotated[
         str | None,
         typer.Option(
-            help="Times in seconds: a list as 0.5,1,1.5 or a file. Decimals are exact, 0x1.8p+1 is a double. By default"
+            help="Times in seconds: a list as 0.5,1,1.5 or a file, whose header may name a column t or time. Decimals are exact, 0x1.8p+1 is a double. By default"
             " the 64 sample times of the case."
         ),
     ] = None,

@@ -38,13 +38,13 @@ TICKS = 6
 """The largest number of labels on an axis of decades."""
 
 
-def draw(integrator: Integrator, depth: str, row: Row, path: Path) -> None:
-    """Draw the motion and the errors behind a claim on a case, at the setting that the row names.
+def draw(integrator: Integrator, depth: str, row: Row, on: selection.CaseLike, path: Path) -> None:
+    """Draw the motion and the errors behind a claim on the case `on`, at the setting that the row names.
 
     `path`: a file with an ending of `DRAWINGS`. The integrator runs in its own process. Raises ValueError if this
     process hangs or ends.
     """
-    ((case, _),) = selection.choose([row.case], variants=False)
+    (case,) = selection.find_cases([on])
     found: list[Row] = []
 
     def measured(trials: Trials) -> Finding:

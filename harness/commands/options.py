@@ -45,7 +45,10 @@ def columns(least: int) -> int:
     return console.width if console.is_terminal or os.environ.get("COLUMNS", "").isdigit() else least
 
 
-Parameters = Annotated[list[str] | None, typer.Option("--set", help="A parameter of the case, name=value; repeatable.")]
+Parameters = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="A parameter of the case, or the start of a coordinate, name=value; repeatable."),
+]
 
 CASE = "A case, case/variant, 'pattern*' or package.module:Case"
 INTEGRATOR = "An id, name, library, 'pattern*' or package.module:object"
@@ -198,7 +201,7 @@ def ensure_results(path: Path) -> None:
 
 
 def given_parameters(parameters: list[str] | None) -> dict[str, str]:
-    """The parameters of `--set name=value`, as text."""
+    """The parameters and starts of `--set name=value`, as text."""
     given: dict[str, str] = {}
     for text in parameters or ():
         name, equals, value = (part.strip() for part in text.partition("="))

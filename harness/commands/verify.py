@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from rich.markup import escape
 
 if TYPE_CHECKING:
     from gnomon.harness.contract.integrator import Integrator
+    from gnomon.harness.registry.selection import CaseLike
     from gnomon.harness.verification.baseline import Baseline
     from gnomon.harness.verification.other_version import Other
     from gnomon.harness.verification.verification_report import Known
@@ -48,6 +50,7 @@ def verify(
         str | None, typer.Option(help="A physics engine, by its name as an integrator; its pre-flights run too.")
     ] = None,
     case: options.Cases = None,
+    parameters: options.Parameters = None,
     claim: Annotated[
         list[str] | None, typer.Option(help="A claim, or a pre-flight, by its id; repeatable. By default all.")
     ] = None,
@@ -86,7 +89,10 @@ def verify(
     from gnomon.harness.verification.baseline import case_names, read
 
     integrator = options.one_of(options.one_of(integrator, named, "integrator"), engine, "engine")
-    asked = _Asked(case, depth, claim, max_seconds, workers, every)
+    if parameters and (not case or baseline or against):
+        raise ValueError("--set changes the numbers of a --case, and goes neither with --baseline nor with --against")
+    on: list[CaseLike] = [one for one, _ in options.chosen(case, False, parameters)] if parameters else [*(case or ())]
+    asked = _Asked(on, depth, claim, max_seconds, workers, every)
     _validate(integrator, against, picture, asked)
     known = verification_report.read_known(known_failures) if known_failures is not None else {}
     base = read(baseline) if baseline is not None else None
@@ -97,10 +103,11 @@ def verify(
             options.ensure_writable(path, f"--{kind}")
     chosen, how = options.integrator_or_program(integrator, command)
     how = how if engine is None else f"--engine {how}"
+    how += "".join(f" --set {shlex.quote(text)}" for text in parameters or ())
     report = _verified(chosen, asked, known, (integrator, against), engine is not None)
     _show(report, known, how)
     if picture is not None:
-        _draw(chosen, report, picture)
+        _draw(chosen, on[0], report, picture)
     for kind, path in files.items():
         if path is not None:
             path.write_text(verification_report.WRITERS[kind](report, known, how), encoding="utf-8")
@@ -113,7 +120,7 @@ def verify(
 class _Asked:
     """The options that say what is verified, as in `verify`."""
 
-    case: list[str] | None
+    case: list[CaseLike]
     depth: str
     claim: list[str] | None
     seconds: float | None
@@ -138,7 +145,7 @@ def _validate(integrator: str | None, against: str | None, picture: Path | None,
         raise ValueError(f"--claim {TIME} needs the other version: --against mypackage==1.2")
     if picture is not None:
         options.ensure_drawing(picture, "--picture")
-        if len(case or ()) != 1 or len(claim or ()) != 1 or against is not None:
+        if len(case) != 1 or len(claim or ()) != 1 or against is not None:
             raise ValueError(f"--picture {picture} draws one claim on one case; give one --case and one --claim")
 
 
@@ -194,7 +201,7 @@ def _verified(
 
 def _compare(
     chosen: Integrator,
-    case: list[str] | None,
+    case: list[CaseLike],
     report: Report,
     against: tuple[str, str],
     other: Other,
@@ -214,12 +221,12 @@ def _compare(
         show(report.rows[-1])
 
 
-def _draw(chosen: Integrator, report: Report, path: Path) -> None:
+def _draw(chosen: Integrator, case: CaseLike, report: Report, path: Path) -> None:
     """Draw the only row of a report."""
     from gnomon.harness.commands.failure_picture import draw
 
     if report.rows:
-        draw(chosen, report.depth, report.rows[0], path)
+        draw(chosen, report.depth, report.rows[0], case, path)
         out.print(f"drawn: {escape(str(path))}", highlight=False)
 
 

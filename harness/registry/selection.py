@@ -1,17 +1,28 @@
 """Selects cases by name, and cases and integrators by the options --library, --family and --kind."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TypeVar, get_args
+from typing import Protocol, TypeVar, get_args
 
 from gnomon.cases import Case
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.numbers import is_pattern, matching, nearest
 from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.contract.integrator import Integrator
+from gnomon.harness.contract.validation import short
 
 from gnomon import cases
 
 Item = TypeVar("Item")
+
+
+class HasCase(Protocol):
+    """What `gnomon.case` gives."""
+
+    case: Case
+
+
+CaseLike = str | Case | HasCase
+"""A case, or the name of one or several."""
 DEFAULT = "default"
 """The name of a case's default variant in results."""
 
@@ -35,6 +46,23 @@ def choose(
             listed += [v.name for v in cases.case_class(base).variants]
         made |= {(base, v): cases.get(base, v, **parameters) for v in listed if (base, v) not in made}
     return [(case.rounded() if rounded else case, label) for case in made.values()]
+
+
+def find_cases(given: Sequence[CaseLike]) -> list[Case]:
+    """The cases: each by its name as in `choose`, as it is, or as `gnomon.case` gives it. Their ids must differ."""
+    found: list[Case] = []
+    for one in given:
+        case = getattr(one, "case", one)
+        if isinstance(case, str):
+            found += [each for each, _ in choose([case], variants=False)]
+        elif isinstance(case, Case):
+            found.append(case.rounded())
+        else:
+            raise ValueError(f"{short(one)} is not a case; give a name, as pendulum_simple, or gnomon.case(...)")
+    made = {case.id: case for case in found}
+    if len(made) < len({(case.id, case.span, *case.numbers.values()) for case in found}):
+        raise ValueError("two cases have one name and different numbers; give one of them")
+    return list(made.values())
 
 
 def expanded(names: Iterable[str], checks: bool = False) -> list[str]:

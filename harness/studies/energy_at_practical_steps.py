@@ -63,7 +63,7 @@ TUMBLING = free("gyroscopic", inertia=MOMENTS)
 
 
 def describe_energy(
-    integrator: Integrator, names: Sequence[str] | None = None, ends: float = math.inf
+    integrator: Integrator, names: Sequence[selection.CaseLike] | None = None, ends: float = math.inf
 ) -> tuple[str, ...]:
     """Say how an integrator changes the energy at practical steps; each sentence is measured in a killable process.
 
@@ -72,7 +72,7 @@ def describe_energy(
     integrator : Integrator
         An engine, which moves a free body and a ball of restitution 1 for 60 s at 1/240 s as far as it models them, or
         a method, which moves systems that keep their energy for 100 periods.
-    names : sequence of str, optional
+    names : sequence of str, Case or ExactCase, optional
         The cases on which a method is shown, the first two that keep their energy; by default `SYSTEMS`.
     ends : float
         The time of the clock `monotonic` after which nothing more is measured.
@@ -112,10 +112,10 @@ def _scenes(integrator: Integrator) -> dict[str, Measure]:
     }
 
 
-def _motions(integrator: Integrator, names: Sequence[str] | None) -> dict[str, Measure]:
+def _motions(integrator: Integrator, names: Sequence[selection.CaseLike] | None) -> dict[str, Measure]:
     """The cases of a method that keep their energy."""
     if names:
-        cases = [case for case, _ in selection.choose(names, variants=False) if energy_of(case)]
+        cases = [case for case in selection.find_cases(names) if energy_of(case)]
     else:
         cases = [get(*name.split("/")) for name in SYSTEMS]
     chosen = [case.rounded() for case in cases if takes(integrator, case)][:MOST]

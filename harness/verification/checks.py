@@ -98,7 +98,7 @@ def _trials(integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
 
 
 def checks(
-    integrator: Integrator, depth: str = "low", names: Sequence[str] | None = None, how: str = ""
+    integrator: Integrator, depth: str = "low", names: Sequence[selection.CaseLike] | None = None, how: str = ""
 ) -> list[Check]:
     """The checks of an integrator, case by case; arguments and errors as in `verify.verify`, `how` as in `Check`.
 
@@ -117,7 +117,7 @@ def checks(
 def parametrize(
     integrator: Integrator,
     depth: str = "low",
-    cases: Sequence[str] | None = None,
+    cases: Sequence[selection.CaseLike] | None = None,
     known_failures: Path | str | None = None,
 ) -> pytest.MarkDecorator:
     """Parametrize a test over claims and cases: one test for each claim about an integrator on each case.
@@ -128,8 +128,8 @@ def parametrize(
         The integrator to verify.
     depth : {"low", "normal", "high"}
         The number of cases and the shortest steps.
-    cases : sequence of str, optional
-        Names as ``case`` or ``case/variant``; by default the cases of the depth.
+    cases : sequence of str, Case or ExactCase, optional
+        Names as ``case`` or ``case/variant``, or cases of `gnomon.case`; by default the cases of the depth.
     known_failures : path, optional
         A text file with a line ``CLAIM CASE REASON`` for each known failure. Their tests are expected failures.
 
@@ -162,15 +162,15 @@ def parametrize(
     )
 
 
-def assert_follows(integrator: Integrator, case: str | Case, setting: float, within: float | None = None) -> None:
+def assert_follows(integrator: Integrator, case: selection.CaseLike, setting: float, within: float | None = None) -> None:
     """Assert that an integrator follows the exact motion of a case at one setting.
 
     Parameters
     ----------
     integrator : Integrator
         The integrator to test.
-    case : str or Case
-        A case or its name, as ``case`` or ``case/variant``.
+    case : str, Case or ExactCase
+        A case, of `gnomon.case` too, or its name, as ``case`` or ``case/variant``.
     setting : float
         The step size (s), or the tolerance.
     within : float, optional
@@ -191,11 +191,10 @@ def assert_follows(integrator: Integrator, case: str | Case, setting: float, wit
     >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
     >>> assert_follows(euler, "projectile_parabola", setting=0.01, within=0.1)
     """
-    if isinstance(case, str):
-        ((case, _),) = selection.choose([case], variants=False)
+    (chosen,) = selection.find_cases([case])
     if within is not None and not 0 < within < math.inf:
         raise ValueError(f"within={within}: give a positive error")
-    trials = _trials(integrator, CaseSpec.of(case.rounded()), DEPTHS["high"])
+    trials = _trials(integrator, CaseSpec.of(chosen), DEPTHS["high"])
     if within is None and trials.steps:
         raise ValueError(f"{integrator.id} takes step sizes, which bound no error; give within=, the largest error")
     answer = trials.whole(setting)

@@ -18,7 +18,7 @@ from gnomon.harness.verification.verify import CASES, CLAIM_SECONDS, OVER, Row, 
 
 def preflight_rows(
     integrator: Integrator,
-    names: Sequence[str] | None,
+    names: Sequence[selection.CaseLike] | None,
     depth: str,
     chosen: Sequence[str] | None,
     workers: int,
@@ -31,7 +31,7 @@ def preflight_rows(
     ----------
     integrator : Integrator
         The engine.
-    names : sequence of str or None
+    names : sequence of str, Case or ExactCase, or None
         The cases of the pre-flight `acceleration`; None for all with a scene, at depth low for those of `CASES`.
     depth : {"low", "normal", "high"}
         As in `verify`.
@@ -74,9 +74,9 @@ def preflight_rows(
     return [row for found in rows.values() for row in found]
 
 
-def _cases(names: Sequence[str] | None, depth: str) -> Sequence[Case]:
+def _cases(names: Sequence[selection.CaseLike] | None, depth: str) -> Sequence[Case]:
     if names:
-        return [case for case, _ in selection.choose(names, variants=False)]
+        return selection.find_cases(names)
     return [case for case in preflight.smooth_cases() if depth != "low" or case.id in CASES]
 
 

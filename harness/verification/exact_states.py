@@ -4,6 +4,7 @@ import csv
 import hashlib
 import io
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -117,13 +118,13 @@ def exact_states(case: Case, times: Sequence[str], digits: int) -> ExactStates:
 
 
 def times_of(given: str | None, case: Case) -> tuple[str, ...]:
-    """The times as written, from a file or a list separated by commas or white space.
+    """The times as written, from a file or a list separated by commas or white space; see `_column` for a file.
 
     None gives the case's 64 sample times, as hexadecimal doubles.
     """
     if given is None:
         return tuple(t.hex() for t in case.rounded().times.tolist())
-    text = read_text(Path(given)) if is_file(given) else given
+    text = _column(given, read_text(Path(given))) if is_file(given) else given
     found = tuple(text.replace(",", " ").split())
     if not found:
         raise ValueError(f"--times {shortened(given)}: no times; give numbers of seconds, as 0.5,1,1.5")
@@ -136,6 +137,27 @@ def times_of(given: str | None, case: Case) -> tuple[str, ...]:
             hint = "" if is_file(given) or "," in given else "; no file has this name either"
             raise ValueError(f"{error}{hint}") from None
     return found
+
+
+def _column(given: str, text: str) -> str:
+    """The times of a file: without a header all its numbers, else the only column, or the column t or time."""
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    mark = next((mark for mark in ";,\t" if mark in "".join(lines[:1])), None)
+    rows = [[field.strip().strip('"') for field in line.split(mark)] for line in lines]
+    if not rows or any(map(_is_number, rows[0])):
+        return " ".join(field for row in rows for field in row)
+    found = [k for k, name in enumerate(rows[0]) if re.match(r"(t|time)\b", name, re.IGNORECASE)] if rows[0][1:] else [0]
+    if len(found) != 1:
+        raise ValueError(f"--times {shortened(given)}: call one column t or time; it has {', '.join(rows[0])}")
+    return " ".join(row[found[0]] for row in rows[1:] if len(row) > found[0])
+
+
+def _is_number(text: str) -> bool:
+    try:
+        moment(text)
+    except ValueError:
+        return text.strip("+-")[:1].isdigit()  # a wrong number is not a header
+    return True
 
 
 def is_file(given: str) -> bool:

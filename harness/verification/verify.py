@@ -224,7 +224,7 @@ def _outcome(findings: Mapping[str, Finding], name: str) -> Outcome | None:
 
 def verify(
     integrator: Integrator,
-    names: Sequence[str] | None = None,
+    names: Sequence[selection.CaseLike] | None = None,
     depth: str = "normal",
     claims: Sequence[str] | None = None,
     max_seconds: float | None = None,
@@ -238,8 +238,8 @@ def verify(
     ----------
     integrator : Integrator
         The integrator to verify.
-    names : sequence of str, optional
-        Cases, as ``case`` or ``case/variant``; by default the cases of the depth.
+    names : sequence of str, Case or ExactCase, optional
+        Cases by name, as ``case`` or ``case/variant``, or as `gnomon.case` gives them; by default those of the depth.
     depth : {"low", "normal", "high"}
         The number of cases and the shortest steps.
     claims : sequence of str, optional
@@ -275,7 +275,7 @@ def verify(
     """
     need_fork()
     chosen = planned(integrator, names, depth, claims)
-    report = Report(integrator.id, depth, claims=tuple(claims or ()), cases=tuple(names or ()))
+    report = Report(integrator.id, depth, claims=tuple(claims or ()), cases=tuple(case.id for case, _ in chosen) if names else ())
     if not chosen:
         return report
     _first_trial(integrator, chosen[0][0], DEPTHS[depth])
@@ -339,7 +339,7 @@ def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends
 
 
 def planned(
-    integrator: Integrator, names: Sequence[str] | None, depth: str, claims: Sequence[str] | None = None
+    integrator: Integrator, names: Sequence[selection.CaseLike] | None, depth: str, claims: Sequence[str] | None = None
 ) -> list[tuple[Case, list[str]]]:
     """The cases on which an integrator is verified, each with its claim ids; arguments and errors as in `verify`."""
     declaration.validate(integrator)
@@ -374,11 +374,11 @@ def _claim_ids(given: Sequence[str] | None) -> list[str]:
     return [name for name in CLAIMS if not given or name in given]
 
 
-def _cases(integrator: Integrator, names: Sequence[str] | None, depth: Depth) -> list[Case]:
+def _cases(integrator: Integrator, names: Sequence[selection.CaseLike] | None, depth: Depth) -> list[Case]:
     if not names:
         accepted = [case for case in map(cases.get, CASES) if takes(integrator, case)][: depth.cases]
         return accepted + _hard(accepted, depth.variants)
-    chosen = [case for case, _ in selection.choose(names, variants=False)]
+    chosen = selection.find_cases(names)
     for case in chosen:
         if not takes(integrator, case):
             accepted_names = " or ".join(kind.__name__ for kind in integrator.accepts)

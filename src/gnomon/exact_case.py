@@ -236,7 +236,7 @@ def case(
     span : number, optional
         The duration in s.
     **parameters : number
-        Parameters by name, in their units, rounded to binary64.
+        Parameters, and starts of coordinates, by name, in their units, rounded to binary64.
 
     Returns
     -------
