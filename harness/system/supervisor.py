@@ -20,7 +20,7 @@ from functools import partial
 from multiprocessing import Pipe, process
 from multiprocessing.connection import Connection, wait
 from time import monotonic, sleep  # a user's own module may replace `time.monotonic`
-from typing import Any, Protocol, Self, TypeVar
+from typing import IO, Any, Protocol, Self, TypeVar
 
 from gnomon.harness.system import child_process
 from gnomon.harness.system.child_process import processor_time, scheduled_seconds
@@ -337,8 +337,8 @@ class _Program(subprocess.Popen[bytes]):
         return self.poll()
 
 
-def start_program(command: Sequence[str], folder: str, reader: Any, patience: float) -> Child:
-    """Start `command` in `folder`, with pipes for its standard input and output.
+def start_program(command: Sequence[str], folder: str, reader: Any, patience: float, errors: IO[bytes]) -> Child:
+    """Start `command` in `folder`, with pipes for its standard input and output, and standard error to a file.
 
     It ends when this process ends, in any way, on Linux with all processes that it started. Within `patience` seconds
     it must end after it has closed its output. Raises OSError, ValueError or SubprocessError.
@@ -352,6 +352,7 @@ def start_program(command: Sequence[str], folder: str, reader: Any, patience: fl
             cwd=folder,
             stdin=reading.fileno(),
             stdout=writing.fileno(),
+            stderr=errors.fileno(),
             preexec_fn=prepare if sys.platform == "linux" else None,
         )
     return Child(program, source, sink, reader, guarded, patience)

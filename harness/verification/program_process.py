@@ -4,6 +4,8 @@ import atexit
 import math
 import os
 import subprocess
+import sys
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from time import monotonic
 
@@ -20,6 +22,8 @@ NOTICE_SECONDS = 10.0
 """Seconds after which a user is told that a program has not described itself yet."""
 ENDING_SECONDS = 0.5
 """Seconds in which a program must end after its standard input is closed."""
+LAST_LINES, LAST_BYTES = 5, 2000
+"""The end of standard error that stands in a message: the reason of a program that stops."""
 
 
 class _Lines:
@@ -45,10 +49,12 @@ class ProgramProcess:
 
     def __init__(self, command: Sequence[str], folder: str) -> None:
         """Start `command` in `folder`. Raises Unusable if it cannot be started."""
-        self._owner, self._lines = os.getpid(), _Lines()
+        self._owner, self._lines, self._errors = os.getpid(), _Lines(), tempfile.TemporaryFile("a+b")
+        self._said = ""
         try:
-            self._child = start_program(command, folder, self._lines, ENDING_SECONDS)
+            self._child = start_program(command, folder, self._lines, ENDING_SECONDS, self._errors)
         except (OSError, ValueError, subprocess.SubprocessError) as error:
+            self._errors.close()
             raise Unusable(f"{command[0]} cannot be started ({getattr(error, 'strerror', None) or error})") from None
         KEPT.add(self._child.process.pid)
         atexit.register(self.close)
@@ -88,10 +94,27 @@ class ProgramProcess:
             self._child.limit = NEVER
             if seconds is not None:
                 self._child.allow(seconds, asleep)
-            return self._answer(seconds is None, notice)
-        except BaseException:
+            answer = self._answer(seconds is None, notice)
+        except BaseException as error:
             self.kill()
+            if isinstance(error, Unusable) and self._said:
+                raise Unusable(f"{error}; its last lines on standard error:\n{self._said}") from None
             raise
+        self._pass_errors()
+        return answer
+
+    def _pass_errors(self) -> None:
+        """Write what the program wrote on standard error to ours, and empty the file."""
+        if os.fstat(self._errors.fileno()).st_size:
+            self._errors.seek(0)
+            sys.stderr.write(self._errors.read().decode(errors="replace"))
+            self._errors.truncate(0)
+
+    def _last_lines(self) -> str:
+        """The end of what the program has written on standard error since its last answer."""
+        self._errors.seek(max(0, os.fstat(self._errors.fileno()).st_size - LAST_BYTES))
+        lines = self._errors.read().decode(errors="replace").rstrip().splitlines()
+        return "\n".join(lines[-LAST_LINES:])
 
     def _answer(self, endless: bool, notice: Callable[[], None]) -> str:
         late = monotonic() + NOTICE_SECONDS
@@ -119,6 +142,9 @@ class ProgramProcess:
             self._child.end()
             self._child.reap()
             KEPT.discard(self._child.process.pid)
+            if not self._errors.closed:
+                self._said = self._last_lines()
+                self._errors.close()
 
     def kill(self) -> None:
         self.close(0.0)

@@ -14,6 +14,7 @@ from gnomon.cases import Case
 from gnomon.cases.core.numbers import nearest
 from gnomon.harness.contract.integrator import Integrator, Refused, Steps, TooManyCalls
 from gnomon.harness.contract.problem import takes
+from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Depth, Trials
 from gnomon.harness.registry import declaration, lookup, selection
@@ -469,13 +470,15 @@ class CaseJob(Job):
 
 
 def _first(trials: Trials) -> Finding:
-    """Failed, with the traceback, if the integrator raises both at the coarsest and at a usual setting."""
+    """Failed, with the traceback or what is wrong with the answer, if the integrator raises both at the coarsest and at a usual setting."""
     text = ""
     for setting in (trials.settings[0], trials.usual()):
         try:
             trials.solutions(trials.problem(), setting, [trials.start])
         except (Refused, TooManyCalls):  # which the claims judge
             return Finding(Outcome.PASSED)
+        except Unusable as error:  # an answer of the user's code, which has no traceback
+            text = f"{trials.integrator.id}: {error}"
         except Exception as error:  # the user's code may raise anything: it is shown
             frames = error.__traceback__
             while frames is not None and frames.tb_frame.f_globals.get("__name__", "").startswith("gnomon.harness."):
