@@ -1,0 +1,107 @@
+"""Other conventions for the attitude and the velocities of a rigid body, as people mistake them."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from gnomon.harness.contract.integrator import Floats
+from scipy.spatial.transform import Rotation
+
+ANGLES = {180 / math.pi: "degrees/s", 60 / (2 * math.pi): "revolutions per minute"}
+"""Units of an angular velocity beside rad/s, by their number in one rad/s."""
+
+
+class Turning(NamedTuple):
+    """Attitudes as quaternions x, y, z, w, shape (n, 4), and angular velocities, shape (n, 3)."""
+
+    quaternion: Floats
+    spin: Floats
+
+
+Change = Callable[[Turning], Turning]
+
+
+@dataclass(frozen=True)
+class Convention:
+    """Another convention. `undo` gives the convention of gnomon, `apply` the other one; `text`: what to change."""
+
+    text: str
+    undo: Change
+    apply: Change
+
+
+def turns(quaternion: Floats) -> Floats:
+    """The rotation matrices, shape (n, 3, 3), body -> space; nan for a quaternion without a length."""
+    found = np.full((len(quaternion), 3, 3), math.nan)
+    with np.errstate(all="ignore"):
+        usable = np.isfinite(quaternion).all(axis=1) & (np.linalg.norm(quaternion, axis=1) > 0)
+    found[usable] = Rotation.from_quat(quaternion[usable]).as_matrix()
+    return found
+
+
+def _rolled(places: int) -> Change:
+    return lambda given: Turning(np.roll(given.quaternion, places, axis=1), given.spin)
+
+
+def _conjugate(given: Turning) -> Turning:
+    return Turning(given.quaternion * [-1.0, -1.0, -1.0, 1.0], given.spin)
+
+
+def _into_space(given: Turning) -> Turning:
+    return Turning(given.quaternion, np.einsum("nij,nj->ni", turns(given.quaternion), given.spin))
+
+
+def _into_body(given: Turning) -> Turning:
+    return Turning(given.quaternion, np.einsum("nji,nj->ni", turns(given.quaternion), given.spin))
+
+
+def _scaled(factor: float) -> Change:
+    return lambda given: Turning(given.quaternion, given.spin * factor)
+
+
+def _then(first: Change, second: Change) -> Change:
+    return lambda given: second(first(given))
+
+
+def conventions(along_body: bool = False) -> Iterator[Convention]:
+    """The conventions that people mistake, one mistake before two.
+
+    `along_body`: whether gnomon's angular velocity is along the axes of the body here; an engine gives it in space.
+    """
+    attitudes = [
+        Convention("quaternions are in the order w, x, y, z: give x, y, z, w", _rolled(-1), _rolled(1)),
+        Convention("quaternions x, y, z, w are taken for w, x, y, z: do not reorder them", _rolled(1), _rolled(-1)),
+        Convention("attitudes map space to body: give the conjugate quaternions", _conjugate, _conjugate),
+    ]
+    axes = ("in space", "along the body's axes")
+    right, other = axes[::-1] if along_body else axes
+    undo, apply = (_into_body, _into_space) if along_body else (_into_space, _into_body)
+    spins = [
+        Convention(f"angular velocity is {other}: give it {right}", undo, apply),
+        *(
+            Convention(f"angular velocity is in {unit}: give it in rad/s", _scaled(1 / number), _scaled(number))
+            for number, unit in ANGLES.items()
+        ),
+    ]
+    yield from (*attitudes, *spins)
+    for attitude in attitudes:
+        for spin in spins:
+            yield Convention(
+                f"{attitude.text}; {spin.text}", _then(attitude.undo, spin.undo), _then(spin.apply, attitude.apply)
+            )
+
+
+def rotations_of_axes() -> dict[str, Floats]:
+    """The 23 rotations that map axes to other axes, y-up first; by the name of the axes that stand for x, y, z."""
+    found: dict[str, Floats] = {}
+    for turned in sorted(Rotation.create_group("O").as_matrix().round().tolist(), key=lambda rows: rows != Y_UP):
+        named = ", ".join("-" * (min(row) < 0) + "xyz"[int(np.argmax(np.abs(row)))] for row in turned)
+        found[named] = np.array(turned)
+    del found["x, y, z"]
+    return found
+
+
+Y_UP = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+"""From a frame whose y axis is up to gnomon's, whose z axis is up."""
