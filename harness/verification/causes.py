@@ -21,7 +21,7 @@ from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.studies.conventions import Turning, conventions, rotations_of_axes, turns
-from scipy.integrate import DOP853
+from scipy.integrate import DOP853, DenseOutput, OdeSolution
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
@@ -94,7 +94,9 @@ DIGITS = (1, 2, 3)
 """Significant digits to which people round a parameter."""
 MOST_SCALES = 40.0
 """Other motions are computed over at most so many time scales of the motion: that is enough to tell."""
-MOST_CALLS = 30_000
+MOST_CALLS, TIMES_CALLS, BEYOND = 30_000, 3, 1.3
+"""Right-hand sides of the motion itself; of another motion so many times its number. It is known BEYOND the horizon."""
+RTOL, ATOL = 1e-10, 1e-11
 FEWEST = 4
 """Least number of samples."""
 SCREEN, OPEN = 8, 0.3
@@ -390,7 +392,7 @@ class _Tried:
             if np.count_nonzero(rows) < FEWEST:
                 continue
             other = self.exact.copy()
-            other[rows] = self.case.sample(moved[rows])
+            other[rows] = self.sample(moved[rows])
             for what, part in parts.items():
                 mixed = self.exact.copy()
                 mixed[:, part] = other[:, part]
@@ -417,7 +419,7 @@ class _Tried:
     def _at_rate(self, factor: float, text: str, rows: Floats, change: float = math.inf) -> Iterator[Explained]:
         exact = self.exact.copy()
         try:
-            exact[rows.astype(bool)] = self.case.sample(self.times[rows.astype(bool)] * factor)
+            exact[rows.astype(bool)] = self.sample(self.times[rows.astype(bool)] * factor)
         except (ArithmeticError, ValueError):
             return
         yield Explained("time", text, self.states, exact, rows, change)
@@ -437,7 +439,7 @@ class _Tried:
             for _ in range(ROUNDS):
                 small = 1e-6
                 try:
-                    low, high = (self.case.sample(self.times[rows] * (rate * each)) for each in (1 - small, 1 + small))
+                    low, high = (self.sample(self.times[rows] * (rate * each)) for each in (1 - small, 1 + small))
                 except (ArithmeticError, ValueError):
                     return 1.0
                 slope = (high - low) / (2 * small * rate) * scale
@@ -473,6 +475,38 @@ class _Tried:
         if self.case.hybrid is not None:
             return None
         return next((form for form in self.case.all_forms() if isinstance(form, FirstOrder)), None)
+
+    @cached_property
+    def own(self) -> tuple[OdeSolution | None, float, int]:
+        """The motion itself for many times: a dense solution, its end (s), its right-hand sides; None without equations."""
+        form, end = self.equations, min(BEYOND * self.horizon, BEYOND * float(self.times[-1]))
+        if form is None:
+            return None, 0.0, MOST_CALLS
+        values = tuple(map(float, self.case.parameter_values()))
+
+        def rates(t: float, state: Floats) -> Floats:
+            return np.array(form.equations(t, _values(state), values), dtype=float)
+
+        start = np.array([float(x) for x in self.case.initial_state])
+        solver, times, parts = (
+            DOP853(rates, 0.0, start, end, rtol=RTOL, atol=ATOL * self.sizes),
+            [0.0],
+            list[DenseOutput](),
+        )
+        while solver.status == "running" and solver.nfev < MOST_CALLS:
+            if solver.step() is not None or not np.isfinite(solver.y).all():
+                break
+            times.append(solver.t)
+            parts.append(solver.dense_output())
+        return (OdeSolution(times, parts), times[-1], solver.nfev) if parts else (None, 0.0, MOST_CALLS)
+
+    def sample(self, times: Floats) -> Floats:
+        """The motion itself at times (s), to about LEAST."""
+        dense, end, _ = self.own
+        if dense is None or np.min(times) < 0 or np.max(times) > end:
+            return self.case.sample(times)
+        found: Floats = dense(times).T
+        return found
 
     def flow(
         self,
@@ -514,7 +548,8 @@ class _Tried:
 
         with np.errstate(all="ignore"):
             try:
-                states = _solve(rates, begin, self.times[rows], self.sizes, None if damping else promising)
+                most = TIMES_CALLS * self.own[2]
+                states = _solve(rates, begin, self.times[rows], self.sizes, most, None if damping else promising)
             except (ArithmeticError, ValueError):
                 return None
         if states is None:
@@ -635,15 +670,16 @@ def _solve(
     start: Floats,
     times: Floats,
     sizes: Floats,
+    most: int,
     promising: Callable[[Floats], bool] | None = None,
 ) -> Floats | None:
     """The states at these times; None if the solution ends before, takes too many evaluations, or is not `promising`."""
     found, done = np.empty((len(times), len(start))), int(times[0] == 0)
     found[:done] = start
     screened = max(2, len(times) // SCREEN)
-    solver = DOP853(rates, 0.0, start, float(times[-1]), rtol=1e-10, atol=1e-11 * sizes)
+    solver = DOP853(rates, 0.0, start, float(times[-1]), rtol=RTOL, atol=ATOL * sizes)
     while done < len(times):
-        if solver.status != "running" or solver.nfev > MOST_CALLS:
+        if solver.status != "running" or solver.nfev > most:
             return None
         solver.step()
         if not np.isfinite(solver.y).all():
