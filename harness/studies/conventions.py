@@ -1,7 +1,7 @@
 """Other conventions for the attitude and the velocities of a rigid body, as people mistake them."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -101,6 +101,73 @@ def rotations_of_axes() -> dict[str, Floats]:
         found[named] = np.array(turned)
     del found["x, y, z"]
     return found
+
+
+POSITION, ATTITUDE, VELOCITY, SPIN = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)
+"""The parts of the state of a free body."""
+NEAR = 0.05
+"""A convention explains a reading if it leaves less than this share of the difference."""
+
+
+def free_body_error(
+    found: Floats, exact: Floats, parts: Sequence[slice] = (POSITION, ATTITUDE, VELOCITY, SPIN)
+) -> float:
+    """The largest difference between states (n, 13) of a free body, relative to the size of each quantity.
+
+    A quaternion and its negative are one attitude. A quantity that is not finite is infinitely far.
+    """
+    found = found.copy()
+    sign = np.where(np.sum(found[:, ATTITUDE] * exact[:, ATTITUDE], axis=1) < 0, -1.0, 1.0)
+    found[:, ATTITUDE] *= sign[:, None]
+    errors = [
+        np.max(np.linalg.norm((found - exact)[:, part], axis=1))
+        / (np.max(np.linalg.norm(exact[:, part], axis=1)) or 1.0)
+        for part in parts
+    ]
+    return float(max(errors)) if np.isfinite(errors).all() else math.inf
+
+
+def with_turning(states: Floats, change: Change) -> Floats:
+    """States (n, 13) of a free body whose attitude and angular velocity are changed."""
+    found, turned = states.copy(), change(Turning(states[:, ATTITUDE], states[:, SPIN]))
+    found[:, ATTITUDE], found[:, SPIN] = turned
+    return found
+
+
+def explain_reading(found: Floats, exact: Floats) -> str:
+    """What to change in readings (n, 13) of a free body so that they are the exact states; "" if nothing explains them."""
+    error = free_body_error(found, exact)
+    least = NEAR * min(error, 1.0)
+
+    def fits(states: Floats) -> bool:
+        return free_body_error(states, exact) < least
+
+    for convention in conventions():
+        if fits(with_turning(found, convention.undo)):
+            return convention.text
+    exchanged = found.copy()
+    exchanged[:, VELOCITY], exchanged[:, SPIN] = found[:, SPIN], found[:, VELOCITY]
+    if fits(exchanged):
+        return "velocity and angular velocity are exchanged"
+    for named, turn in rotations_of_axes().items():
+        states = found.copy()
+        for part in (POSITION, VELOCITY, SPIN):
+            states[:, part] = found[:, part] @ turn.T
+        body = Rotation.from_matrix(turn)
+        up = " (its y axis is up)" * (turn.tolist() == Y_UP)
+        for whole in (False, True):
+            turned = body * Rotation.from_quat(found[:, ATTITUDE])
+            states[:, ATTITUDE] = (turned * body.inv() if whole else turned).as_quat()
+            if fits(states):
+                return f"x, y, z are {named} of the frame of its readings{up}: turn them"
+    for part, name in ((POSITION, "positions"), (VELOCITY, "velocities"), (SPIN, "angular velocities")):
+        states = found.copy()
+        factor = float(np.sum(found[:, part] * exact[:, part]) / np.sum(exact[:, part] ** 2))
+        if factor:
+            states[:, part] /= factor
+            if fits(states):
+                return f"{name} have a factor {factor:.6g}"
+    return ""
 
 
 Y_UP = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]

@@ -13,7 +13,7 @@ from gnomon.harness.contract.declared import declared
 from gnomon.harness.contract.integrator import Floats, Integrator, Refused
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import Status
-from gnomon.harness.studies.preflight_checks import CHECKS, Measure, Scenes
+from gnomon.harness.studies.preflight_checks import CHECKS, UNEXPLAINED, Measure, Scenes
 from gnomon.harness.studies.preflight_rates import STATES, Engine, rate_error
 
 TEXTS: dict[str, dict[str, str]] = declared("studies", "preflights.toml")
@@ -74,6 +74,12 @@ def preflights(
         scenes = CHECKS[name](engine) if name in CHECKS else _acceleration(engine, smooth_cases() if on is None else on)
         for scene, (form, measure) in scenes.items():
             yield _row(engine, name, scene, form, measure)
+
+
+def name_convention(integrator: Integrator) -> str | None:
+    """The convention of an engine that explains a failure of the pre-flight `start`; None if there is none."""
+    rows = preflights(integrator, ["start"])
+    return next((row.note for row in rows if row.verdict == FAILED and row.note not in UNEXPLAINED), None)
 
 
 def _row(engine: Engine, name: str, scene: str, form: SceneForm, measure: Measure) -> Row:

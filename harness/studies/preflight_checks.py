@@ -10,6 +10,7 @@ import numpy as np
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.scenes.attitude import matrix
 from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solver, solver_of
+from gnomon.harness.studies.conventions import conventions, explain_reading, free_body_error, with_turning
 from gnomon.harness.studies.preflight_rates import STATES, Engine, rate_error
 from gnomon.harness.studies.preflight_scenes import (
     AT_REST,
@@ -324,7 +325,82 @@ def _other(start: Floats) -> Floats:
     return found
 
 
+FIRST_STEP = 2.0**-8
+SOON = 0.5
+"""The largest error of the first step, as a share of its change."""
+UNEXPLAINED = ("difference from the start right after load, relative", "error of the first step over its change")
+"""The numbers of `start`, where no convention explains them."""
+
+
+def _start(engine: Engine) -> Scenes:
+    """Readings right after `load`, from engines that have them apart from a step, then the first step of a turned body."""
+    turned = state((0.5, -0.25, 1.0), TURNED, (1.0, 0.5, -2.0), (1.0, -0.5, 1.5))
+
+    def read(form: SceneForm, start: Floats, part: list[int]) -> tuple[float, float, str]:
+        found = np.array(engine.integrator.read_start(form, start), dtype=float)  # type: ignore[attr-defined]
+        error = _apart(found[None], start[None], part)
+        text = explain_reading(found[None], start[None]) if len(part) == 13 else ""
+        return error, 2.0 ** -(engine.bits // 2), text or UNEXPLAINED[0]
+
+    def first(form: SceneForm) -> tuple[float, float, str]:
+        exact = np.array([flow(tumbling_rates, turned, n * FIRST_STEP, 16) for n in (1, 2)])
+
+        def solve(start: Floats) -> Floats:
+            return engine.solve(form, [start], [FIRST_STEP, 2 * FIRST_STEP], FIRST_STEP)[0]
+
+        found = solve(turned)
+        error = _apart_in_a_step(found[0], exact[0], turned)
+        text = "" if error <= SOON else _explain_step(solve, found, exact, turned)
+        return error, SOON, text or UNEXPLAINED[1]
+
+    hinge, slider = oblique_hinge((0.0, 0.0, 0.0))[0], oblique_slider((0.0, 0.0, 0.0))[0]
+    at = {
+        "turned_body": (TUMBLING, turned, list(range(13))),
+        "moving_body": (AT_REST, turned, POINT),
+        "hinge": (hinge, np.array([0.5, 1.0]), [0, 1]),
+        "slider": (slider, np.array([0.5, 1.0]), [0, 1]),
+    }
+    found: Scenes = {}
+    if hasattr(engine.integrator, "read_start"):
+        found |= {name: (form, partial(read, form, start, part)) for name, (form, start, part) in at.items()}
+    return found | {"first_step_of_a_turned_body": (TUMBLING, partial(first, TUMBLING))}
+
+
+def _apart(found: Floats, exact: Floats, part: list[int]) -> float:
+    """The largest relative difference of a quantity of a free body, or of the state of a joint."""
+    if len(exact[0]) == 13:
+        return free_body_error(
+            found, exact, [group for group in (POSITION, ATTITUDE, VELOCITY, SPIN) if group.start in part]
+        )
+    return float(np.max(np.abs(found - exact) / np.abs(exact)))
+
+
+def _apart_in_a_step(found: Floats, exact: Floats, start: Floats) -> float:
+    """The error of a step: of position and attitude over their change, of the velocities over their size."""
+    found = _along(found, exact)
+    shares = [
+        np.linalg.norm((found - exact)[part]) / np.linalg.norm((exact - start)[part]) for part in (POSITION, ATTITUDE)
+    ]
+    error = float(max(*shares, _relative(found[VELOCITY], exact[VELOCITY]), _relative(found[SPIN], exact[SPIN])))
+    return math.inf if math.isnan(error) else error
+
+
+def _explain_step(solve: Callable[[Floats], Floats], found: Floats, exact: Floats, start: Floats) -> str:
+    """A convention that explains the first steps: of the readings, of start and readings, or of their time."""
+    if _apart_in_a_step(found[1], exact[0], start) <= SOON:
+        return "readings are one step late: read the state after the step"
+    reading = explain_reading(found, exact)
+    if reading:
+        return reading
+    for convention in conventions():
+        begin = with_turning(start[None], convention.apply)[0]
+        if _apart_in_a_step(with_turning(solve(begin), convention.undo)[0], exact[0], start) <= SOON:
+            return f"at load and in readings, {convention.text}"
+    return ""
+
+
 CHECKS: dict[str, Callable[[Engine], Scenes]] = {
+    "start": _start,
     "same_bits": _same_bits,
     "drift": _drift,
     "clamp": _clamp,

@@ -192,12 +192,16 @@ def name_low_order(points: Sequence[tuple[float, float]], order: int) -> Cause |
     power = math.log(e0 / e1) / math.log(h0 / h1)
     if power >= order - 0.5:
         return None
+    return Cause("order", say_low_order(power, order), e0 * (h1 / h0) ** order, e1)
+
+
+def say_low_order(power: float, order: int) -> str:
+    """The sentence about errors that fall with this power of the step."""
     what = "it does not converge" if power < 0.3 else f"it converges with order {power:.1f}"
-    text = f"{what} where order {order} is declared: a coefficient, a sign or a term of the formula is wrong"
-    return Cause("order", text, e0 * (h1 / h0) ** order, e1)
+    return f"{what} where {order} is declared: a coefficient, a sign or a term of the formula is wrong"
 
 
-def is_printed(values: Floats) -> int | None:
+def count_printed_digits(values: Floats) -> int | None:
     """The number of decimal digits of the values; None if they need more than 12."""
     found = np.asarray(values).ravel()[:128].tolist()
     return next((n for n in range(4, 13) if all(float(f"{x:.{n}g}") == x for x in found)), None)

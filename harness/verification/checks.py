@@ -162,7 +162,9 @@ def parametrize(
     )
 
 
-def assert_follows(integrator: Integrator, case: selection.CaseLike, setting: float, within: float | None = None) -> None:
+def assert_follows(
+    integrator: Integrator, case: selection.CaseLike, setting: float, within: float | None = None
+) -> None:
     """Assert that an integrator follows the exact motion of a case at one setting.
 
     Parameters

@@ -15,13 +15,16 @@ from typing import Any
 import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.forms import Charged, Constrained, RigidBody
+from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.measuring.trials import Answer, Floats, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
+from gnomon.harness.studies.preflight import name_convention
+from gnomon.harness.verification.causes import NEAR, causes, count_printed_digits, round_to_single, say_low_order
 from gnomon.harness.verification.convergence_claims import dense
 from gnomon.harness.verification.structure_claims import from_constraint, from_rotations
 
-NEAR, MOST = 0.05, 0.9
-"""A shift in time explains samples if it leaves less than the share NEAR of the error, for the share MOST of them."""
+MOST = 0.9
+"""A shift in time of its own explains each sample if it leaves less than the share NEAR of the error, for the share MOST."""
 FLAT = 1.3
 """Errors that fall by less than this between settings do not fall: half the step should give 2^(1/2) or more."""
 FLOOR = 3.0
@@ -30,7 +33,6 @@ SINGLE = (1e-10, 1e-4)
 """The range of errors that come from single precision, or from printing six to nine digits."""
 LEFT = 1e-9
 """Largest relative departure, by round-off, from a property that a method keeps by construction."""
-DIGITS = range(4, 13)
 HISTORY = "history: "
 """Beginning of a diagnosis that solutions depend on earlier calls."""
 ENDLESS = ("work: ", "hang: ")
@@ -107,9 +109,10 @@ def facts(trials: Trials) -> Facts:
     found |= {
         "points": [(each.setting, each.error, each.roundoff, each.work or 0) for each in answers],
         "still": bool(np.all(states == states[0]) and not np.all(exact == exact[0])),
-        "single": not rests and bool(np.array_equal(states, _rounded(states))),
-        "digits": None if rests else _digits(states),
-        "shift": None if best.error < 100 * best.roundoff else _shift(trials, best),
+        "single": not rests and bool(np.array_equal(states, round_to_single(states))),
+        "digits": None if rests else count_printed_digits(states),
+        "start": name_convention(trials.integrator) if isinstance(trials.form, SceneForm) else None,
+        "causes": [] if best.error < 100 * best.roundoff else _causes(trials, best),
         "late": not trials.steps and best.error > 100 * best.roundoff and _late(trials, best),
         "left": _left(trials, answers[0]),
         "bumps": not trials.steps and dense(trials) and _bumps(trials),
@@ -139,41 +142,14 @@ def _mixed(trials: Trials, setting: float) -> bool:
 
 def _has_few_digits(exact: Floats) -> bool:
     """Whether most exact states are single-precision numbers, as for a motion with simple numbers."""
-    return bool(np.mean(exact == _rounded(exact)) > 0.5)
+    return bool(np.mean(exact == round_to_single(exact)) > 0.5)
 
 
-def _rounded(states: Any) -> Floats:
-    return np.asarray(states, dtype=np.float32).astype(np.float64)
-
-
-def _digits(states: Any) -> int | None:
-    """The number of decimal digits of the states; None if they need more than 12."""
-    values = np.asarray(states).ravel()[:128].tolist()
-    return next((n for n in DIGITS if all(float(f"{x:.{n}g}") == x for x in values)), None)
-
-
-def _shift(trials: Trials, answer: Answer) -> tuple[str, str] | None:
-    """(part of the state, shift): this part fits the exact motion at shifted times; None if no shift fits."""
-    times, interval, half = trials.reference.times, float(trials.problem().interval), len(trials.start) // 2
-    moves = {"a sample": interval}
-    if trials.steps:
-        moves = {"h": answer.setting, "h / 2": answer.setting / 2} | moves
-    parts = {"states": slice(None)}
-    if _halves(trials):
-        parts |= {"velocities": slice(half, None), "positions": slice(half)}
-    states, exact = np.asarray(answer.states), trials.reference.exact
-    for name, move in moves.items():
-        for sign in (1, -1):
-            moved = times + sign * move
-            inside = (moved >= 0) & (moved <= times[-1])
-            other = trials.case.sample(moved[inside])
-            for what, part in parts.items():
-                mixed = exact[inside].copy()
-                mixed[:, part] = other[:, part]
-                before = np.max(trials.distance(states[inside], exact[inside]))
-                if np.max(trials.distance(states[inside], mixed)) < NEAR * before:
-                    return what, f"t {'+' if sign > 0 else '-'} {name}"
-    return None
+def _causes(trials: Trials, answer: Answer) -> list[str]:
+    """The causes of the errors of an answer, each as `id: sentence`."""
+    moves = {"h": answer.setting, "h / 2": answer.setting / 2} if trials.steps else {}
+    found = causes(trials.case, trials.reference.times, np.asarray(answer.states), moves)
+    return [f"{each.kind}: {each}" for each in found]
 
 
 def _halves(trials: Trials) -> bool:
@@ -298,9 +274,10 @@ def _of_samples(failures: Failures, claims: set[str], found: Facts) -> str | Non
         return "precision: every state is a number of single precision"
     if found.get("digits"):
         return f"precision: every state has {found['digits']} decimal digits: digits that were printed"
-    if found.get("shift"):
-        what, when = found["shift"]
-        return f"shift: its {what} fit the exact motion at {when}"
+    if found.get("start"):
+        return f"convention: {found['start']}"
+    if found.get("causes"):
+        return str(found["causes"][0])
     if found.get("late"):
         return "late: its states fit the exact motion at later times: a step goes beyond a sample, or is counted short"
     if (floor := _floor(found)) is not None:
@@ -411,5 +388,4 @@ def _slopes(found: Facts) -> list[float]:
 def _lower(powers: Sequence[float], order: int) -> str | None:
     if not powers or min(powers) >= order - 0.5:
         return None
-    what = "it does not converge" if min(powers) < 0.3 else f"it converges with order {min(powers):.1f}"
-    return f"order: {what} where {order} is declared: a coefficient, a sign or a term of the formula is wrong"
+    return f"order: {say_low_order(min(powers), order)}"

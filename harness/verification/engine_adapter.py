@@ -57,6 +57,12 @@ class EngineIntegrator(Integrator):
     def unsupported(self, form: Form | SceneForm) -> str | None:
         return unsupported(form, self.tokens, {})
 
+    def read_start(self, form: SceneForm, start: Floats) -> tuple[float, ...]:
+        """The state that the engine reads right after it has loaded a scene without parameters in this start."""
+        engine, scene = self.engine(), form.build(tuple(start.tolist()), ())
+        engine.load(scene)
+        return form.observe(checked(engine.read(), scene), ())
+
     def prepare(self, problem: Problem, setting: float) -> Solver:
         problem = problem.since_start()
         form, parameters = problem.form, tuple(map(float, problem.parameters))

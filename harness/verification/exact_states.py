@@ -146,7 +146,9 @@ def _column(given: str, text: str) -> str:
     rows = [[field.strip().strip('"') for field in line.split(mark)] for line in lines]
     if not rows or any(map(_is_number, rows[0])):
         return " ".join(field for row in rows for field in row)
-    found = [k for k, name in enumerate(rows[0]) if re.match(r"(t|time)\b", name, re.IGNORECASE)] if rows[0][1:] else [0]
+    found = (
+        [k for k, name in enumerate(rows[0]) if re.match(r"(t|time)\b", name, re.IGNORECASE)] if rows[0][1:] else [0]
+    )
     if len(found) != 1:
         raise ValueError(f"--times {shortened(given)}: call one column t or time; it has {', '.join(rows[0])}")
     return " ".join(row[found[0]] for row in rows[1:] if len(row) > found[0])

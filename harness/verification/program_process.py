@@ -49,7 +49,8 @@ class ProgramProcess:
 
     def __init__(self, command: Sequence[str], folder: str) -> None:
         """Start `command` in `folder`. Raises Unusable if it cannot be started."""
-        self._owner, self._lines, self._errors = os.getpid(), _Lines(), tempfile.TemporaryFile("a+b")
+        self._owner, self._lines = os.getpid(), _Lines()
+        self._errors = tempfile.TemporaryFile("a+b")  # noqa: SIM115 - `close` closes it
         self._said = ""
         try:
             self._child = start_program(command, folder, self._lines, ENDING_SECONDS, self._errors)

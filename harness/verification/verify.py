@@ -276,7 +276,9 @@ def verify(
     """
     need_fork()
     chosen = planned(integrator, names, depth, claims)
-    report = Report(integrator.id, depth, claims=tuple(claims or ()), cases=tuple(case.id for case, _ in chosen) if names else ())
+    report = Report(
+        integrator.id, depth, claims=tuple(claims or ()), cases=tuple(case.id for case, _ in chosen) if names else ()
+    )
     if not chosen:
         return report
     _first_trial(integrator, chosen[0][0], DEPTHS[depth])
