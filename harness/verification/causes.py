@@ -97,6 +97,8 @@ MOST_SCALES = 40.0
 MOST_CALLS, TIMES_CALLS, BEYOND = 30_000, 3, 1.3
 """Right-hand sides of the motion itself; of another motion so many times its number. It is known BEYOND the horizon."""
 RTOL, ATOL = 1e-10, 1e-11
+OF_EQUATIONS = ("exchanged", "parameter", "inertia", "start", "damping", "period")
+"""The kinds of causes that lie in equations, parameters and start."""
 FEWEST = 4
 """Least number of samples."""
 SCREEN, OPEN = 8, 0.3
@@ -135,7 +137,9 @@ class Explained:
     """The relative size of a fitted change; infinite for a change that has one size only."""
 
 
-def causes(case: Case, times: Floats, states: Floats, moves: Mapping[str, float] | None = None) -> list[Cause]:
+def causes(
+    case: Case, times: Floats, states: Floats, moves: Mapping[str, float] | None = None, own_equations: bool = True
+) -> list[Cause]:
     """Find the likely causes of wrong states.
 
     Parameters
@@ -148,6 +152,8 @@ def causes(case: Case, times: Floats, states: Floats, moves: Mapping[str, float]
         The computed states, in the case's coordinates and units. Rows that are not finite are left out.
     moves : mapping of str to float, optional
         Further shifts in time (s) by name, as the step size.
+    own_equations : bool
+        Whether the states come from equations, parameters and a start of their own, which may be wrong too.
 
     Returns
     -------
@@ -169,7 +175,7 @@ def causes(case: Case, times: Floats, states: Floats, moves: Mapping[str, float]
     tried = _Tried(case, times, states, dict(moves or {}))
     found: dict[str, Cause] = {}
     least = math.inf
-    for group in tried.groups() if tried.error > LEAST else ():
+    for group in tried.groups(own_equations) if tried.error > LEAST else ():
         for hypothesis in group:
             cause = tried.judge(hypothesis)
             if cause is not None:
@@ -254,12 +260,13 @@ class _Tried:
             return None
         return Cause(hypothesis.kind, hypothesis.text, left, before)
 
-    def groups(self) -> Iterator[Iterator[Explained]]:
+    def groups(self, own_equations: bool) -> Iterator[Iterator[Explained]]:
         """The hypotheses in groups, the simplest first."""
         yield self.factors()
         yield self.attitudes()
         yield from (self.swaps(), self.permutations(), self.axes(), self.offsets(), self.shifts(), self.clocks())
-        yield itertools.chain(self.other_numbers(), self.dampings(), self.periods())
+        if own_equations:
+            yield itertools.chain(self.other_numbers(), self.dampings(), self.periods())
 
     # In the states.
 
@@ -418,19 +425,21 @@ class _Tried:
         rate = self._fit_rate()
         if abs(rate - 1) > OTHER_RATE:
             period = f"periods are {1 / rate:.4g} times the exact ones: look for a parameter, or a constant in the time"
-            yield from self._at_rate(rate, period, self.near, abs(rate - 1))
+            yield from self._at_rate(rate, period, self.near, abs(rate - 1), "period")
 
-    def _at_rate(self, factor: float, text: str, rows: Floats, change: float = math.inf) -> Iterator[Explained]:
+    def _at_rate(
+        self, factor: float, text: str, rows: Floats, change: float = math.inf, kind: str = "time"
+    ) -> Iterator[Explained]:
         exact = self.exact.copy()
         try:
             exact[rows.astype(bool)] = self.sample(self.times[rows.astype(bool)] * factor)
         except (ArithmeticError, ValueError):
             return
-        yield Explained("time", text, self.states, exact, rows, change)
+        yield Explained(kind, text, self.states, exact, rows, change)
         if self.pairs:
             quick = exact.copy()
             quick[:, len(self.names) // 2 :] *= factor
-            yield Explained("time", text, self.states, quick, rows, change)
+            yield Explained(kind, text, self.states, quick, rows, change)
 
     def _fit_rate(self) -> float:
         """The rate of the time, from the first samples on; 1 if no rate fits."""

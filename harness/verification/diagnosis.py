@@ -19,8 +19,16 @@ from gnomon.cases.core.scene import SceneForm
 from gnomon.harness.measuring.trials import Answer, Floats, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.studies.preflight import name_convention
-from gnomon.harness.verification.causes import NEAR, causes, count_printed_digits, round_to_single, say_low_order
+from gnomon.harness.verification.causes import (
+    NEAR,
+    OF_EQUATIONS,
+    causes,
+    count_printed_digits,
+    round_to_single,
+    say_low_order,
+)
 from gnomon.harness.verification.convergence_claims import dense
+from gnomon.harness.verification.program_adapter import ProgramIntegrator
 from gnomon.harness.verification.structure_claims import from_constraint, from_rotations
 
 MOST = 0.9
@@ -148,7 +156,8 @@ def _has_few_digits(exact: Floats) -> bool:
 def _causes(trials: Trials, answer: Answer) -> list[str]:
     """The causes of the errors of an answer, each as `id: sentence`."""
     moves = {"h": answer.setting, "h / 2": answer.setting / 2} if trials.steps else {}
-    found = causes(trials.case, trials.reference.times, np.asarray(answer.states), moves)
+    has_own = isinstance(trials.form, SceneForm) or isinstance(trials.integrator, ProgramIntegrator)
+    found = causes(trials.case, trials.reference.times, np.asarray(answer.states), moves, has_own)
     return [f"{each.kind}: {each}" for each in found]
 
 
@@ -276,8 +285,14 @@ def _of_samples(failures: Failures, claims: set[str], found: Facts) -> str | Non
         return f"precision: every state has {found['digits']} decimal digits: digits that were printed"
     if found.get("start"):
         return f"convention: {found['start']}"
-    if found.get("causes"):
-        return str(found["causes"][0])
+    return next((text for text in found.get("causes", ()) if not _is_of_equations(text)), None) or _of_bits(found)
+
+
+def _is_of_equations(text: str) -> bool:
+    return text.partition(": ")[0] in OF_EQUATIONS
+
+
+def _of_bits(found: Facts) -> str | None:
     if found.get("late"):
         return "late: its states fit the exact motion at later times: a step goes beyond a sample, or is counted short"
     if (floor := _floor(found)) is not None:
@@ -324,7 +339,7 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
         return "sign: it treats positive and negative numbers differently"
     if "units" in claims and claims <= {"units", "rounded_times", "quadrature"}:
         return "absolute: a number inside it has a unit: a length, a time or a bound that belongs to no problem"
-    return None
+    return next(filter(_is_of_equations, found.get("causes", ())), None)
 
 
 def _of_control(failures: Failures, claims: set[str], found: Facts) -> str | None:

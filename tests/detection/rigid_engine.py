@@ -226,6 +226,19 @@ class DoubleForces(RigidEngine):
         return {name: 2 * force - own[name] for name, force in super().forces(t, y).items()}
 
 
+class StaleVelocities(RigidEngine):
+    def read(self) -> Readings:
+        """Before the first step all velocities are 0."""
+        found = super().read()
+        if self.steps:
+            return found
+        rest = (0.0, 0.0, 0.0)
+        return Readings(
+            {name: (place, 0.0) for name, (place, _) in found.joints.items()},
+            {name: (place, attitude, rest, rest) for name, (place, attitude, _, _) in found.bodies.items()},
+        )
+
+
 class Single(RigidEngine):
     """Keeps its state in binary32."""
 
@@ -242,6 +255,7 @@ def rigid(engine: Callable[[], Any]) -> EngineIntegrator:
 SOUND, CLAMPED = rigid(RigidEngine), rigid(Clamped)
 SINGLE = from_engine(Single, name="Single", order=2, tokens=TOKENS, bits=24)
 PLANTED = {
+    "start": rigid(StaleVelocities),
     "inertia_frame": rigid(SpaceAxes),
     "gyroscopic_term": rigid(NoGyroscope),
     "restitution": rigid(TwiceRestitution),
