@@ -5,17 +5,20 @@ It follows from the claims that fail on each case, and from a few more solutions
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from gnomon.cases import Case
-from gnomon.cases.core.forms import Charged, Constrained, RigidBody
+from gnomon.cases.core.forms import Charged, Constrained, FirstOrder, RigidBody, Values
 from gnomon.cases.core.scene import SceneForm
+from gnomon.harness.contract.integrator import Problem
 from gnomon.harness.measuring.trials import Answer, Floats, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.studies.preflight import name_convention
@@ -27,8 +30,12 @@ from gnomon.harness.verification.causes import (
     round_to_single,
     say_low_order,
 )
+from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import dense
+from gnomon.harness.verification.equation_claims import compensates, takes_plain
+from gnomon.harness.verification.function_adapter import Stepped
 from gnomon.harness.verification.program_adapter import ProgramIntegrator
+from gnomon.harness.verification.quadrature_claim import is_right_at_end
 from gnomon.harness.verification.structure_claims import from_constraint, from_rotations
 
 MOST = 0.9
@@ -39,6 +46,8 @@ FLOOR = 3.0
 """Errors of three settings that fall by less than this have reached a floor: with order 1 they fall by 4 or more."""
 SINGLE = (1e-10, 1e-4)
 """The range of errors that come from single precision, or from printing six to nine digits."""
+STIFF = 10.0
+"""After one step of a stiff decay an implicit method is below, an explicit one far above."""
 LEFT = 1e-9
 """Largest relative departure, by round-off, from a property that a method keeps by construction."""
 HISTORY = "history: "
@@ -125,7 +134,62 @@ def facts(trials: Trials) -> Facts:
         "left": _left(trials, answers[0]),
         "bumps": not trials.steps and dense(trials) and _bumps(trials),
     }
-    return found | (_steps(trials) if trials.steps and trials.case.hybrid is None else {})
+    return found | probe(trials) | (_steps(trials) if trials.steps and trials.case.hybrid is None else {})
+
+
+def at_rest(t: Any, state: Values, parameters: Values) -> Values:
+    """Nothing changes."""
+    return 0 * state[0], 0 * state[1]
+
+
+def decay(t: Any, state: Values, parameters: Values) -> Values:
+    """y' = -k y, twice."""
+    (k,) = parameters
+    return -k * state[0], -k * state[1]
+
+
+def rotation(t: Any, state: Values, parameters: Values) -> Values:
+    """A harmonic oscillator: linear equations."""
+    return state[1], -state[0]
+
+
+def probe(trials: Trials) -> Facts:
+    """Facts from small problems of their own. A probe that the integrator does not solve says nothing."""
+
+    def solve(equations: Callable[[Any, Values, Values], Values], step: float, *parameters: float) -> Floats:
+        problem = Problem(FirstOrder(equations), 2, np.array(parameters), np.array([step]), 1.0)
+        return trials.solutions(problem, step if trials.steps else trials.usual(), [np.array([1.0, 0.5])])[0][-1]
+
+    def assumes_velocities() -> bool:
+        return bool(abs(solve(at_rest, 0.25)[0] - 1.125) < 1e-12)
+
+    def is_implicit() -> bool:
+        """A polynomial of the step, which an explicit method computes, is large after one step of a stiff decay."""
+        return bool(np.all(np.abs(solve(decay, 1.0, 1e4)) < STIFF))
+
+    def is_right_on_linear() -> bool:
+        h = 1 / 16
+        errors = [float(np.max(np.abs(solve(rotation, step) - _rotated(step)))) for step in (h, h / 2)]
+        return errors[1] <= max(errors[0] / 2 ** (trials.order + 0.5), LEFT)
+
+    probes: dict[str, Callable[[], bool]] = {}
+    if FirstOrder in trials.integrator.accepts:
+        probes["assumes_velocities"] = assumes_velocities
+        if isinstance(trials.integrator, Stepped) and trials.integrator.order is not None:
+            probes |= {"implicit": is_implicit, "linear": is_right_on_linear}
+    if takes_plain(trials) is None:
+        probes["right_at_end"] = partial(is_right_at_end, trials)
+        if trials.integrator.compensated:
+            probes["compensates_to_end"] = lambda: compensates(trials, end=True).outcome == Outcome.PASSED
+    found: Facts = {}
+    for name, probe in probes.items():
+        with contextlib.suppress(Exception):  # the user's code may raise anything
+            found[name] = probe()
+    return found
+
+
+def _rotated(t: float) -> Floats:
+    return np.array([math.cos(t) + math.sin(t) / 2, math.cos(t) / 2 - math.sin(t)])
 
 
 def _states(trials: Trials, setting: float) -> Floats:
@@ -257,6 +321,11 @@ def of_no_answer(where: str, why: str) -> str:
 
 def _of_calls(failures: Failures, claims: set[str], found: Facts) -> str | None:
     bits = found.get("bits")
+    if found.get("assumes_velocities"):
+        return (
+            "form: it assumes q' = v: it moves the first half of the state by the second half, where f is 0; take both"
+            " halves of f, or declare accelerations=True for forces f(t, q)"
+        )
     if found.get("changed_start") or "start_kept" in claims:
         return "input: it changes the start that it is given"
     if bits is not None and bits != found.get("bits_again", bits):
@@ -285,16 +354,18 @@ def _of_samples(failures: Failures, claims: set[str], found: Facts) -> str | Non
         return f"precision: every state has {found['digits']} decimal digits: digits that were printed"
     if found.get("start"):
         return f"convention: {found['start']}"
-    return next((text for text in found.get("causes", ()) if not _is_of_equations(text)), None) or _of_bits(found)
+    return next((text for text in found.get("causes", ()) if not _is_of_equations(text)), None) or _of_bits(failures, claims, found)
 
 
 def _is_of_equations(text: str) -> bool:
     return text.partition(": ")[0] in OF_EQUATIONS
 
 
-def _of_bits(found: Facts) -> str | None:
+def _of_bits(failures: Failures, claims: set[str], found: Facts) -> str | None:
     if found.get("late"):
         return "late: its states fit the exact motion at later times: a step goes beyond a sample, or is counted short"
+    if (text := _of_iterations(failures, claims, found)) is not None:
+        return text
     if (floor := _floor(found)) is not None:
         return (
             f"precision: its error stays near {floor:.0e} however fine the setting: single precision, printed digits,"
@@ -303,6 +374,23 @@ def _of_bits(found: Facts) -> str | None:
     if found.get("left"):
         return f"left: {found['left']}: a projection, or a normalisation, is missing or wrong"
     return None
+
+
+def _of_iterations(failures: Failures, claims: set[str], found: Facts) -> str | None:
+    """An implicit method that is right on linear equations alone, on which Newton's iteration ends after one step."""
+    autonomous = {name for name, case in failures.cases.items() if case.autonomous}
+    of_formula = {claim for claim, case in failures.failed if case in autonomous and claim in ACCURACY | STRUCTURE}
+    if not (found.get("implicit") and found.get("linear") and of_formula):
+        return None
+    floor, order, powers = _floor(found), found["order"], failures.slopes() or _slopes(found)
+    if floor is not None:
+        shown = f": its error stays near {floor:.0e}"
+    else:
+        shown = f": it converges with order {min(powers):.1f} where {order} is declared" if powers else ""
+    return (
+        f"iteration: it is right on linear equations alone{shown}: Newton's iteration stops after one step, at a loose"
+        " tolerance, or with an old Jacobian"
+    )
 
 
 def _floor(found: Facts) -> float | None:
@@ -324,11 +412,24 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
         return "sign: where times fall its steps go forward, or are wrong: a step has lost its sign"
     if claims == {"clock"}:
         return "time: it is wrong only where the start is not at t = 0: the equations get the time since the start"
+    if claims == {"compensated"}:
+        when = "at each sample" if found.get("compensates_to_end") else "in each step, or have the wrong sign"
+        return f"compensation: the rounding residuals of its sums are lost {when}: the second number is reset"
+    if claims == {"quadrature"} and not found["steps"] and found.get("right_at_end"):
+        return (
+            "dense: the ends of its steps are right, samples between them are not: its interpolant has a lower order than"
+            " its steps; declare that order as dense_order"
+        )
     if claims == {"quadrature"} and any(claim in ACCURACY for claim, _ in failures.passed):
         return "quadrature: a weight or a time of its stages is wrong, by little if it is a weight: only forces of time show it"
     if failures.only_with_time():
         return "time: it is wrong only where the equations have the time in them: the time of a stage, or of a step"
     first = found.get("first_wrong")
+    if claims == {"more_variables"} and found.get("implicit"):
+        return (
+            "iteration: equations solved together have another solution than alone: its iteration stops at a loose tolerance,"
+            " which all variables share"
+        )
     if claims == {"more_variables"}:
         return "component: it is wrong only where there are more than six variables"
     if first is not None and failures.right_below(first):

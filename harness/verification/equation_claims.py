@@ -295,8 +295,14 @@ def _summed(trials: Trials) -> str | None:
 @claim("compensated", _summed, once=True)
 def _compensated(trials: Trials) -> Finding:
     """Thousands of equal changes: each addition loses a third of a unit in the last place."""
+    return compensates(trials)
+
+
+def compensates(trials: Trials, end: bool = False) -> Finding:
+    """The claim `compensated`; with `end` the end is the only sample."""
     problem, start = _sum(trials)
     setting = problem.interval if trials.steps else trials.usual()
+    problem = replace(problem, times=problem.times[-1 if end else 0 :])
     ((solution, calls),) = trials.solved(problem, setting, [start])
     work = solution.steps or calls
     if work < SUMMED:

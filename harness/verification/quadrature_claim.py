@@ -79,13 +79,22 @@ def _quadrature(trials: Trials) -> Finding:
     return failed(trials.named(first), expected, f"{error:.2g}, then {why or format(finer, '.2g')}")
 
 
-def _error(trials: Trials, setting: float) -> tuple[float, float, str | None]:
-    """(error, error allowed for rounding, why there is no solution) for the polynomial over a time of 1, from y = 0."""
+def is_right_at_end(trials: Trials) -> bool:
+    """Whether the claim holds for the end of the time alone, to which the last step leads."""
+    error, allowed, why = _error(trials, trials.settings[0], end=True)
+    return not why and error <= allowed
+
+
+def _error(trials: Trials, setting: float, end: bool = False) -> tuple[float, float, str | None]:
+    """(error, error allowed for rounding, why there is no solution) for the polynomial over a time of 1, from y = 0.
+
+    With `end` the end is the only sample.
+    """
     twice = FirstOrder not in trials.integrator.accepts
     powers = np.arange(1.0, CUBIC + 2)  # of t in the first components of the exact solution; one more for accelerations
     kept = np.arange(CUBIC + 1) <= trials.order - 1 - twice
     samples = max(SAMPLES, math.ceil(1 / setting)) if trials.steps else SAMPLES
-    times = np.arange(1, samples + 1) / samples
+    times = np.arange(1, samples + 1)[-1 if end else 0 :] / samples
     coefficients = np.where(kept, powers * (powers + 1) if twice else powers, 0.0)
     form = SecondOrder(force) if twice else FirstOrder(polynomial)
     counted = trials.integrator.counts_rhs
