@@ -38,8 +38,8 @@ OTHER_FACTOR, OTHER_RATE = 0.01, 0.1
 step that anybody uses errs by less in its period."""
 OFFSET = 0.05
 """A constant offset is named if it is larger than this share of the size of a coordinate."""
-ALIKE = 3.0
-"""Causes that leave up to so many times the least error are named too."""
+ALIKE, TIED = 3.0, 1e-5
+"""Causes that leave up to ALIKE times the least error are named too, and those that leave as little as TIED of the error."""
 FACTORS = {
     180 / math.pi: "degrees for radians",
     math.pi / 180: "radians for degrees",
@@ -170,7 +170,7 @@ def causes(
     times, states = np.asarray(times, dtype=float), np.asarray(states, dtype=float)
     finite = np.isfinite(states).all(axis=1)
     times, states = times[finite], states[finite]
-    if len(times) < FEWEST:
+    if len(times) < FEWEST or np.all(states == states[0]):  # a motion that rests is another mistake
         return []
     tried = _Tried(case, times, states, dict(moves or {}))
     found: dict[str, Cause] = {}
@@ -183,7 +183,7 @@ def causes(
                 least = min(least, cause.left)
         if least < SETTLED * tried.error:
             break
-    enough = ALIKE * max(least, LEAST * tried.error)
+    enough = ALIKE * max(least, TIED * tried.error)
     return [cause for cause in found.values() if cause.left <= enough]
 
 
@@ -525,7 +525,7 @@ class _Tried:
         self,
         parameters: Mapping[str, float] | None = None,
         start: Floats | None = None,
-        damping: float = 0.0,
+        damping: float | None = None,
         backwards: bool = False,
     ) -> Floats | None:
         """The motion of changed equations at the near times, among the exact states; None if it cannot be computed."""
@@ -534,7 +534,7 @@ class _Tried:
         rows, form = self.near.astype(bool), self.equations
         found = self.exact.copy()
         if form is None:
-            if damping or backwards:
+            if damping is not None or backwards:
                 return None
             try:
                 exact = {name: Fraction(value) for name, value in numbers.items()}
@@ -562,7 +562,7 @@ class _Tried:
         with np.errstate(all="ignore"):
             try:
                 most = TIMES_CALLS * self.own[2]
-                states = _solve(rates, begin, self.times[rows], self.sizes, most, None if damping else promising)
+                states = _solve(rates, begin, self.times[rows], self.sizes, most, None if damping is not None else promising)
             except (ArithmeticError, ValueError):
                 return None
         if states is None:

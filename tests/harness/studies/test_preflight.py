@@ -9,6 +9,7 @@ import planted_engines
 import pytest
 import rigid_engine
 from gnomon.cases import get
+from gnomon.cases.core.scene import Readings, Scene
 from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.studies import preflight
 from gnomon.harness.studies.preflight import FAILED, PASSED, TEXTS, UNSUPPORTED, Row, preflights
@@ -125,6 +126,95 @@ def test_states_that_are_not_numbers_pass_nothing_but_the_same_bits() -> None:
     assert {row.scene for row in rows if row.name == "start" and row.verdict == FAILED} == {
         "first_step_of_a_turned_body"
     }
+
+
+class BodyRates(RigidEngine):
+    def read(self) -> Readings:
+        found = super().read()
+        bodies = {}
+        for name, (place, attitude, velocity, spin) in found.bodies.items():
+            along: Any = Rotation.from_quat(attitude).inv().apply(spin).tolist()
+            bodies[name] = place, attitude, velocity, along
+        return Readings(found.joints, bodies)
+
+
+class BodyRatesBoth(BodyRates):
+    def load(self, scene: Scene) -> None:
+        super().load(scene)
+        for name in self.bodies.keys() - self.joints.keys():
+            part = self.y[self.places[name]]
+            part[10:] = Rotation.from_quat(part[3:7]).apply(part[10:])
+
+
+class ScalarFirst(RigidEngine):
+    def read(self) -> Readings:
+        found = super().read()
+        bodies: Any = {n: (x, (q[3], *q[:3]), v, w) for n, (x, q, v, w) in found.bodies.items()}
+        return Readings(found.joints, bodies)
+
+
+class ExchangedVelocities(RigidEngine):
+    def read(self) -> Readings:
+        found = super().read()
+        return Readings(found.joints, {n: (x, q, w, v) for n, (x, q, v, w) in found.bodies.items()})
+
+
+class Degrees(RigidEngine):
+    def read(self) -> Readings:
+        found = super().read()
+        bodies: Any = {n: (x, q, v, tuple(np.degrees(w).tolist())) for n, (x, q, v, w) in found.bodies.items()}
+        return Readings(found.joints, bodies)
+
+
+class UpAlongY(RigidEngine):
+    def read(self) -> Readings:
+        """Its readings are in a frame whose y axis is up."""
+
+        def up(vector: Any) -> Any:
+            return vector[0], vector[2], -vector[1]
+
+        found = super().read()
+        bodies = {n: (up(x), (*up(q[:3]), q[3]), up(v), up(w)) for n, (x, q, v, w) in found.bodies.items()}
+        return Readings(found.joints, bodies)
+
+
+class StepLate(RigidEngine):
+    def load(self, scene: Scene) -> None:
+        super().load(scene)
+        self.before = self.y.copy()
+
+    def step(self, dt: float) -> None:
+        self.before = self.y.copy()
+        super().step(dt)
+
+    def read(self) -> Readings:
+        now, self.y = self.y, self.before
+        found = super().read()
+        self.y = now
+        return found
+
+
+@pytest.mark.parametrize(
+    ("engine", "convention"),
+    [
+        (BodyRates, "angular velocity is along the body's axes"),
+        (BodyRatesBoth, "at load and in readings, angular velocity is along"),
+        (ScalarFirst, "order w, x, y, z"),
+        (ExchangedVelocities, "exchanged"),
+        (Degrees, "degrees"),
+        (UpAlongY, "y axis is up"),
+        (StepLate, "one step late"),
+    ],
+)
+def test_the_start_names_the_convention_of_an_engine(engine: Callable[[], Any], convention: str) -> None:
+    found = preflight.name_convention(rigid_engine.rigid(engine))
+    assert found is not None
+    assert convention in found
+
+
+def test_an_engine_with_the_conventions_of_a_scene_has_no_other() -> None:
+    assert preflight.name_convention(SOUND) is None
+    assert preflight.name_convention(rigid_engine.PLANTED["gyroscopic_term"]) is None
 
 
 class LosesCoordinates(RigidEngine):

@@ -93,6 +93,12 @@ def main(way: str) -> None:
             text = answers(way, request) + "\n"
         elif way == "exit":
             sys.exit(3)
+        elif way == "last words":
+            print("step 1\n" * 50 + " corrector convergence failed\n PROGRAM STOP", file=sys.stderr, flush=True)
+            sys.exit(0)
+        elif way == "talks":
+            print("step 1", file=sys.stderr, flush=True)
+            text = answers(way, request) + "\n"
         elif way == "signal":
             os.abort()
         elif way == "within a line":

@@ -58,6 +58,31 @@ def test_times_come_from_a_file_and_by_default_from_the_case(tmp_path: Path, cap
     assert all(float.fromhex(row["t"]) > 0 for row in document["states"])
 
 
+@pytest.mark.parametrize(
+    "text", ["t\n0.25\n0.5\n", "# a log\nx;time [s]\n7;0.25\n8;0.5\n", '"Time",x\n0.25,7\n0.5,8\n']
+)
+def test_times_come_from_the_column_that_a_header_names(
+    text: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "log.csv").write_text(text)
+    document = json.loads(printed(capfd, "projectile_parabola", "--times", str(tmp_path / "log.csv")))
+    assert [row["t"] for row in document["states"]] == ["0.25", "0.5"]
+
+
+def test_a_header_without_a_time_is_refused_with_its_names(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "log.csv").write_text("x,y\n1,2\n")
+    assert gnomon("exact", "projectile_parabola", "--times", str(tmp_path / "log.csv")) == 2
+    assert "it has x, y" in capfd.readouterr().err
+
+
+def test_its_own_output_is_a_file_of_times(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    asked = ("projectile_parabola", "--set", "vx=2", "--format", "csv", "--times")
+    text = printed(capfd, *asked, "0.25,0.5")
+    (tmp_path / "exact.csv").write_text(text)
+    assert printed(capfd, *asked, str(tmp_path / "exact.csv")) == text
+    assert text.splitlines()[-1].startswith("0.5,1.0,")  # a start by its name: 2 m/s for 0.5 s
+
+
 def test_a_time_after_the_span_extends_the_motion(capfd: pytest.CaptureFixture[str]) -> None:
     """An elastic ball that falls 1 m at 2 m/s^2 takes 1 s to the ground: its period is 2 s, and 1000.5 is like 0.5."""
     asked = ("bouncing_ball", "--set", "e=1", "--set", "g=2", "--times", "1000.5", "--format", "csv")

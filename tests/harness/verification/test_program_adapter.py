@@ -362,6 +362,24 @@ def test_a_wrong_description_is_wrong_usage(way: str, reason: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+def test_the_last_lines_of_standard_error_stand_in_the_message_without_a_traceback(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """A program that stops says why there: the user reads it, not our code."""
+    program = shlex.join([sys.executable, str(HERE / "odd_program.py"), "last words"])
+    assert gnomon("verify", "--command", program, "--case", "pendulum_simple", "--depth", "low") == 1
+    said = capfd.readouterr().err
+    assert "exit code 0 before it answered" in said
+    assert "corrector convergence failed\n PROGRAM STOP" in said
+    assert "Traceback" not in said
+    assert said.count("step 1") < 10
+
+
+def test_standard_error_of_a_program_that_answers_is_passed_on(capfd: pytest.CaptureFixture[str]) -> None:
+    solved(odd("talks"))
+    assert capfd.readouterr().err == "step 1\n"
+
+
 def test_a_program_that_never_describes_itself_is_ended_after_60_s_by_the_clock(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

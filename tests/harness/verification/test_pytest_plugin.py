@@ -8,7 +8,9 @@ from pathlib import Path
 
 import planted_methods
 import pytest
+from gnomon.harness.verification.claims import Outcome
 
+import gnomon
 from gnomon.verify import assert_follows
 
 HELPERS = Path(planted_methods.__file__).parent
@@ -121,3 +123,17 @@ def test_a_tolerance_gives_its_own_bound() -> None:
     assert_follows(planted_methods.good_pair, "pendulum_simple", 1e-6)
     with pytest.raises(AssertionError, match=r"at tolerance 1e-06: error .*, allowed 1e-09"):
         assert_follows(planted_methods.good_pair, "pendulum_simple", 1e-6, within=1e-9)
+
+
+def test_a_case_of_gnomon_case_is_taken_where_a_case_is() -> None:
+    """With its own numbers: the bound holds for a small swing, and not at the coarse step for a large one."""
+    small = gnomon.case("pendulum_simple", theta="0.01", span=8)
+    assert_follows(planted_methods.good_rk4, small, setting=0.02, within=1e-4)
+    with pytest.raises(AssertionError, match="computed"):
+        assert_follows(planted_methods.good_rk4, gnomon.case("pendulum_simple", theta=3, span=9), 0.1, within=1e-4)
+    report = gnomon.verify.verify(planted_methods.good_rk4, [small], "low", ["order_short"], workers=1)
+    assert [(row.case, row.finding.outcome) for row in report.rows] == [("pendulum_simple", Outcome.PASSED)]
+    with pytest.raises(ValueError, match="one name and different numbers"):
+        gnomon.verify.verify(planted_methods.good_rk4, [small, "pendulum_simple"], "low")
+    with pytest.raises(ValueError, match="3 is not a case"):
+        assert_follows(planted_methods.good_rk4, 3, setting=0.1, within=1e-4)  # type: ignore[arg-type]
