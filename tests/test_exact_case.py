@@ -2,6 +2,7 @@
 
 import json
 from decimal import Decimal
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -81,3 +82,30 @@ SWING = gnomon.case("pendulum_simple")
 def test_an_odd_argument_is_named(call: Any, says: str) -> None:
     with pytest.raises(ValueError, match=says):
         call()
+
+
+def test_starts_are_numbers_of_a_case_by_their_names() -> None:
+    """The others stay as they are; a variant's too."""
+    assert gnomon.case("pendulum_simple", theta="0.9").start.tolist() == [0.9, 0.0]
+    orbit = gnomon.case("kepler_orbit/e09")
+    assert gnomon.case("kepler_orbit/e09", vy=0.5).start.tolist() == [*orbit.start[:3].tolist(), 0.5]
+    with pytest.raises(ValueError, match="theta is given, and an initial state"):
+        gnomon.case("pendulum_simple", initial_state=(1, 0), theta=1)
+    with pytest.raises(ValueError, match="no coordinate of this name; did you mean theta"):
+        gnomon.case("pendulum_simple", tetha=1)
+
+
+def test_the_commands_set_starts(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    from command_line import gnomon as command
+
+    start = ("pendulum_simple", "--set", "theta=0.8125")
+    assert command("show", *start) == 0
+    assert "0.8125" in capfd.readouterr().out
+    assert command("scene", *start, "--out", str(tmp_path)) == 0
+    motion = next(tmp_path.glob("*.csv")).read_text()
+    assert "0.8125" in motion
+    report = tmp_path / "report.json"
+    asked = ("verify", "gnomon:RK4", "--depth", "low", "--claim", "runs")
+    assert command(*asked, "--case", *start, "--json", str(report)) == 0
+    assert command(*asked, "--set", "theta=0.8125") == 2
+    assert "--set changes the numbers of a --case" in capfd.readouterr().err

@@ -131,7 +131,7 @@ def test_a_case_of_gnomon_case_is_taken_where_a_case_is() -> None:
     assert_follows(planted_methods.good_rk4, small, setting=0.02, within=1e-4)
     with pytest.raises(AssertionError, match="computed"):
         assert_follows(planted_methods.good_rk4, gnomon.case("pendulum_simple", theta=3, span=9), 0.1, within=1e-4)
-    report = gnomon.verify.verify(planted_methods.good_rk4, [small], "low", ["order_short"], workers=1)
+    report = gnomon.verify.verify(planted_methods.good_rk4, [small], "low", ["follows"], workers=1)
     assert [(row.case, row.finding.outcome) for row in report.rows] == [("pendulum_simple", Outcome.PASSED)]
     with pytest.raises(ValueError, match="one name and different numbers"):
         gnomon.verify.verify(planted_methods.good_rk4, [small, "pendulum_simple"], "low")
