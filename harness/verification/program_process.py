@@ -109,6 +109,7 @@ class ProgramProcess:
         if os.fstat(self._errors.fileno()).st_size:
             self._errors.seek(0)
             sys.stderr.write(self._errors.read().decode(errors="replace"))
+            sys.stderr.flush()
             self._errors.truncate(0)
 
     def _last_lines(self) -> str:
