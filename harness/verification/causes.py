@@ -21,6 +21,7 @@ from gnomon.cases.core.forms import FirstOrder, Values
 from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.studies.conventions import Turning, conventions, rotations_of_axes, turns
+from numpy.typing import NDArray
 from scipy.integrate import DOP853, DenseOutput, OdeSolution
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
@@ -88,11 +89,11 @@ OF_PARAMETERS = (
     2 * math.pi,
     1 / (2 * math.pi),
 )
-"""Factors on parameters."""
+"""Factors on parameters and starts."""
 GRAVITY = {"9.8": 9.8, "9.81": 9.81, "9.80665": 9.80665, "10": 10.0, "9.78": 9.78, "9.83": 9.83}
 DIGITS = (1, 2, 3)
 """Significant digits to which people round a parameter."""
-MOST_SCALES = 40.0
+MOST_SCALES = 25.0
 """Other motions are computed over at most so many time scales of the motion: that is enough to tell."""
 MOST_CALLS, TIMES_CALLS, BEYOND = 30_000, 3, 1.3
 """Right-hand sides of the motion itself; of another motion so many times its number. It is known BEYOND the horizon."""
@@ -109,6 +110,9 @@ SETTLED = 0.01
 """If a mistake in states or times leaves less than this share of the error, no other motion is computed."""
 ROUNDS = 6
 """Iterations of a fitted number."""
+
+
+Rows = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -132,7 +136,7 @@ class Explained:
     text: str
     states: Floats
     exact: Floats
-    rows: Floats
+    rows: Rows
     change: float = math.inf
     """The relative size of a fitted change; infinite for a change that has one size only."""
 
@@ -225,7 +229,8 @@ class _Tried:
         self.case, self.times, self.states, self.moves = case, times, states, moves
         self.exact = case.sample(times)
         self.names = [coordinate.name for coordinate in case.state]
-        self.all = np.ones(len(times), dtype=bool)
+        self.all: Rows = np.ones(len(times), dtype=bool)
+        self._change = math.inf
         with np.errstate(all="ignore"):
             distances = case.metric.distance(states, self.exact)
         self.error = float(np.max(distances))
@@ -250,7 +255,7 @@ class _Tried:
         )
 
     def judge(self, hypothesis: Explained) -> Cause | None:
-        rows = hypothesis.rows.astype(bool)
+        rows = hypothesis.rows
         if np.count_nonzero(rows) < FEWEST:
             return None
         with np.errstate(all="ignore"):
@@ -395,7 +400,7 @@ class _Tried:
             parts |= {"velocities": slice(half, None), "positions": slice(half)}
         interval = np.diff(self.times)
         earlier, later = np.concatenate([interval[:1], interval]), np.concatenate([interval, interval[-1:]])
-        tried = [(name, -move, "t - ") for name, move in self.moves.items()]
+        tried: list[tuple[str, float | Floats, str]] = [(name, -move, "t - ") for name, move in self.moves.items()]
         tried += [(name, move, "t + ") for name, move in self.moves.items()]
         for name, move, sign in (*tried, ("a sample", -earlier, "t - "), ("a sample", later, "t + ")):
             moved = self.times + move
@@ -428,11 +433,11 @@ class _Tried:
             yield from self._at_rate(rate, period, self.near, abs(rate - 1), "period")
 
     def _at_rate(
-        self, factor: float, text: str, rows: Floats, change: float = math.inf, kind: str = "time"
+        self, factor: float, text: str, rows: Rows, change: float = math.inf, kind: str = "time"
     ) -> Iterator[Explained]:
         exact = self.exact.copy()
         try:
-            exact[rows.astype(bool)] = self.sample(self.times[rows.astype(bool)] * factor)
+            exact[rows] = self.sample(self.times[rows] * factor)
         except (ArithmeticError, ValueError):
             return
         yield Explained(kind, text, self.states, exact, rows, change)
@@ -477,9 +482,9 @@ class _Tried:
         return MOST_SCALES * float(self.case.time_scale)
 
     @cached_property
-    def near(self) -> Floats:
+    def near(self) -> Rows:
         """The rows up to the horizon; at least the first ones."""
-        found = self.times <= self.horizon
+        found: Rows = self.times <= self.horizon
         found[:FEWEST] = True
         return found
 
@@ -531,7 +536,7 @@ class _Tried:
         """The motion of changed equations at the near times, among the exact states; None if it cannot be computed."""
         numbers = {name: float(value) for name, value in self.case.parameters.items()} | dict(parameters or {})
         begin = np.array([float(x) for x in self.case.initial_state]) if start is None else start
-        rows, form = self.near.astype(bool), self.equations
+        rows, form = self.near, self.equations
         found = self.exact.copy()
         if form is None:
             if damping is not None or backwards:
@@ -562,7 +567,9 @@ class _Tried:
         with np.errstate(all="ignore"):
             try:
                 most = TIMES_CALLS * self.own[2]
-                states = _solve(rates, begin, self.times[rows], self.sizes, most, None if damping is not None else promising)
+                states = _solve(
+                    rates, begin, self.times[rows], self.sizes, most, None if damping is not None else promising
+                )
             except (ArithmeticError, ValueError):
                 return None
         if states is None:
@@ -605,7 +612,7 @@ class _Tried:
         kinds = [coordinate.kind for coordinate in self.case.state]
         for kind in dict.fromkeys(kinds):
             members = np.array([each == kind for each in kinds])
-            for factor, word in FACTORS.items():
+            for factor, word in ((factor, FACTORS[factor]) for factor in OF_PARAMETERS):
                 if np.any(start[members]) and (factor != -1.0 or len(set(kinds)) > 1):
                     yield (
                         "start",
@@ -625,7 +632,7 @@ class _Tried:
         """A damping of all velocities, fitted."""
         if not self.pairs or self.equations is None:
             return
-        damping, scale, rows = 0.0, 1 / self.sizes, self.near.astype(bool)
+        damping, scale, rows = 0.0, 1 / self.sizes, self.near
         small = 1e-4 / float(self.case.time_scale)
         for _ in range(ROUNDS):
             here, there = self.flow(damping=damping), self.flow(damping=damping + small)

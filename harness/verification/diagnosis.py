@@ -354,7 +354,9 @@ def _of_samples(failures: Failures, claims: set[str], found: Facts) -> str | Non
         return f"precision: every state has {found['digits']} decimal digits: digits that were printed"
     if found.get("start"):
         return f"convention: {found['start']}"
-    return next((text for text in found.get("causes", ()) if not _is_of_equations(text)), None) or _of_bits(failures, claims, found)
+    return next((text for text in found.get("causes", ()) if not _is_of_equations(text)), None) or _of_bits(
+        failures, claims, found
+    )
 
 
 def _is_of_equations(text: str) -> bool:
