@@ -278,7 +278,9 @@ class Declared:
         for name in chosen:
             if name not in values:
                 also = " and no coordinate of this name" if coordinates else ""
-                raise ValueError(f"{cls.name} has no parameter {name!r}{also}; {nearest(name, [*values, *coordinates])}")
+                raise ValueError(
+                    f"{cls.name} has no parameter {name!r}{also}; {nearest(name, [*values, *coordinates])}"
+                )
         return {
             name: cls._given(name, value) for name, value in (values | dict(variant.parameters) | dict(chosen)).items()
         }
