@@ -35,7 +35,7 @@ def exact(
     Exit code 1 if the certificate confirms fewer digits than required.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.verification.exact_states import exact_states, times_of
+    from gnomon.harness.trajectories.exact_states import exact_states, times_of
 
     from gnomon import cases
 

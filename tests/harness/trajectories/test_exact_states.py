@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from command_line import gnomon
 from gnomon.harness.certification.certify import Certificate
-from gnomon.harness.verification import exact_states
+from gnomon.harness.trajectories import exact_states
 
 
 def printed(capfd: pytest.CaptureFixture[str], *arguments: str) -> str:
