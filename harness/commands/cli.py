@@ -11,6 +11,7 @@ import typer
 from gnomon.harness.commands import interruption
 from gnomon.harness.commands.baseline import baseline
 from gnomon.harness.commands.certify import certify
+from gnomon.harness.commands.check import check
 from gnomon.harness.commands.compare import compare
 from gnomon.harness.commands.doctor import doctor
 from gnomon.harness.commands.ensemble import ensemble
@@ -62,6 +63,7 @@ for command in (
     *(
         show,
         exact,
+        check,
         scene,
         run,
         merge,

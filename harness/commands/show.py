@@ -38,7 +38,7 @@ def show(
     else:
         describe(chosen, out, source)
     if plot is not None:
-        from gnomon.harness.commands.motion_picture import draw
+        from gnomon.harness.commands.pictures.motion_picture import draw
 
         draw(chosen, plot)
         out.print(f"The motion is drawn in {plot}.")

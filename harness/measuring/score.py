@@ -170,8 +170,7 @@ class Scorer:
         """
         if self._flow is None:
             return math.nan, math.nan
-        groups = self.metric.groups
-        error = np.hstack([g.difference(states, self.reference.exact) / g.scale for g in groups])
+        error = self.scaled_error(states)
         phase = np.einsum("ij,ij->i", error, self._flow)
         across = error - phase[:, np.newaxis] * self._flow
         return float(np.max(np.abs(phase))), float(np.max(np.linalg.norm(across, axis=1)))
@@ -239,8 +238,8 @@ class Scorer:
         return next(f.equations for f in map(first_order, forms) if isinstance(f, FirstOrder))
 
     @cached_property
-    def _flow(self) -> Floats | None:
-        """The unit vector of the exact flow at each sample in scaled coordinates; zero for a state at rest."""
+    def scaled_rates(self) -> Floats | None:
+        """The rates of the exact motion at each sample, each over the scale of its group; None as for `split`."""
         form = next((f for f in self.case.all_forms() if isinstance(f, FirstOrder)), None)
         if form is None or not self.case.autonomous or isinstance(self.case.forms[0], Hybrid):
             return None
@@ -250,9 +249,20 @@ class Scorer:
                 for t, x in zip(self.reference.times, self.reference.exact, strict=True)
             ]
         )
-        scaled = np.hstack([rates[:, list(g.indices)] / g.scale for g in self.metric.groups])
+        return np.hstack([rates[:, list(g.indices)] / g.scale for g in self.metric.groups])
+
+    @cached_property
+    def _flow(self) -> Floats | None:
+        """The unit vector of the exact flow at each sample in scaled coordinates; zero for a state at rest."""
+        scaled = self.scaled_rates
+        if scaled is None:
+            return None
         norms = np.linalg.norm(scaled, axis=1, keepdims=True)
         return np.asarray(np.divide(scaled, norms, out=np.zeros_like(scaled), where=norms > 0))
+
+    def scaled_error(self, states: Floats) -> Floats:
+        """The differences from the exact motion, each over the scale of its group, in the sequence of the groups."""
+        return np.hstack([g.difference(states, self.reference.exact) / g.scale for g in self.metric.groups])
 
     @cached_property
     def _invariants(self) -> dict[str, tuple[Callable[..., Any], str, float, float]]:

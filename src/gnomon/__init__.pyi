@@ -32,5 +32,7 @@ from gnomon.harness.kernels.equations import right_hand_side as right_hand_side
 from gnomon.harness.results.store import load as load
 from gnomon.harness.running.solve import OdeResult as OdeResult
 from gnomon.harness.running.solve import solve as solve
+from gnomon.harness.trajectories.check import TrajectoryCheck as TrajectoryCheck
+from gnomon.harness.trajectories.check import check as check
 
 __version__: str

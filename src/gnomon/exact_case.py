@@ -190,7 +190,7 @@ class ExactCase:
         >>> gnomon.case("kepler_orbit").plot().save("orbit.svg")
         """
         require("report", "a chart")
-        from gnomon.harness.commands.motion_picture import chart  # loads Altair, an optional package
+        from gnomon.harness.commands.pictures.motion_picture import chart  # loads Altair, an optional package
 
         return chart(self.case)
 

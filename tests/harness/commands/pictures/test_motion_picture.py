@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from gnomon.harness.commands.motion_picture import chart
+from gnomon.harness.commands.pictures.motion_picture import chart
 from gnomon.harness.measuring.drawn_motion import planes
 
 from gnomon import cases

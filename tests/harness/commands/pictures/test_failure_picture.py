@@ -11,7 +11,7 @@ import planted_methods
 import pytest
 from command_line import gnomon
 from gnomon.cases.core.registry import get
-from gnomon.harness.commands import failure_picture
+from gnomon.harness.commands.pictures import failure_picture
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Trials
 from gnomon.harness.verification.claims import failed

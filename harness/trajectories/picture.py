@@ -1,0 +1,114 @@
+"""The picture of a checked trajectory: the exact motion with the rows of the file on it, and the error by time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import altair as alt
+import numpy as np
+from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.reporting.style import QUIET, dressed
+from gnomon.harness.results.visible import visible
+from gnomon.harness.trajectories.comparison import Comparison, even
+
+WIDTH, HEIGHT = 640, 150
+MOST_POINTS = 600
+"""Points of a line; more cannot be told apart."""
+LEAST = 1e-17
+"""Errors of zero are drawn at this value, which is below every floor."""
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#B0508A", "#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
+
+
+def chart(found: Comparison, verdict: str, bound: float | None) -> Any:
+    """The chart of a comparison, with the bound of the error as a line if it is one number."""
+    panels = [*_motion(found), _error(found, bound)]
+    said = f"largest error {found.error:.3g} of the size at t = {found.times[found.worst]:.6g} s; {verdict}"
+    title = alt.TitleParams(
+        visible(f"{found.trajectory.source} on {found.case.id}"),
+        subtitle=visible(said[:160]),
+        offset=14,
+        anchor="start",
+    )
+    return dressed(alt.vconcat(*panels, title=title, spacing=18).resolve_scale(color="independent"))
+
+
+def _time(found: Comparison) -> Any:
+    return alt.X("t:Q", title="t (s)", scale=alt.Scale(domain=[0.0, float(found.times[-1])], nice=False))
+
+
+def _motion(found: Comparison) -> list[Any]:
+    """A panel for each group of coordinates: the exact motion as lines, rows of the file as circles."""
+    end = float(found.times[-1])
+    fine = np.linspace(0.0, end, MOST_POINTS)
+    exact = found.case.sample(fine)
+    places = even(len(found.times), MOST_POINTS // 4)
+    panels = []
+    for group in dict.fromkeys(coordinate.group for coordinate in found.case.state):
+        members = [
+            (i, c.name) for i, c in enumerate(found.case.state) if c.group == group and found.trajectory.present[i]
+        ]
+        if not members:
+            continue
+        unit = found.case.state[members[0][0]].unit
+        names = [name for _, name in members]
+        colour = alt.Color(
+            "coordinate:N",
+            scale=alt.Scale(domain=names, range=[COLOURS[k % len(COLOURS)] for k in range(len(names))]),
+            legend=alt.Legend(title=None, symbolType="stroke", symbolStrokeWidth=2.5),
+        )
+        shown = [(i, name) for i, name in members]
+        base = alt.Chart(width=WIDTH, height=HEIGHT).encode(
+            x=_time(found), y=alt.Y("value:Q", title=f"{group} ({unit})", scale=alt.Scale(zero=False)), color=colour
+        )
+        lines = base.mark_line(strokeWidth=1.5).properties(data=alt.InlineData(_rows(fine, exact, shown)))
+        states = found.exact[places] + found.differences[places]  # angles in the turn of the exact motion
+        rows = alt.InlineData(_rows(found.times[places], states, shown))
+        points = base.mark_point(shape="circle", size=22, filled=False, strokeWidth=1.2, opacity=1).properties(
+            data=rows
+        )
+        panels.append(alt.layer(lines, points))
+    panels[0] = panels[0].properties(
+        title=alt.TitleParams("Motion: exact (lines), rows of the file (circles)", fontSize=12.5)
+    )
+    return panels
+
+
+def _rows(times: Floats, states: Floats, members: list[tuple[int, str]]) -> list[dict[str, Any]]:
+    return [
+        {"t": float(f"{t:.7g}"), "value": float(f"{value:.7g}"), "coordinate": name}
+        for index, name in members
+        for t, value in zip(times.tolist(), states[:, index].tolist(), strict=True)
+        if np.isfinite(value)
+    ]
+
+
+def _error(found: Comparison, bound: float | None) -> Any:
+    """The largest error around each of many times, by group of coordinates, and the bound."""
+    places = np.linspace(0, len(found.times), min(len(found.times), MOST_POINTS // 2) + 1).astype(int)
+    rows = [
+        {"t": float(found.times[low]), "error": max(float(np.max(errors[low:high])), LEAST), "line": group}
+        for group, errors in found.errors_by_group.items()
+        for low, high in zip(places[:-1].tolist(), places[1:].tolist(), strict=True)
+    ]
+    names = list(found.errors_by_group)
+    if bound is not None:
+        rows += [{"t": t, "error": bound, "line": "allowed"} for t in (0.0, float(found.times[-1]))]
+        names.append("allowed")
+    colours = [QUIET if name == "allowed" else COLOURS[k % len(COLOURS)] for k, name in enumerate(names)]
+    return (
+        alt.Chart(
+            alt.InlineData(rows), width=WIDTH, height=HEIGHT, title=alt.TitleParams("Error by time", fontSize=12.5)
+        )
+        .mark_line(strokeWidth=1.5)
+        .encode(
+            x=_time(found),
+            y=alt.Y(
+                "error:Q", title="error / size", scale=alt.Scale(type="log"), axis=alt.Axis(format=".0e", tickCount=6)
+            ),
+            color=alt.Color(
+                "line:N",
+                scale=alt.Scale(domain=names, range=colours),
+                legend=alt.Legend(title=None, symbolType="stroke", symbolStrokeWidth=2.5),
+            ),
+        )
+    )
