@@ -9,7 +9,6 @@ import numpy as np
 from gnomon.cases import Case
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats
-from scipy.spatial.transform import Rotation
 
 QUATERNIONS = {"wxyz": (1, 2, 3, 0), "xyzw": (0, 1, 2, 3)}
 """For each order of a file: the places of x, y, z, w."""
@@ -35,6 +34,8 @@ def matrices(values: Floats, convention: str) -> Floats:
         q = values[:, list(QUATERNIONS[convention])]
         _ensure_near_one(np.linalg.norm(q, axis=1), "the norm of a quaternion")
         return np.asarray(_unnormalized(q))
+    from scipy.spatial.transform import Rotation  # takes a tenth of a second to load
+
     finite = np.where(np.isfinite(values), values, 0.0)
     found = np.array(Rotation.from_euler(convention, finite).as_matrix())
     found[~np.all(np.isfinite(values), axis=1)] = np.nan
@@ -73,7 +74,7 @@ def rates_are_of_body(case: Case, rates: Sequence[int], attitude: Sequence[int])
             return None
         equations, constants = form.equations, ()
     state = np.array([float(x) for x in case.initial_state])
-    turned = Rotation.from_rotvec([0.3, -0.5, 0.7]).as_matrix()
+    turned = _unnormalized(np.array([[0.1, -0.5, 0.7, 0.5]]))[0]
     w = np.array([0.7, -0.4, 1.1])
     state[list(attitude)], state[list(rates)] = turned.reshape(-1), w
     parameters = (*(float(x) for x in case.parameter_values()), *constants)

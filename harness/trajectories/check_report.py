@@ -12,7 +12,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 from gnomon.cases import Case
-from gnomon.harness.results.convergence_order import mean_slope
 from gnomon.harness.results.visible import markdown, visible
 from gnomon.harness.trajectories.columns import Trajectory
 from gnomon.harness.trajectories.comparison import LINEAR, Comparison
@@ -81,6 +80,8 @@ def fit_files(results: Sequence[Result], steps: Sequence[float]) -> Order | None
     if len(points) < 2:
         return None
     pairs = tuple((h, k, math.log(e / f) / math.log(h / k)) for (h, e), (k, f) in itertools.pairwise(points))
+    from gnomon.harness.results.convergence_order import mean_slope  # loads scipy.special, slow
+
     logs = [(math.log(h), math.log(e)) for h, e in points]
     order, margin = mean_slope(logs) if len(points) > 2 else (pairs[0][2], math.nan)
     return Order(pairs, order, margin, tuple(left_out))
@@ -95,6 +96,8 @@ def order_lines(results: Sequence[Result], steps: Sequence[float]) -> list[str]:
     if len(found.pairs) > 1:
         margin = f" +- {found.margin:.2g}" if math.isfinite(found.margin) else ""
         lines.append(f"order of all: {found.order:.3g}{margin}")
+    else:
+        lines.append("two files give no interval for the order; a third one does")
     if found.left_out:
         steps_left = ", ".join(f"{step:g}" for step in found.left_out)
         lines.append(f"left out of the order, as errors are large or limited by digits: {steps_left}")
@@ -114,7 +117,7 @@ def lines(result: Result) -> list[str]:
 
 
 def _compared(found: Comparison) -> list[str]:
-    times, units = found.times, {coordinate.name: coordinate.unit for coordinate in found.case.state}
+    times, units = found.times, {c.name: f" {c.unit}" * (c.unit != "1") for c in found.case.state}
     lines = [f"{len(times)} rows from t = {times[0]:.9g} s to {times[-1]:.9g} s", *_start(found)]
     lines.append("largest error by time, of the size of the motion:")
     lines += [f"  up to t = {end:<10.6g} s {error:.2e}" for end, error in found.by_time()]
@@ -122,7 +125,7 @@ def _compared(found: Comparison) -> list[str]:
     row = found.trajectory.row(int(found.rows[found.worst]))
     lines.append(f"largest error: {found.error:.3g} at t = {times[found.worst]:.9g} s ({row}), most of it in {worst}")
     for name, (error, place) in found.largest.items():
-        lines.append(f"  {name}: {error:+.3g} {units[name]} at t = {times[place]:.9g} s")
+        lines.append(f"  {name}: {error:+.3g}{units[name]} at t = {times[place]:.9g} s")
     if found.phase_and_shape is not None:
         phase, shape = found.phase_and_shape
         late = ""

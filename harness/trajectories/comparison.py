@@ -27,6 +27,8 @@ HALVES = 2.0
 """An error below this multiple of the effect of the last digits may be that effect alone."""
 LINEAR = 0.05
 """Up to this error in the metric the phase is proportional to the time by which the motion is late."""
+LEAST_TIME = 0.1
+"""Rows that end before this part of the time scale have hardly left the start."""
 TRIED = 64
 """Rows at which the effect of rounded times is computed."""
 
@@ -322,6 +324,11 @@ def compare(
     scorer = Scorer(case, None, _reference(case, times, exact))
     trajectory.notes += notes
     found = Comparison(case, trajectory, rows, exact, scorer)
+    if last is None and times[-1] < LEAST_TIME * case.time_scale:
+        found.doubts.append(
+            f"only the start: the rows end at t = {times[-1]:.4g} s, and the motion changes within {case.time_scale:.4g} s;"
+            " give a longer file, or say with --to how far it has to reach"
+        )
     gap, period = float(np.max(np.diff(times))), 2 * math.pi * case.time_scale
     if gap > period and not is_sparse:
         found.doubts.append(

@@ -17,8 +17,9 @@ SUBSTEPS, MOST_SUBSTEPS = 16, 400_000
 """Runge-Kutta steps between two rows, and about as many for the whole file at most."""
 MOST_IN_A_GAP = 8
 """With more events between two rows, events are not told from there on."""
-CLEARLY = 4.0
-"""An event that the motion does not have is seen where it explains a row so many times better."""
+LEAST_JUMP, CLEARLY = 0.05, 20.0
+"""A jump is an event if it is larger, of the size of the motion, and so many times larger than the usual distance from a
+row to the motion from the row before."""
 BISECTIONS = 60
 
 
@@ -74,7 +75,7 @@ def _located(case: Case, times: Floats, states: Floats, metric: Metric) -> tuple
     substeps = max(1, min(SUBSTEPS, MOST_SUBSTEPS // len(times)))
     rows = [tuple(row) for row in states.tolist()]
     found: list[tuple[float, str]] = []
-    reached = float(times[0])
+    reached, usual = float(times[0]), list[float]()
     try:
         mode = hybrid.start(float(times[0]), rows[0], parameters)
         for place in range(len(rows) - 1):
@@ -91,8 +92,9 @@ def _located(case: Case, times: Floats, states: Floats, metric: Metric) -> tuple
             if fired and _distance(metric, ended, row) <= without:
                 found += fired
                 mode = new_mode
-            elif not fired and without > 0:
-                extra = _unexpected(hybrid, mode, parameters, after, smooth, row, metric, without)
+            elif not fired:
+                extra = _unexpected(hybrid, mode, without, usual)
+                usual.append(without)
                 if extra is not None:
                     found.append(((t + after) / 2, extra.name))
                     mode = extra.lands(after, rows[place + 1], parameters)
@@ -109,17 +111,11 @@ def _distance(metric: Metric, a: State | None, b: Floats) -> float:
     return found if np.isfinite(found) else np.inf
 
 
-def _unexpected(
-    hybrid: Hybrid, mode: str, parameters: State, t: float, smooth: State, row: Floats, metric: Metric, without: float
-) -> Transition | None:
-    """The transition whose change of the state explains a row that the smooth motion does not."""
-    scale = max(float(each) for each in metric.by_group(row, np.zeros_like(row)).values())
-    for transition in hybrid.transitions:
-        if transition.mode != mode or transition.onto is None or without < 0.05 * scale:
-            continue
-        if CLEARLY * _distance(metric, tuple(transition.reset(t, smooth, parameters)), row) < without:
-            return transition
-    return None
+def _unexpected(hybrid: Hybrid, mode: str, jump: float, usual: Sequence[float]) -> Transition | None:
+    """The transition of a jump of the state that the equations do not have; None for a distance as between other rows."""
+    if jump < LEAST_JUMP or jump < CLEARLY * float(np.median(usual or [0.0])):
+        return None
+    return next((each for each in hybrid.transitions if each.mode == mode and each.onto is not None), None)
 
 
 class _Walk:

@@ -15,7 +15,7 @@ WIDTH, HEIGHT = 640, 150
 MOST_POINTS = 600
 """Points of a line; more cannot be told apart."""
 LEAST = 1e-17
-"""Errors of zero are drawn at this value, which is below every floor."""
+"""Smaller errors, as the zero at the start, are not drawn."""
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#B0508A", "#8a6d00", "#56B4E9", "#4b4b4b", "#E69F00")
 
 
@@ -86,9 +86,10 @@ def _error(found: Comparison, bound: float | None) -> Any:
     """The largest error around each of many times, by group of coordinates, and the bound."""
     places = np.linspace(0, len(found.times), min(len(found.times), MOST_POINTS // 2) + 1).astype(int)
     rows = [
-        {"t": float(found.times[low]), "error": max(float(np.max(errors[low:high])), LEAST), "line": group}
+        {"t": float(found.times[low]), "error": float(np.max(errors[low:high])), "line": group}
         for group, errors in found.errors_by_group.items()
         for low, high in zip(places[:-1].tolist(), places[1:].tolist(), strict=True)
+        if np.max(errors[low:high]) > LEAST
     ]
     names = list(found.errors_by_group)
     if bound is not None:

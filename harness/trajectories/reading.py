@@ -129,7 +129,7 @@ def _keep_one_length(table: Table) -> None:
                 del table.columns[each]
                 table.resolution.pop(each, None)
             del table.groups[name]
-            table.add(name, np.array(arrays).T)
+            table.add(name, np.array(arrays))  # a row of numbers for each time
             table.notes.append(f"{name}: transposed, as its columns are the rows")
     left_out = [name for name, values in table.columns.items() if len(values) != common]
     for name in left_out:
@@ -161,6 +161,10 @@ def _read_text(path: Path) -> Table:
     separator, comma, first = _layout(rest, path)
     rows = [_cells(line, separator) for _, line in rest[first:]]
     width = max(set(map(len, rows)), key=list(map(len, rows)).count)
+    for number, line in rest[:first]:
+        if first and _is_number(_cells(line, separator)[0], comma):
+            wrong = next((cell for cell in _cells(line, separator) if cell and not _is_number(cell, comma)), line)
+            raise ValueError(f"{path}:{number}: {cut(wrong)!r} is not a number; correct the line, or put # before it")
     names, units = _header(rest[:first], comments, separator, width)
     if all(len(row) == width and not row[-1] for row in rows) and (not names or not names[-1] or len(names) < width):
         width, rows, names = width - 1, [row[:-1] for row in rows], names[: width - 1]
@@ -173,14 +177,18 @@ def _read_text(path: Path) -> Table:
     table = Table(str(path), lines=[number for number, _ in rest[first:]], row_word="line")
     names = names or [f"#{place}" for place in range(1, width + 1)]
     _ensure_rows(rows, table.lines, width, path)
+    shapes: dict[str, list[tuple[int, int, int | None]]] = {}
     for place, name in enumerate(names):
         if name in table.columns:
             raise ValueError(f"{path}: two columns are called {cut(name)!r}; give each its own name")
         texts = [row[place] for row in rows]
         table.columns[name] = _floats(texts, comma, name, table)
-        _note_digits(table, name, texts, comma)
+        shapes[name] = [shape for text in texts if (shape := _shape(text, comma)) is not None]
         if units.get(place):
             table.units[name] = units[place]
+    is_exact = any(significant >= EXACT_DIGITS for each in shapes.values() for significant, _, _ in each)
+    for name, written in shapes.items():
+        _note_digits(table, name, written, is_exact)
     spoken = {" ": "white space", "\t": "tabs"}.get(separator, repr(separator))
     table.notes.append(f"columns between {spoken}" + (", decimal commas" if comma else ""))
     return table
@@ -301,19 +309,22 @@ def _header(
     return found, units
 
 
-def _note_digits(table: Table, name: str, texts: Sequence[str], comma: bool) -> None:
-    """Note half a unit of the last digit of each number, if the column has fewer digits than binary64."""
-    shapes = [_shape(text, comma) for text in texts]
-    written = [shape for shape in shapes if shape is not None]
+def _note_digits(table: Table, name: str, written: Sequence[tuple[int, int, int | None]], is_exact: bool) -> None:
+    """Note half a unit of the last digit of each number, if the column has fewer digits than binary64.
+
+    `is_exact`: whether some column has all digits: numbers with fewer, and not with equal decimals, then have no more.
+    """
     if not written:
         return
     digits = max(significant for significant, _, _ in written)
     plain = [decimals for _, decimals, exponent in written if exponent is None]
-    table.decimals[name] = max(plain, default=-1) if len(plain) == len(written) else -1
-    if digits >= EXACT_DIGITS:
+    is_plain = len(plain) == len(written)
+    table.decimals[name] = max(plain) if is_plain else -1
+    is_fixed = is_plain and len(set(plain)) == 1
+    if digits >= EXACT_DIGITS or (is_plain and max(plain) == 0) or (is_exact and not is_fixed):
         return
     values = np.abs(table.columns[name])
-    if len(set(plain)) == 1 and len(plain) == len(written):  # as by %.6f
+    if is_fixed:  # as by %.6f
         table.resolution[name] = np.full(len(values), 0.5 * 10.0 ** -plain[0])
     else:  # as by %.7g, which leaves out zeros at the end
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -340,7 +351,7 @@ def _read_npz(path: Path) -> Table:
     table = Table(str(path))
     try:
         if path.suffix.lower() == ".npy":
-            _add_array(table, "a", np.load(path, allow_pickle=False, mmap_mode="r"))
+            _add_array(table, "a", np.load(path, allow_pickle=False))
             return table
         with zipfile.ZipFile(path) as packed:
             size = sum(each.file_size for each in packed.infolist())
