@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import pytest
 
 if TYPE_CHECKING:
-    from gnomon.harness.verification.checks import Check
+    from gnomon.harness.verification.claim_tests import ClaimTest
 
-Planned: TypeAlias = "tuple[str, Check, list[pytest.MarkDecorator]]"
-"""(the integrator as the user named it, one of its checks, the marks of the check)"""
+Planned: TypeAlias = "tuple[str, ClaimTest, list[pytest.MarkDecorator]]"
+"""(the integrator as the user named it, the test of one of its claims, its marks)"""
 PLANNED = pytest.StashKey[list[Planned]]()
 
 
@@ -38,8 +38,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before -k and -m select tests
 def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config, items: list[pytest.Item]) -> None:
-    for named, check, marks in config.stash[PLANNED]:
-        item = _Claim.from_parent(session, name=check.id, nodeid=f"gnomon::{named}::{check.id}", check=check)
+    for named, one, marks in config.stash[PLANNED]:
+        item = _Claim.from_parent(session, name=one.id, nodeid=f"gnomon::{named}::{one.id}", claim_test=one)
         for mark in (pytest.mark.gnomon, *marks):
             item.add_marker(mark)
         items.append(item)
@@ -49,7 +49,7 @@ def _planned(config: pytest.Config, named: str) -> list[Planned]:
     # Imported here because most runs of pytest need neither numpy nor numba.
     from gnomon.harness.registry import lookup
     from gnomon.harness.results.visible import shown
-    from gnomon.harness.verification.checks import checks
+    from gnomon.harness.verification.claim_tests import claim_tests
     from gnomon.harness.verification.verification_report import read_known
 
     path = config.getoption("--gnomon-known-failures")
@@ -57,8 +57,8 @@ def _planned(config: pytest.Config, named: str) -> list[Planned]:
     try:
         integrator = lookup.find_one(named)
         known = {} if path is None else read_known(config.invocation_params.dir / path)
-        found = checks(integrator, config.getoption("--gnomon-depth"), how=shlex.quote(named))
-        return [(named, check, check.marks(known)) for check in found]
+        found = claim_tests(integrator, config.getoption("--gnomon-depth"), how=shlex.quote(named))
+        return [(named, one, one.marks(known)) for one in found]
     except (OSError, ValueError) as error:
         raise pytest.UsageError(shown(f"--gnomon {named}: {error}")) from None
 
@@ -83,12 +83,12 @@ class _Applied:
 class _Claim(pytest.Item):
     """One claim on one case."""
 
-    def __init__(self, *, check: Check, **given: Any) -> None:
+    def __init__(self, *, claim_test: ClaimTest, **given: Any) -> None:
         super().__init__(**given)
-        self.check = check
+        self.claim_test = claim_test
 
     def runtest(self) -> None:
-        self.check()
+        self.claim_test()
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         return str(excinfo.value) if isinstance(excinfo.value, AssertionError) else super().repr_failure(excinfo, style)

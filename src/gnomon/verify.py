@@ -10,7 +10,7 @@ and then `gnomon verify package.module:mine`.
 
 from gnomon.cases.core.scene import IDENTITY, Readings
 from gnomon.harness.contract.integrator import Refused, Steps, Tolerance
-from gnomon.harness.verification.checks import assert_follows, parametrize
+from gnomon.harness.verification.claim_tests import assert_follows, parametrize
 from gnomon.harness.verification.engine_adapter import from_engine
 from gnomon.harness.verification.function_adapter import from_solve, from_step
 from gnomon.harness.verification.program_adapter import from_command

@@ -15,7 +15,7 @@ from gnomon.harness.registry import environment
 from gnomon.harness.results.visible import visible
 from gnomon.harness.stability import panel_run
 from gnomon.harness.stability.panel_run import Row
-from gnomon.harness.verification import checks
+from gnomon.harness.verification import claim_tests
 from gnomon.harness.verification.claims import failed, not_applicable
 from hypothesis import given
 from hypothesis import strategies as st
@@ -119,12 +119,12 @@ def test_a_test_of_a_claim_has_a_harmless_message(finding: Any, monkeypatch: pyt
         def check(self, trials: Any) -> Any:
             return finding
 
-    monkeypatch.setattr(checks, "CLAIMS", {"order": Planted()})
-    monkeypatch.setattr(checks, "_trials", lambda *given: None)
+    monkeypatch.setattr(claim_tests, "CLAIMS", {"order": Planted()})
+    monkeypatch.setattr(claim_tests, "_trials", lambda *given: None)
     from gnomon.harness.registry.lookup import own
     from planted import Short
 
-    check = checks.Check(own()["gnomon:RK4"], Short(), "order", checks.DEPTHS["low"], "m:r")
+    check = claim_tests.ClaimTest(own()["gnomon:RK4"], Short(), "order", claim_tests.DEPTHS["low"], "m:r")
     with pytest.raises(BaseException, match="stolen") as raised:  # AssertionError, or pytest's own of a skipped test
         check()
     assert is_harmless(str(raised.value))

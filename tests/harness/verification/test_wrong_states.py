@@ -15,7 +15,7 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Steps
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Depth, Trials
 from gnomon.harness.verification.baseline import measure
-from gnomon.harness.verification.checks import checks
+from gnomon.harness.verification.claim_tests import claim_tests
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.verify import CLAIMS
 from planted_methods import good_pair, good_rk4, good_verlet
@@ -120,7 +120,7 @@ def test_a_method_without_a_solution_was_not_checked() -> None:
 
 def test_neither_tests_nor_baselines_accept_zeros() -> None:
     """The checks of `parametrize` and of the plugin are these; skipped checks alone would leave pytest green."""
-    (check,) = [check for check in checks(zero, "low", ["pendulum_simple"]) if check.claim == "follows"]
+    (check,) = [check for check in claim_tests(zero, "low", ["pendulum_simple"]) if check.claim == "follows"]
     with pytest.raises(AssertionError, match="FAILED follows on pendulum_simple"):
         check()
     with pytest.raises(AssertionError, match="zeros on pendulum_simple"):
@@ -137,7 +137,7 @@ def test_a_check_that_follows_without_a_known_accuracy_fails() -> None:
         sweep=Steps(0.25, 6),
     )
     assert follows(fixed, "pendulum_simple") == Outcome.PASSED
-    (check,) = [check for check in checks(fixed, "low", ["pendulum_simple"]) if check.claim == "follows"]
+    (check,) = [check for check in claim_tests(fixed, "low", ["pendulum_simple"]) if check.claim == "follows"]
     with pytest.raises(AssertionError, match="no claim about accuracy was checked"):
         check()
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Check:
+class ClaimTest:
     """One claim about an integrator on one case.
 
     A call raises AssertionError if the claim fails or could not be checked, and skips the test if it does not apply.
@@ -97,15 +97,16 @@ def _trials(integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
     return Trials.of(integrator, spec, depth)
 
 
-def checks(
+def claim_tests(
     integrator: Integrator, depth: str = "low", names: Sequence[selection.CaseLike] | None = None, how: str = ""
-) -> list[Check]:
-    """The checks of an integrator, case by case; arguments and errors as in `verify.verify`, `how` as in `Check`.
+) -> list[ClaimTest]:
+    """The tests of the claims about an integrator, case by case; arguments and errors as in `verify.verify`, `how` as
+    in `ClaimTest`.
 
     Also raises ValueError if no case offers a form that the integrator accepts.
     """
     found = [
-        Check(integrator, case, claim, DEPTHS[depth], how)
+        ClaimTest(integrator, case, claim, DEPTHS[depth], how)
         for case, claims in planned(integrator, names, depth)
         for claim in claims
     ]
@@ -158,7 +159,7 @@ def parametrize(
     known: Mapping[tuple[str, str], str] = {} if known_failures is None else read_known(Path(known_failures))
     return pytest.mark.parametrize(
         "check",
-        [pytest.param(check, id=check.id, marks=check.marks(known)) for check in checks(integrator, depth, cases)],
+        [pytest.param(one, id=one.id, marks=one.marks(known)) for one in claim_tests(integrator, depth, cases)],
     )
 
 
