@@ -65,6 +65,7 @@ def without_extras(folder: Path, *commands: str) -> tuple[list[int], str]:
 
 def test_the_base_commands_need_no_extra(tmp_path: Path) -> None:
     synthetic.write(tmp_path / "run.sqlite")
+    (tmp_path / "swing.csv").write_text("t,theta,omega\n0,2,0\n0.1,1.955,-0.898\n")
     one = "--case pendulum_simple --integrator gnomon:RK4"
     codes, told = without_extras(
         tmp_path,
@@ -76,11 +77,13 @@ def test_the_base_commands_need_no_extra(tmp_path: Path) -> None:
         "verify gnomon:RK4 --case pendulum_simple --claim order --baseline base.txt",
         "certify com_rigid_body --out certificates.json --independent checks.json",
         "exact pendulum_simple --times 1",
+        "check --template pendulum_simple",
+        "check swing.csv --case pendulum_simple --within 1",
         "list",
         "show pendulum_simple",
         "doctor",
     )
-    assert codes == [0] * 11, told
+    assert codes == [0] * 13, told
     assert "pip install 'gnomon[report]', then gnomon report own.sqlite" in told
     assert "parametrize needs the extra test" in told
     assert "a table of results needs the extra report" in told
@@ -90,6 +93,9 @@ def test_the_base_commands_need_no_extra(tmp_path: Path) -> None:
 def test_what_needs_an_extra_names_it(tmp_path: Path) -> None:
     """One line, before anything is computed or written."""
     synthetic.write(tmp_path / "run.sqlite")
+    for name in ("a.h5", "a.parquet"):
+        (tmp_path / name).write_bytes(b"12345678")
+    (tmp_path / "swing.csv").write_text("t,theta,omega\n0,2,0\n0.1,1.955,-0.898\n")
     before = {*tmp_path.iterdir()}
     wanted = {
         "report run.sqlite": "report",
@@ -99,6 +105,9 @@ def test_what_needs_an_extra_names_it(tmp_path: Path) -> None:
         "run --case pendulum_simple --integrator gnomon:RK4 --report page": "report",
         "run --case pendulum_simple --integrator gnomon:RK4 --dask local": "cluster",
         "run --case pendulum_simple --integrator rebound:IAS15": "nbody",
+        "check a.h5 --case pendulum_simple": "files",
+        "check a.parquet --case pendulum_simple": "files",
+        "check swing.csv --case pendulum_simple --picture a.svg": "report",
         "ensemble --case pendulum_simple --integrator gnomon:RK4 --samples 2 --parquet a": "report",
     }
     codes, told = without_extras(tmp_path, *wanted)
