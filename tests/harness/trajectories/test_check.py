@@ -155,14 +155,26 @@ def bounces(states: Floats, times: Floats = ROWS) -> Any:
     return found.events
 
 
-def test_the_events_of_a_right_motion_are_all_found() -> None:
-    exact = [float(event.time) for event in BALL.case.events() if event.time < 2.2]
-    found = bounces(BALL.sample(ROWS))
-    assert [time for time, _, _ in found.late] == exact
-    assert len(exact) == 3 - (exact[-1] > 2.2)
-    assert not found.missed
-    assert not found.extra
-    assert max(abs(late) for _, late, _ in found.late) < 1e-9
+@pytest.mark.parametrize(
+    "name",
+    ["bouncing_ball", "bouncing_ball_incline", "stick_slip_belt", "coulomb_friction_oscillator", "impact_oscillator",
+     "planet_tunnel", "newtons_cradle", "rocking_block", "exploding_projectile"],
+)  # fmt: skip
+def test_the_events_of_a_right_motion_are_all_found(name: str) -> None:
+    """And no others: impacts, sticking, borders, a burst; up to the time from which they follow faster than the rows."""
+    case = gnomon.case(name)
+    times = np.linspace(0, case.times[-1], 128)
+    found = gnomon.check(case, times, case.sample(times)).comparison
+    assert found is not None
+    events = found.events
+    assert events is not None
+    assert not events.missed
+    assert not events.extra
+    exact = [float(event.time) for event in case.case.events() if event.time <= events.until and event.name != "limit"]
+    assert [time for time, _, _ in events.late] == exact
+    assert events.latest is not None
+    assert abs(events.latest[1]) < 1e-6 * case.case.time_scale
+    assert events.until == times[-1] or "are not told" in str(gnomon.check(case, times, case.sample(times)))
 
 
 def test_late_events_are_late_by_as_much() -> None:
