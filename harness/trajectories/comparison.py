@@ -314,7 +314,8 @@ def compare(
             f"{', '.join(here[:4])} is not a finite number in {trajectory.row(int(bad[0]))}"
             f" (t = {trajectory.times[bad[0]]:.9g} s; {len(bad)} such rows); compare the rows before with --to"
         )
-    notes = []
+    steps, notes = np.diff(trajectory.times[rows]), []
+    gap, after = float(np.max(steps)), float(trajectory.times[rows[int(np.argmax(steps)) + 1]])
     if len(rows) > MOST_COMPARED:
         notes.append(f"compared: {MOST_COMPARED} of {len(rows)} rows, evenly chosen")
         rows = rows[even(len(rows), MOST_COMPARED)]
@@ -329,10 +330,10 @@ def compare(
             f"only the start: the rows end at t = {times[-1]:.4g} s, and the motion changes within {case.time_scale:.4g} s;"
             " give a longer file, or say with --to how far it has to reach"
         )
-    gap, period = float(np.max(np.diff(times))), 2 * math.pi * case.time_scale
+    period = 2 * math.pi * case.time_scale
     if gap > period and not is_sparse:
         found.doubts.append(
-            f"a gap of {gap:.6g} s before t = {times[int(np.argmax(np.diff(times))) + 1]:.9g} s is longer than the fastest"
+            f"a gap of {gap:.6g} s before t = {after:.9g} s is longer than the fastest"
             f" period ({period:.6g} s): whether the phase is right between cannot be told; write rows more often, or accept"
             " it with --sparse"
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,8 +14,8 @@ from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Floats
 
 State = tuple[float, ...]
-SUBSTEPS, MOST_SUBSTEPS = 16, 400_000
-"""Runge-Kutta steps between two rows, and about as many for the whole file at most."""
+SUBSTEPS, SUBSTEP = 16, 0.02
+"""Most Runge-Kutta steps between two rows, and their length in time scales, with errors of some 1e-9."""
 MOST_IN_A_GAP = 2
 """With more events between two rows, events are not told from there on."""
 LEAST_JUMP, CLEARLY = 0.05, 20.0
@@ -75,7 +76,8 @@ def _located(case: Case, times: Floats, states: Floats, metric: Metric) -> tuple
     hybrid = case.hybrid
     assert hybrid is not None
     parameters = tuple(float(value) for value in case.parameter_values())
-    substeps = max(1, min(SUBSTEPS, MOST_SUBSTEPS // len(times)))
+    longest = float(np.max(np.diff(times), initial=0.0)) / case.time_scale
+    substeps = max(1, min(SUBSTEPS, math.ceil(longest / SUBSTEP)))
     rows = [tuple(row) for row in states.tolist()]
     found: list[tuple[float, str]] = []
     reached, usual = float(times[0]), list[float]()

@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 MOST_BYTES = 1 << 28
 """Most bytes of a file, and of its arrays."""
+MOST_TEXT = 1 << 26
+"""Most bytes of a text, which takes twenty times as many while it is read."""
 MOST_COLUMNS = 10_000
 EXACT_DIGITS = 16
 """Numbers with so many significant digits are taken as binary64."""
@@ -152,6 +154,7 @@ def _half_ulp(array: Any) -> Floats | None:
 
 
 def _read_text(path: Path) -> Table:
+    _limit_text(path)
     text = _decode(path.read_bytes(), path)
     lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
     if any("\0" in line for _, line in lines[:LINES_TRIED]):
@@ -192,6 +195,14 @@ def _read_text(path: Path) -> Table:
     spoken = {" ": "white space", "\t": "tabs"}.get(separator, repr(separator))
     table.notes.append(f"columns between {spoken}" + (", decimal commas" if comma else ""))
     return table
+
+
+def _limit_text(path: Path) -> None:
+    size = path.stat().st_size
+    if size > MOST_TEXT:
+        raise ValueError(
+            f"{path}: {size} bytes of text; give at most {MOST_TEXT}, as every tenth row, or NPZ or Parquet"
+        )
 
 
 def _decode(content: bytes, path: Path) -> str:
@@ -507,6 +518,7 @@ def _stacked(rows: Sequence[Any], name: str, path: Path) -> Floats:
 
 def _read_json(path: Path) -> Table:
     """Objects, one a line, or in a list; or one object of lists."""
+    _limit_text(path)
     text = _decode(path.read_bytes(), path)
     lines: Sequence[int] = ()
     try:
