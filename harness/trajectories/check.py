@@ -5,7 +5,8 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +18,16 @@ from gnomon.harness.results.visible import cut
 from gnomon.harness.system import extras
 from gnomon.harness.trajectories import check_report
 from gnomon.harness.trajectories.columns import Trajectory, read_columns, states_of
-from gnomon.harness.trajectories.comparison import Comparison, NotCheckedError, compare
+from gnomon.harness.trajectories.comparison import Comparison, NotCheckedError, compare, even
 from gnomon.harness.trajectories.reading import Table, read_frame, read_table
+from gnomon.harness.verification.causes import causes
 from gnomon.harness.verification.verification_report import FAILED, NOT_VERIFIED, PASSED
 
 Bound = float | Mapping[str, float]
 """The largest error that is allowed: of the size of the motion, or by coordinate in its unit."""
+
+MOST_DIAGNOSED = 512
+"""Rows from which causes are found: some are found by solutions of other equations."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +60,6 @@ class TrajectoryCheck:
         Why the trajectory could not be compared; empty if it was.
     bound : float or mapping or None
         The largest error that is allowed.
-    causes : tuple of str
-        Likely causes of the error, a line each: what to change, and the error that would be left.
 
     Examples
     --------
@@ -72,7 +75,21 @@ class TrajectoryCheck:
     comparison: Comparison | None
     reason: str = ""
     bound: Bound | None = None
-    causes: tuple[str, ...] = field(default=())
+
+    @cached_property
+    def causes(self) -> tuple[str, ...]:
+        """Likely causes of the error, a line each: what is wrong, and the error that would be left.
+
+        Empty for a trajectory that passed, and for a part of the coordinates.
+        """
+        found = self.comparison
+        if found is None or not found.is_whole or (self.bound is not None and self.within(self.bound)):
+            return ()
+        places = even(len(found.times), MOST_DIAGNOSED)
+        step = float(np.median(np.diff(found.trajectory.times)))
+        moves = {"one row": step} if len(places) < len(found.times) else {}
+        with np.errstate(all="ignore"):
+            return tuple(map(str, causes(found.case, found.times[places], found.states[places], moves)))
 
     @property
     def error(self) -> float:

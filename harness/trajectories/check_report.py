@@ -41,8 +41,9 @@ class Result(Protocol):
     comparison: Comparison | None
     reason: str
     bound: float | Mapping[str, float] | None
-    causes: tuple[str, ...]
 
+    @property
+    def causes(self) -> tuple[str, ...]: ...
     @property
     def verdict(self) -> Told: ...
     @property

@@ -100,10 +100,9 @@ def _trials(integrator: Integrator, spec: CaseSpec, depth: Depth) -> Trials:
 def claim_tests(
     integrator: Integrator, depth: str = "low", names: Sequence[selection.CaseLike] | None = None, how: str = ""
 ) -> list[ClaimTest]:
-    """The tests of the claims about an integrator, case by case; arguments and errors as in `verify.verify`, `how` as
-    in `ClaimTest`.
+    """The tests of the claims about an integrator, case by case; arguments and errors as in `verify.verify`.
 
-    Also raises ValueError if no case offers a form that the integrator accepts.
+    `how` is as in `ClaimTest`. Also raises ValueError if no case offers a form that the integrator accepts.
     """
     found = [
         ClaimTest(integrator, case, claim, DEPTHS[depth], how)
