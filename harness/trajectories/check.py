@@ -26,7 +26,7 @@ from gnomon.harness.verification.verification_report import FAILED, NOT_VERIFIED
 Bound = float | Mapping[str, float]
 """The largest error that is allowed: of the size of the motion, or by coordinate in its unit."""
 
-MOST_DIAGNOSED = 512
+MOST_DIAGNOSED = 256
 """Rows from which causes are found: some are found by solutions of other equations."""
 
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import gnomon
 
 SWING, ORBIT, TOP = gnomon.case("pendulum_simple"), gnomon.case("kepler_orbit"), gnomon.case("euler_top")
-TIMES = np.linspace(0, 12, 240)
+TIMES = np.linspace(0, 8, 72)
 
 
 def noisy(states: Floats) -> Floats:
@@ -28,7 +28,7 @@ def damped(times: Floats) -> Floats:
 
     found = solve_ivp(
         lambda t, y: [y[1], -9.81 * np.sin(y[0]) - 0.03 * y[1]],
-        (0, 12),
+        (0, 8),
         [2, 0],
         "DOP853",
         times,

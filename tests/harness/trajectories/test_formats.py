@@ -2,7 +2,6 @@
 
 import os
 import pickle
-import time
 import zipfile
 from pathlib import Path
 
@@ -158,16 +157,16 @@ def test_a_link_of_hdf5_to_another_file_is_not_followed(tmp_path: Path) -> None:
     assert list(read_table(tmp_path / "a.h5").columns) == ["t"]
 
 
-def test_a_packed_file_that_unpacks_to_too_much_is_refused_before_it_is_unpacked(tmp_path: Path) -> None:
+def test_a_packed_file_that_unpacks_to_too_much_is_refused_before_it_is_unpacked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A few kilobytes may hold gigabytes of zeros."""
+    monkeypatch.setattr(reading, "MOST_BYTES", 2**22)
     with zipfile.ZipFile(tmp_path / "a.npz", "w", zipfile.ZIP_DEFLATED) as packed, packed.open("t.npy", "w") as file:
-        for _ in range(reading.MOST_BYTES // 2**22 + 1):
-            file.write(bytes(2**22))
-    assert (tmp_path / "a.npz").stat().st_size < 1e6
-    started = time.process_time()
+        file.write(bytes(2**23))
+    assert (tmp_path / "a.npz").stat().st_size < 2**16
     with pytest.raises(ValueError, match="give at most"):
         read_table(tmp_path / "a.npz")
-    assert time.process_time() - started < 0.5
 
 
 @pytest.mark.parametrize("ending", [".npz", ".mat", ".h5", ".parquet", ".json", ".jsonl", ".npy"])
