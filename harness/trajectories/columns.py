@@ -355,7 +355,8 @@ class _Mapper:
             )
         words = ("negative", "wrapped", *(("y-up",) if len(targets) == 3 else ()))
         words += ("body", "space", "y-up-space") if entry.targets == (RATES,) else ()
-        factor, unit = self._unit(entry, *units, "these numbers" if len(targets) > 1 else targets[0], words)
+        (own,) = units
+        factor, unit = self._unit(entry, own, "these numbers" if len(targets) > 1 else targets[0], words)
         values, halves = values * factor, halves * abs(factor)
         if "negative" in entry.options:
             values = -values
@@ -383,7 +384,7 @@ class _Mapper:
         if self.attitude is None:
             raise ValueError(f"--columns {cut(entry.text)}: to turn the rates, map the attitude too")
         turn = "nji,nj->ni" if own else "nij,nj->ni"
-        return np.einsum(turn, self.attitude, values)
+        return np.asarray(np.einsum(turn, self.attitude, values))
 
     def _take_attitude(self, entry: Entry, values: Floats, halves: Floats) -> None:
         places = _attitude(self.case)

@@ -147,7 +147,7 @@ def _half_ulp(array: Any) -> Floats | None:
     if array.dtype.kind != "f" or array.dtype.itemsize >= 8:
         return None
     with np.errstate(invalid="ignore"):
-        return np.abs(np.spacing(array)).astype(np.float64) / 2
+        return np.asarray(np.abs(np.spacing(array)).astype(np.float64) / 2)
 
 
 # Text
