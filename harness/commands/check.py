@@ -86,7 +86,7 @@ def check(
     if case is None:
         raise ValueError(f"--case: with which motion is {files[0]} compared? give a case, as --case pendulum_simple")
     chosen = _chosen(case, parameters, "--case")
-    results = _checked(files, chosen, columns, within, (first, last), (sort, sparse, partial))
+    results = _check_files(files, chosen, columns, within, (first, last), (sort, sparse, partial))
     for result in results:
         for line in check_report.lines(result):
             out.print(escape(line), highlight=False)
@@ -128,7 +128,7 @@ def _chosen(name: str, parameters: list[str] | None, option: str) -> Case:
     return options.chosen_one(name, parameters)
 
 
-def _checked(
+def _check_files(
     files: Sequence[Path],
     case: Case,
     columns: list[str] | None,

@@ -18,7 +18,7 @@ from gnomon.harness.results.visible import cut
 from gnomon.harness.system import extras
 from gnomon.harness.trajectories import check_report
 from gnomon.harness.trajectories.columns import Trajectory, read_columns, states_of
-from gnomon.harness.trajectories.comparison import Comparison, NotCheckedError, compare, even
+from gnomon.harness.trajectories.comparison import Comparison, NotCheckedError, compare, pick_evenly
 from gnomon.harness.trajectories.reading import Table, read_frame, read_table
 from gnomon.harness.verification.causes import causes
 from gnomon.harness.verification.verification_report import FAILED, NOT_VERIFIED, PASSED
@@ -85,7 +85,7 @@ class TrajectoryCheck:
         found = self.comparison
         if found is None or not found.is_whole or (self.bound is not None and self.within(self.bound)):
             return ()
-        places = even(len(found.times), MOST_DIAGNOSED)
+        places = pick_evenly(len(found.times), MOST_DIAGNOSED)
         step = float(np.median(np.diff(found.trajectory.times)))
         moves = {"one row": step} if len(places) < len(found.times) else {}
         with np.errstate(all="ignore"):
@@ -264,7 +264,7 @@ def check(
     >>> bool(gnomon.check("kepler_orbit", orbit.times, 1.001 * states).within(1e-6))
     False
     """
-    chosen = _case(case)
+    chosen = _one_case(case)
     if within is not None:
         validate_bound(within, chosen)
     if states is not None and not hasattr(states, "keys") and not hasattr(states, "column_names"):
@@ -273,10 +273,10 @@ def check(
         trajectory = states_of(chosen, times, states)
     else:
         trajectory = read_columns(_table(times, states), chosen, columns, partial)
-    return checked(chosen, trajectory, within, first, last, sort, sparse)
+    return check_trajectory(chosen, trajectory, within, first, last, sort, sparse)
 
 
-def checked(
+def check_trajectory(
     case: Case,
     trajectory: Trajectory,
     bound: Bound | None = None,
@@ -298,13 +298,11 @@ def checked(
     return TrajectoryCheck(found.case, found.trajectory, found, "", bound)
 
 
-def _case(given: Any) -> Case:
-    found = getattr(given, "case", given)  # of gnomon.case
-    if isinstance(found, str):
-        ((found, _),) = selection.choose([found], variants=False)
-    if not isinstance(found, Case):
-        raise ValueError(f"case={cut(repr(given))}: give a case or its name; gnomon.list_cases() has all")
-    return found
+def _one_case(given: Any) -> Case:
+    found = selection.find_cases([given])
+    if len(found) != 1:
+        raise ValueError(f"case={cut(repr(given))}: {len(found)} cases have this name; give one")
+    return found[0]
 
 
 def _table(times: Any, states: Any) -> Table:

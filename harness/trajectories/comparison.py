@@ -141,7 +141,7 @@ class Comparison:
         """A scorer of at most MOST_PHASES rows, and their states; None where phase has no meaning."""
         if not self.is_whole or not np.all(np.isfinite(self.errors)):
             return None
-        places = even(len(self.times), MOST_PHASES)
+        places = pick_evenly(len(self.times), MOST_PHASES)
         scorer = Scorer(self.case, None, _reference(self.case, self.times[places], self.exact[places], self.scorer))
         return (scorer, self.states[places]) if scorer.scaled_rates is not None else None
 
@@ -242,7 +242,7 @@ class Comparison:
         half = self.trajectory.half_time
         if not half:
             return 0.0
-        places = np.union1d(even(len(self.times), TRIED), [self.worst])
+        places = np.union1d(pick_evenly(len(self.times), TRIED), [self.worst])
         end = float(self.case.span)
         moved = np.where(self.times[places] + half <= end, self.times[places] + half, self.times[places] - half)
         shifted = self.case.sample(np.maximum(moved, 0.0))
@@ -318,7 +318,7 @@ def compare(
     gap, after = float(np.max(steps)), float(trajectory.times[rows[int(np.argmax(steps)) + 1]])
     if len(rows) > MOST_COMPARED:
         notes.append(f"compared: {MOST_COMPARED} of {len(rows)} rows, evenly chosen")
-        rows = rows[even(len(rows), MOST_COMPARED)]
+        rows = rows[pick_evenly(len(rows), MOST_COMPARED)]
     times = trajectory.times[rows]
     case = _over(case, float(times[-1]))
     exact = case.sample(times)
@@ -340,7 +340,7 @@ def compare(
     return found
 
 
-def even(count: int, most: int) -> Places:
+def pick_evenly(count: int, most: int) -> Places:
     """At most `most` places of `count`, evenly chosen, the first and the last among them."""
     return np.unique(np.round(np.linspace(0, count - 1, min(count, most))).astype(np.int64))
 

@@ -9,7 +9,7 @@ import numpy as np
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.reporting.style import QUIET, dressed
 from gnomon.harness.results.visible import visible
-from gnomon.harness.trajectories.comparison import Comparison, even
+from gnomon.harness.trajectories.comparison import Comparison, pick_evenly
 
 WIDTH, HEIGHT = 640, 150
 MOST_POINTS = 600
@@ -41,7 +41,7 @@ def _motion(found: Comparison) -> list[Any]:
     end = float(found.times[-1])
     fine = np.linspace(0.0, end, MOST_POINTS)
     exact = found.case.sample(fine)
-    places = even(len(found.times), MOST_POINTS // 4)
+    places = pick_evenly(len(found.times), MOST_POINTS // 4)
     panels = []
     for group in dict.fromkeys(coordinate.group for coordinate in found.case.state):
         members = [
