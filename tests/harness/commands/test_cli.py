@@ -89,11 +89,12 @@ def test_every_command_takes_cases_and_integrators_by_the_same_options() -> None
     group: Any = typer.main.get_command(app)
     commands = {name: each for name, each in group.commands.items() if name != "baseline"}
     commands["write"] = group.commands["baseline"].commands["write"]
-    with_case = {"show", "exact", "scene", "run", "ensemble", "verify", "write", "certify"}
+    with_case = {"show", "exact", "scene", "run", "ensemble", "verify", "write", "certify", "check"}
     with_integrator = {"run", "ensemble", "verify", "write", "stability"}
     for name, command in commands.items():
         named = {option for each in command.params for option in each.opts}
-        assert not {"--to", "--cases", "--integrators", "--method"} & named
+        assert not {"--cases", "--integrators", "--method"} & named
+        assert ("--to" in named) == (name == "check")  # a time; a file that is written is --out
         assert ("--integrator" in named) == (name in with_integrator)
         assert ("--case" in named) == (name in with_case | {"plot", "report"})  # of a report: code that may be imported
         for subject in {"case", "integrator"} & {each.name for each in command.params if each.opts == [each.name]}:
