@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from itertools import groupby, pairwise
+from typing import Any
 
 import numpy as np
 from gnomon.cases.core.scene import SceneForm
@@ -337,7 +338,8 @@ def _start(engine: Engine) -> Scenes:
     turned = state((0.5, -0.25, 1.0), TURNED, (1.0, 0.5, -2.0), (1.0, -0.5, 1.5))
 
     def read(form: SceneForm, start: Floats, part: list[int]) -> tuple[float, float, str]:
-        found = np.array(engine.integrator.read_start(form, start), dtype=float)  # type: ignore[attr-defined]
+        reader: Any = engine.integrator  # an engine that has readings
+        found: Floats = np.array(reader.read_start(form, start), dtype=np.float64)
         error = _apart(found[None], start[None], part)
         text = explain_reading(found[None], start[None]) if len(part) == 13 else ""
         return error, 2.0 ** -(engine.bits // 2), text or UNEXPLAINED[0]
@@ -346,7 +348,8 @@ def _start(engine: Engine) -> Scenes:
         exact = np.array([flow(tumbling_rates, turned, n * FIRST_STEP, 16) for n in (1, 2)])
 
         def solve(start: Floats) -> Floats:
-            return engine.solve(form, [start], [FIRST_STEP, 2 * FIRST_STEP], FIRST_STEP)[0]
+            states: Floats = engine.solve(form, [start], [FIRST_STEP, 2 * FIRST_STEP], FIRST_STEP)[0]
+            return states
 
         found = solve(turned)
         error = _apart_in_a_step(found[0], exact[0], turned)
@@ -379,7 +382,8 @@ def _apart_in_a_step(found: Floats, exact: Floats, start: Floats) -> float:
     """The error of a step: of position and attitude over their change, of the velocities over their size."""
     found = _along(found, exact)
     shares = [
-        np.linalg.norm((found - exact)[part]) / np.linalg.norm((exact - start)[part]) for part in (POSITION, ATTITUDE)
+        float(np.linalg.norm((found - exact)[part]) / np.linalg.norm((exact - start)[part]))
+        for part in (POSITION, ATTITUDE)
     ]
     error = float(max(*shares, _relative(found[VELOCITY], exact[VELOCITY]), _relative(found[SPIN], exact[SPIN])))
     return math.inf if math.isnan(error) else error

@@ -598,8 +598,8 @@ class _Tried:
                     shown = ", ".join(f"{name} = {value:g}" for name, value in turned.items())
                     yield "exchanged", f"{shown}: they are about other axes", turned, None
         for name, value in numbers.items():
-            for text, changed in _others(value, units[name]).items():
-                yield "parameter", f"{name} is {text}, where the case has {value:g}", {name: changed}, None
+            for text, instead in _others(value, units[name]).items():
+                yield "parameter", f"{name} is {text}, where the case has {value:g}", {name: instead}, None
             if units[name] == "kg m^2":
                 arms = [n for n in numbers if units[n] == "m"]
                 for mass, arm in itertools.product([n for n in numbers if units[n] == "kg"], arms):

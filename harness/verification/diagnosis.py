@@ -158,7 +158,9 @@ def probe(trials: Trials) -> Facts:
 
     def solve(equations: Callable[[Any, Values, Values], Values], step: float, *parameters: float) -> Floats:
         problem = Problem(FirstOrder(equations), 2, np.array(parameters), np.array([step]), 1.0)
-        return trials.solutions(problem, step if trials.steps else trials.usual(), [np.array([1.0, 0.5])])[0][-1]
+        setting = step if trials.steps else trials.usual()
+        found: Floats = trials.solutions(problem, setting, [np.array([1.0, 0.5])])[0][-1]
+        return found
 
     def assumes_velocities() -> bool:
         return bool(abs(solve(at_rest, 0.25)[0] - 1.125) < 1e-12)
