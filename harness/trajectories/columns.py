@@ -85,7 +85,7 @@ def read_columns(
     Raises ValueError for a column, coordinate, unit or option that does not exist, and for a coordinate without column
     unless `is_partial`.
     """
-    entries = [_entry(text, table) for text in _texts(stated)]
+    entries = [_entry(text, table) for text in split_columns(stated)]
     for name in _repeated([target for entry in entries for target in entry.targets]):
         raise ValueError(f"--columns: {name} is given twice; give it one column")
     chart = _chart(case, table, entries)
@@ -117,7 +117,7 @@ def _repeated(names: Sequence[str]) -> list[str]:
     return [name for place, name in enumerate(names) if name in names[:place]]
 
 
-def _texts(stated: Iterable[str] | Mapping[str, str] | None) -> list[str]:
+def split_columns(stated: Iterable[str] | Mapping[str, str] | None) -> list[str]:
     """The parts between commas, but for commas within brackets, as in the column `R[1,1]`."""
     if stated is None:
         return []
