@@ -36,6 +36,16 @@ BaselineFile = Annotated[
 Against = Annotated[
     str | None, typer.Option(help="Compare the time with another version of a package, as mypackage==1.2.")
 ]
+Fmu = Annotated[
+    Path | None,
+    options.path_option(
+        "An FMU for one --case: co-simulation at several communication steps, model exchange by --integrator."
+    ),
+]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option(help="Variables of the FMU, as phi=theta:deg,length=L:m; by default by their names."),
+]
 Picture = Annotated[
     Path | None,
     options.path_option("Draw the one --claim on the one --case to this file: .svg, .png or .html."),
@@ -48,6 +58,11 @@ def verify(
     command: options.Programs = None,
     engine: Annotated[
         str | None, typer.Option(help="A physics engine, by its name as an integrator; its pre-flights run too.")
+    ] = None,
+    fmu: Fmu = None,
+    columns: Columns = None,
+    order: Annotated[
+        int | None, typer.Option(help="The order in the communication step that an FMU for co-simulation claims.")
     ] = None,
     case: options.Cases = None,
     parameters: options.Parameters = None,
@@ -94,6 +109,7 @@ def verify(
     on: list[CaseLike] = [one for one, _ in options.chosen(case, False, parameters)] if parameters else [*(case or ())]
     asked = _Asked(on, depth, claim, max_seconds, workers, every)
     _validate(integrator, against, picture, asked)
+    _validate_fmu(fmu, columns, order, (command, engine, against, baseline))
     known = verification_report.read_known(known_failures) if known_failures is not None else {}
     base = read(baseline) if baseline is not None else None
     names = case_names(base, case or ()) if base is not None else []
@@ -101,7 +117,11 @@ def verify(
     for kind, path in files.items():
         if path is not None:
             options.ensure_writable(path, f"--{kind}")
-    chosen, how = options.integrator_or_program(integrator, command)
+    chosen, how = (
+        options.integrator_or_program(integrator, command)
+        if fmu is None
+        else _of_fmu(fmu, asked, columns, order, integrator)
+    )
     how = how if engine is None else f"--engine {how}"
     how += "".join(f" --set {shlex.quote(text)}" for text in parameters or ())
     report = _verified(chosen, asked, known, (integrator, against), engine is not None)
@@ -147,6 +167,42 @@ def _validate(integrator: str | None, against: str | None, picture: Path | None,
         options.ensure_drawing(picture, "--picture")
         if len(case) != 1 or len(claim or ()) != 1 or against is not None:
             raise ValueError(f"--picture {picture} draws one claim on one case; give one --case and one --claim")
+
+
+def _validate_fmu(
+    fmu: Path | None, columns: list[str] | None, order: int | None, others: tuple[str | Path | None, ...]
+) -> None:
+    """Raise ValueError for options that go with --fmu only, or not with it."""
+    if fmu is None:
+        for name, value in (("columns", columns), ("order", order)):
+            if value is not None:
+                raise ValueError(f"--{name} is about the FMU of --fmu; name one, as --fmu model.fmu")
+        return
+    for name, value in zip(("command", "engine", "against", "baseline"), others, strict=True):
+        if value is not None:
+            raise ValueError(f"--fmu {fmu} does not go with --{name} {value}; leave one out")
+
+
+def _of_fmu(
+    path: Path, asked: _Asked, columns: list[str] | None, order: int | None, method: str | None
+) -> tuple[Integrator, str]:
+    """The integrator of an FMU on the one case that was asked for, and the words that name it; prints the mapping."""
+    from gnomon.harness.registry import selection
+    from gnomon.harness.trajectories.fmu_columns import from_fmu
+
+    found = selection.find_cases(asked.case)
+    if len(found) != 1:
+        raise ValueError(f"--fmu {path} is a model of one case; name it, as --case pendulum_simple")
+    chosen, mapping = from_fmu(path, found[0], columns, order=order, method=method)
+    problems.print(
+        escape(f"an FMU is a program: {path} runs in a process of its own, with your rights"), highlight=False
+    )
+    for line in mapping:
+        out.print(escape(visible(line)), highlight=False)
+    words = [f"--fmu {shlex.quote(str(path))}", *(f"--columns {shlex.quote(text)}" for text in columns or ())]
+    words += [f"--order {order}"] if order is not None else []
+    words += [f"--integrator {shlex.quote(method)}"] if method is not None else []
+    return chosen, " ".join(words)
 
 
 def _verified(

@@ -33,6 +33,7 @@ from gnomon.harness.verification.causes import (
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import dense
 from gnomon.harness.verification.equation_claims import compensates, takes_plain
+from gnomon.harness.verification.fmu_adapter import FmuIntegrator
 from gnomon.harness.verification.function_adapter import Stepped
 from gnomon.harness.verification.program_adapter import ProgramIntegrator
 from gnomon.harness.verification.quadrature_claim import is_right_at_end
@@ -222,7 +223,7 @@ def _has_few_digits(exact: Floats) -> bool:
 def _causes(trials: Trials, answer: Answer) -> list[str]:
     """The causes of the errors of an answer, each as `id: sentence`."""
     moves = {"h": answer.setting, "h / 2": answer.setting / 2} if trials.steps else {}
-    has_own = isinstance(trials.form, SceneForm) or isinstance(trials.integrator, ProgramIntegrator)
+    has_own = isinstance(trials.form, SceneForm) or isinstance(trials.integrator, ProgramIntegrator | FmuIntegrator)
     found = causes(trials.case, trials.reference.times, np.asarray(answer.states), moves, has_own)
     return [f"{each.kind}: {each}" for each in found]
 

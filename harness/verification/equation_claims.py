@@ -20,6 +20,7 @@ from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.call_claims import answers, same_bits
 from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed, within
 from gnomon.harness.verification.convergence_claims import Point, same_solution, slope_of
+from gnomon.harness.verification.fmu_adapter import FmuIntegrator
 from gnomon.harness.verification.function_adapter import FunctionAdapter
 from gnomon.harness.verification.quadrature_claim import ROUNDINGS
 from gnomon.harness.verification.relation_claims import APART
@@ -98,6 +99,8 @@ def _zeros(variables: int) -> str:
 
 def takes_plain(trials: Trials) -> str | None:
     """The reason why the integrator takes no equations that a claim writes; None if it takes them."""
+    if isinstance(trials.integrator, FmuIntegrator):
+        return "an FMU has its own equations"
     return None if {FirstOrder, SecondOrder} & set(trials.integrator.accepts) else "it takes no plain equations"
 
 

@@ -23,6 +23,7 @@ from gnomon.harness.verification.convergence_claims import (
     same_solution,
     slope_over_work,
 )
+from gnomon.harness.verification.fmu_adapter import FmuIntegrator
 from gnomon.harness.verification.function_adapter import FunctionAdapter
 
 TURNED = 3
@@ -103,8 +104,8 @@ def _related(trials: Trials, relation: Relation | None, what: str, share: float 
 
 
 def _no_engine(trials: Trials) -> str | None:
-    if isinstance(trials.form, SceneForm):
-        return "an engine that is given a scene may have lengths, times and axes of its own"
+    if isinstance(trials.form, SceneForm) or isinstance(trials.integrator, FmuIntegrator):
+        return "an engine that is given a scene, or an FMU, may have lengths, times and axes of its own"
     return _smooth(trials)
 
 
@@ -142,7 +143,7 @@ def _has_like_parts(trials: Trials) -> str | None:
         return "the case has no bodies or axes that are alike"
     if not set(trials.integrator.accepts) <= {FirstOrder, SecondOrder}:
         return "it is given more than derivatives, and may treat one body or axis after the other"
-    return _smooth(trials)
+    return _no_engine(trials)
 
 
 @claim("permuted", _has_like_parts)
