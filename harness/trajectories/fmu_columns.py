@@ -19,8 +19,8 @@ from gnomon.harness.registry import lookup
 from gnomon.harness.results.visible import cut
 from gnomon.harness.trajectories.columns import GREEK, split_columns
 from gnomon.harness.trajectories.units import factor_to
-from gnomon.harness.verification.fmu_adapter import SAME, CoSimulation, FmuIntegrator, Links, ModelExchange, Variable
-from gnomon.harness.verification.fmu_archive import Archive, unpack
+from gnomon.harness.verification.fmu.adapter import SAME, CoSimulation, FmuIntegrator, Links, ModelExchange, Variable
+from gnomon.harness.verification.fmu.archive import Archive, unpack
 
 SYNTAX = "write VARIABLE=COORDINATE or VARIABLE=PARAMETER, with a unit as phi=theta:deg, or fixed=PARAMETER"
 FIXED, NEGATIVE = "fixed", "negative"

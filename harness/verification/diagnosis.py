@@ -33,7 +33,7 @@ from gnomon.harness.verification.causes import (
 from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.convergence_claims import dense
 from gnomon.harness.verification.equation_claims import compensates, takes_plain
-from gnomon.harness.verification.fmu_adapter import FmuIntegrator
+from gnomon.harness.verification.fmu.adapter import FmuIntegrator
 from gnomon.harness.verification.function_adapter import Stepped
 from gnomon.harness.verification.program_adapter import ProgramIntegrator
 from gnomon.harness.verification.quadrature_claim import is_right_at_end
@@ -130,6 +130,7 @@ def facts(trials: Trials) -> Facts:
         "single": not rests and bool(np.array_equal(states, round_to_single(states))),
         "digits": None if rests else count_printed_digits(states),
         "start": name_convention(trials.integrator) if isinstance(trials.form, SceneForm) else None,
+        "own_equations": _has_own_equations(trials),
         "causes": [] if best.error < 100 * best.roundoff else _causes(trials, best),
         "late": not trials.steps and best.error > 100 * best.roundoff and _late(trials, best),
         "left": _left(trials, answers[0]),
@@ -223,9 +224,14 @@ def _has_few_digits(exact: Floats) -> bool:
 def _causes(trials: Trials, answer: Answer) -> list[str]:
     """The causes of the errors of an answer, each as `id: sentence`."""
     moves = {"h": answer.setting, "h / 2": answer.setting / 2} if trials.steps else {}
-    has_own = isinstance(trials.form, SceneForm) or isinstance(trials.integrator, ProgramIntegrator | FmuIntegrator)
+    has_own = _has_own_equations(trials)
     found = causes(trials.case, trials.reference.times, np.asarray(answer.states), moves, has_own)
     return [f"{each.kind}: {each}" for each in found]
+
+
+def _has_own_equations(trials: Trials) -> bool:
+    """Whether the integrator may have equations, parameters and a start of its own."""
+    return isinstance(trials.form, SceneForm) or isinstance(trials.integrator, ProgramIntegrator | FmuIntegrator)
 
 
 def _halves(trials: Trials) -> bool:
@@ -485,6 +491,12 @@ def _of_order(failures: Failures, claims: set[str], found: Facts) -> str | None:
     if claims and claims <= STRUCTURE:
         kept = ", ".join(sorted(claims))
         return f"structure: its order is right, but not {kept}, which it declares: a step without symmetry, or few iterations"
+    points = found.get("points", [])
+    if found.get("own_equations") and found["steps"] and _flat(points):
+        return (
+            f"equations: its error stays near {points[-1][1]:.2g} however short its steps: a parameter, a start or a term of"
+            " its own equations differs from the case"
+        )
     if order is None:
         return None
     return _lower(failures.slopes() or _slopes(found), order)

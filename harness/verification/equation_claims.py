@@ -20,7 +20,7 @@ from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.call_claims import answers, same_bits
 from gnomon.harness.verification.claims import Finding, Outcome, claim, failed, not_applicable, passed, within
 from gnomon.harness.verification.convergence_claims import Point, same_solution, slope_of
-from gnomon.harness.verification.fmu_adapter import FmuIntegrator
+from gnomon.harness.verification.fmu.adapter import FmuIntegrator
 from gnomon.harness.verification.function_adapter import FunctionAdapter
 from gnomon.harness.verification.quadrature_claim import ROUNDINGS
 from gnomon.harness.verification.relation_claims import APART

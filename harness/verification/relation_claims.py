@@ -23,7 +23,7 @@ from gnomon.harness.verification.convergence_claims import (
     same_solution,
     slope_over_work,
 )
-from gnomon.harness.verification.fmu_adapter import FmuIntegrator
+from gnomon.harness.verification.fmu.adapter import FmuIntegrator
 from gnomon.harness.verification.function_adapter import FunctionAdapter
 
 TURNED = 3

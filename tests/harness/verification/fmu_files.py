@@ -7,7 +7,19 @@ from pathlib import Path
 
 SOURCE = Path(__file__).with_name("fmu_model.c")
 COMPILER = shutil.which("cc") or shutil.which("gcc")
-BINARY = "binaries/linux64/swing.so"
+COSIMULATION = '<CoSimulation modelIdentifier="swing" canHandleVariableCommunicationStepSize="true"/>'
+EXCHANGE = '<ModelExchange modelIdentifier="swing"/>'
+OUTPUT = 'causality="output" variability="continuous"'
+PARAMETER = 'causality="parameter" variability="tunable" initial="exact"'
+VARIABLES = {
+    "theta": (0, f'{OUTPUT} initial="exact"', 'start="2"'),
+    "omega": (1, f'{OUTPUT} initial="exact"', 'start="0"'),
+    "der(theta)": (2, 'causality="local" initial="calculated"', 'derivative="1"'),
+    "der(omega)": (3, 'causality="local" initial="calculated"', 'derivative="2"'),
+    "g": (4, PARAMETER, 'start="9.81"'),
+    "L": (5, PARAMETER, 'start="1"'),
+}
+"""The variables of the model: value reference, attributes, attributes of the type."""
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="swing" guid="1">
 {kinds}
@@ -20,17 +32,23 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 </ModelStructure>
 </fmiModelDescription>
 """
-VARIABLES = (
-    ("theta", 'causality="output" variability="continuous" initial="exact"', '<Real start="2"/>'),
-    ("omega", 'causality="output" variability="continuous" initial="exact"', '<Real start="0"/>'),
-    ("der(theta)", 'causality="local" variability="continuous" initial="calculated"', '<Real derivative="1"/>'),
-    ("der(omega)", 'causality="local" variability="continuous" initial="calculated"', '<Real derivative="2"/>'),
-    ("g", 'causality="parameter" variability="tunable" initial="exact"', '<Real start="9.81"/>'),
-    ("L", 'causality="parameter" variability="tunable" initial="exact"', '<Real start="1"/>'),
-)
-"""The variables in the sequence of their references: name, attributes, type."""
-COSIMULATION = '<CoSimulation modelIdentifier="swing" canHandleVariableCommunicationStepSize="true"/>'
-EXCHANGE = '<ModelExchange modelIdentifier="swing" completedIntegratorStepNotNeeded="true"/>'
+DESCRIPTION_3 = f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="swing" instantiationToken="1">
+{{kinds}}
+<ModelVariables>
+<Float64 name="theta" valueReference="0" {OUTPUT} initial="exact" start="2"/>
+<Float64 name="omega" valueReference="1" {OUTPUT} initial="exact" start="0"/>
+<Float64 name="der(theta)" valueReference="2" causality="local" initial="calculated" derivative="0"/>
+<Float64 name="der(omega)" valueReference="3" causality="local" initial="calculated" derivative="1"/>
+<Float64 name="g" valueReference="4" {PARAMETER} start="9.81"/>
+<Float64 name="L" valueReference="5" {PARAMETER} start="1"/>
+</ModelVariables>
+<ModelStructure>
+<Output valueReference="0"/><Output valueReference="1"/>
+<ContinuousStateDerivative valueReference="2"/><ContinuousStateDerivative valueReference="3"/>
+</ModelStructure>
+</fmiModelDescription>
+"""
 
 
 def library(folder: Path, *macros: str) -> bytes:
@@ -38,32 +56,31 @@ def library(folder: Path, *macros: str) -> bytes:
     assert COMPILER is not None
     made = folder / f"swing{''.join(filter(str.isalnum, ''.join(macros)))}.so"
     if not made.exists():
-        command = [COMPILER, "-O2", "-w", "-shared", "-fPIC", "-ffp-contract=off", *(f"-D{macro}" for macro in macros)]
-        subprocess.run([*command, "-o", made, SOURCE, "-lm"], check=True)
+        options = ["-O1", "-w", "-shared", "-fPIC", "-ffp-contract=off", *(f"-D{macro}" for macro in macros)]
+        subprocess.run([COMPILER, *options, "-o", made, SOURCE, "-lm"], check=True)
     return made.read_bytes()
 
 
-def described(
-    kinds: str = COSIMULATION, variables: tuple[tuple[str, str, str], ...] = VARIABLES, replaced: dict[str, str] | None = None
-) -> str:
-    """The text of modelDescription.xml."""
+def describe(kinds: str = COSIMULATION, version: int = 2, **changed: tuple[int, str, str] | None) -> str:
+    """The text of modelDescription.xml; `changed`: other or further variables of FMI 2.0, None to leave one out."""
+    if version == 3:
+        return DESCRIPTION_3.format(kinds=kinds)
     lines = [
-        f'<ScalarVariable name="{name}" valueReference="{place}" {attributes}>{kind}</ScalarVariable>'
-        for place, (name, attributes, kind) in enumerate(variables)
+        f'<ScalarVariable name="{name}" valueReference="{found[0]}" {found[1]}><Real {found[2]}/></ScalarVariable>'
+        for name, found in (VARIABLES | changed).items()
+        if found is not None
     ]
-    text = DESCRIPTION.format(kinds=kinds, variables="\n".join(lines))
-    for old, new in (replaced or {}).items():
-        assert old in text
-        text = text.replace(old, new)
-    return text
+    return DESCRIPTION.format(kinds=kinds, variables="\n".join(lines))
 
 
-def fmu(path: Path, description: str, binary: bytes | None, **more: str) -> Path:
-    """Write an FMU; `more`: further files by path, with `/` written as `__`."""
+def write_fmu(path: Path, description: str | None, binary: bytes | None, *names: str) -> Path:
+    """Write an FMU with further empty files of these names."""
+    folder = "x86_64-linux" if description is not None and 'fmiVersion="3.0"' in description else "linux64"
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("modelDescription.xml", description)
+        if description is not None:
+            archive.writestr("modelDescription.xml", description)
         if binary is not None:
-            archive.writestr(BINARY, binary)
-        for name, text in more.items():
-            archive.writestr(name.replace("__", "/"), text)
+            archive.writestr(f"binaries/{folder}/swing.so", binary)
+        for name in names:
+            archive.writestr(name, "")
     return path

@@ -1,4 +1,4 @@
-/* A pendulum as an FMU of FMI 2.0, for co-simulation and model exchange; macros plant mistakes. */
+/* A pendulum as an FMU of FMI 2.0 and 3.0, for co-simulation and model exchange; macros plant mistakes. */
 #include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
@@ -11,6 +11,10 @@ typedef struct { int more, terminate, nominals, values, has_next; double next; }
 
 #ifndef GRAVITY_FACTOR
 #define GRAVITY_FACTOR 1.0
+#endif
+
+#ifndef UNIT
+#define UNIT 1.0 /* of theta, in radians */
 #endif
 
 static void slopes(const model *m, const double *y, double *f)
@@ -51,13 +55,16 @@ int fmi2SetupExperiment(void *m, int has_tolerance, double tolerance, double sta
 int fmi2EnterInitializationMode(void *m) { return OK; }
 int fmi2ExitInitializationMode(model *m)
 {
+#ifdef NO_START
+    return ERROR;
+#endif
     m->before[0] = m->values[THETA];
     m->before[1] = m->values[OMEGA];
     return OK;
 }
 int fmi2SetReal(model *m, const reference *r, size_t n, const double *values)
 {
-    for (size_t i = 0; i < n; i++) m->values[r[i]] = values[i];
+    for (size_t i = 0; i < n; i++) m->values[r[i]] = r[i] == THETA ? values[i] / UNIT : values[i];
     return OK;
 }
 int fmi2GetReal(model *m, const reference *r, size_t n, double *values)
@@ -67,6 +74,7 @@ int fmi2GetReal(model *m, const reference *r, size_t n, double *values)
 #ifdef LATE
         if (r[i] < 2) values[i] = m->before[r[i]];
 #endif
+        if (r[i] == THETA) values[i] *= UNIT;
     }
     return OK;
 }
@@ -132,3 +140,91 @@ NOT_CALLED(SetInteger)
 NOT_CALLED(SetRealInputDerivatives)
 NOT_CALLED(SetString)
 NOT_CALLED(Terminate)
+
+/* FMI 3.0 */
+void *fmi3InstantiateCoSimulation(const char *name) { return fmi2Instantiate(name, 0, 0, 0, 0, 0, 0); }
+void *fmi3InstantiateModelExchange(const char *name) { return fmi2Instantiate(name, 0, 0, 0, 0, 0, 0); }
+void fmi3FreeInstance(void *m) { free(m); }
+int fmi3EnterInitializationMode(void *m) { return OK; }
+int fmi3ExitInitializationMode(model *m) { return fmi2ExitInitializationMode(m); }
+int fmi3SetFloat64(model *m, const reference *r, size_t n, const double *values) { return fmi2SetReal(m, r, n, values); }
+int fmi3GetFloat64(model *m, const reference *r, size_t n, double *values) { return fmi2GetReal(m, r, n, values); }
+int fmi3DoStep(model *m, double t, double h, _Bool final, _Bool *event, _Bool *terminate, _Bool *early, double *last)
+{
+    *event = *terminate = *early = 0;
+    *last = t + h;
+    return fmi2DoStep(m, t, h, final);
+}
+int fmi3UpdateDiscreteStates(void *m, _Bool *more, _Bool *terminate, _Bool *nominals, _Bool *values, _Bool *has_next, double *next)
+{
+    *more = *terminate = *nominals = *values = *has_next = 0;
+    return OK;
+}
+int fmi3EnterContinuousTimeMode(void *m) { return OK; }
+int fmi3SetTime(void *m, double t) { return OK; }
+int fmi3SetContinuousStates(model *m, const double *x, size_t n) { return fmi2SetContinuousStates(m, x, n); }
+int fmi3GetContinuousStateDerivatives(model *m, double *f, size_t n) { return fmi2GetDerivatives(m, f, n); }
+
+#define NOT_CALLED_3(name) int fmi3##name(void) { return ERROR; }
+NOT_CALLED_3(ActivateModelPartition)
+NOT_CALLED_3(CompletedIntegratorStep)
+NOT_CALLED_3(DeserializeFMUState)
+NOT_CALLED_3(EnterConfigurationMode)
+NOT_CALLED_3(EnterEventMode)
+NOT_CALLED_3(EnterStepMode)
+NOT_CALLED_3(EvaluateDiscreteStates)
+NOT_CALLED_3(ExitConfigurationMode)
+NOT_CALLED_3(FreeFMUState)
+NOT_CALLED_3(GetAdjointDerivative)
+NOT_CALLED_3(GetBinary)
+NOT_CALLED_3(GetBoolean)
+NOT_CALLED_3(GetClock)
+NOT_CALLED_3(GetContinuousStates)
+NOT_CALLED_3(GetDirectionalDerivative)
+NOT_CALLED_3(GetEventIndicators)
+NOT_CALLED_3(GetFMUState)
+NOT_CALLED_3(GetFloat32)
+NOT_CALLED_3(GetInt16)
+NOT_CALLED_3(GetInt32)
+NOT_CALLED_3(GetInt64)
+NOT_CALLED_3(GetInt8)
+NOT_CALLED_3(GetIntervalDecimal)
+NOT_CALLED_3(GetIntervalFraction)
+NOT_CALLED_3(GetNominalsOfContinuousStates)
+NOT_CALLED_3(GetNumberOfContinuousStates)
+NOT_CALLED_3(GetNumberOfEventIndicators)
+NOT_CALLED_3(GetNumberOfVariableDependencies)
+NOT_CALLED_3(GetOutputDerivatives)
+NOT_CALLED_3(GetShiftDecimal)
+NOT_CALLED_3(GetShiftFraction)
+NOT_CALLED_3(GetString)
+NOT_CALLED_3(GetUInt16)
+NOT_CALLED_3(GetUInt32)
+NOT_CALLED_3(GetUInt64)
+NOT_CALLED_3(GetUInt8)
+NOT_CALLED_3(GetVariableDependencies)
+NOT_CALLED_3(GetVersion)
+NOT_CALLED_3(InstantiateScheduledExecution)
+NOT_CALLED_3(Reset)
+NOT_CALLED_3(SerializeFMUState)
+NOT_CALLED_3(SerializedFMUStateSize)
+NOT_CALLED_3(SetBinary)
+NOT_CALLED_3(SetBoolean)
+NOT_CALLED_3(SetClock)
+NOT_CALLED_3(SetDebugLogging)
+NOT_CALLED_3(SetFMUState)
+NOT_CALLED_3(SetFloat32)
+NOT_CALLED_3(SetInt16)
+NOT_CALLED_3(SetInt32)
+NOT_CALLED_3(SetInt64)
+NOT_CALLED_3(SetInt8)
+NOT_CALLED_3(SetIntervalDecimal)
+NOT_CALLED_3(SetIntervalFraction)
+NOT_CALLED_3(SetShiftDecimal)
+NOT_CALLED_3(SetShiftFraction)
+NOT_CALLED_3(SetString)
+NOT_CALLED_3(SetUInt16)
+NOT_CALLED_3(SetUInt32)
+NOT_CALLED_3(SetUInt64)
+NOT_CALLED_3(SetUInt8)
+NOT_CALLED_3(Terminate)

@@ -31,7 +31,7 @@ from gnomon.harness.contract.integrator import (
 from gnomon.harness.contract.validation import Unusable, require_positive
 from gnomon.harness.kernels.called_equations import Called
 from gnomon.harness.registry import declaration
-from gnomon.harness.verification.fmu_archive import Archive
+from gnomon.harness.verification.fmu.archive import Archive
 
 MOST_STEPS = 10**8
 """More steps are refused as a mistake."""

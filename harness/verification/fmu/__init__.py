@@ -1,0 +1,1 @@
+"""FMUs as integrators: the archive, co-simulation and model exchange."""
