@@ -87,7 +87,7 @@ class _Mapping:
             each.name: _Number(each.name, each.unit, float(value))
             for each, value in zip(case.parameter_list, case.parameter_values(), strict=True)
         }
-        self.told: list[str] = []
+        self.told = [f"its description breaks a rule of FMI: {archive.invalid}"] if archive.invalid else []
         self.states: dict[str, Variable] = {}
         self.starts: dict[str, Variable | None] = {}
         self.given: dict[str, Variable | None] = {}

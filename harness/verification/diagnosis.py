@@ -130,7 +130,7 @@ def facts(trials: Trials) -> Facts:
         "single": not rests and bool(np.array_equal(states, round_to_single(states))),
         "digits": None if rests else count_printed_digits(states),
         "start": name_convention(trials.integrator) if isinstance(trials.form, SceneForm) else None,
-        "own_equations": _has_own_equations(trials),
+        "model": isinstance(trials.integrator, FmuIntegrator),
         "causes": [] if best.error < 100 * best.roundoff else _causes(trials, best),
         "late": not trials.steps and best.error > 100 * best.roundoff and _late(trials, best),
         "left": _left(trials, answers[0]),
@@ -224,14 +224,9 @@ def _has_few_digits(exact: Floats) -> bool:
 def _causes(trials: Trials, answer: Answer) -> list[str]:
     """The causes of the errors of an answer, each as `id: sentence`."""
     moves = {"h": answer.setting, "h / 2": answer.setting / 2} if trials.steps else {}
-    has_own = _has_own_equations(trials)
+    has_own = isinstance(trials.form, SceneForm) or isinstance(trials.integrator, ProgramIntegrator | FmuIntegrator)
     found = causes(trials.case, trials.reference.times, np.asarray(answer.states), moves, has_own)
     return [f"{each.kind}: {each}" for each in found]
-
-
-def _has_own_equations(trials: Trials) -> bool:
-    """Whether the integrator may have equations, parameters and a start of its own."""
-    return isinstance(trials.form, SceneForm) or isinstance(trials.integrator, ProgramIntegrator | FmuIntegrator)
 
 
 def _halves(trials: Trials) -> bool:
@@ -491,11 +486,10 @@ def _of_order(failures: Failures, claims: set[str], found: Facts) -> str | None:
     if claims and claims <= STRUCTURE:
         kept = ", ".join(sorted(claims))
         return f"structure: its order is right, but not {kept}, which it declares: a step without symmetry, or few iterations"
-    points = found.get("points", [])
-    if found.get("own_equations") and found["steps"] and _flat(points):
+    if found.get("model") and found["steps"] and _is_inconsistent(failures, found):
         return (
-            f"equations: its error stays near {points[-1][1]:.2g} however short its steps: a parameter, a start or a term of"
-            " its own equations differs from the case"
+            "equations: shorter steps do not lead to the motion of the case: a parameter, the start or a term of its equations"
+            " differs, or its formula is not consistent"
         )
     if order is None:
         return None
@@ -516,6 +510,15 @@ def _slopes(found: Facts) -> list[float]:
         return []
     (h0, e0), (h1, e1) = used[-2 if found["steps"] else 0], used[-1]
     return [math.log(e0 / e1) / math.log(h0 / h1) if h0 > h1 else 0.0]
+
+
+def _is_inconsistent(failures: Failures, found: Facts) -> bool:
+    """Whether the order is 0: errors over a span do not fall with the step, errors of a step fall in proportion to it."""
+    powers = failures.slopes()
+    if powers:
+        return min(powers) < 0.5
+    single = _slopes(found) if found.get("single_steps") else []
+    return bool(single) and min(single) + found["stepped"] < 1.5
 
 
 def _lower(powers: Sequence[float], order: int) -> str | None:

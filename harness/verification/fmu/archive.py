@@ -28,7 +28,8 @@ VERSIONS = ("2.0", "3.0")
 class Archive:
     """An unpacked FMU. `path`: the file; `folder`: the folder with its parts; `description`: as fmpy reads it.
 
-    `kind`: "CoSimulation" or "ModelExchange"; `digest`: a hash of the file.
+    `kind`: "CoSimulation" or "ModelExchange"; `digest`: a hash of the file; `invalid`: the first rule that its description
+    breaks, "" if it breaks none.
     """
 
     path: str
@@ -36,6 +37,7 @@ class Archive:
     description: Any
     kind: str
     digest: str
+    invalid: str
 
     @property
     def version(self) -> int:
@@ -65,7 +67,7 @@ def unpack(path: Path, is_model_exchange: bool = False) -> Archive:
         digest = hashlib.sha256(path.read_bytes()).hexdigest()[:32]
     except (OSError, zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError) as error:
         raise ValueError(f"--fmu {path}: it cannot be unpacked ({cut(str(error))}); export it again") from None
-    description = _described(path, folder)
+    description, invalid = _described(path, folder)
     kinds = {"CoSimulation": description.coSimulation, "ModelExchange": description.modelExchange}
     if is_model_exchange:
         del kinds["CoSimulation"]
@@ -73,7 +75,7 @@ def unpack(path: Path, is_model_exchange: bool = False) -> Archive:
     if kind is None:
         wanted = " or ".join(kinds)
         raise ValueError(f"--fmu {path}: it is not an FMU for {wanted}; export it as one")
-    made = Archive(str(path), str(folder), description, kind, digest)
+    made = Archive(str(path), str(folder), description, kind, digest, invalid)
     _require_binary(made)
     return made
 
@@ -95,30 +97,34 @@ def _extract(archive: zipfile.ZipFile, path: Path, folder: Path) -> None:
             archive.extract(member, folder)
 
 
-def _described(path: Path, folder: Path) -> Any:
+def _described(path: Path, folder: Path) -> tuple[Any, str]:
+    """The description, and the first rule that it breaks: many tools break one that does no harm."""
     from fmpy import read_model_description
     from fmpy.model_description import ValidationError
-    from lxml.etree import LxmlError
 
     file = folder / DESCRIPTION
     if not file.is_file() or file.stat().st_size > MOST_DESCRIPTION:
         raise ValueError(f"--fmu {path}: it has no {DESCRIPTION} of at most {MOST_DESCRIPTION} bytes; export it again")
+    invalid = ""
     try:
-        described = read_model_description(str(folder))
-    except ValidationError as error:
-        raise ValueError(f"--fmu {path}: {DESCRIPTION}: {cut(str(error.problems[0]))}; export it again") from None
-    except LxmlError as error:
-        raise ValueError(f"--fmu {path}: {DESCRIPTION}: {cut(str(error))}; export it again") from None
-    except Exception as error:  # fmpy raises plain exceptions
-        raise ValueError(f"--fmu {path}: {DESCRIPTION}: {cut(' '.join(str(error).split()))}") from None
+        try:
+            described = read_model_description(str(folder))
+        except ValidationError as error:
+            invalid = cut(" ".join(str(error.problems[0]).split()))
+            described = read_model_description(str(folder), validate=False)
+    except Exception as error:  # fmpy raises plain exceptions, and those of lxml
+        why = invalid or cut(" ".join(str(error).split()))
+        raise ValueError(f"--fmu {path}: {DESCRIPTION}: {why}; export it again") from None
     if described.fmiVersion not in VERSIONS:
         raise ValueError(f"--fmu {path}: FMI {described.fmiVersion}; export it as FMI {' or '.join(VERSIONS)}")
-    return described
+    return described, invalid
 
 
 def _require_binary(archive: Archive) -> None:
     import fmpy
 
+    if not archive.interface.modelIdentifier:
+        raise ValueError(f"--fmu {archive.path}: {DESCRIPTION}: {archive.invalid}; export it again")
     system = fmpy.platform if archive.version == 2 else fmpy.platform_tuple
     name = f"{archive.interface.modelIdentifier}{fmpy.sharedLibraryExtension}"
     binaries = Path(archive.folder, "binaries")

@@ -36,6 +36,7 @@ DESCRIPTION_3 = f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="swing" instantiationToken="1">
 {{kinds}}
 <ModelVariables>
+<Float64 name="time" valueReference="6" causality="independent" variability="continuous"/>
 <Float64 name="theta" valueReference="0" {OUTPUT} initial="exact" start="2"/>
 <Float64 name="omega" valueReference="1" {OUTPUT} initial="exact" start="0"/>
 <Float64 name="der(theta)" valueReference="2" causality="local" initial="calculated" derivative="0"/>
