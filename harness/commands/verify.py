@@ -178,9 +178,9 @@ def _validate_fmu(
             if value is not None:
                 raise ValueError(f"--{name} is about the FMU of --fmu; name one, as --fmu model.fmu")
         return
-    for name, value in zip(("command", "engine", "against", "baseline"), others, strict=True):
-        if value is not None:
-            raise ValueError(f"--fmu {fmu} does not go with --{name} {value}; leave one out")
+    for name, other in zip(("command", "engine", "against", "baseline"), others, strict=True):
+        if other is not None:
+            raise ValueError(f"--fmu {fmu} does not go with --{name} {other}; leave one out")
 
 
 def _of_fmu(

@@ -112,7 +112,7 @@ class _Loaded:
     """An FMU that is loaded in this process, with one instance at a time."""
 
     def __init__(self, archive: Archive) -> None:
-        from fmpy.fmi2 import FMU2Model, FMU2Slave
+        from fmpy.fmi2 import FMU2Model, FMU2Slave  # of the extra `fmu`, like the imports below
         from fmpy.fmi3 import FMU3Model, FMU3Slave
 
         kinds = {
@@ -170,8 +170,6 @@ class _Loaded:
         self.owner = owner
 
     def _callbacks(self) -> Any:
-        from ctypes import byref
-
         from fmpy import calloc, fmi2, free
         from fmpy.logging import addLoggerProxy
 
@@ -179,7 +177,7 @@ class _Loaded:
         made.logger = fmi2.fmi2CallbackLoggerTYPE(self._log)
         made.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
         made.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
-        addLoggerProxy(byref(made))
+        addLoggerProxy(ctypes.byref(made))
         return made
 
     def _log(self, *arguments: Any) -> None:
@@ -335,4 +333,5 @@ class _Derivatives:
         self.loaded.fmu.setTime(t)
         self.loaded.fmu.setContinuousStates(state, len(self.state))
         self.derivatives(rates, len(self.state))
-        return self.rates[self.places] * self.factors
+        found: Floats = self.rates[self.places] * self.factors
+        return found

@@ -99,7 +99,7 @@ def _extract(archive: zipfile.ZipFile, path: Path, folder: Path) -> None:
 
 def _described(path: Path, folder: Path) -> tuple[Any, str]:
     """The description, and the first rule that it breaks: many tools break one that does no harm."""
-    from fmpy import read_model_description
+    from fmpy import read_model_description  # of the extra `fmu`, like the imports below
     from fmpy.model_description import ValidationError
 
     file = folder / DESCRIPTION
