@@ -107,6 +107,7 @@ def test_what_needs_an_extra_names_it(tmp_path: Path) -> None:
         "run --case pendulum_simple --integrator rebound:IAS15": "nbody",
         "check a.h5 --case pendulum_simple": "files",
         "check a.parquet --case pendulum_simple": "files",
+        "verify --fmu swing.csv --case pendulum_simple": "fmu",
         "check swing.csv --case pendulum_simple --picture a.svg": "report",
         "ensemble --case pendulum_simple --integrator gnomon:RK4 --samples 2 --parquet a": "report",
     }

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 EXTRAS: Mapping[str, tuple[str, ...]] = {
     "report": ("altair", "jinja2", "jsonschema", "pandas", "PIL", "pyarrow", "typst", "vl_convert"),
     "files": ("h5py", "pyarrow"),
-    "fmu": ("fmpy", "lxml"),
+    "fmu": ("fmpy",),
     "cluster": ("dask", "distributed"),
     "test": ("pytest",),
 }

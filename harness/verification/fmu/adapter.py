@@ -6,6 +6,7 @@ An FMU is a program: it is loaded in worker processes only, where a hang or a cr
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import math
 from collections import deque
@@ -171,13 +172,15 @@ class _Loaded:
 
     def _callbacks(self) -> Any:
         from fmpy import calloc, fmi2, free
-        from fmpy.logging import addLoggerProxy
 
         made = fmi2.fmi2CallbackFunctions()
         made.logger = fmi2.fmi2CallbackLoggerTYPE(self._log)
         made.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(calloc)
         made.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(free)
-        addLoggerProxy(ctypes.byref(made))
+        with contextlib.suppress(ImportError, OSError):  # only it fills in the numbers of a message
+            from fmpy.logging import addLoggerProxy
+
+            addLoggerProxy(ctypes.byref(made))
         return made
 
     def _log(self, *arguments: Any) -> None:
