@@ -7,7 +7,7 @@ import math
 import re
 import tomllib
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, metadata
+from importlib.metadata import PackageNotFoundError, files, metadata
 from pathlib import Path
 from typing import Any
 
@@ -227,5 +227,7 @@ def test_every_dependency_has_its_licence_in_the_readme_and_its_reason_in_the_do
             assert name in optional
             continue
         told = " ".join(value for key, value in about.items() if key in ("Classifier", "License", "License-Expression"))
+        if not told:  # some have it in a file alone
+            told = " ".join(each.read_text() for each in files(name) or () if each.name.startswith("LICENSE"))
         for licence in re.findall(r"BSD|MIT|Apache|MPL|zlib|LGPL-3.0|GPL-3.0-only", licences[name]):
             assert licence in told, (name, told)
