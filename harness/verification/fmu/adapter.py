@@ -15,8 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.adapters.engines.scene_run import step_counts
+from gnomon.cases.core.forms import FirstOrder, Hybrid
 from gnomon.harness.contract.integrator import (
     Floats,
     Integrator,
@@ -36,6 +35,8 @@ from gnomon.harness.verification.fmu.archive import Archive
 
 MOST_STEPS = 10**8
 """More steps are refused as a mistake."""
+LONGEST = 1 + 2.0**-10
+"""Longest communication step, in sampling intervals: more than the rounding of times."""
 MOST_EVENTS = 100
 """Iterations of the events at the start, after which an FMU is given up."""
 SAME = 8 * 2.0**-52
@@ -219,6 +220,7 @@ class FmuIntegrator(Integrator):
 class CoSimulation(FmuIntegrator):
     """An FMU for co-simulation: the setting is the communication step."""
 
+    accepts = (FirstOrder, Hybrid)
     sampling, counts_rhs, sweep = "grid", False, Steps(coarsest=0.5, halvings=9)
 
     def __init__(self, name: str, archive: Archive, links: Links, order: int | None = None) -> None:
@@ -228,29 +230,34 @@ class CoSimulation(FmuIntegrator):
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         require_positive(setting, "communication step")
-        if float(problem.elapsed[-1]) / setting > MOST_STEPS:
-            raise Refused(f"communication step {setting:g} makes more than {MOST_STEPS:g} steps")
-        values, counts, links = self.links.settings(problem), step_counts(problem.elapsed, setting), self.links
-        loaded, t0 = _load(self.archive), problem.t0
+        if float(problem.elapsed[-1]) / setting > MOST_STEPS or setting > LONGEST * problem.interval:
+            raise Refused(
+                f"communication step {setting:g} is longer than the sampling interval, {problem.interval:g},"
+                f" or makes more than {MOST_STEPS:g} steps"
+            )
+        links, values, loaded = self.links, self.links.settings(problem), _load(self.archive)
+        ends, step = problem.times.tolist(), loaded.fmu.doStep
         references, factors = (
             [each.reference for each in links.states],
             np.array([each.factor for each in links.states]),
         )
 
         def follow(start: Floats, rows: Floats) -> tuple[int, str | None]:
-            self._begin(loaded, values, start, t0)
-            done = 0
+            self._begin(loaded, values, start, problem.t0)
+            time, steps = problem.t0, 0
             try:
-                for row, count in zip(rows, counts, strict=True):
-                    for k in range(done, count):
-                        ends = loaded.fmu.doStep(t0 + k * setting, setting)
-                        if ends is not None and ends[1]:
-                            return k, f"the FMU ends the simulation at t = {t0 + k * setting:g}"
-                    done = count
+                for row, end in zip(rows, ends, strict=True):
+                    count = max(1, round((end - time) / setting))
+                    h = (end - time) / count
+                    for k in range(count):
+                        status = step(time + k * h, h)
+                        if status is not None and status[1]:  # of FMI 3.0
+                            return steps + k, f"the FMU ends the simulation at t = {time + k * h:g}"
+                    time, steps = end, steps + count
                     row[:] = factors * loaded.get(references)
             except Exception as error:  # fmpy's error for the status of a call
-                return done, f"at t = {t0 + done * setting:g} {loaded.why(error)}"
-            return done, None
+                return steps, f"after t = {time:g} {loaded.why(error)}"
+            return steps, None
 
         return Solver(each_start(problem, follow))
 

@@ -5,6 +5,7 @@ import platform
 import stat
 import sys
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import fmu_files
@@ -13,7 +14,7 @@ import pytest
 from command_line import gnomon
 from fmu_files import COSIMULATION, EXCHANGE, OUTPUT, PARAMETER, describe, library, write_fmu
 from gnomon.harness.contract.integrator import Problem, Refused, Unsupported
-from gnomon.harness.contract.problem import initial_state, problem_of
+from gnomon.harness.contract.problem import initial_state, problem_of, takes
 from gnomon.harness.contract.validation import Unusable
 from gnomon.harness.trajectories.fmu_columns import from_fmu
 from gnomon.harness.verification.claims import Outcome
@@ -124,6 +125,24 @@ def test_solvers_of_one_fmu_do_not_disturb_each_other(folder: Path) -> None:
     alone = first(start).states
     second(start)
     assert np.array_equal(first(start).states, alone)
+
+
+def test_steps_end_at_samples_that_are_not_multiples_of_an_interval(folder: Path) -> None:
+    made, _ = from_fmu(built(folder), cases.get(CASE))
+    problem, start = swing()
+    problem = replace(problem, times=np.array([0.1, 0.3, 1.0]))
+    solution = made.prepare(problem, 1 / 256)(start)
+    assert np.max(np.abs(solution.states[0] - cases.get(CASE).rounded().sample(problem.times))) < 1e-7
+    assert solution.steps == 26 + 51 + 179
+    with pytest.raises(Refused, match="longer than the sampling interval"):
+        made.prepare(problem, 0.4)
+
+
+def test_motions_with_events_are_taken_for_cosimulation_alone(folder: Path) -> None:
+    """An FMU for co-simulation finds its events itself; those of model exchange are not located."""
+    ball = cases.get("bouncing_ball")
+    assert takes(from_fmu(built(folder), cases.get(CASE))[0], ball)
+    assert not takes(from_fmu(built(folder, kinds=EXCHANGE), cases.get(CASE))[0], ball)
 
 
 def test_units_of_variables_are_converted(folder: Path) -> None:
