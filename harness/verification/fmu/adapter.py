@@ -12,7 +12,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid
@@ -39,6 +39,10 @@ LONGEST = 1 + 2.0**-10
 """Longest communication step, in sampling intervals: more than the rounding of times."""
 MOST_EVENTS = 100
 """Iterations of the events at the start, after which an FMU is given up."""
+DECLARED = (
+    "order", "sampling", "dense_order", "sweep", "counts_rhs", "conserves", "jacobian", "compensated", "atol_ratio",
+)  # fmt: skip
+"""The declarations of a method that hold for model exchange by it."""
 SAME = 8 * 2.0**-52
 """Largest relative difference of a start that cannot be set from the start of the case: roundings of its unit."""
 
@@ -77,8 +81,9 @@ class Links:
     Examples
     --------
     >>> angle = Variable("phi", 0, 0.017453292519943295)
-    >>> Links("decay", (angle,), (angle,), {"theta": 1.0}, (None,), {"rate": 2.0}).fixed()
-    {'rate': 2.0}
+    >>> links = Links("decay", (angle,), (angle,), {"theta": 1.0}, (None,), {"rate": 2.0})
+    >>> links.states[0].name
+    'phi'
     """
 
     case: str
@@ -88,24 +93,19 @@ class Links:
     parameters: tuple[Variable | None, ...]
     numbers: Mapping[str, float]
 
-    def fixed(self) -> dict[str, float]:
-        """The parameters that no variable sets."""
-        pairs = zip(self.numbers.items(), self.parameters, strict=True)
-        return {name: number for (name, number), variable in pairs if variable is None}
-
     def settings(self, problem: Problem) -> dict[int, float]:
         """The values of the FMU's parameters for a problem, by reference.
 
         Raises Unsupported for a problem with other equations, or with other numbers where they cannot be set.
         """
         if problem.names is None or problem.names.case != self.case:
-            raise Unsupported(f"other equations than those of {self.case}, which it has in it")
+            raise Unsupported(f"an FMU has the equations of {self.case} in it, and takes no others")
         values = problem.parameters.tolist()
         for name, own, value, variable in zip(
             self.numbers, self.numbers.values(), values, self.parameters, strict=True
         ):
             if variable is None and value != own:
-                raise Unsupported(f"a variable that sets {name}: it is {own:g} in the FMU")
+                raise Unsupported(f"no variable sets {name}, which is {own:g} in the FMU")
         pairs = zip(self.parameters, values, strict=True)
         return {variable.reference: value / variable.factor for variable, value in pairs if variable is not None}
 
@@ -204,7 +204,7 @@ class FmuIntegrator(Integrator):
     """An FMU as an integrator of one case; see `CoSimulation` and `ModelExchange`."""
 
     library = "fmu"
-    accepts = (FirstOrder,)
+    accepts: ClassVar[tuple[type, ...]] = (FirstOrder,)
 
     def __init__(self, name: str, archive: Archive, links: Links) -> None:
         self.archive, self.links = archive, links
@@ -281,10 +281,10 @@ class CoSimulation(FmuIntegrator):
         for (name, usual), own, given, read, sets in rows:
             if sets is None and not math.isclose(own.factor * read, given, rel_tol=SAME, abs_tol=0.0):
                 what = (
-                    f"a variable that sets the start of {name}: {own.name} starts at {own.factor * read:.17g}, not at"
+                    f"no variable sets the start of {name}: {own.name} starts at {own.factor * read:.17g}, not at"
                     f" {given:.17g}; map a parameter, as --columns VARIABLE={name}"
                 )
-                raise Unusable(f"the FMU lacks {what}") if given == usual else Unsupported(what)
+                raise Unusable(what) if given == usual else Unsupported(what)
 
 
 class ModelExchange(FmuIntegrator):
@@ -293,9 +293,7 @@ class ModelExchange(FmuIntegrator):
     def __init__(self, name: str, archive: Archive, links: Links, method: Integrator) -> None:
         super().__init__(name, archive, links)
         self.method = method
-        kept = ("order", "sampling", "dense_order", "sweep", "counts_rhs", "conserves", "compensated", "atol_ratio")
-        self.__dict__.update({each: getattr(method, each) for each in kept}, policy=method.id)
-        self.jacobian = "differences" if method.jacobian == "differences" else "exact"
+        self.__dict__.update({each: getattr(method, each) for each in DECLARED}, policy=method.id)
         if FirstOrder not in method.accepts:
             names = " or ".join(kind.__name__ for kind in method.accepts)
             raise ValueError(

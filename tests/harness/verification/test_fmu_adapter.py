@@ -204,7 +204,7 @@ def test_a_parameter_in_the_fmu_is_kept_only_if_you_say_so(folder: Path) -> None
     made, _ = from_fmu(path, cases.get(CASE), "fixed=g")
     (usual, start), (other, _) = swing(), swing(g="1")
     assert made.prepare(usual, usual.interval)(start).steps == 64
-    with pytest.raises(Unsupported, match=r"sets g: it is 9.81"):
+    with pytest.raises(Unsupported, match=r"sets g, which is 9.81"):
         made.prepare(other, other.interval)
 
 
