@@ -306,7 +306,15 @@ class ModelExchange(FmuIntegrator):
         called = Called(_Derivatives(loaded, self.archive, self.links, values).at, problem.dimension)
         own = replace(problem, form=FirstOrder(called))
         vars(own)["buffer"] = problem.buffer  # right-hand sides are counted in it
-        solver = solver_of(self.method, own, setting)
+        try:
+            solver = solver_of(self.method, own, setting)
+        except (ValueError, Refused) as error:
+            if repr(called) not in str(error):  # which the compiler of equations names, as it cannot read it
+                raise
+            raise Refused(
+                f"{self.method.id} needs the formulas of equations, which an FMU does not show; name another method, as"
+                " --integrator gnomon:RK4"
+            ) from None
 
         def solve(starts: Floats) -> Solution:
             called.failure = None

@@ -104,6 +104,12 @@ def test_model_exchange_moves_by_the_equations_of_the_fmu(folder: Path) -> None:
     assert np.max(np.abs(states - cases.get(CASE, g="8.829").rounded().sample(problem.times))) < 1e-6
 
 
+def test_a_method_that_reads_formulas_declines_an_fmu(folder: Path) -> None:
+    made, _ = from_fmu(built(folder, kinds=EXCHANGE), cases.get(CASE), method="gnomon:Taylor")
+    with pytest.raises(Refused, match="needs the formulas of equations"):
+        made.prepare(swing()[0], 1e-6)
+
+
 def test_both_versions_and_both_kinds_compute_the_same_motion(folder: Path) -> None:
     """RK4 inside the FMU, and gnomon's RK4 on its derivatives, differ by round-off alone."""
     problem, start = swing(L="1.5")
