@@ -120,7 +120,7 @@ def verify(
     chosen, how = (
         options.integrator_or_program(integrator, command)
         if fmu is None
-        else _of_fmu(fmu, asked, columns, order, integrator)
+        else _read_fmu(fmu, asked, columns, order, integrator)
     )
     how = how if engine is None else f"--engine {how}"
     how += "".join(f" --set {shlex.quote(text)}" for text in parameters or ())
@@ -183,7 +183,7 @@ def _validate_fmu(
             raise ValueError(f"--fmu {fmu} does not go with --{name} {other}; leave one out")
 
 
-def _of_fmu(
+def _read_fmu(
     path: Path, asked: _Asked, columns: list[str] | None, order: int | None, method: str | None
 ) -> tuple[Integrator, str]:
     """The integrator of an FMU on the one case that was asked for, and the words that name it; prints the mapping."""

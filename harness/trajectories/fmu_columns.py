@@ -48,7 +48,7 @@ def from_fmu(
     """
     archive = unpack(Path(path), is_model_exchange=method is not None)
     mapping = _Mapping(archive, case.rounded())
-    links = mapping.links(split_columns(columns))
+    links = mapping.find_links(split_columns(columns))
     name = Path(path).stem
     if archive.kind == "CoSimulation":
         return CoSimulation(name, archive, links, order), mapping.told
@@ -97,9 +97,9 @@ class _Mapping:
     def _is_exchange(self) -> bool:
         return self.archive.kind == "ModelExchange"
 
-    def links(self, texts: Iterable[str]) -> Links:
+    def find_links(self, texts: Iterable[str]) -> Links:
         for text in texts:
-            self._state(text)
+            self._read_text(text)
         for coordinate in self.coordinates.values():
             self._find_state(coordinate)
             if not self._is_exchange:
@@ -117,7 +117,7 @@ class _Mapping:
             {name: number.value for name, number in self.parameters.items()},
         )
 
-    def _state(self, text: str) -> None:
+    def _read_text(self, text: str) -> None:
         """Take one part of the mapping."""
         left, equals, right = text.rpartition("=")
         left, (target, *options) = left.strip(), (part.strip() for part in right.split(":"))
@@ -133,8 +133,8 @@ class _Mapping:
                 raise ValueError(f"--columns {cut(text)}: {FIXED} stands for the variable of a parameter; {SYNTAX}")
             self._take(self.given, number, None, f"{number} is in the FMU, as you say", text)
             return
-        variable = self._variable(left)
-        linked, unit = self._linked(variable, number, options, f"--columns {cut(text)}")
+        variable = self._find_variable(left)
+        linked, unit = self._link(variable, number, options, f"--columns {cut(text)}")
         if target in self.parameters:
             self._require_settable(variable, number)
             self._take(self.given, number, linked, f"{variable.name} sets {target}{unit}", text)
@@ -149,7 +149,7 @@ class _Mapping:
         place[number.name] = linked
         self.told.append(told)
 
-    def _variable(self, name: str) -> Any:
+    def _find_variable(self, name: str) -> Any:
         """The variable of a name, or the only one whose name ends in it after a dot."""
         if name in self.variables:
             return self.variables[name]
@@ -160,12 +160,12 @@ class _Mapping:
             raise ValueError(
                 f"--columns {name}: several variables end so ({cut(', '.join(ending))}); write the whole name"
             )
-        raise ValueError(f"--columns: {self.archive.path} has no real variable {cut(name)!r}; {self._listed(name)}")
+        raise ValueError(f"--columns: {self.archive.path} has no real variable {cut(name)!r}; {self._list_names(name)}")
 
-    def _listed(self, name: str) -> str:
+    def _list_names(self, name: str) -> str:
         return nearest(name, self.variables).removesuffix(": see gnomon list")
 
-    def _linked(self, variable: Any, number: _Number, options: Iterable[str], what: str) -> tuple[Variable, str]:
+    def _link(self, variable: Any, number: _Number, options: Iterable[str], what: str) -> tuple[Variable, str]:
         """The variable with its factor, and the unit as text. Raises ValueError for a wrong unit."""
         units = [option for option in options if option != NEGATIVE]
         if len(units) > 1:
@@ -183,7 +183,7 @@ class _Mapping:
         shown = ", ".join([unit] * (unit != "1") + [NEGATIVE] * (sign < 0))
         return Variable(variable.name, variable.valueReference, sign * factor), f" ({shown})" if shown else ""
 
-    def _named(self, name: str) -> Iterator[Any]:
+    def _find_named(self, name: str) -> Iterator[Any]:
         """The variables that have a name: as it is, in Greek, or the only one in other letter case."""
         for each in (name, *(greek for greek, latin in GREEK.items() if latin == name)):
             if each in self.variables:
@@ -192,20 +192,20 @@ class _Mapping:
         if len(lower) == 1:
             yield self.variables[lower[0]]
 
-    def _by_name(self, name: str, number: _Number) -> tuple[Any, Variable, str] | None:
+    def _find_by_name(self, name: str, number: _Number) -> tuple[Any, Variable, str] | None:
         """The first variable of a name with its link, for a number."""
-        for variable in self._named(name):
-            return variable, *self._linked(variable, number, (), variable.name)
+        for variable in self._find_named(name):
+            return variable, *self._link(variable, number, (), variable.name)
         return None
 
     def _find_state(self, coordinate: _Number) -> None:
         name = coordinate.name
         if name not in self.states:
-            found = self._by_name(name, coordinate)
+            found = self._find_by_name(name, coordinate)
             if found is None or _is_set(found[0]):
                 raise ValueError(
                     f"{self.archive.path}: no variable for {name} of {self.case.name}; give --columns VARIABLE={name};"
-                    f" {self._listed(name)}"
+                    f" {self._list_names(name)}"
                 )
             self.states[name] = found[1]
             self.told.append(f"{found[0].name} is {name}{found[2]}")
@@ -221,7 +221,7 @@ class _Mapping:
             self.starts[name] = linked
             return
         for pattern in STARTS:
-            found = self._by_name(pattern.format(name), coordinate)
+            found = self._find_by_name(pattern.format(name), coordinate)
             if found is not None and _is_set(found[0]):
                 self.starts[name] = found[1]
                 self.told.append(f"{found[0].name} sets the start of {name}{found[2]}")
@@ -253,7 +253,7 @@ class _Mapping:
         name = parameter.name
         if name in self.given:
             return
-        found = self._by_name(name, parameter)
+        found = self._find_by_name(name, parameter)
         if found is None:
             settable = [each for each, variable in self.variables.items() if variable.causality == "parameter"]
             raise ValueError(

@@ -93,7 +93,7 @@ class Links:
     parameters: tuple[Variable | None, ...]
     numbers: Mapping[str, float]
 
-    def settings(self, problem: Problem) -> dict[int, float]:
+    def find_values(self, problem: Problem) -> dict[int, float]:
         """The values of the FMU's parameters for a problem, by reference.
 
         Raises Unsupported for a problem with other equations, or with other numbers where they cannot be set.
@@ -188,7 +188,7 @@ class _Loaded:
         """Keep a message of the FMU: the last argument of FMI 2.0 and 3.0 alike."""
         self.said.append(arguments[-1].decode(errors="replace") if isinstance(arguments[-1], bytes) else "")
 
-    def why(self, error: BaseException) -> str:
+    def explain(self, error: BaseException) -> str:
         """The text of an error, with the last messages of the FMU."""
         return "; ".join([" ".join(str(error).split()), *self.said])
 
@@ -235,7 +235,7 @@ class CoSimulation(FmuIntegrator):
                 f"communication step {setting:g} is longer than the sampling interval, {problem.interval:g},"
                 f" or makes more than {MOST_STEPS:g} steps"
             )
-        links, values, loaded = self.links, self.links.settings(problem), _load(self.archive)
+        links, values, loaded = self.links, self.links.find_values(problem), _load(self.archive)
         ends, step = problem.times.tolist(), loaded.fmu.doStep
         references, factors = (
             [each.reference for each in links.states],
@@ -256,7 +256,7 @@ class CoSimulation(FmuIntegrator):
                     time, steps = end, steps + count
                     row[:] = factors * loaded.get(references)
             except Exception as error:  # fmpy's error for the status of a call
-                return steps, f"after t = {time:g} {loaded.why(error)}"
+                return steps, f"after t = {time:g} {loaded.explain(error)}"
             return steps, None
 
         return Solver(each_start(problem, follow))
@@ -275,8 +275,8 @@ class CoSimulation(FmuIntegrator):
             raise
         except Exception as error:
             if not np.all(np.isfinite(start)):
-                raise Refused(f"a start that is not finite: {loaded.why(error)}") from None
-            raise Unusable(f"the FMU cannot be initialized: {loaded.why(error)}") from None
+                raise Refused(f"a start that is not finite: {loaded.explain(error)}") from None
+            raise Unusable(f"the FMU cannot be initialized: {loaded.explain(error)}") from None
         rows = zip(links.coordinates.items(), links.states, numbers, found, links.starts, strict=True)
         for (name, usual), own, given, read, sets in rows:
             if sets is None and not math.isclose(own.factor * read, given, rel_tol=SAME, abs_tol=0.0):
@@ -302,7 +302,7 @@ class ModelExchange(FmuIntegrator):
         declaration.validate(self, f"--fmu {archive.path}")
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        loaded, values = _load(self.archive), self.links.settings(problem)
+        loaded, values = _load(self.archive), self.links.find_values(problem)
         called = Called(_Derivatives(loaded, self.archive, self.links, values).at, problem.dimension)
         own = replace(problem, form=FirstOrder(called))
         vars(own)["buffer"] = problem.buffer  # right-hand sides are counted in it
@@ -322,7 +322,7 @@ class ModelExchange(FmuIntegrator):
             if called.failure is None:
                 return found
             error, t, _ = called.failure
-            return replace(found, stopped=f"at t = {t:g} {loaded.why(error)}")
+            return replace(found, stopped=f"at t = {t:g} {loaded.explain(error)}")
 
         return replace(solver, solve=solve)
 

@@ -67,7 +67,7 @@ def unpack(path: Path, is_model_exchange: bool = False) -> Archive:
         digest = hashlib.sha256(path.read_bytes()).hexdigest()[:32]
     except (OSError, zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError) as error:
         raise ValueError(f"--fmu {path}: it cannot be unpacked ({cut(str(error))}); export it again") from None
-    description, invalid = _described(path, folder)
+    description, invalid = _read_description(path, folder)
     kinds = {"CoSimulation": description.coSimulation, "ModelExchange": description.modelExchange}
     if is_model_exchange:
         del kinds["CoSimulation"]
@@ -97,7 +97,7 @@ def _extract(archive: zipfile.ZipFile, path: Path, folder: Path) -> None:
             archive.extract(member, folder)
 
 
-def _described(path: Path, folder: Path) -> tuple[Any, str]:
+def _read_description(path: Path, folder: Path) -> tuple[Any, str]:
     """The description, and the first rule that it breaks: many tools break one that does no harm."""
     from fmpy import read_model_description  # of the extra `fmu`, like the imports below
     from fmpy.model_description import ValidationError
