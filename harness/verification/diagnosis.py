@@ -426,6 +426,11 @@ def _of_cases(failures: Failures, claims: set[str], found: Facts) -> str | None:
             "dense: the ends of its steps are right, samples between them are not: its interpolant has a lower order than"
             " its steps; declare that order as dense_order"
         )
+    if claims == {"quadrature"} and found.get("may_take_differences"):
+        return (
+            'quadrature: it differentiates f by differences, and must declare jacobian="differences"; or a weight or a time'
+            " of its stages is wrong in a late digit"
+        )
     if claims == {"quadrature"} and any(claim in ACCURACY for claim, _ in failures.passed):
         return "quadrature: a weight or a time of its stages is wrong, by little if it is a weight: only forces of time show it"
     if failures.only_with_time():

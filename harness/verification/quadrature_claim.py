@@ -22,6 +22,10 @@ TIGHTER, LESS = 1e-2, 10.0
 the lowest for order 1, as for `proportional`."""
 
 
+DIFFERENCES = 'a method that differentiates f numerically declares jacobian="differences"'
+"""Said where an error is so small that differences explain it."""
+
+
 def polynomial(t: Any, state: Values, parameters: Values) -> Values:
     """y' = a + b t + c t^2 + d t^3, and its negative."""
     a, b, c, d = parameters
@@ -75,7 +79,7 @@ def _quadrature(trials: Trials) -> Finding:
         return passed(f"{error:.2g}, then {finer:.2g}")
     expected = f"an error below {allowed:.2g}, or {less:.3g} times less at {trials.named(second)}"
     if error < ROOT_OF_ULP and trials.integrator.jacobian == "exact":
-        expected += '; a method that differentiates f numerically declares jacobian="differences"'
+        expected += f"; {DIFFERENCES}"
     return failed(trials.named(first), expected, f"{error:.2g}, then {why or format(finer, '.2g')}")
 
 

@@ -338,6 +338,9 @@ def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends
         found.append(json.loads(finding.got) if finding.outcome == Outcome.PASSED else {"raises": True})
     alone, rest = found
     declared = {"order": integrator.order, "stepped": isinstance(integrator, Stepped)}
+    declared["may_take_differences"] = any(
+        quadrature_claim.DIFFERENCES in row.finding.expected for row in report.of(Outcome.FAILED)
+    )
     return conclude(failures, rest | declared | {"alone": alone, "steps": isinstance(integrator.sweep, Steps)})
 
 

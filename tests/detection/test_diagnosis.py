@@ -144,3 +144,14 @@ def test_a_small_problem_shows_the_cause(integrator: Integrator, claims: set[str
     found = probe(trials) | {"order": integrator.order, "stepped": True, "steps": trials.steps, "alone": {}}
     text = conclude(failures, found) or ""
     assert text.partition(": ")[0] == cause, text
+
+
+def test_a_method_that_differentiates_by_differences_is_told_to_declare_it() -> None:
+    """The rounding of a difference is no fault of a weight."""
+    declared = measure.right()["rodas4"]
+    undeclared = type("Undeclared", (type(declared),), {"jacobian": "exact"})()
+    claims = ("quadrature", "order_short")
+    report = verify(undeclared, BOTH[:1], "low", claims, workers=1)
+    assert report.diagnosis is not None
+    assert report.diagnosis.startswith("quadrature: it differentiates f by differences")
+    assert verify(declared, BOTH[:1], "low", claims, workers=1).diagnosis is None
