@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from gnomon.cases import Case
-    from gnomon.harness.trajectories.check import Bound, TrajectoryCheck
+    from gnomon.harness.trajectories.check import Bound, Span, TrajectoryCheck
 
 Files = Annotated[
     list[Path] | None,
@@ -29,6 +29,10 @@ Columns = Annotated[
     list[str] | None,
     typer.Option(help="What columns are, as time=t,phi=theta:deg,w=omega:deg/s; by default by their names."),
 ]
+Within = Annotated[
+    str | None,
+    typer.Option(help="The largest error: of the size of the motion, or by coordinate as theta=1e-6,omega=1e-5."),
+]
 
 
 def check(
@@ -36,10 +40,7 @@ def check(
     case: options.CaseOption = None,
     parameters: options.Parameters = None,
     columns: Columns = None,
-    within: Annotated[
-        str | None,
-        typer.Option(help="The largest error: of the size of the motion, or by coordinate as theta=1e-6,omega=1e-5."),
-    ] = None,
+    within: Within = None,
     first: Annotated[
         float | None, typer.Option("--from", help="The motion must be there from this time on (s).")
     ] = None,
@@ -68,13 +69,10 @@ def check(
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.trajectories import check_report
-    from gnomon.harness.trajectories.template import template as template_
+    from gnomon.harness.trajectories.check import ACCEPTED
 
     if template is not None:
-        if files:
-            raise ValueError(f"--template {template}: it reads no file; leave {files[0]} out")
-        chosen = _chosen(template, parameters, "--template")
-        out.out(template_(chosen, tuple(parameters or ())), end="", highlight=False)
+        _print_template(template, files, parameters)
         return
     steps = list(step or ())
     _validate(files, steps, picture)
@@ -86,7 +84,8 @@ def check(
     if case is None:
         raise ValueError(f"--case: with which motion is {files[0]} compared? give a case, as --case pendulum_simple")
     chosen = _chosen(case, parameters, "--case")
-    results = _check_files(files, chosen, columns, within, (first, last), (sort, sparse, partial))
+    accepted = [word for word, given in zip(ACCEPTED, (sort, sparse, partial), strict=True) if given]
+    results = _check_files(files, chosen, columns, within, (first, last), accepted)
     for result in results:
         for line in check_report.lines(result):
             out.print(escape(line), highlight=False)
@@ -99,6 +98,15 @@ def check(
         if path is not None:
             path.write_text(check_report.WRITERS[kind](results, steps), encoding="utf-8")
     _end(results)
+
+
+def _print_template(name: str, files: Sequence[Path] | None, parameters: list[str] | None) -> None:
+    from gnomon.harness.trajectories.template import template  # as above
+
+    if files:
+        raise ValueError(f"--template {name}: it reads no file; leave {files[0]} out")
+    chosen = _chosen(name, parameters, "--template")
+    out.out(template(chosen, tuple(parameters or ())), end="", highlight=False)
 
 
 def _validate(files: Sequence[Path] | None, steps: Sequence[float], picture: Path | None) -> None:
@@ -133,8 +141,8 @@ def _check_files(
     case: Case,
     columns: list[str] | None,
     within: str | None,
-    span: tuple[float | None, float | None],
-    accepted: tuple[bool, bool, bool],
+    span: Span,
+    accepted: Sequence[str],
 ) -> list[TrajectoryCheck]:
     from gnomon.harness.trajectories.check import check as check_  # as above
     from gnomon.harness.trajectories.check import validate_bound
@@ -142,21 +150,7 @@ def _check_files(
     bound = None if within is None else _bound(within)
     if bound is not None:
         validate_bound(bound, case)
-    sort, sparse, partial = accepted
-    return [
-        check_(
-            case,
-            file,
-            columns=columns,
-            within=bound,
-            first=span[0],
-            last=span[1],
-            sort=sort,
-            sparse=sparse,
-            partial=partial,
-        )
-        for file in files
-    ]
+    return [check_(case, file, columns=columns, within=bound, span=span, accept=accepted) for file in files]
 
 
 def _bound(text: str) -> Bound:

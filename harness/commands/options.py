@@ -45,6 +45,24 @@ def columns(least: int) -> int:
     return console.width if console.is_terminal or os.environ.get("COLUMNS", "").isdigit() else least
 
 
+Engine = Annotated[
+    str | None, typer.Option(help="A physics engine, by its name as an integrator; its pre-flights run too.")
+]
+FmuOrder = Annotated[
+    int | None, typer.Option(help="The order in the communication step that an FMU for co-simulation claims.")
+]
+Claims = Annotated[
+    list[str] | None, typer.Option(help="A claim, or a pre-flight, by its id; repeatable. By default all.")
+]
+Depth = Annotated[str, typer.Option(help="low, normal or high: how many cases, and how short the steps.")]
+MaxSeconds = Annotated[
+    float | None,
+    typer.Option(help="Claims that are not verified within this time are not checked: no exit code 0."),
+]
+Every = Annotated[
+    bool,
+    typer.Option("--all", help="Verify all claims on all cases; by default a known cause of failures ends the run."),
+]
 Parameters = Annotated[
     list[str] | None,
     typer.Option("--set", help="A parameter of the case, or the start of a coordinate, name=value; repeatable."),

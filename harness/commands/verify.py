@@ -56,32 +56,16 @@ def verify(
     integrator: options.IntegratorArgument = None,
     named: options.IntegratorOption = None,
     command: options.Programs = None,
-    engine: Annotated[
-        str | None, typer.Option(help="A physics engine, by its name as an integrator; its pre-flights run too.")
-    ] = None,
+    engine: options.Engine = None,
     fmu: Fmu = None,
     columns: Columns = None,
-    order: Annotated[
-        int | None, typer.Option(help="The order in the communication step that an FMU for co-simulation claims.")
-    ] = None,
+    order: options.FmuOrder = None,
     case: options.Cases = None,
     parameters: options.Parameters = None,
-    claim: Annotated[
-        list[str] | None, typer.Option(help="A claim, or a pre-flight, by its id; repeatable. By default all.")
-    ] = None,
-    depth: Annotated[
-        str, typer.Option(help="low, normal or high: how many cases, and how short the steps.")
-    ] = "normal",
-    max_seconds: Annotated[
-        float | None,
-        typer.Option(help="Claims that are not verified within this time are not checked: no exit code 0."),
-    ] = None,
-    every: Annotated[
-        bool,
-        typer.Option(
-            "--all", help="Verify all claims on all cases; by default a known cause of failures ends the run."
-        ),
-    ] = False,
+    claim: options.Claims = None,
+    depth: options.Depth = "normal",
+    max_seconds: options.MaxSeconds = None,
+    every: options.Every = False,
     json_path: Annotated[Path | None, options.path_option("Write the result as JSON.", "--json")] = None,
     junit: Annotated[Path | None, options.path_option("Write the result as JUnit XML.")] = None,
     markdown: Annotated[Path | None, options.path_option("Write a summary for a pull request in Markdown.")] = None,

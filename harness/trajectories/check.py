@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,6 +25,10 @@ from gnomon.harness.verification.verification_report import FAILED, NOT_VERIFIED
 
 Bound = float | Mapping[str, float]
 """The largest error that is allowed: of the size of the motion, or by coordinate in its unit."""
+Span = tuple[float | None, float | None]
+"""The times (s) from which and to which a motion must be there; None for the first and the last of the trajectory."""
+ACCEPTED = ("unsorted", "sparse", "partial")
+"""What is no reason not to compare, where it is named; `gnomon check` has --sort, --sparse and --partial."""
 
 MOST_DIAGNOSED = 256
 """Rows from which causes are found: some are found by solutions of other equations."""
@@ -216,11 +220,8 @@ def check(
     *,
     columns: Iterable[str] | Mapping[str, str] | None = None,
     within: Bound | None = None,
-    first: float | None = None,
-    last: float | None = None,
-    sort: bool = False,
-    sparse: bool = False,
-    partial: bool = False,
+    span: Span = (None, None),
+    accept: Iterable[str] = (),
 ) -> TrajectoryCheck:
     """Compare a trajectory with the exact motion of a case.
 
@@ -236,14 +237,11 @@ def check(
         For columns by name: what each is, as ``"phi=theta:deg,w=omega:deg/s"`` or ``{"phi": "theta:deg"}``.
     within : float or mapping, optional
         The largest error that is allowed, as in `TrajectoryCheck.within`, for the verdict of the report.
-    first, last : float, optional
-        The times in s from which and to which the motion must be there, and is compared.
-    sort : bool
-        Whether to sort rows whose times do not rise.
-    sparse : bool
-        Whether gaps longer than the fastest period are accepted.
-    partial : bool
-        Whether coordinates without a column are accepted; they are not compared.
+    span : tuple of float or None
+        The times in s from which and to which the motion must be there, and is compared; None for the first and the last.
+    accept : sequence of {"unsorted", "sparse", "partial"}
+        What is accepted: rows whose times do not rise, which are sorted; gaps longer than the fastest period; coordinates
+        without a column, which are not compared.
 
     Returns
     -------
@@ -253,7 +251,8 @@ def check(
     Raises
     ------
     ValueError
-        For an unknown case, column, unit or coordinate, for arrays of other shapes, and for a file that is not read.
+        For an unknown case, column, unit, coordinate or word of `accept`, for arrays of other shapes, and for a file that
+        is not read.
 
     Examples
     --------
@@ -264,7 +263,9 @@ def check(
     >>> bool(gnomon.check("kepler_orbit", orbit.times, 1.001 * states).within(1e-6))
     False
     """
-    chosen = _one_case(case)
+    chosen, accepted = _one_case(case), {accept} if isinstance(accept, str) else {*accept}
+    for word in accepted - {*ACCEPTED}:
+        raise ValueError(f"accept={cut(repr(word))}: it is one of {', '.join(ACCEPTED)}")
     if within is not None:
         validate_bound(within, chosen)
     if states is not None and not hasattr(states, "keys") and not hasattr(states, "column_names"):
@@ -272,27 +273,26 @@ def check(
             raise ValueError("columns: the states have no names; give columns by name, as {'phi': angles}")
         trajectory = states_of(chosen, times, states)
     else:
-        trajectory = read_columns(_table(times, states), chosen, columns, partial)
-    return check_trajectory(chosen, trajectory, within, first, last, sort, sparse)
+        trajectory = read_columns(_table(times, states), chosen, columns, "partial" in accepted)
+    return check_trajectory(chosen, trajectory, within, span, accepted)
 
 
 def check_trajectory(
     case: Case,
     trajectory: Trajectory,
     bound: Bound | None = None,
-    first: float | None = None,
-    last: float | None = None,
-    sort: bool = False,
-    sparse: bool = False,
+    span: Span = (None, None),
+    accepted: Collection[str] = (),
 ) -> TrajectoryCheck:
     """The result for a trajectory in the coordinates of a case; a trajectory that cannot be compared has its reason."""
+    first, last = span
     for name, value in (("--from", first), ("--to", last)):
         if value is not None and not 0 <= value < math.inf:
             raise ValueError(f"{name} {value:g}: give a time from 0 on, in s")
     if first is not None and last is not None and not first < last:
         raise ValueError(f"--from {first:g} --to {last:g}: give a later time with --to")
     try:
-        found = compare(case, trajectory, first, last, sort, sparse)
+        found = compare(case, trajectory, first, last, "unsorted" in accepted, "sparse" in accepted)
     except NotCheckedError as reason:
         return TrajectoryCheck(case, trajectory, None, str(reason), bound)
     return TrajectoryCheck(found.case, found.trajectory, found, "", bound)

@@ -81,7 +81,7 @@ def test_a_planted_cause_is_named_in_a_file(kind: str, tmp_path: Path) -> None:
     case, plant, told = PLANTED[kind]
     times, states = plant()
     as_csv(tmp_path / "a.csv", {"t": times, **dict(zip(case.coordinates, states.T, strict=True))})
-    found = gnomon.check(case, tmp_path / "a.csv", within=1e-4, sparse=True)
+    found = gnomon.check(case, tmp_path / "a.csv", within=1e-4, accept=["sparse"])
     assert found.verdict.code == 1
     assert found.causes
     text = " ".join(found.causes)

@@ -229,7 +229,7 @@ def test_what_was_not_checked_is_no_pass(kind: str) -> None:
     times = np.linspace(0, 20, 200)
     found = gnomon.check(SWING, *change(times, SWING.sample(times)), within=0.1)
     assert found.verdict.code == 2
-    assert not found.within(0.1)
+    assert not found.within({"theta": 0.1})
     assert "not checked" in str(found).splitlines()[-1]
     assert reason in found.verdict.text
 
@@ -237,9 +237,9 @@ def test_what_was_not_checked_is_no_pass(kind: str) -> None:
 def test_less_than_the_wanted_span_is_not_checked() -> None:
     times = np.linspace(1, 5, 80)
     states = SWING.sample(times)
-    assert gnomon.check(SWING, times, states, within=1e-9, first=1, last=5).verdict.code == 0
-    assert gnomon.check(SWING, times, states, within=1e-9, last=5.1).verdict.code == 2
-    assert gnomon.check(SWING, times, states, within=1e-9, first=0.9).verdict.code == 2
+    assert gnomon.check(SWING, times, states, within=1e-9, span=(1, 5)).verdict.code == 0
+    assert gnomon.check(SWING, times, states, within=1e-9, span=(None, 5.1)).verdict.code == 2
+    assert gnomon.check(SWING, times, states, within=1e-9, span=(0.9, None)).verdict.code == 2
 
 
 def test_rows_outside_the_wanted_span_do_not_count() -> None:
@@ -247,15 +247,15 @@ def test_rows_outside_the_wanted_span_do_not_count() -> None:
     states = SWING.sample(times)
     states[times > 4] += 1
     states[times < 1] += 1
-    assert not gnomon.check(SWING, times, states).within(0.01)
-    assert gnomon.check(SWING, times, states, first=1, last=4).within(1e-12)
+    assert not gnomon.check(SWING, times, states).within({"theta": 0.01})
+    assert gnomon.check(SWING, times, states, span=(1, 4)).within(1e-12)
 
 
 def test_rows_are_sorted_and_gaps_accepted_on_request() -> None:
     times = np.linspace(0, 20, 200)
     states = SWING.sample(times)
-    assert gnomon.check(SWING, times[::-1], states[::-1], sort=True).within(1e-12)
-    assert gnomon.check(SWING, times[::30], states[::30], sparse=True).within(1e-12)
+    assert gnomon.check(SWING, times[::-1], states[::-1], accept=["unsorted"]).within(1e-12)
+    assert gnomon.check(SWING, times[::30], states[::30], accept=["sparse"]).within(1e-12)
     assert gnomon.check(SWING, times[::30], 2 * states[::30], within=0.1).verdict.code == 1, "an error is an error"
 
 
@@ -266,7 +266,7 @@ def test_the_two_rows_of_an_event_are_both_right() -> None:
     before, after = (np.array([float(x) for x in each]) for each in (event.before, event.after))
     times = np.array([0.1, 0.3, time, time, time + 0.1])
     states = np.vstack([BALL.sample(times[:2]), before, after, BALL.sample(times[4:])])
-    assert gnomon.check(BALL, times, states, sort=True).within(1e-9)
+    assert gnomon.check(BALL, times, states, accept=["unsorted"]).within(1e-9)
 
 
 def test_more_rows_than_are_compared_are_thinned_and_this_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -298,11 +298,11 @@ def test_a_part_of_the_coordinates_is_compared_only_on_request() -> None:
     columns = {"t": times, "theta": SWING.sample(times)[:, 0]}
     with pytest.raises(ValueError, match=r"no column for omega .* --partial"):
         gnomon.check(SWING, columns)
-    found = gnomon.check(SWING, columns, partial=True)
+    found = gnomon.check(SWING, columns, accept=["partial"])
     assert found.within(1e-12)
     assert "not compared, without a column: omega" in str(found)
-    assert not gnomon.check(SWING, columns | {"theta": columns["theta"] + 1e-3}, partial=True).within(1e-6)
-    assert gnomon.check(SWING, columns, partial=True).within({"omega": 1}).code == 1
+    assert not gnomon.check(SWING, columns | {"theta": columns["theta"] + 1e-3}, accept=["partial"]).within(1e-6)
+    assert gnomon.check(SWING, columns, accept=["partial"]).within({"omega": 1}).code == 1
 
 
 @pytest.mark.parametrize(
