@@ -117,6 +117,16 @@ def as_record(path: Path, columns: Columns) -> None:
     np.savez(path, found)
 
 
+def as_fmu_result(path: Path, columns: Columns) -> None:
+    """As fmpy writes the result of a simulation."""
+    from fmpy.util import write_csv
+
+    found = np.zeros(len(next(iter(columns.values()))), dtype=[(name, "f8") for name in columns])
+    for name, values in columns.items():
+        found[name] = values
+    write_csv(path, found)
+
+
 def as_mat(path: Path, columns: Columns) -> None:
     from scipy.io import savemat
 
@@ -155,6 +165,7 @@ WRITERS: Mapping[str, tuple[str, Callable[[Path, Columns], None], str]] = {
     "json": (".json", as_json, "numpy"),
     "npz": (".npz", as_npz, "numpy"),
     "record": (".npz", as_record, "numpy"),
+    "result of an FMU": (".csv", as_fmu_result, "fmpy"),
     "mat": (".mat", as_mat, "scipy"),
     "mat struct": (".mat", as_mat_struct, "scipy"),
     "hdf5": (".h5", as_hdf5, "h5py"),
