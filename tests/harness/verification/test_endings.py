@@ -15,7 +15,7 @@ from gnomon.harness.measuring.trials import CALLS, DEPTHS, Trials
 from gnomon.harness.verification.claims import Finding, Outcome, not_checked, passed
 from gnomon.harness.verification.verify import ACCURACY, CLAIMS, FOLLOWS, Report, Row, verify
 
-from gnomon.verify import Tolerance, from_solve, from_step
+from gnomon.verify import Refused, Tolerance, from_solve, from_step
 
 
 def checked(claim: str, integrator: Integrator, case: str = "pendulum_simple") -> Finding:
@@ -132,3 +132,13 @@ def test_a_step_without_its_sign_goes_forward_where_times_fall() -> None:
 def test_a_solver_for_rising_times_is_not_blamed() -> None:
     """It returns its start at each earlier time: no step, and no derivative, is asked for there."""
     assert checked("backward", heun(-1.0)).outcome == Outcome.NOT_APPLICABLE
+
+
+def test_steps_that_are_declined_as_too_long_are_no_history() -> None:
+    def step(f: Any, t: float, y: Floats, h: float) -> Any:
+        if h > 0.05:
+            raise Refused("Newton's iteration does not converge")
+        return planted_methods.good_rk4.function(f, t, y, h)
+
+    mine = from_step(step, name="declines", order=4, sweep=Steps(0.25, 6))
+    assert checked("history", mine).outcome == Outcome.PASSED
