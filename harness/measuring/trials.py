@@ -267,13 +267,14 @@ class Trials:
         share = min(1.0, h / self.reference.time_scale)
         return ROOT_OF_ULP * share * path * max(1.0, self.conditioning(halvings) / HALF_ULP)
 
-    def of_constraints(self, h: float, halvings: int) -> float:
-        """The error of velocities at a step size, if the integrator may correct positions on constraints; else 0.
+    def of_velocities(self, h: float, halvings: int) -> float:
+        """The error of velocities at a step size, if they may be differences of positions over the step; else 0.
 
-        Positions are known to half an ulp, and a velocity is their difference over a step. Engines that keep joints by
-        constraints between bodies do so too.
+        Positions are known to half an ulp. So are velocities that keep positions on constraints, of engines that keep
+        joints by constraints between bodies, and of interpolants, which differentiate positions.
         """
-        if not {Constrained, SceneForm} & set(self.integrator.accepts):
+        takes = {Constrained, SceneForm} & set(self.integrator.accepts)
+        if not takes and self.integrator.dense_order is None:
             return 0.0
         return 2.0 * self.conditioning(halvings) * self.reference.time_scale / h
 
@@ -330,7 +331,7 @@ class Trials:
         errors = self.distance(states, self.exact(halvings)[-len(states) :], times)
         roundoff = self.roundoff(work or len(problem.times), halvings)
         if self.steps:
-            roundoff += self.of_differences(setting, halvings) + self.of_constraints(setting, halvings)
+            roundoff += self.of_differences(setting, halvings) + self.of_velocities(setting, halvings)
         return Answer(
             setting, Status.OK, "", states, errors, roundoff, work, found.calls if counted else None,
             bool(solution.steps), solution.stopped, solution.events, seconds,

@@ -10,10 +10,15 @@ import numpy as np
 import pytest
 from families import FreeBodies, frame
 from family_faults import FAMILIES, family_right
+from gnomon.cases import get
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, SecondOrder, SemiLinear, Transition
 from gnomon.cases.core.scene import Body, Contact, Scene
 from gnomon.harness.contract.integrator import Integrator, Problem, Refused, Tolerance, solver_of
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.measuring.trials import DEPTHS, Trials
+from gnomon.harness.verification.claims import Outcome
 from gnomon.harness.verification.function_adapter import FunctionAdapter, Stepped, right_hand_side
+from gnomon.harness.verification.verify import CLAIMS
 from scipy.integrate import solve_ivp
 
 RIGHT = family_right()
@@ -191,3 +196,9 @@ def test_a_ball_of_the_engine_bounces_as_high_as_the_restitution_says(e: float) 
         if bounces < 20 and abs(0.01 * k - time) > 1e-6:
             assert energy == pytest.approx(9.81 * e ** (2 * bounces), rel=1e-9)
     assert e == 1 or energies[-1] < 1e-9
+
+
+def test_velocities_of_an_interpolant_round_as_positions_over_a_step() -> None:
+    """At 5e-8 s this is 1e-9, and grows as steps become shorter."""
+    trials = Trials.of(RIGHT["adaptive_verlet"], CaseSpec.of(get("pendulum_simple").rounded()), DEPTHS["low"])
+    assert CLAIMS["step_order"].check(trials).outcome == Outcome.PASSED
