@@ -270,8 +270,8 @@ class Trials:
     def of_velocities(self, h: float, halvings: int) -> float:
         """The error of velocities at a step size, if they may be differences of positions over the step; else 0.
 
-        Positions are known to half an ulp. So are velocities that keep positions on constraints, of engines that keep
-        joints by constraints between bodies, and of interpolants, which differentiate positions.
+        Positions are known to half an ulp. Such velocities are found by methods that keep positions on constraints, by
+        engines that keep joints by constraints between bodies, and by interpolants, which differentiate positions.
         """
         takes = {Constrained, SceneForm} & set(self.integrator.accepts)
         if not takes and self.integrator.dense_order is None:

@@ -86,15 +86,10 @@ def from_step(
     >>> from gnomon.verify import from_step
     >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
     """
-    declared: dict[str, Any] = {
-        "name": name,
-        "library": library,
-        "order": order,
-        "conserves": conserves,
-        "jacobian": jacobian,
-    }
-    declared["accepts"] = (SecondOrder,) if accelerations else (FirstOrder,)
-    return _made(Stepped, declared | {"sweep": sweep or Steps(), "function": staticmethod(step)})
+    return _made(
+        Stepped, step, accelerations,
+        name=name, library=library, order=order, conserves=conserves, jacobian=jacobian, sweep=sweep or Steps(),
+    )  # fmt: skip
 
 
 def from_solve(
@@ -155,17 +150,12 @@ def from_solve(
     ...     return found.y.T
     >>> rk45 = from_solve(solve, name="RK45", order=5, dense_order=4)
     """
-    declared: dict[str, Any] = {
-        "name": name,
-        "library": library,
-        "order": order,
-        "conserves": conserves,
-        "jacobian": jacobian,
-    }
-    declared["accepts"] = (SecondOrder,) if accelerations else (FirstOrder,)
     sampling = "stops at samples" if dense_order is None else "dense output"
-    more = {"sweep": sweep or Tolerance(1e-3, 1e-12), "sampling": sampling, "dense_order": dense_order or None}
-    return _made(_Solved, declared | more | {"function": staticmethod(solve)})
+    return _made(
+        _Solved, solve, accelerations,
+        name=name, library=library, order=order, conserves=conserves, jacobian=jacobian,
+        sweep=sweep or Tolerance(1e-3, 1e-12), sampling=sampling, dense_order=dense_order or None,
+    )  # fmt: skip
 
 
 class FunctionAdapter(Integrator):
@@ -247,8 +237,11 @@ def right_hand_side(problem: Problem) -> RightHandSide:
     return f
 
 
-def _made(base: type[FunctionAdapter], attributes: dict[str, Any]) -> Integrator:
+def _made(
+    base: type[FunctionAdapter], function: Callable[..., Any], accelerations: bool, **attributes: Any
+) -> Integrator:
     """An instance of a new class in the module of the user's call: workers import it as a variable of that module."""
+    attributes |= {"function": staticmethod(function), "accepts": (SecondOrder if accelerations else FirstOrder,)}
     module = sys._getframe(2).f_globals.get("__name__", "__main__")
     kind = type(base.__name__.strip("_"), (base,), attributes | {"__module__": module})
     made: Integrator = kind()

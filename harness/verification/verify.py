@@ -475,7 +475,10 @@ class CaseJob(Job):
 
 
 def _first(trials: Trials) -> Finding:
-    """Failed, with the traceback or what is wrong with the answer, if the integrator raises both at the coarsest and at a usual setting."""
+    """Failed if the integrator raises both at the coarsest and at a usual setting.
+
+    The text is the traceback, or what is wrong with the answer.
+    """
     text = ""
     for setting in (trials.settings[0], trials.usual()):
         try:
