@@ -121,7 +121,9 @@ class _Distributed:
     def _trials(self, work: Work, machine: str) -> tuple[Trial, ...]:
         """The trials of a series on a machine."""
         one, trials, scorer = work
-        return trials if machine == environment.machine() else one.trials(scorer.problem(one.form), machine)
+        if machine == environment.machine():
+            return trials
+        return one.trials(scorer.problem(one.form), machine, self.run_.suite.settings)
 
     def _complete(self, one: Series, trials: Sequence[Trial], scorer: Scorer) -> bool:
         """Whether all launches of a series have nothing left to measure or to skip."""

@@ -42,6 +42,10 @@ REPEAT = (
     "Run again all trials, also those in the file, of the integrators that --integrator, --command or --library names; with"
     " none named, those that a cause outside ended (memory, again and again a signal)."
 )
+SETTINGS = (
+    "Tolerances, or step sizes in the unit of time, to run at, as 1e-6,1e-9; by default the sweeps of the methods. In a run"
+    " of methods of both kinds name the kind, repeatably: tolerance=1e-6,1e-9, then step=0.1,0.05."
+)
 
 
 def run(
@@ -72,6 +76,7 @@ def run(
     report: options.Report = None,
     minutes: Annotated[float | None, typer.Option(help=MINUTES, min=0.0)] = None,
     repeat: Annotated[bool, typer.Option("--repeat", help=REPEAT)] = False,
+    settings: Annotated[list[str] | None, typer.Option("--settings", help=SETTINGS)] = None,
     allow_missing: Annotated[bool, typer.Option("--allow-missing", help=options.OUTSTANDING)] = False,
 ) -> None:
     """Run integrators on cases. The same command resumes an interrupted run.
@@ -79,6 +84,7 @@ def run(
     Exit code 1 if nothing was measured, if trials are outstanding, or if an integrator of your own never succeeded.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.measuring.settings import choose_settings, read_settings
     from gnomon.harness.registry import selection
     from gnomon.harness.running import plan
 
@@ -93,6 +99,8 @@ def run(
         again = plan.Repeat.ALL if integrator or command or library else plan.Repeat.FROM_OUTSIDE
         chosen_suite = replace(chosen_suite, repeat=again)
     integrators = selection.integrators_of(_integrators(integrator or [], command or [], chosen_suite), library, kind)
+    if settings:
+        chosen_suite = replace(chosen_suite, settings=choose_settings(read_settings(settings), integrators))
     chosen = options.chosen(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
     chosen = selection.cases_of(chosen, family, kind)
     options.ensure_results(out_path)

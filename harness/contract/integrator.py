@@ -41,7 +41,7 @@ class TooManyCalls(Exception):  # noqa: N818 - named for the limit
 
 @dataclass(frozen=True)
 class Tolerance:
-    """The sweep of an integrator whose setting is a relative tolerance.
+    """The sweep of an integrator whose setting is a relative tolerance: from 1e-6 to 1e-12 these are seven tolerances.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Steps:
     coarsest : float
         An upper limit of the first step, in time scales of the problem: the sweep starts at the largest step up to it.
     halvings : int
-        The number of times that the sweep halves the first step.
+        The number of times that the sweep halves the first step. Runs have at least 8 step sizes.
 
     Examples
     --------

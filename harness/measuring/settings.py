@@ -1,20 +1,35 @@
-"""The settings of a sweep: tolerances or step sizes."""
+"""The settings of a sweep: tolerances or step sizes, as an integrator declares them or as a user chooses them."""
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
 
 from gnomon.cases import Case
 from gnomon.harness.contract.integrator import Integrator, Problem, Steps, Tolerance
+from gnomon.harness.contract.validation import is_finite, short
 
 FEWEST = 8
-"""Minimum number of settings of a sweep."""
+"""Minimum number of step sizes of a sweep."""
 DECIMAL_STEPS = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
 """Step sizes (s) on the variants `engines*`, whose sample times are multiples of 0.01 s. A method that declares few
 halvings, because finer steps only show its round-off, has the first of them."""
+KINDS = (Tolerance.kind, Steps.kind)
+Chosen = Mapping[str, Sequence[float]]
+"""The settings that a user chose, by kind (`KINDS`), from cheap to expensive; a kind without any has its sweeps."""
+EXAMPLE = "as 1e-6,1e-9 or, for a run of methods of both kinds, tolerance=1e-6,1e-9 and step=0.1,0.05"
 
 
-def sweep_settings(integrator: Integrator, case: Case, problem: Problem) -> tuple[float, ...]:
-    """The settings of a sweep, from cheap to expensive; at least FEWEST but on the variants `engines*`."""
+def sweep_settings(
+    integrator: Integrator, case: Case, problem: Problem, chosen: Chosen | None = None
+) -> tuple[float, ...]:
+    """The settings of a sweep, from cheap to expensive: the `chosen` ones of its kind, or else those that it declares.
+
+    A chosen step size that does not divide the sampling interval becomes the next smaller one that does.
+    """
     sweep = integrator.sweep
+    given = (chosen or {}).get(sweep.kind)
+    if given is not None:
+        steps = isinstance(sweep, Steps) and problem.uniform
+        return tuple(dict.fromkeys(_divide(problem.interval, h) if steps else h for h in given))
     if isinstance(sweep, Tolerance):
         return _tolerances(sweep)
     if case.variant is not None and case.variant.startswith("engines"):
@@ -24,7 +39,7 @@ def sweep_settings(integrator: Integrator, case: Case, problem: Problem) -> tupl
 
 def _tolerances(sweep: Tolerance) -> tuple[float, ...]:
     decades = math.log10(sweep.loosest / sweep.tightest)
-    count = max(round(decades * sweep.per_decade), FEWEST - 1)
+    count = max(round(decades * sweep.per_decade), 1)
     loosest = math.log10(sweep.loosest)
     return tuple(float(f"{10 ** (loosest - decades * k / count):.3e}") for k in range(count + 1))
 
@@ -34,3 +49,71 @@ def _steps(sweep: Steps, interval: float, time_scale: float) -> tuple[float, ...
     first = max(0, math.ceil(math.log2(interval / (sweep.coarsest * time_scale))))
     count = max(sweep.halvings + 1, FEWEST)
     return tuple(math.ldexp(interval, -(first + k)) for k in range(count))
+
+
+def _divide(interval: float, step: float) -> float:
+    """The step itself if it divides the interval to rounding, else the next smaller one that does."""
+    count = max(1, round(interval / step))
+    if abs(count * step - interval) <= 2 * math.ulp(interval):
+        return step
+    return interval / max(1, math.ceil(interval / step))
+
+
+def choose_settings(given: Chosen | Iterable[float], integrators: Iterable[Integrator]) -> Chosen:
+    """The settings that a user gives for these integrators, validated and sorted from cheap to expensive.
+
+    `given` has them by kind, "tolerance" or "step"; without kinds all integrators must have settings of one kind.
+    Raises ValueError for an impossible setting, and for a kind that is not known, not clear, or not the kind of any
+    integrator.
+    """
+    first = {one.sweep.kind: one.id for one in reversed([*integrators])}
+    if not isinstance(given, Mapping):
+        given = [*given]
+        if len(first) > 1:
+            tolerance, step = (first[kind] for kind in KINDS)
+            raise ValueError(
+                f"settings {_text(given)}: {tolerance} takes tolerances and {step} step sizes; name the kind, {EXAMPLE}"
+            )
+        given = {kind: given for kind in first}
+    found = {}
+    for kind, values in given.items():
+        if kind not in KINDS:
+            raise ValueError(f"settings {kind}={_text(values)}: a setting is a {' or a '.join(KINDS)}, {EXAMPLE}")
+        if kind not in first:
+            raise ValueError(f"settings {kind}={_text(values)}: no integrator of this run takes a {kind}")
+        for value in values:
+            if not (is_finite(value) and 0 < value < (1 if kind == Tolerance.kind else math.inf)):
+                rule = (
+                    "a positive number below 1" if kind == Tolerance.kind else "a positive number, in the unit of time"
+                )
+                raise ValueError(f"settings: {short(value)} is not a {kind}; a {kind} is {rule}")
+        if not values:
+            raise ValueError(f"settings: no {kind} is given; write some, {EXAMPLE}")
+        found[kind] = tuple(sorted({float(value) for value in values}, reverse=True))
+    return found
+
+
+def read_settings(texts: Sequence[str]) -> dict[str, list[float]] | list[float]:
+    """The settings in texts such as ``1e-6,1e-9`` or ``step=0.1,0.05``, as `choose_settings` takes them.
+
+    Raises ValueError for a text without numbers, and for kinds that are named in some of the texts only.
+    """
+    named: dict[str, list[float]] = {}
+    for text in texts:
+        kind, equals, numbers = text.rpartition("=")
+        if equals and not kind.strip():
+            raise ValueError(f"settings {text!r}: write numbers, {EXAMPLE}")
+        try:
+            values = [float(number) for number in numbers.split(",")]
+        except ValueError:
+            raise ValueError(f"settings {text!r}: write numbers, {EXAMPLE}") from None
+        named.setdefault(kind.strip(), []).extend(values)
+    if "" not in named:
+        return named
+    if len(named) > 1:
+        raise ValueError(f"settings {' '.join(texts)}: name the kind of all or of none, {EXAMPLE}")
+    return named[""]
+
+
+def _text(values: Iterable[float]) -> str:
+    return ",".join(f"{value:g}" if is_finite(value) else short(value) for value in values)

@@ -64,7 +64,8 @@ def crashes(
     for one in series:
         exact = found[CaseSpec.of(one.case)]
         if isinstance(exact, ReferenceSolution):  # else the run reports the error of the case
-            settings = sweep_settings(one.integrator, one.case, problem_of(one.case, one.integrator.accepts))
+            problem = problem_of(one.case, one.integrator.accepts)
+            settings = sweep_settings(one.integrator, one.case, problem, suite.settings)
             chosen_two = [settings[0], settings[len(settings) // 2]]
             trials.append(
                 FirstTrial(one.integrator, one.case.id, task_of(one, exact), suite.limit(one.case), chosen_two)

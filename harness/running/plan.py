@@ -22,7 +22,7 @@ from gnomon.harness.contract.integrator import Integrator, Problem
 from gnomon.harness.contract.problem import accepted_form, takes
 from gnomon.harness.contract.status import Status
 from gnomon.harness.contract.validation import short
-from gnomon.harness.measuring.settings import sweep_settings
+from gnomon.harness.measuring.settings import Chosen, sweep_settings
 from gnomon.harness.registry import environment, lookup, references
 from gnomon.harness.registry.selection import DEFAULT
 from gnomon.harness.results.schema import TIMING_SPAN
@@ -116,6 +116,8 @@ class Suite:
     shard: tuple[int, int] = (1, 1)
     """The part of the series that runs, from 1, and the number of parts (see `cost.shard`)."""
     repeat: Repeat = Repeat.NOTHING
+    settings: Chosen | None = field(default=None, hash=False)
+    """The settings that the user chose, for all cases; None for the sweeps that the methods declare."""
 
     def of(self, case: Case) -> Suite:
         """The suite for a case: this one or `rest`."""
@@ -255,15 +257,15 @@ class Series:
     def form(self) -> Any:
         return accepted_form(self.case, self.integrator.accepts, self.formulation)
 
-    def trials(self, problem: Problem, machine: str | None = None) -> tuple[Trial, ...]:
-        """The trials of the sweep on `problem`; one trial without a setting if the pair is left out.
+    def trials(self, problem: Problem, machine: str | None = None, settings: Chosen | None = None) -> tuple[Trial, ...]:
+        """The trials of the sweep, or of chosen `settings`, on `problem`; one without a setting if the pair is left out.
 
         Their keys belong to a `machine` (see `environment.machine`), by default to this one.
         """
         base = [*self._key_parts(problem), machine or environment.machine()]
         if self.left_out is not None:
             return (Trial(sources.digest([*base, *self.left_out]), None),)
-        found = sweep_settings(self.integrator, self.case, problem)
+        found = sweep_settings(self.integrator, self.case, problem, settings)
         return tuple(Trial(sources.digest([*base, value.hex()]), value) for value in found)
 
     def _key_parts(self, problem: Problem) -> list[str]:

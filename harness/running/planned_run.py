@@ -207,7 +207,7 @@ class PlannedRun:
             if spec not in self.reference_solutions:
                 continue
             scorer = self._scorer(spec, one)
-            trials = one.trials(scorer.problem(one.form))
+            trials = one.trials(scorer.problem(one.form), settings=self.suite.settings)
             rows += [one.describe(trial, **scorer.summary()) for trial in trials]
             if self.history and one.left_out is None:
                 self.reopen(one, trials, len(scorer.reference.turned) > 0 and not one.over_timing_span)

@@ -63,14 +63,6 @@ def test_engine_variants_get_decimal_steps() -> None:
     assert {1e-2, 1e-3, 1e-4} <= {trial.setting for trial in trials(case, planted.Sound())}
 
 
-@pytest.mark.parametrize("sweep", [Tolerance(), Tolerance(1e-3, 1e-5), Tolerance(1e-2, 1e-14, per_decade=2)])
-def test_tolerances_go_from_loosest_to_tightest(sweep: Tolerance) -> None:
-    found = settings(sweep)
-    assert len(found) >= FEWEST
-    assert (found[0], found[-1]) == (sweep.loosest, sweep.tightest)
-    assert all(a > b for a, b in itertools.pairwise(found))
-
-
 def test_a_near_duplicate_method_skips_hard_variants_unless_it_is_named() -> None:
     chosen = [(CASE, ""), (cases.get("pendulum_simple", "engines").rounded(), "")]
     in_suite = plan.pairs(chosen, [planted.NearDuplicate()], formulations=False, near_duplicates=False)
