@@ -1,12 +1,27 @@
-"""`gnomon compare`: find out whether a run is worse than an earlier one."""
+"""`gnomon compare`: the changes of a run since an earlier one, and whether it is worse."""
 
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from gnomon.harness.commands import options
-from gnomon.harness.commands.options import out
+from gnomon.harness.commands.options import Shown, out
+from rich.box import SIMPLE_HEAD
 from rich.markup import escape
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from gnomon.harness.results.regression import SeriesChange
+
+TABLE_WIDTH = 150
+NOTE = (
+    "settings: those that both runs solved, to the finest; base, run: at the finest; median ratio: of run/base over them, for times"
+    " over those that one machine timed; calls: right-hand sides"
+)
 
 
 def compare(
@@ -20,7 +35,7 @@ def compare(
         ),
     ] = False,
 ) -> None:
-    """Compare a run with an earlier one: status, order, errors and right-hand sides.
+    """Compare a run with an earlier one: error, right-hand sides and time of every series, then status and order.
 
     Exit code 1 if the run is worse, if trials of one of the two are outstanding (planned, and interrupted or not run
     yet), or if a setting of the base is not compared: it has no result in the run, unless --allow-missing is given, or
@@ -28,10 +43,16 @@ def compare(
     tries, which limits below half a second allow.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.harness.results.regression import compare as compare_
+    from gnomon.harness.results import regression
 
     (before, lacking), (after, lacked) = _read(base), _read(run)
-    verdict = compare_(before, after, allow_missing)
+    verdict = regression.compare(before, after, allow_missing)
+    changes = regression.changes(before, after)
+    Shown(width=options.columns(TABLE_WIDTH), emoji=False).print(_table(changes))
+    out.print(NOTE, highlight=False)
+    for one in changes:
+        if one.why:
+            out.print(escape(f"{_name(one)}: no setting that both solved; {one.why}"), highlight=False)
     for line in verdict.notes:
         out.print(escape(line))
     for line in verdict.regressions:
@@ -43,6 +64,45 @@ def compare(
         out.print(escape(line), highlight=False)
     if verdict.failed or ((lacking or lacked) and not allow_missing):
         raise typer.Exit(1)
+
+
+def _table(changes: Sequence[SeriesChange]) -> Table:
+    """Three rows a series: error, right-hand sides and time in both runs, and their ratios."""
+    from gnomon.harness.results.number_text import error_text, figures_text, grouped, time_text
+
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("series", overflow="fold")
+    table.add_column("settings", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    for name in ("base", "run", "median ratio"):
+        table.add_column(name, justify="right", no_wrap=True)
+
+    def count_text(count: float) -> str:
+        return grouped(round(count)) if math.isfinite(count) else "–"
+
+    def ratio_text(ratio: float) -> str:
+        return figures_text(ratio, 3) if 0.00995 <= ratio < 999.5 else error_text(ratio)
+
+    for one in (each for each in changes if each.settings):
+        settings = f"{one.settings}" + (f" to {one.setting:.3g}" if math.isfinite(one.setting) else "")
+        lines = [
+            (name, text(change.base), text(change.run), ratio_text(change.ratio))
+            for name, text, change in (
+                ("error", error_text, one.error), ("calls", count_text, one.calls), ("time", time_text, one.seconds)
+            )
+        ]  # fmt: skip
+        table.add_row(escape(_name(one)), settings, *("\n".join(column) for column in zip(*lines, strict=True)))
+    return table
+
+
+def _name(one: SeriesChange) -> str:
+    """The problem and the integrator of a series."""
+    from gnomon.harness.results.number_text import problem_name
+    from gnomon.harness.results.summary import OWN_NAMES
+
+    case, variant, formulation, integrator = one.name
+    own = OWN_NAMES["variant"], OWN_NAMES["formulation"]
+    return f"{problem_name(case, *('' if name in own else name for name in (variant, formulation)))} {integrator}"
 
 
 def _read(path: Path) -> tuple[list[dict[str, Any]], str]:

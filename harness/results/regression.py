@@ -103,21 +103,98 @@ def compare(base: Sequence[Row], run: Sequence[Row], allow_missing: bool = False
     return verdict
 
 
+@dataclass(frozen=True)
+class Change:
+    """A number of a series in the base and in the run, at one setting, and the median over settings of their ratio."""
+
+    base: float
+    run: float
+    ratio: float
+
+
+@dataclass(frozen=True)
+class SeriesChange:
+    """The changes of a series over the settings that are ok in both runs.
+
+    `setting` is the finest of them, at which numbers are given, and `settings` their number. Without any, numbers are nan
+    and `why` has the most frequent status of each run.
+    """
+
+    name: tuple[str, ...]
+    setting: float
+    settings: int
+    error: Change
+    calls: Change
+    seconds: Change
+    why: str = ""
+
+
+def changes(base: Sequence[Row], run: Sequence[Row]) -> list[SeriesChange]:
+    """The changes of every series of two runs (`reading.rows`) but those that neither could run, in the base's order.
+
+    Ratios of times are of settings that one machine timed in both.
+    """
+    before, after = _series(base), _series(run)
+    return [
+        _change(name, before.get(name, ()), after.get(name, ()))
+        for name in dict.fromkeys([*before, *after])
+        if any(row["status"] not in CANNOT_RUN for row in (*before.get(name, ()), *after.get(name, ())))
+    ]
+
+
+def _change(name: tuple[str, ...], before: Sequence[Row], after: Sequence[Row]) -> SeriesChange:
+    both = [
+        (row, found)
+        for row, found in _paired([row for row in before if row["status"] == Status.OK], after)
+        if found is not None and found["status"] == Status.OK and _incomparable(row, found) is None
+    ]
+    finest = min(both, key=lambda pair: pair[0]["setting"], default=None)
+    timed = [pair for pair in both if pair[0]["machine"] == pair[1]["machine"]]
+
+    def change(column: str, pairs: Sequence[tuple[Row, Row]]) -> Change:
+        ratios = [_ratio(new[column], old[column]) for old, new in pairs]
+        ratios = [ratio for ratio in ratios if not math.isnan(ratio)]
+        values = (math.nan, math.nan) if finest is None else (row[column] for row in finest)
+        return Change(*values, median(ratios) if ratios else math.nan)
+
+    return SeriesChange(
+        name, math.nan if finest is None else finest[0]["setting"], len(both),
+        change("error_max", both), change("rhs_calls", both), change("seconds", timed),
+        "" if both else f"base: {_most(before)}; run: {_most(after)}",
+    )  # fmt: skip
+
+
+def _most(rows: Sequence[Row]) -> str:
+    """The most frequent status of a series in words."""
+    counts = Counter(str(row["status"]) for row in rows).most_common(1)
+    return counts[0][0].replace("_", " ") if counts else "no such series"
+
+
 def _lacked(series: Mapping[tuple[str, ...], Sequence[Row]]) -> set[tuple[tuple[str, ...], float | None]]:
     """Series and setting of the trials that cannot run."""
     return {(name, _setting(row)) for name, rows in series.items() for row in rows if row["status"] in CANNOT_RUN}
 
 
-def _series(rows: Iterable[Row]) -> dict[tuple[str, ...], list[Row]]:
-    """The first launches by series, with TEXTS and NUMBERS; numbers that are null are nan."""
-    found: dict[tuple[str, ...], list[Row]] = {}
+def _series(rows: Iterable[Row]) -> dict[tuple[str, ...], list[dict[str, Any]]]:
+    """The first launches by series, with TEXTS and NUMBERS; numbers that are null are nan.
+
+    `seconds` is the median time over all launches.
+    """
+    found: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    times: dict[Any, list[float]] = {}
     for row in rows:
+        name, read = tuple(row[name] for name in SERIES), _read(row)
         if row["launch"] == 1:
-            found.setdefault(tuple(row[name] for name in SERIES), []).append(_read(row))
+            found.setdefault(name, []).append(read)
+        if not math.isnan(read["seconds_median"]):
+            times.setdefault((name, read["setting"], read["machine"]), []).append(read["seconds_median"])
+    for name, of in found.items():
+        for row in of:
+            row["seconds"] = median(times.get((name, row["setting"], row["machine"]), [math.nan]))
     return found
 
 
-def _read(row: Row) -> Row:
+def _read(row: Row) -> dict[str, Any]:
     found: dict[str, Any] = {name: row[name] for name in (*TEXTS, *NUMBERS)}
     for name in NUMBERS:
         if found[name] is None or found[name] != found[name]:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import synthetic
 from command_line import gnomon
+from gnomon.harness.contract.status import CANNOT_RUN
 from gnomon.harness.results import regression, store
 from gnomon.harness.results.regression import SERIES, Verdict
 from gnomon.harness.results.values import THROUGHOUT
@@ -247,3 +248,68 @@ def test_the_exit_codes_of_compare(results: Path, tmp_path: Path, capfd: pytest.
         written.begin_run("standard", "gnomon run", {})
     assert gnomon("compare", base, str(tmp_path / "empty.sqlite")) == 2
     assert capfd.readouterr().err.startswith("error: the two runs have no case and integrator in common")
+
+
+def test_the_change_of_every_series_is_told_also_where_nothing_is_worse(base: Any) -> None:
+    """A third of the error for twice the right-hand sides is a trade that the user decides on."""
+    run = spoiled(base, "error_max", lambda rows: rows["error_max"] / 3)
+    run = spoiled(run, "rhs_calls", lambda rows: rows["rhs_calls"] * 1.05)
+    run = spoiled(run, "seconds_median", lambda rows: rows["seconds_median"] / 4)
+    assert compare(base, run).regressions == []
+    found = {one.name: one for one in regression.changes(base.to_dict("records"), run.to_dict("records"))}
+    ran = base[~base["status"].isin(CANNOT_RUN)]
+    assert found.keys() == {*ran.groupby(SERIES).groups}
+    for name, one in found.items():
+        rows = ran[(ran[SERIES] == list(name)).all(axis=1)]
+        solved = rows[rows["status"] == "ok"]
+        finest = solved[solved["setting"] == solved["setting"].min()]
+        assert (one.setting, one.settings) == (solved["setting"].min(), solved["setting"].nunique())
+        changed = name[0] == "kepler_orbit" and name[3] == "gnomon:RK4"
+        for change, column, ratio in (
+            (one.error, "error_max", 1 / 3),
+            (one.calls, "rhs_calls", 1.05),
+            (one.seconds, "seconds_median", 1 / 4),
+        ):
+            ratio = ratio if changed else 1.0
+            assert change.base == pytest.approx(finest[column].median(), nan_ok=True)
+            assert [change.run, change.ratio] == pytest.approx([ratio * change.base, ratio], nan_ok=True)
+            assert column == "rhs_calls" or not np.isnan(change.ratio)
+
+
+def test_ratios_are_medians_over_the_settings_that_both_solved(base: Any) -> None:
+    """A setting that failed in the run has no ratio, and one outlier does not move the median."""
+    rows = chosen(base)
+    run = base.copy()
+    run.loc[rows.index, "error_max"] *= 2
+    run.loc[rows.index[0], "error_max"] *= 1e6
+    run.loc[rows.index[-1], "status"] = "diverged"
+    (one,) = regression.changes(rows.to_dict("records"), run.loc[rows.index].to_dict("records"))
+    solved = rows[:-1][rows["status"][:-1] == "ok"]
+    assert (one.settings, one.setting) == (len(solved), solved["setting"].min())
+    assert one.error.ratio == pytest.approx(2)
+
+
+def test_times_of_two_machines_have_no_ratio_and_of_several_launches_are_the_median(base: Any) -> None:
+    rows = base[(base["integrator"] == "DOP853") & (base["case"] == "kepler_orbit") & (base["launch"] == 1)]
+    launches = [
+        rows.assign(launch=n, seconds_median=rows["seconds_median"] * slow) for n, slow in ((1, 9), (2, 3), (3, 2))
+    ]
+    several = [row for frame in launches for row in frame.to_dict("records")]
+    (one,) = regression.changes(rows.to_dict("records"), several)
+    assert [one.seconds.ratio, one.error.ratio] == pytest.approx([3, 1])
+    (one,) = regression.changes(rows.to_dict("records"), rows.assign(machine="another").to_dict("records"))
+    assert np.isnan(one.seconds.ratio)
+    assert one.error.ratio == 1
+
+
+def test_a_series_without_a_solved_setting_in_both_says_why(
+    base: Any, results: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    rows = chosen(base)
+    (one,) = regression.changes(rows.to_dict("records"), rows.assign(status="crashed").to_dict("records"))
+    assert (one.settings, one.why) == (0, "base: ok; run: crashed")
+    (one,) = regression.changes(rows.to_dict("records"), [])
+    assert "no such series" in one.why
+    assert gnomon("compare", str(results), str(results)) == 0
+    printed = capfd.readouterr().out.split()
+    assert {"kepler_orbit", "gnomon:RK4", "error", "calls", "time", "base", "run", "ratio"} <= set(printed)
