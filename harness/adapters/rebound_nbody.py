@@ -10,28 +10,24 @@ How it is driven, and why:
   one.
 - The simulation is made once; before each trajectory the integrator is set again, which clears its state (the predictor
   of IAS15, the order of BS, the unsynchronised state of WHFast). Tests verify that repeated runs give the same bits.
-- Positions and velocities are read through a view of REBOUND's own array, as reading an attribute takes 1 us.
+- The loop over samples is compiled (`rebound_loop`). REBOUND has no interpolant: its manual stops at each sample too.
 
 Traps, seen in 5.2.2:
 
 - Options of a method are in `sim.integrator` (`sim.integrator.epsilon`), not in structures such as `ri_ias15`, as in
   REBOUND 4. There is no `step()`; setting `sim.integrator` again resets the options.
-- `integrate` replaces the handler of SIGINT: afterwards Ctrl-C does nothing. The adapter puts the old handler back.
 - The first step, 1e-3 by default, is in the units of the problem: here it is a hundredth of the time scale.
 - `steps_done` also counts the steps that IAS15 and BS rejected.
 - `integrate` may end within 1e-12 of the requested time; tests show that it is met to the bit.
 """
 
 import ctypes
-import signal
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import NBody
 from gnomon.harness.adapters.installed import Installed
+from gnomon.harness.adapters.rebound_loop import Layout, follower, restarter
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Steps, Tolerance
 from gnomon.harness.contract.validation import require_positive
 
@@ -46,15 +42,18 @@ class Native(Installed):
     accepts = (NBody,)
     counts_rhs = False
     engine: ClassVar[str]
+    by_steps: ClassVar[bool] = False
 
     def options(self, setting: float) -> dict[str, Any]:
         """Options of the engine that differ from its defaults."""
         return {}
 
-    def advances(self, simulation: Any, problem: Problem, setting: float) -> tuple[float, list[Callable[[], None]]]:
-        """The first step, and for each sample a function that advances the simulation to its time."""
-        times = problem.times.tolist()
-        return FIRST_STEP * problem.time_scale, [lambda t=t: simulation.integrate(t) for t in times]  # type: ignore[misc]
+    def first_step(self, problem: Problem, setting: float) -> float:
+        return FIRST_STEP * problem.time_scale
+
+    def ends(self, problem: Problem, setting: float) -> Floats:
+        """The times of the samples, or the numbers of steps between them if `by_steps`."""
+        return np.ascontiguousarray(problem.times)
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         import rebound  # without the library the status is `not_installed`
@@ -65,39 +64,33 @@ class Native(Installed):
         masses = form.masses(parameters)
         options = self.options(setting)
         simulation = rebound.Simulation()
-        simulation.integrator = self.engine
+        restart = restarter(simulation, self.engine, options)
         for mass in masses:
             simulation.add(m=mass)
         active = len(np.trim_zeros(masses, "b"))
         if active < len(masses):
             simulation.N_active = active
-        first_step, advances = self.advances(simulation, problem, setting)
-        bodies = view_of_bodies(simulation)
+        first_step = self.first_step(problem, setting)
+        layout, bodies = bodies_of(simulation)
+        follow = follower(simulation, self.ends(problem, setting), layout, self.by_steps)
 
         def solve_one(start: Floats, path: Floats) -> str | None:
-            simulation.integrator = self.engine
-            for name, value in options.items():
-                setattr(simulation.integrator, name, value)
+            restart()
             bodies[:] = form.bodies(tuple(start.tolist()))
             simulation.t, simulation.dt = problem.t0, first_step
-            try:
-                for advance, sample in zip(advances, path, strict=True):
-                    advance()
-                    sample[:] = bodies
-            except (RuntimeError, rebound.GenericError) as error:
-                return f"{error} at t = {simulation.t:g}"
-            return None
+            return follow(path)
 
         def solve(initial_states: Floats) -> Solution:
             count, samples = len(initial_states), len(problem.times)
             paths = np.full((count, samples, *bodies.shape), np.nan)
             before, stopped = simulation.steps_done, None
-            with interrupt_kept():
-                for start, path in zip(initial_states, paths, strict=True):
-                    stopped = solve_one(start, path) or stopped
+            for start, path in zip(initial_states, paths, strict=True):
+                stopped = solve_one(start, path) or stopped
             # All samples are converted at once: a body's components are arrays (n, samples).
-            found = tuple(tuple(np.moveaxis(paths[:, :, i], -1, 0)) for i in range(len(masses)))
-            states = np.stack(np.broadcast_arrays(*form.state(found)), axis=-1)
+            found = tuple(tuple(body) for body in paths.transpose(2, 3, 0, 1))
+            states = np.empty((count, samples, problem.dimension))
+            for i, component in enumerate(form.state(found)):
+                states[:, :, i] = component
             return Solution(states, simulation.steps_done - before, stopped)
 
         few = {"N_active": active} if active < len(masses) else {}
@@ -107,15 +100,14 @@ class Native(Installed):
 class FixedSteps(Native):
     """A method whose setting is the step size."""
 
+    by_steps = True
     sampling = "grid"
 
-    def advances(self, simulation: Any, problem: Problem, setting: float) -> tuple[float, list[Callable[[], None]]]:
-        def advance(count: int) -> None:
-            simulation.steps(count)
-            simulation.synchronize()
+    def first_step(self, problem: Problem, setting: float) -> float:
+        return setting
 
-        counts = step_counts(problem.elapsed, setting)
-        return setting, [lambda n=n: advance(n) for n in counts]  # type: ignore[misc]
+    def ends(self, problem: Problem, setting: float) -> Floats:
+        return np.array(step_counts(problem.elapsed, setting), dtype=np.float64)
 
 
 class Leapfrog(FixedSteps):
@@ -207,25 +199,18 @@ def step_counts(times: Floats, step: float) -> list[int]:
     return [int(count) for count in np.diff(ends, prepend=0)]
 
 
-def view_of_bodies(simulation: Any) -> Floats:
-    """Positions and velocities of all bodies, (n, 6), in REBOUND's own memory; valid until a body is added."""
+def bodies_of(simulation: Any) -> tuple[Layout, Floats]:
+    """Positions and velocities of all bodies in REBOUND's own memory: their place, and a view (n, 6) of them.
+
+    The view is valid until a body is added.
+    """
     from rebound.particle import Particle
 
-    width = ctypes.sizeof(Particle) // ctypes.sizeof(ctypes.c_double)
-    pointer = ctypes.cast(simulation._particles, ctypes.POINTER(ctypes.c_double))
-    first = Particle.x.offset // ctypes.sizeof(ctypes.c_double)
-    return np.ctypeslib.as_array(pointer, (simulation.N, width))[:, first : first + 6]
-
-
-@contextmanager
-def interrupt_kept() -> Iterator[None]:
-    """Put back the handler of SIGINT that REBOUND replaces (only the main thread may)."""
-    handler = signal.getsignal(signal.SIGINT)
-    try:
-        yield
-    finally:
-        if threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGINT, handler)
+    size = ctypes.sizeof(ctypes.c_double)
+    width, first = ctypes.sizeof(Particle) // size, Particle.x.offset // size
+    place = ctypes.addressof(simulation) + type(simulation)._particles.offset
+    numbers = ctypes.cast(simulation._particles, ctypes.POINTER(ctypes.c_double))
+    return Layout(place, width, first), np.ctypeslib.as_array(numbers, (simulation.N, width))[:, first : first + 6]
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Leapfrog, WHFast, CorrectedWHFast, Trace, IAS15, BulirschStoer)

@@ -8,11 +8,11 @@ How it is driven, and why:
 - That function gets the ODE structure, and reads the addresses of the equations and of the parameters at its field
   `ref`, made for this. It is compiled once for all problems.
 - No particles are needed (`needs_nbody=False`), with BS as the simulation's integrator.
-- One simulation and one ODE serve all trajectories: REBOUND does not free an ODE with its simulation. The state of BS
-  (order, rejection) is reset before each trajectory.
+- One simulation and one ODE serve all trajectories: REBOUND does not free an ODE with its simulation. The integrator is set
+  again before each trajectory, which clears its state (order, rejection).
 - The setting is `eps_rel`; `eps_abs` equals it, as in the defaults (1e-8 both), in SI units.
 
-Traps, seen in 5.2.2: `ode.y` is another array after each step (BS swaps two), so it is read again for each sample. A
+Traps, seen in 5.2.2: `ode.y` is another array after each step (BS swaps two), so its address is read for each sample. A
 NaN ends the run with an error only if it is in the last component; in other components a maximum hides it, and the run
 succeeds until it spreads. For more see `rebound_nbody`.
 """
@@ -23,7 +23,8 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.installed import Installed
-from gnomon.harness.adapters.rebound_nbody import FIRST_STEP, interrupt_kept
+from gnomon.harness.adapters.rebound_loop import Layout, follower, restarter
+from gnomon.harness.adapters.rebound_nbody import FIRST_STEP
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.c_structures import c_functions, run_at, word_at
@@ -52,36 +53,30 @@ class OdeMode(Installed):
         import rebound  # without the library the status is `not_installed`
 
         require_positive(setting, "tolerance")
-        dimension, times, buffer = problem.dimension, problem.times.tolist(), problem.buffer
+        dimension, buffer = problem.dimension, problem.buffer
         options = {"eps_rel": setting, "eps_abs": setting}
         simulation = rebound.Simulation()
-        simulation.integrator = "bs"
-        for name, value in options.items():
-            setattr(simulation.integrator, name, value)
+        restart = restarter(simulation, "bs", options)
         ode = simulation.create_ode(length=dimension, needs_nbody=False)
         function = c_pointer()
         user = np.array([right_hand_side(problem).address, buffer.ctypes.data])
         ode._derivatives = function
         ode.ref = user.ctypes.data
         first_step = FIRST_STEP * problem.time_scale
+        layout = Layout(ctypes.addressof(ode) + type(ode).y.offset, dimension)
+        follow = follower(simulation, np.ascontiguousarray(problem.times), layout)
 
         def solve_one(
             start: Floats,
             samples: Floats,
             alive: object = (function, user, buffer),  # C holds their addresses
         ) -> tuple[int, str | None]:
-            method, before = simulation.integrator, simulation.steps_done
-            method.first_or_last_step, method.previous_rejected, method.target_iter = 1, 0, 0
+            restart()
+            before = simulation.steps_done
             simulation.t, simulation.dt = problem.t0, first_step
             np.ctypeslib.as_array(ode.y, (dimension,))[:] = start
-            try:
-                with interrupt_kept():
-                    for time, sample in zip(times, samples, strict=True):
-                        simulation.integrate(time)
-                        sample[:] = ode.y[:dimension]
-            except (RuntimeError, rebound.GenericError) as error:
-                return simulation.steps_done - before, f"{error} at t = {simulation.t:g}"
-            return simulation.steps_done - before, None
+            stopped = follow(samples[:, np.newaxis])
+            return simulation.steps_done - before, stopped
 
         return Solver(each_start(problem, solve_one), {"dt": first_step, **options})
 

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 from dataclasses import replace
 from math import log, sin
 from typing import Any
@@ -184,7 +185,7 @@ def test_steps_are_those_of_this_call(integrator: type[Integrator]) -> None:
 @pytest.mark.parametrize("integrator", [IAS15, BulirschStoer], ids=lambda kind: kind.name)
 def test_the_first_step_is_a_part_of_the_time_scale(integrator: type[Native]) -> None:
     """So a motion takes the same steps in every unit of time."""
-    first, longer = (integrator().advances(None, replace(PROBLEM, time_scale=scale), 1e-9)[0] for scale in (1.0, 8.0))
+    first, longer = (integrator().first_step(replace(PROBLEM, time_scale=scale), 1e-9) for scale in (1.0, 8.0))
     assert longer == 8 * first > 0
 
 
@@ -193,19 +194,38 @@ def test_simulation_meets_each_sample_time_to_the_bit(
     integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """REBOUND may end within 1e-12 of the requested time; at our times it ends exactly."""
-    import rebound
-
     seen: list[float] = []
-    for method in ("integrate", "synchronize"):
-        original = getattr(rebound.Simulation, method)
+    solve = watched(integrator, lambda simulation: seen.append(simulation.contents.t), monkeypatch)
+    solve(START)
+    assert {*CASE.times.tolist()} <= {*seen}
 
-        def spy(simulation: Any, *arguments: Any, original: Any = original) -> None:
-            original(simulation, *arguments)
-            seen.append(simulation.t)
 
-        monkeypatch.setattr(rebound.Simulation, method, spy)
-    integrator().prepare(problem_for(integrator), setting_for(integrator))(START)
-    assert seen == CASE.times.tolist()
+@every
+def test_python_is_entered_once_a_motion(integrator: type[Integrator]) -> None:
+    """A call of Python at each sample takes microseconds, more than a step: no user of REBOUND's C interface pays them."""
+    problem = problem_for(integrator)
+    few, many = (
+        calls_of_python(integrator().prepare(replace(problem, times=times), setting_for(integrator)), START)
+        for times in (problem.times[:8], problem.times)
+    )
+    assert few == many > 0
+
+
+def calls_of_python(solve: Any, starts: Floats) -> int:
+    """The number of functions, of Python and of C, that Python calls in a solution."""
+    solve(starts)
+    calls = 0
+
+    def count(frame: Any, event: str, function: Any) -> None:
+        nonlocal calls
+        calls += event in ("call", "c_call")
+
+    sys.setprofile(count)
+    try:
+        solve(starts)
+    finally:
+        sys.setprofile(None)
+    return calls
 
 
 @fixed
@@ -279,6 +299,32 @@ def test_interrupts_still_reach_python(integrator: type[Integrator]) -> None:
     finally:
         signal.signal(signal.SIGINT, before)
     assert caught == [signal.SIGINT]
+
+
+@pytest.mark.parametrize("integrator", [IAS15, BulirschStoer, OdeMode], ids=lambda kind: kind().id)
+def test_an_interrupt_ends_a_motion(integrator: type[Integrator], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loop over samples is one call of Python, and these methods may take steps without end."""
+    steps: list[int] = []
+
+    def interrupt(simulation: Any) -> None:
+        steps.append(1)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        watched(integrator, interrupt, monkeypatch)(START)
+    assert len(steps) < 64
+
+
+def watched(integrator: type[Integrator], heartbeat: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A solver whose simulation calls a function before and after each step."""
+    import rebound
+
+    made: list[Any] = []
+    original = rebound.Simulation
+    monkeypatch.setattr(rebound, "Simulation", lambda: made.append(original()) or made[-1])
+    solve = integrator().prepare(problem_for(integrator), setting_for(integrator))
+    made[0].heartbeat = heartbeat
+    return solve
 
 
 @every
