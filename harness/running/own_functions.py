@@ -1,5 +1,6 @@
 """A user's functions of (t, y, *args) as the form of a problem: by their formulas, or else by calls from Python."""
 
+import math
 import time
 import warnings
 from collections.abc import Callable, Sequence
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, SecondOrder, Transition, Values, first_order
 from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.contract.validation import short
 from gnomon.harness.kernels.called_equations import Called
 from gnomon.harness.kernels.equations import check_values, kernel
 from gnomon.harness.kernels.read_function import NoFormulasError, formulas
@@ -33,22 +35,49 @@ _TOLD = set[str]()
 
 @dataclass(frozen=True)
 class Clock:
-    """The time of the problem, t, since the start: the user's time is t0 + direction t.
+    """The time of the problem, t, since the start: the user's time is t0 + direction scale t.
 
-    `mirrored`: the number of the last coordinates that are rates by the problem's time, which change their sign if it
-    runs backward.
+    `mirrored`: the number of the last coordinates that are rates by the problem's time. `scale`: a power of two, in the
+    unit of the user's time. `first`, `last`: the limits of the times that a function of Python is called with.
     """
 
     t0: float
     direction: float
     mirrored: int = 0
+    scale: float = 1.0
+    first: float = -math.inf
+    last: float = math.inf
+
+    @property
+    def rate(self) -> float:
+        """The user's time over the time of the problem."""
+        return self.direction * self.scale
+
+    def time(self, t: Any) -> Any:
+        """The user's time at a time of the problem, a number, an array or a symbol."""
+        return self.t0 + self.rate * t
+
+    def elapsed(self, time: Any) -> Any:
+        """The time of the problem at a time of the user."""
+        return (time - self.t0) / self.rate
+
+    def within(self, t: float) -> float:
+        """The user's time between the limits, which rounding, or a method that probes the end, may pass."""
+        return min(max(float(self.time(t)), self.first), self.last)
 
     def own(self, state: Any) -> Any:
-        """A state (..., dim) of the problem as the user has it, and the other way round."""
-        if self.direction > 0 or not self.mirrored:
+        """A state (..., dim) of the problem as the user has it."""
+        return self._with_rates(state, 1 / self.rate)
+
+    def given(self, state: Any) -> Any:
+        """A state (..., dim) of the user as the problem has it."""
+        return self._with_rates(state, self.rate)
+
+    def _with_rates(self, state: Any, factor: float) -> Any:
+        if factor == 1 or not self.mirrored:
             return state
         kept = state.shape[-1] - self.mirrored
-        return np.concatenate([state[..., :kept], -state[..., kept:]], axis=-1)
+        return np.concatenate([state[..., :kept], factor * state[..., kept:]], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -70,6 +99,23 @@ class Arguments:
         return [next(values) if _is_number(each) else each for each in self.args]
 
 
+class NotRealError(ValueError):
+    """Raised for values that are not real numbers; the message has the values and the way out."""
+
+
+def real(values: Any) -> Floats:
+    """The values as a float64 array; never without an imaginary part that they have. Raises NotRealError."""
+    found = np.asarray(values)
+    if found.dtype.kind == "c":
+        raise NotRealError(
+            f"gives complex numbers, {short(found.tolist())}: integrate real and imaginary parts as coordinates of their own,"
+            " y = [*z.real, *z.imag]"
+        )
+    if found.dtype.kind not in "iuf":
+        raise NotRealError(f"gives {short(found.tolist())}; let it give real numbers")
+    return found.astype(np.float64)
+
+
 def _is_number(value: Any) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool | np.bool_)
 
@@ -77,17 +123,17 @@ def _is_number(value: Any) -> bool:
 class OwnFunction:
     """A user's function of (t, y, *args) that gives `outputs` numbers, by the clock of the problem.
 
-    Its values are multiplied by `sign`. It is called once at the start: raises ValueError, with its name and line, for an
-    exception and for another number of values.
+    Its values are multiplied by `factor`. It is called once at the start, a state of the user's: raises ValueError, with
+    its name and line, for an exception and for another number of values.
     """
 
     def __init__(
         self, function: Callable[..., Any], clock: Clock, arguments: Arguments, outputs: int, start: Floats,
-        sign: float = 1.0,
+        factor: float = 1.0,
     ) -> None:  # fmt: skip
         self.function, self.clock, self.arguments, self.outputs = function, clock, arguments, outputs
-        self.sign, self.start = sign, start
-        values = self.at(clock.t0, start)
+        self.factor, self.start = factor, start
+        values = self.at(clock.within(0.0), start)
         if values.shape != (outputs,):
             gives = f"{values.size} values" if values.ndim == 1 else f"an array of shape {values.shape}"
             raise ValueError(f"{place(function)} gives {gives}; {outputs} {'is' if outputs == 1 else 'are'} wanted")
@@ -101,9 +147,10 @@ class OwnFunction:
                 found = np.asarray(self.function(t, y.copy(), *self.arguments.args))
         except Exception as error:
             raise ValueError(self.failed(error, t, y)) from error
-        if found.dtype.kind not in "iuf":
-            raise ValueError(f"{place(self.function)} gives {found!r} at t={t:g}; let it give real numbers")
-        return np.atleast_1d(found).astype(np.float64)
+        try:
+            return np.atleast_1d(real(found))
+        except NotRealError as error:
+            raise ValueError(f"{place(self.function)} {error}, at t={t:g}") from None
 
     def failed(self, error: BaseException, t: float, y: Floats) -> str:
         """The text for an exception of the function."""
@@ -112,13 +159,17 @@ class OwnFunction:
 
     def bound(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """A function with the arguments of the user's as one of (t, state, parameters) by the clock of the problem."""
-        t0, direction, sign = self.clock.t0, self.clock.direction, self.sign
 
         def equations(t: Any, state: Any, parameters: Any) -> Any:
-            values = function(t0 + direction * t, self.clock.own(state), *self.arguments.with_parameters(parameters))
-            return values if sign == 1 else [-each for each in np.ravel(values)]
+            given = self.arguments.with_parameters(parameters)
+            return self._scaled(function(self.clock.time(t), self.clock.own(state), *given))
 
         return equations
+
+    def _scaled(self, values: Any) -> Any:
+        if self.factor == 1:
+            return values
+        return [-each if self.factor == -1 else self.factor * each for each in np.ravel(values)]
 
     def formulas(self) -> Callable[..., Any]:
         """The function as formulas (t, state, parameters). Raises NoFormulasError."""
@@ -129,8 +180,8 @@ class OwnFunction:
             check_values(found, sizes[:2], self.outputs)  # before it is compiled, which does the same
         except ValueError as error:
             raise NoFormulasError(str(error)) from error
-        plain = self.bound(self.function)
-        for t, y in ((0.0, self.start), (0.125, 1.125 * self.start + 0.125)):
+        plain, start = self.bound(self.function), self.clock.given(self.start)
+        for t, y in ((0.0, start), (0.125, 1.125 * start + 0.125)):
             try:
                 with np.errstate(all="ignore"):
                     wanted = np.ravel(plain(t, y.copy(), ())).astype(np.float64)
@@ -142,16 +193,16 @@ class OwnFunction:
         return found
 
     def called(self) -> Called:
-        """The function as equations that are called from Python."""
-        plain = self.bound(self.function)
-        return Called(lambda t, y: plain(t, y, ()), self.outputs)
+        """The function as equations that are called from Python, at times between the limits of the clock."""
+        function, clock, given = self.function, self.clock, self.arguments.args
+        return Called(lambda t, y: self._scaled(real(function(clock.within(t), clock.own(y), *given))), self.outputs)
 
     def seconds(self) -> float:
         """The least time of some calls; of one if it is long."""
         spent = list[float]()
         while len(spent) < CALLS and sum(spent) < LONG:
             began = time.perf_counter()
-            self.at(self.clock.t0, self.start)
+            self.at(self.clock.within(0.0), self.start)
             spent.append(time.perf_counter() - began)
         return min(spent)
 
@@ -164,10 +215,11 @@ class OwnEquations:
     ) -> None:
         half = len(start) // 2
         of, by = (start[:half], replace(clock, mirrored=0)) if accelerations else (start, clock)
+        factor = clock.scale**2 if accelerations else clock.rate
         self.clock, self.start = clock, start
         self.called: Called | None = None
         for each in (arguments, replace(arguments, fixed=True)):  # it may branch on a number of `args`
-            self.own = OwnFunction(function, by, each, len(of), of, 1.0 if accelerations else clock.direction)
+            self.own = OwnFunction(function, by, each, len(of), of, factor)
             self.parameters = each.numbers
             try:
                 equations = self.own.formulas()
@@ -206,7 +258,7 @@ class OwnEquations:
         if not isinstance(error, Exception):
             raise error
         clock = self.own.clock
-        raise ValueError(self.own.failed(error, clock.t0 + clock.direction * t, y)) from error
+        raise ValueError(self.own.failed(error, clock.within(t), clock.own(y))) from error
 
 
 @dataclass(frozen=True)
@@ -261,11 +313,12 @@ class CaseEquations:
         return found
 
 
-def with_events(equations: OwnEquations, events: Sequence[Callable[..., Any]]) -> Hybrid:
+def with_events(equations: OwnEquations, events: Sequence[Callable[..., Any]], before: Sequence[int] = ()) -> Hybrid:
     """The hybrid form of equations with events: a mode for each combination of signs, which change at the events.
 
     A transition's name is `number up` or `number down`: event `number` rises or falls through zero. A terminal event ends
-    in a mode in which nothing moves.
+    in a mode in which nothing moves; an event whose `terminal` is a number n ends there at its n-th occurrence, of which
+    `before` have been.
     """
     if len(events) > MOST_EVENTS:
         raise ValueError(f"events: {len(events)} are given; solve locates at most {MOST_EVENTS} in one call")
@@ -273,28 +326,51 @@ def with_events(equations: OwnEquations, events: Sequence[Callable[..., Any]]) -
     if equations.called is not None:
         raise ValueError(f"{place(own.function)} has no formulas ({equations.reason[:160]}), which events need")
     assert isinstance(form, FirstOrder)
-    guards = []
+    guards, most = [], [most_occurrences(event) for event in events]
     for event in events:
-        ends = getattr(event, "terminal", False)
-        if ends not in (True, False, None):
-            raise ValueError(f"{place(event)}: terminal={ends!r} counts events; give True or False")
         try:
             guards.append(OwnFunction(event, equations.clock, own.arguments, 1, equations.start).formulas())
         except NoFormulasError as error:
             raise ValueError(f"{place(event)} has no formulas ({str(error)[:160]}); write the event as one") from None
     signs = list(product((-1, 1), repeat=len(events)))
     modes = [Mode(_mode(each), form.equations) for each in signs] + [Mode(ENDED, at_rest)]
+    occurred = Occurrences(tuple(before) or (0,) * len(events))
     transitions = []
-    for before in signs:
+    for sign in signs:
         for k, (event, guard) in enumerate(zip(events, guards, strict=True)):
-            after = (*before[:k], -before[k], *before[k + 1 :])
-            ends = getattr(event, "terminal", False) and counts(event, -before[k])
-            name = f"{k} {'up' if before[k] < 0 else 'down'}"
-            target = ENDED if ends else _mode(after)
-            transitions.append(Transition(name, _mode(before), guard, -before[k], _same, target))
-    return Hybrid(
-        tuple(modes), partial(_first_mode, guards, form.equations), tuple(transitions), 0.0, frozenset({ENDED})
-    )
+            target: Any = _mode((*sign[:k], -sign[k], *sign[k + 1 :]))
+            if most[k] and counts(event, -sign[k]):
+                target = ENDED if most[k] == 1 else partial(occurred.next_mode, k, most[k], target)
+            name = f"{k} {'up' if sign[k] < 0 else 'down'}"
+            transitions.append(Transition(name, _mode(sign), guard, -sign[k], _same, target))
+    start = partial(_first_mode, occurred, guards, form.equations)
+    return Hybrid(tuple(modes), start, tuple(transitions), 0.0, frozenset({ENDED}))
+
+
+def most_occurrences(event: Callable[..., Any]) -> int:
+    """The occurrence of an event that ends the integration, 1 for the first, 0 if none does. Raises ValueError."""
+    ends = getattr(event, "terminal", False)
+    if ends is None or ends is False or ends is True or isinstance(ends, np.bool_):
+        return int(bool(ends))
+    if not _is_number(ends) or ends != round(ends) or ends < 0:
+        raise ValueError(
+            f"{place(event)}: terminal={ends!r}: give True, False, or the number of the occurrence that ends the"
+            " integration"
+        )
+    return int(ends)
+
+
+@dataclass
+class Occurrences:
+    """The occurrences of each event: `before` the start of a trajectory, and so far."""
+
+    before: tuple[int, ...]
+    so_far: list[int] = field(default_factory=list)
+
+    def next_mode(self, event: int, most: int, mode: str, t: Any, state: Values, parameters: Values) -> str:
+        """Count an occurrence; the mode in which the motion goes on."""
+        self.so_far[event] += 1
+        return ENDED if self.so_far[event] >= most else mode
 
 
 def counts(event: Callable[..., Any], direction: float) -> bool:
@@ -316,9 +392,11 @@ def at_rest(t: Any, state: Values, parameters: Values) -> Values:
 
 
 def _first_mode(
-    guards: Sequence[Callable[..., Any]], equations: Callable[..., Any], t: Any, state: Values, parameters: Values
-) -> str:
+    occurred: Occurrences, guards: Sequence[Callable[..., Any]], equations: Callable[..., Any], t: Any, state: Values,
+    parameters: Values,
+) -> str:  # fmt: skip
     """The mode of the start: an event that is zero there has the sign that it has right after."""
+    occurred.so_far = list(occurred.before)
     signs = []
     for guard in guards:
         value = guard(t, state, parameters)[0]

@@ -3,42 +3,23 @@
 import copy
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from numbers import Real
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from gnomon.cases.core.consistent import violation
-from gnomon.cases.core.forms import Constrained, FirstOrder, Form, first_order
-from gnomon.harness.contract.integrator import (
-    Floats,
-    Integrator,
-    Problem,
-    Refused,
-    Solution,
-    Steps,
-    Tolerance,
-)
+from gnomon.cases.core.forms import Constrained, Form
+from gnomon.harness.contract.integrator import Floats, Integrator, Steps, Tolerance
 from gnomon.harness.contract.problem import first_taken
-from gnomon.harness.contract.validation import Unusable, short
-from gnomon.harness.kernels.compiling import shown
-from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup
-from gnomon.harness.running.own_functions import (
-    Arguments,
-    CaseEquations,
-    Clock,
-    OwnEquations,
-    at_rest,
-    counts,
-    place,
-    with_events,
-)
+from gnomon.harness.running.own_functions import Arguments, CaseEquations, Clock, OwnEquations
+from gnomon.harness.running.pieces import EVEN, SAMPLES, Found, Motion, Stated, Times, array, piece_clock
 
-SAMPLES = 64
+__all__ = ["Arguments", "Clock", "OdeResult", "OwnEquations", "Times", "solve"]
+
 DEFAULT_RTOL = 1e-9
-EVEN = 1e-9
-"""Times count as evenly spaced if they are so to this share of their spacing: decimals have round-off."""
 INSTEAD = {
     "dense_output": "give the times in t_eval",
     "tolerance": "write rtol=..., or step=... for a method of fixed steps",
@@ -103,6 +84,7 @@ def solve(
     atol: float | None = None,
     step: float | None = None,
     accelerations: bool = False,
+    jumps: Sequence[float] | Floats | None = None,
     **options: Any,
 ) -> OdeResult:
     """Solve an initial value problem with any integrator that gnomon knows; the arguments are those of SciPy's `solve_ivp`.
@@ -120,12 +102,13 @@ def solve(
     method : str, Integrator or type
         An id of `gnomon list integrators`, a name that only one method for these equations has, or an integrator.
     t_eval : array_like, shape (n,), optional
-        The times of the result, from the first to the last time; by default 64 equally spaced ones.
+        The times of the result, from the first to the last time; by default 64 equally spaced ones, up to a terminal
+        event if there is one.
     dense_output : bool
         Not available: give the times in `t_eval`.
     events : callable or list of callables, optional
-        ``event(t, y, *args)`` is located where it crosses zero after the start; its attributes `terminal` and
-        `direction` are as in SciPy.
+        ``event(t, y, *args)`` is located where it crosses zero after the start; its attributes `terminal`, also as a
+        number of occurrences, and `direction` are as in SciPy.
         They need a method with events, as `gnomon:DOP853 [events]`.
     vectorized : bool
         Ignored.
@@ -136,9 +119,13 @@ def solve(
     atol : float, optional
         The absolute tolerance, for libraries that have one; by default in the ratio that the library recommends.
     step : float, optional
-        The step size of a method of fixed steps, shortened so that steps end at equally spaced times.
+        The step size of a method of fixed steps, shortened so that steps end at equally spaced times; `message` has the
+        size that was used. Times may be closer than steps.
     accelerations : bool
         Whether `fun` returns accelerations, for methods that solve q'' = a(t, q).
+    jumps : array_like, optional
+        Times at which an input of `fun` jumps, such as a held input from a table. The motion is integrated from jump to
+        jump, so that no step crosses one; a piece sees only times between its ends.
     **options : dict
         Other options of `solve_ivp` are refused by name.
 
@@ -162,160 +149,93 @@ def solve(
     >>> swing = solve(lambda t, y: [y[1], -np.sin(y[0])], (0, 10), [1.0, 0.0], rtol=1e-10)
     >>> swing.y.shape, swing.success
     ((2, 64), True)
-    >>> solve(lambda t, y: [y[1], -np.sin(y[0])], (0, 10), [1.0, 0.0], "RK4", step=0.01).message
-    'gnomon:RK4 reached the end of the interval.'
+    >>> solve(lambda t, y: [y[1], -np.sin(y[0])], (0, 10), [1.0, 0.0], "RK4", [5, 10], step=0.01).message
+    'gnomon:RK4 reached the end of the interval, in steps of 0.01.'
     """
     _refuse_old_order(fun, t_span, y0, method, t_eval, options)
     refused = {"dense_output": dense_output, **options}
     for name in (name for name, value in refused.items() if value is not False):
         raise ValueError(f"{name}={refused[name]!r}: solve has no such option; {INSTEAD.get(name, 'leave it out')}")
     start = _state(y0, accelerations)
-    times = Times.of(t_span, t_eval, len(start) // 2 if accelerations else 0)
-    arguments = Arguments(tuple(args or ()))
+    is_form = isinstance(fun, Form | CaseEquations)
+    times = Times.of(t_span, t_eval, len(start) // 2 if accelerations else 0, 1.0 if is_form else None)
+    bounds = _bounds(jumps, times)
     located = list(events) if isinstance(events, Sequence) else [] if events is None else [events]
-    own: OwnEquations | None = None
-    forms: tuple[Form, ...] = ()
-    if isinstance(fun, CaseEquations):
-        if args:
-            raise ValueError(f"args={args!r}: the equations of a case have its numbers; give others to gnomon.case")
-        forms, arguments = fun.forms, Arguments(tuple(fun.parameters.values()))
-    elif isinstance(fun, Form):
-        forms = (fun, *(x for x in (first_order(fun),) if x not in (None, fun)))
-    else:
-        own = OwnEquations(fun, times.clock, arguments, start, accelerations)
-        forms = (with_events(own, located),) if located else own.forms
-    if own is None and (located or times.clock.direction < 0):
+    if is_form:
+        _refuse_for_forms(located, times.clock.direction < 0, jumps, args, isinstance(fun, CaseEquations))
+    stated = Stated(fun, Arguments(tuple(args or ())), located, accelerations)
+    equations = stated.by(piece_clock(times.clock, bounds, bounds[0], bounds[1]), start)
+    for form in equations.forms:
+        if isinstance(form, Constrained) and (
+            wrong := violation(form, float(t_span[0]), start.tolist(), equations.parameters)
+        ):
+            raise ValueError(f"y0 violates its constraints: {wrong}")
+    integrator, setting = _with_setting(_method(method, equations.forms), rtol, atol, step)
+    return _result(Motion(stated, integrator, setting, start, times, bounds, {bounds[0]: equations}), times, t_eval)
+
+
+def _refuse_for_forms(located: Sequence[Any], backward: bool, jumps: Any, args: Any, is_case: bool) -> None:
+    """Raise ValueError for arguments that only a function of the user's can have."""
+    if is_case and args:
+        raise ValueError(f"args={args!r}: the equations of a case have its numbers; give others to gnomon.case")
+    if located or backward:
         raise ValueError(
             "a form states its own events, and runs forward: leave out events, and give t_span=(t0, t1), t0 < t1"
         )
-    for form in forms:
-        if isinstance(form, Constrained) and (
-            wrong := violation(form, float(t_span[0]), start.tolist(), arguments.numbers)
-        ):
-            raise ValueError(f"y0 violates its constraints: {wrong}")
-    integrator, setting = _with_setting(_method(method, forms), rtol, atol, step)
-    parameters = arguments.numbers if own is None else own.parameters
-    problem = times.problem(first_taken(integrator, forms), start, parameters, integrator, own is None)
-    return _solved(integrator, problem, setting, start, times, own, located)
+    if jumps is not None:
+        raise ValueError(f"jumps={jumps!r}: a form is compiled, without branches or tables; leave jumps out")
 
 
-@dataclass(frozen=True)
-class Times:
-    """The times of a call: `wanted` by the user, and `sampled` by the problem: since the start, up to the end."""
-
-    clock: Clock
-    wanted: Floats
-    sampled: Floats
-    first: int
-    """1 if the first wanted time is the start, else 0."""
-
-    @classmethod
-    def of(cls, t_span: Sequence[float], t_eval: Sequence[float] | Floats | None, rates: int) -> Self:
-        try:
-            t0, end = map(float, t_span)
-        except (TypeError, ValueError):
-            raise ValueError(f"t_span={t_span!r}: give the first and the last time") from None
-        if not (math.isfinite(t0) and math.isfinite(end)) or t0 == end:
-            raise ValueError(f"t_span={t_span!r}: give two different finite times")
-        direction = 1.0 if end > t0 else -1.0
-        wanted = np.linspace(t0, end, SAMPLES) if t_eval is None else _array(t_eval, "t_eval")
-        elapsed = direction * (wanted - t0)
-        if not np.all(np.diff(elapsed) > 0) or elapsed[0] < 0 or elapsed[-1] > abs(end - t0):
-            raise ValueError(f"t_eval={short(t_eval)}: give times in order, from {t0:g} to {end:g}")
-        first = int(elapsed[0] == 0)
-        sampled = elapsed[first:]
-        if not len(sampled) or sampled[-1] < abs(end - t0):
-            sampled = np.append(sampled, abs(end - t0))
-        return cls(Clock(t0, direction, rates), wanted, sampled, first)
-
-    def problem(
-        self, form: Form, start: Floats, parameters: Sequence[float], integrator: Integrator, by_own_clock: bool
-    ) -> Problem:
-        """The problem from t = 0; of a form, which may read the time, from its own start.
-
-        Times that are evenly spaced but for round-off are exactly so for fixed steps, which then end at them.
-        """
-        times, count = self.sampled, len(self.sampled)
-        even = np.arange(1, count + 1) * (times[-1] / count)
-        if isinstance(integrator.sweep, Steps) and np.allclose(times, even, rtol=0, atol=EVEN * even[0]):
-            times = even
-        t0 = self.clock.t0 if by_own_clock else 0.0
-        numbers = np.array(parameters, dtype=np.float64)
-        return Problem(form, len(start), numbers, t0 + times, times[-1] / count, integrator.counts_rhs, t0=t0)
+def _bounds(jumps: Sequence[float] | Floats | None, times: Times) -> list[float]:
+    """The ends of the pieces: the start, the jumps within the span in the direction of time, and the end."""
+    clock = times.clock
+    ends = sorted((clock.first, clock.last), key=lambda t: clock.direction * t)
+    if jumps is None or not np.size(jumps):
+        return ends
+    inside = {t for t in array(jumps, "jumps").tolist() if clock.first < t < clock.last}
+    return [ends[0], *sorted(inside, key=lambda t: clock.direction * t), ends[1]]
 
 
-def _solved(
-    integrator: Integrator, problem: Problem, setting: float, start: Floats, times: Times,
-    own: OwnEquations | None, events: Sequence[Callable[..., Any]],
-) -> OdeResult:  # fmt: skip
-    found, calls = _run(integrator, problem, setting, start, own)
-    count, message = len(times.wanted), f"{integrator.id} reached the end of the interval."
-    y = np.concatenate([start[None], times.clock.own(found.states[0])])[1 - times.first :][:count].T
-    status, clock = 0, times.clock
+def _result(motion: Motion, times: Times, t_eval: Any) -> OdeResult:
+    wanted, start, events = times.wanted, motion.start, motion.stated.events
+    found = motion.at(wanted[times.first :])
+    y = np.concatenate([start[None], found.states])[1 - times.first :].T
+    status, message = 0, f"{motion.integrator.id} reached the end of the interval{_steps(motion, found)}."
+    t_events = y_events = None
     if found.stopped is not None:
-        status, message = -1, f"{integrator.id}: {found.stopped}"
-        count = int(np.argmax([*~np.isfinite(y).all(axis=0), True]))
-    t_events: list[Floats] | None = None
-    y_events: list[Floats] | None = None
+        status, message = -1, f"{motion.integrator.id}: {found.stopped}"
+        arrived = int(np.argmax([*~np.isfinite(y).all(axis=0), True]))
+        wanted, y = wanted[:arrived], y[:, :arrived]
     if events:
-        happened = _happened(found, events)
-        t_events = [np.array([clock.t0 + clock.direction * t for t in each]) for each in happened]
-        y_events = [clock.own(x) for x in _states_at(integrator, problem, setting, start, own, happened)]
-        ends = [t[-1] for t, event in zip(happened, events, strict=True) if t and getattr(event, "terminal", False)]
-        if ends:
+        t_events = [np.array(each) for each in found.t_events]
+        direction = times.clock.direction
+        if found.end is not None:
             status, message = 1, "A terminal event occurred."
-            count = min(count, int(np.searchsorted(clock.direction * (times.wanted - clock.t0), min(ends), "right")))
-    return OdeResult(times.wanted[:count], y[:, :count], t_events, y_events, calls, status, message)
+            count = int(np.searchsorted(direction * wanted, direction * found.end, "right"))
+            wanted, y = wanted[:count], y[:, :count]
+            if t_eval is None:
+                wanted = np.linspace(motion.bounds[0], found.end, SAMPLES)
+        anew = wanted[1:] if found.end is not None and t_eval is None else np.empty(0)
+        every = direction * np.unique(direction * np.concatenate([*t_events, anew]))
+        states = motion.at(every, to_end=False).states if len(every) else np.empty((0, len(start)))
+        y_events = [states[np.searchsorted(direction * every, direction * each)] for each in t_events]
+        if len(anew):
+            y = np.concatenate([start[None], states[np.searchsorted(direction * every, direction * anew)]]).T
+    calls = found.calls if motion.integrator.counts_rhs else None
+    return OdeResult(wanted, y, t_events, y_events, calls, status, message)
 
 
-def _run(
-    integrator: Integrator, problem: Problem, setting: float, start: Floats, own: OwnEquations | None
-) -> tuple[Solution, int | None]:
-    """The solution, and the number of right-hand sides, if they are counted."""
-    if isinstance(integrator.sweep, Steps) and problem.uniform:
-        setting = problem.interval / math.ceil(problem.interval / setting * (1 - EVEN))
-    with shown(integrator.id):
-        try:
-            prepared = Prepared(integrator, problem, setting)
-        except Exception as error:
-            if own is None or own.called is None:
-                raise
-            with Prepared(integrator, replace(problem, form=FirstOrder(at_rest)), setting):
-                pass  # raises if the method declines more than these equations
-            why = f"{place(own.own.function)} has none: {own.reason[:160]}"
-            raise Refused(f"{integrator.id} needs the equations as formulas, and {why}") from error
-        with prepared:
-            try:
-                found, calls = prepared.counted(start[None] if own is None else own.clock.own(start[None]))
-            except Unusable as error:
-                raise ValueError(f"{integrator.id} {error}") from None
-            finally:
-                if own is not None:
-                    own.raise_failure()
-    return found, calls if integrator.counts_rhs else None
-
-
-def _happened(found: Solution, events: Sequence[Callable[..., Any]]) -> list[list[float]]:
-    """The times since the start of each event."""
-    times: list[list[float]] = [[] for _ in events]
-    for time, name in found.events or ():
-        number, way = name.split()
-        if counts(events[int(number)], 1 if way == "up" else -1):
-            times[int(number)].append(time)
-    return times
-
-
-def _states_at(
-    integrator: Integrator, problem: Problem, setting: float, start: Floats, own: OwnEquations | None,
-    times: Sequence[Sequence[float]],
-) -> list[Floats]:  # fmt: skip
-    """The states at the events, from a second integration that has samples there."""
-    every = np.unique(np.concatenate([*times, []]))
-    if not len(every):
-        return [np.empty((0, len(start))) for _ in times]
-    again = replace(problem, times=np.unique(np.append(every, problem.times[-1])))
-    found, _ = _run(integrator, again, setting, start, own)
-    return [found.states[0][np.searchsorted(again.times, each)] for each in times]
+def _steps(motion: Motion, found: Found) -> str:
+    """The size of fixed steps, and why it is not the size that was asked for, for messages."""
+    if found.step is None:
+        return ""
+    asked = motion.setting
+    if not found.exact:
+        return f", in steps of at most {found.step:.6g} that end at the times of the result"
+    said = f", in steps of {found.step:.6g}"
+    if not math.isclose(found.step, asked, rel_tol=EVEN):
+        said += f": step={asked:g} is shortened so that steps end at the times of the result"
+    return said
 
 
 def _method(method: str | Integrator | type[Integrator], forms: Sequence[Form]) -> Integrator:
@@ -375,20 +295,10 @@ def _with_setting(
 
 
 def _state(y0: Sequence[float] | Floats, accelerations: bool) -> Floats:
-    start = _array(y0, "y0")
+    start = array(y0, "y0")
     if accelerations and len(start) % 2:
         raise ValueError(f"y0={short(y0)}: give the coordinates and then their rates, as many of each")
     return start
-
-
-def _array(values: Any, name: str) -> Floats:
-    try:
-        found = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.ndim != 1 or not len(found) or not np.isfinite(found).all():
-        raise ValueError(f"{name}={short(values)}: give a sequence of finite numbers")
-    return found
 
 
 def _refuse_old_order(fun: Any, t_span: Any, y0: Any, method: Any, t_eval: Any, options: dict[str, Any]) -> None:

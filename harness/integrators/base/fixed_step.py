@@ -38,6 +38,8 @@ class FixedStep(Integrator):
 
     sweep = Steps()
     sampling = "grid"
+    aside: ClassVar[bool] = True
+    """Whether a sample may lie between steps, where it is the end of a shorter step."""
     step: ClassVar[stepping.Step]
     function: ClassVar[str] = ""
     """The name of the function of the form that the step calls; "": its acceleration, else its equations."""
@@ -108,8 +110,8 @@ class FixedStep(Integrator):
     def prepare(self, problem: Problem, setting: float) -> Solver:
         problem = problem.since_start()
         substeps = substeps_of(problem, setting)
-        h = problem.interval / substeps if problem.uniform else setting
-        run = self.loop(problem, h, substeps if problem.uniform else 0)
+        h = problem.interval / substeps if substeps else setting
+        run = self.loop(problem, h, substeps)
 
         def solve(initial: Floats) -> Solution:
             out = stepping.blank(problem, initial)
@@ -147,20 +149,21 @@ class FixedStep(Integrator):
 
 
 def substeps_of(problem: Problem, h: float) -> int:
-    """The number of steps of h in a sampling interval.
+    """The number of steps of h in a sampling interval; 0 if samples lie between steps.
 
-    Raises Refused for an h that is not positive, takes too many steps or does not divide the interval.
+    Raises Refused for an h that is not positive, takes too many steps, or is shorter than the interval but does not
+    divide it.
     """
     span = float(problem.elapsed[-1])
     require_positive(h, "step size")
     if span / h > MOST_STEPS or span + h == span:
         least = f"take at least {span / MOST_STEPS:.1g}"
         raise Refused(f"step size {h:g} would take more than {MOST_STEPS:g} steps to reach t = {span:g}; {least}")
-    if not problem.uniform:
-        return max(1, round(problem.interval / h))
+    if not problem.uniform or h > problem.interval + 2 * math.ulp(problem.interval):
+        return 0
     count = round(problem.interval / h)
-    if count < 1 or abs(count * h - problem.interval) > 2 * math.ulp(problem.interval):
-        nearest = problem.interval / max(1, count)
+    if abs(count * h - problem.interval) > 2 * math.ulp(problem.interval):
+        nearest = problem.interval / count
         raise Refused(f"step size {h!r} does not divide the sampling interval {problem.interval!r}; {nearest!r} does")
     return count
 

@@ -1,0 +1,263 @@
+"""The motion of one call of `solve`, integrated piece by piece: no step crosses a jump of the input."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any, Self
+
+import numpy as np
+from gnomon.cases.core.forms import FirstOrder, Form, first_order
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Steps
+from gnomon.harness.contract.problem import first_taken
+from gnomon.harness.contract.validation import Unusable, short
+from gnomon.harness.integrators.base.fixed_step import FixedStep
+from gnomon.harness.kernels.compiling import shown
+from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.running.own_functions import (
+    Arguments,
+    CaseEquations,
+    Clock,
+    OwnEquations,
+    at_rest,
+    counts,
+    most_occurrences,
+    place,
+    real,
+    with_events,
+)
+
+SAMPLES = 64
+EVEN = 1e-9
+"""Times count as evenly spaced if they are so to this share of their spacing: decimals have round-off."""
+USUAL_SPANS = 2.0**-3, 2.0**30
+"""Spans, in the unit of the user's time, that stay as they are. Others are scaled to about 1: libraries have absolute
+limits, such as SciPy's 9e-16 s for the time of an event."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """The times of a piece: `wanted` by the user, and `sampled` by the problem: since the start, up to the end."""
+
+    clock: Clock
+    wanted: Floats
+    sampled: Floats
+    first: int
+    """1 if the first wanted time is the start, else 0."""
+
+    @classmethod
+    def of(
+        cls, t_span: Sequence[float], t_eval: Sequence[float] | Floats | None, rates: int, scale: float | None = None
+    ) -> Self:
+        """The times of a span; `rates`: the number of the last coordinates that are rates.
+
+        `scale`: see `Clock`; by default from the span.
+        """
+        try:
+            t0, end = map(float, t_span)
+        except (TypeError, ValueError):
+            raise ValueError(f"t_span={t_span!r}: give the first and the last time") from None
+        if not (math.isfinite(t0) and math.isfinite(end)) or t0 == end:
+            raise ValueError(f"t_span={t_span!r}: give two different finite times")
+        span = abs(end - t0)
+        if scale is None:
+            low, high = USUAL_SPANS
+            scale = 1.0 if low <= span <= high else 2.0 ** round(math.log2(span))
+        clock = Clock(t0, math.copysign(1.0, end - t0), rates, scale, min(t0, end), max(t0, end))
+        wanted = np.linspace(t0, end, SAMPLES) if t_eval is None else array(t_eval, "t_eval")
+        elapsed = clock.elapsed(wanted)
+        if not np.all(np.diff(elapsed) > 0) or elapsed[0] < 0 or elapsed[-1] > span / scale:
+            raise ValueError(f"t_eval={short(t_eval)}: give times in order, from {t0:g} to {end:g}")
+        first = int(elapsed[0] == 0)
+        sampled = elapsed[first:]
+        if not len(sampled) or sampled[-1] < span / scale:
+            sampled = np.append(sampled, span / scale)
+        return cls(clock, wanted, sampled, first)
+
+    def problem(
+        self, form: Form, dimension: int, parameters: Sequence[float], integrator: Integrator, by_own_clock: bool
+    ) -> Problem:
+        """The problem from t = 0; of a form, which may read the time, from its own start.
+
+        Times that are evenly spaced but for round-off are exactly so for fixed steps, which then end at them.
+        """
+        times, count = self.sampled, len(self.sampled)
+        even = np.arange(1, count + 1) * (times[-1] / count)
+        if isinstance(integrator.sweep, Steps) and np.allclose(times, even, rtol=0, atol=EVEN * even[0]):
+            times = even
+        t0 = self.clock.t0 if by_own_clock else 0.0
+        numbers = np.array(parameters, dtype=np.float64)
+        return Problem(form, dimension, numbers, t0 + times, times[-1] / count, integrator.counts_rhs, t0=t0)
+
+
+def piece_clock(whole: Clock, bounds: Sequence[float], begin: float, end: float) -> Clock:
+    """The clock of a piece from `begin` to `end`.
+
+    Where the input jumps, at ends but for those of the whole, functions of Python see only the times between: then the
+    value of the input at the jump itself does not matter, whether it is the old or the new one.
+    """
+    first = begin if begin == bounds[0] else math.nextafter(begin, end)
+    last = end if end == bounds[-1] else math.nextafter(end, begin)
+    return replace(whole, t0=begin, first=min(first, last), last=max(first, last))
+
+
+def array(values: Any, name: str) -> Floats:
+    """A sequence of finite numbers as an array (n,). Raises ValueError with the name for other values."""
+    try:
+        found = np.array(values)
+        found = found.astype(np.float64) if found.dtype.kind != "c" else real(found)
+    except (TypeError, ValueError) as error:
+        if found.dtype.kind == "c":
+            raise ValueError(f"{name} {error}") from None
+        found = np.empty(0)
+    if found.ndim != 1 or not len(found) or not np.isfinite(found).all():
+        raise ValueError(f"{name}={short(values)}: give a sequence of finite numbers")
+    return found
+
+
+@dataclass(frozen=True)
+class Stated:
+    """The equations of a call, as `fun`, `args` and `events` state them: a form, or a function of the user's."""
+
+    fun: Callable[..., Any] | Form | CaseEquations
+    arguments: Arguments
+    events: Sequence[Callable[..., Any]] = ()
+    accelerations: bool = False
+
+    def by(self, clock: Clock, start: Floats, before: Sequence[int] = ()) -> "Equations":
+        """The equations by a clock; `before`: the number of each event before this start. Raises ValueError."""
+        if isinstance(self.fun, CaseEquations):
+            return Equations(self.fun.forms, list(self.fun.parameters.values()))
+        if isinstance(self.fun, Form):
+            forms = (self.fun, *(x for x in (first_order(self.fun),) if x not in (None, self.fun)))
+            return Equations(forms, self.arguments.numbers)
+        own = OwnEquations(self.fun, clock, self.arguments, start, self.accelerations)
+        forms = (with_events(own, self.events, before),) if self.events else own.forms
+        return Equations(forms, own.parameters, own)
+
+
+@dataclass(frozen=True)
+class Equations:
+    """The equations of a piece, the most structured form first; `own` if they are a function of the user's."""
+
+    forms: tuple[Form, ...]
+    parameters: list[float]
+    own: OwnEquations | None = None
+
+
+@dataclass
+class Found:
+    """The states at the wanted times, nan where the method did not arrive, and the events, by the user's clock."""
+
+    states: Floats
+    calls: int = 0
+    stopped: str | None = None
+    step: float | None = None
+    """The size of fixed steps, the longest of all pieces."""
+    exact: bool = True
+    """Whether all steps but those that end at a sample have this size."""
+    t_events: list[list[float]] = field(default_factory=list)
+    end: float | None = None
+    """The time of a terminal event."""
+
+
+@dataclass
+class Motion:
+    """The motion from a start, over pieces that begin and end at `bounds`, by the user's clock."""
+
+    stated: Stated
+    integrator: Integrator
+    setting: float
+    start: Floats
+    whole: Times
+    bounds: Sequence[float]
+    pieces: dict[float, Equations] = field(default_factory=dict)
+    """The equations of each piece, by its first time: a second integration has the same."""
+
+    def at(self, wanted: Floats, to_end: bool = True) -> Found:
+        """Integrate; with `to_end` past the last of the wanted times, which begin after the start."""
+        found = Found(np.full((len(wanted), len(self.start)), np.nan), t_events=[[] for _ in self.stated.events])
+        state, direction = self.start, self.whole.clock.direction
+        passed = 0
+        for begin, end in pairwise(self.bounds):
+            here = wanted[passed : np.searchsorted(direction * wanted, direction * end, "right")]
+            last = not to_end and passed + len(here) == len(wanted)
+            ends = here if last or (len(here) and here[-1] == end) else np.append(here, end)
+            if len(ends):
+                state = self._piece(found, begin, end, ends, state, passed, len(here))
+            passed += len(here)
+            if last or found.stopped is not None or found.end is not None:
+                break
+        return found
+
+    def _piece(
+        self, found: Found, begin: float, end: float, ends: Floats, state: Floats, passed: int, count: int
+    ) -> Floats:
+        """Integrate from `begin` over the times `ends`, of which the first `count` are wanted; the state at the last."""
+        whole = self.whole.clock
+        times = Times.of((begin, ends[-1]), ends, whole.mirrored, whole.scale)
+        times = replace(times, clock=piece_clock(whole, self.bounds, begin, end))
+        if begin not in self.pieces:
+            self.pieces[begin] = self.stated.by(times.clock, state, [len(each) for each in found.t_events])
+        equations, clock = self.pieces[begin], times.clock
+        own = equations.own
+        form = first_taken(self.integrator, equations.forms)
+        problem = times.problem(form, len(state), equations.parameters, self.integrator, own is None)
+        step, exact = self.step(problem)
+        solution, calls = _run(self.integrator, problem, step, state if own is None else clock.given(state), own)
+        found.calls += calls
+        if isinstance(self.integrator.sweep, Steps):
+            found.step, found.exact = max(found.step or 0.0, step * clock.scale), found.exact and exact
+        states = clock.own(solution.states[0])
+        found.states[passed : passed + count] = states[:count]
+        found.stopped = solution.stopped
+        self._add_events(found, solution, clock)
+        return np.array(states[-1])
+
+    def step(self, problem: Problem) -> tuple[float, bool]:
+        """The setting, and for fixed steps whether it is the size of all steps that do not end at a sample.
+
+        Steps end at evenly spaced times. At other times, and at times closer than a step, one-step methods of gnomon
+        make a shorter step aside; any other method has steps that are not longer than the mean distance of the times.
+        """
+        setting = self.setting / self.whole.clock.scale if isinstance(self.integrator.sweep, Steps) else self.setting
+        if not isinstance(self.integrator.sweep, Steps):
+            return setting, True
+        aside = isinstance(self.integrator, FixedStep) and self.integrator.aside
+        if problem.uniform and (setting <= problem.interval or not aside):
+            return problem.interval / math.ceil(problem.interval / setting * (1 - EVEN)), True
+        return (setting, True) if aside else (min(setting, problem.interval), False)
+
+    def _add_events(self, found: Found, solution: Solution, clock: Clock) -> None:
+        for number, event in enumerate(self.stated.events):
+            most = most_occurrences(event)
+            for time, name in solution.events or ():
+                which, way = name.split()
+                if int(which) == number and counts(event, 1 if way == "up" else -1):
+                    found.t_events[number].append(float(clock.time(time)))
+            if most and len(found.t_events[number]) >= most:
+                found.end = found.t_events[number][-1]
+
+
+def _run(
+    integrator: Integrator, problem: Problem, setting: float, start: Floats, own: OwnEquations | None
+) -> tuple[Solution, int]:
+    """The solution, and the number of right-hand sides, if they are counted."""
+    with shown(integrator.id):
+        try:
+            prepared = Prepared(integrator, problem, setting)
+        except Exception as error:
+            if own is None or own.called is None:
+                raise
+            with Prepared(integrator, replace(problem, form=FirstOrder(at_rest)), setting):
+                pass  # raises if the method declines more than these equations
+            why = f"{place(own.own.function)} has none: {own.reason[:160]}"
+            raise Refused(f"{integrator.id} needs the equations as formulas, and {why}") from error
+        with prepared:
+            try:
+                return prepared.counted(start[None])
+            except Unusable as error:
+                raise ValueError(f"{integrator.id} {error}") from None
+            finally:
+                if own is not None:
+                    own.raise_failure()
