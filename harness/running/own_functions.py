@@ -1,6 +1,7 @@
 """A user's functions of (t, y, *args) as the form of a problem: by their formulas, or else by calls from Python."""
 
 import math
+import sys
 import time
 import warnings
 from collections.abc import Callable, Sequence
@@ -247,7 +248,7 @@ class OwnEquations:
             warnings.warn(
                 f"{where} has no formulas ({self.reason[:160]}). It is called from Python, which takes"
                 f" {1e6 * self.own.seconds():.2g} microseconds a call; compiled equations take about .1",
-                stacklevel=4,
+                stacklevel=_outside(),
             )
 
     def raise_failure(self) -> None:
@@ -259,6 +260,14 @@ class OwnEquations:
             raise error
         clock = self.own.clock
         raise ValueError(self.own.failed(error, clock.within(t), clock.own(y))) from error
+
+
+def _outside() -> int:
+    """The stack level, for a warning by the caller of this function, of the code that called gnomon."""
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("gnomon."):
+        level, frame = level + 1, frame.f_back
+    return level
 
 
 @dataclass(frozen=True)

@@ -176,8 +176,9 @@ def test_equations_without_formulas_are_called_and_it_is_said_once(
     """The warning names function and line, and the measured cost of a call."""
     monkeypatch.setattr(own_functions, "_TOLD", set())
     where = f"line {function.__code__.co_firstlineno}"
-    with pytest.warns(UserWarning, match=rf"test_solve.py, {where}\) has no formulas .* microseconds a call"):
+    with pytest.warns(UserWarning, match=rf"test_solve.py, {where}\) has no formulas .* microseconds a call") as told:
         found = solve(function, ENDS, START, method, **setting)
+    assert {each.filename for each in told} == {__file__}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         again = solve(function, ENDS, START, method, **setting)
