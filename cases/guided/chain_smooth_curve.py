@@ -1,7 +1,7 @@
 """A uniform chain on a smooth cycloid: isochronous for every length."""
 
 from gnomon.cases.declare import *
-from gnomon.cases.scenes.point import railed
+from gnomon.cases.scenes.point import railed_pull
 from gnomon.reference.oscillators.harmonic_oscillator import HarmonicMotion
 
 
@@ -31,7 +31,7 @@ def _stays_between_cusps(n: Mapping[str, Fraction]) -> bool:
     return room > 0 and n["s"] ** 2 + 4 * n["a"] * n["v"] ** 2 / n["g"] <= room**2
 
 
-SCENE = railed(lambda t, s, parameters: float(chain_acceleration(t, (s,), parameters)[0]))
+SCENE = railed_pull(chain_acceleration)
 
 
 class ChainSmoothCurve(Case):

@@ -66,15 +66,17 @@ def pulley_mode(t: Any, state: Values, parameters: Values) -> str:
     return "sliding" if state[0] < parameters[1] / 2 else "falling"
 
 
-def table_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
+def table_force(t: float, s: float, parameters: Values) -> Any:
     """The force over the mass, on the table and off it."""
-    mode = sliding_off if s < parameters[1] else free_fall
-    return float(mode(t, (s, 0.0), parameters)[1])
+    if s < parameters[1]:
+        return sliding_off(t, (s, 0.0), parameters)[1]
+    return free_fall(t, (s, 0.0), parameters)[1]
 
 
-def pulley_force(t: float, s: float, parameters: tuple[float, ...]) -> float:
-    mode = over_pulley if s < parameters[1] / 2 else free_fall
-    return float(mode(t, (s, 0.0), parameters)[1])
+def pulley_force(t: float, s: float, parameters: Values) -> Any:
+    if s < parameters[1] / 2:
+        return over_pulley(t, (s, 0.0), parameters)[1]
+    return free_fall(t, (s, 0.0), parameters)[1]
 
 
 def until_it_leaves(sliding: Equations, end: Equations, start: Any) -> Hybrid:

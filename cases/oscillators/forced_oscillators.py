@@ -219,7 +219,9 @@ def switch_mode(t: Any, state: Values, parameters: Values) -> str:
 
 def force_until_off(t: float, state: Values, parameters: Values) -> Values:
     """The force in both modes, for a scene."""
-    return (driven_mass if t < parameters[5] else coasting_mass)(t, state, parameters)
+    if t < parameters[5]:
+        return driven_mass(t, state, parameters)
+    return coasting_mass(t, state, parameters)
 
 
 SWITCHED_SCENE = railed_point(force_until_off, token="time_force")

@@ -40,7 +40,12 @@ def spring_block_mode(t: Any, state: Values, parameters: Values) -> str:
     return "spring" if y < 0 or (y == 0 and v <= 0) else "flight"
 
 
-SCENE = railed(lambda t, y, parameters: -parameters[0] - parameters[2] / parameters[1] * min(y, 0.0))
+def weight_and_spring(t: float, y: float, parameters: tuple[float, ...]) -> float:
+    """The force over the mass, in both modes."""
+    return -parameters[0] - parameters[2] / parameters[1] * min(y, 0.0)
+
+
+SCENE = railed(weight_and_spring)
 
 
 class WorkEnergySpringBlock(Case):

@@ -1,5 +1,7 @@
-"""A method on a case: its states at a setting, their distance from the exact motion, and a fitted order."""
+"""A method on a case: its states at a setting, their distance from the exact motion, a fitted order, its calls of Python."""
 
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -108,3 +110,20 @@ def recorded(policy: type[SceneIntegrator]) -> dict[str, Any]:
         options |= run.options
         run.close()
     return options
+
+
+def count_python_calls(function: Callable[..., Any], *arguments: Any) -> int:
+    """The number of functions, of Python and of C, that Python calls in the second call of a function."""
+    function(*arguments)
+    calls = 0
+
+    def count(frame: Any, event: str, called: Any) -> None:
+        nonlocal calls
+        calls += event in ("call", "c_call")
+
+    sys.setprofile(count)
+    try:
+        function(*arguments)
+    finally:
+        sys.setprofile(None)
+    return calls

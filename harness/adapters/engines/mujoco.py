@@ -1,7 +1,9 @@
 """MuJoCo: generalized coordinates and soft constraints, built from scenes as MJCF.
 
 Forces come from the callback `mjcb_passive`, which every stage of RK4 calls with its time and state: forces that are set once a
-step (`qfrc_applied`) drop RK4 to order 1. Blows are such forces. Ropes between two bodies, impacts, contacts and dry friction
+step (`qfrc_applied`) drop RK4 to order 1. The callback is a C function (`mujoco_forces`), as the manual advises, and the engine
+takes all steps between two samples in one call, unless a blow falls into them or a joint is prescribed. Blows are forces over
+a step. Ropes between two bodies, impacts, contacts and dry friction
 are constraints, which the engine makes soft; configured, they harden as the step decreases, so RK4 has order 2 with ropes and
 dry friction, and all have an irregular order 1 with contacts. A body that slides with friction hops: see `SLIDING`.
 

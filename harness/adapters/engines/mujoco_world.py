@@ -8,6 +8,7 @@ import numpy as np
 from gnomon.cases.core.scene import Body, Contact, Quaternion, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.engines.attitudes import frame_along, scalar_first, upward_to
 from gnomon.harness.adapters.engines.compliant import damping_ratio
+from gnomon.harness.adapters.engines.mujoco_forces import TABLE, CompiledForces, Law, compiled_laws, time_function
 from gnomon.harness.adapters.engines.mujoco_model import AXES, FOLLOWERS, PRESCRIBED, Model, is_point, link, numbers
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, inverse, rotated
@@ -41,6 +42,7 @@ class World:
         self.integrator, self.configured, self.tight = integrator, configured, tight
         self.options: dict[str, Any] = {} if integrator == "Euler" else {"integrator": integrator}
         self.twist = np.empty(6)
+        self.scene: Any = None
         self.model: Any = None
         self.data: Any = None
 
@@ -50,20 +52,32 @@ class World:
 
     def build(self, scene: Scene) -> None:
         """Compile the bodies, joints, contacts and forces of `scene`."""
-        self.scene = scene
+        known, self.scene = scene is self.scene, scene  # before each start the same scene is built anew
         soft = ""
         if scene.ropes or self.needs & {"linkage", "joint_friction"}:
             kind = "friction." if "joint_friction" in self.needs else "equality."
             soft = self._attributes(kind, solref=(STIFFEST * self.dt, 1.0), solimp=HARD)
         self.layout = Model(scene, self.needs, soft)
-        self.text = self.layout.text(self._option(), self._contact)
-        self.model = self.api.MjModel.from_xml_string(self.text)
-        self.data = self.api.MjData(self.model)
-        self.numbers = {body.name: self.model.body(body.name).id for body in scene.bodies}
         self.prescribed = self.layout.prescribed()
         if self.prescribed:
             self.options["armature"] = PRESCRIBED
         self.pushed = bool(scene.forces or scene.torques or self.prescribed)
+        if not known:
+            drives = [law for _, law in self.prescribed]
+            self.laws = compiled_laws(scene, drives, self._drive) if self.pushed else None
+            self.positions = time_function(drives, self._follow)
+        self.text = self.layout.text(self._option() + (TABLE if self.laws else ""), self._contact)
+        self.model = self.api.MjModel.from_xml_string(self.text)
+        self.data = self.api.MjData(self.model)
+        self.numbers = {body.name: self.model.body(body.name).id for body in scene.bodies}
+        self.joints = {name: self._joint(name) for name in [*(x.body for x in scene.joints), *dict(self.prescribed)]}
+        rates = [self.joints[name][1] for name, _ in self.prescribed]
+        self.forces = CompiledForces(self.api, self.model, self.data, self.laws, rates) if self.laws else None
+
+    def _joint(self, name: str) -> tuple[int, int]:
+        """The first coordinate and the first rate of a joint."""
+        where = self.model.joint(name)
+        return where.qposadr.item(), where.dofadr.item()
 
     def _option(self) -> str:
         option = f'timestep="{self.dt!r}" integrator="{self.integrator}" gravity="{numbers(*self.scene.gravity)}"'
@@ -111,9 +125,9 @@ class World:
         model, data = self.model, self.data
         self.api.mj_resetData(model, data)  # also the solver's start from the last solution
         for joint in scene.joints:
-            where = model.joint(joint.body)
+            q, v = self.joints[joint.body]
             values = (joint.position, joint.rate) if isinstance(joint, Slider) else (joint.angle, joint.rate)
-            data.qpos[where.qposadr], data.qvel[where.dofadr] = values
+            data.qpos[q], data.qvel[v] = values
         for body in scene.bodies:
             if (kind := self.layout.kind(body)) != "joint":
                 getattr(self, f"_place_{kind}")(body)
@@ -175,25 +189,35 @@ class World:
         self.data.qpos[q : q + 4], self.data.qvel[v : v + 3] = scalar_first(attitude), rotated(inverse(attitude), spin)
 
     def _prescribe(self, t: float) -> None:
-        """Set prescribed joints to their values at time t; the differences err like the classical Runge-Kutta method."""
+        """Set prescribed joints to their values at time t."""
+        values = iter(self.positions(t))
+        for name, _ in self.prescribed:
+            q, v = self.joints[name]
+            self.data.qpos[q], self.data.qvel[v] = next(values), next(values)
+
+    def _follow(self, law: Law, t: Any) -> tuple[Any, Any]:
+        """Position and rate of a prescribed joint; the difference errs like the classical Runge-Kutta method."""
         h = self.dt
-        for name, law in self.prescribed:
-            where = self.model.joint(name)
-            self.data.qpos[where.qposadr] = law(t)
-            self.data.qvel[where.dofadr] = (law(t - 2 * h) - 8 * law(t - h) + 8 * law(t + h) - law(t + 2 * h)) / (
-                12 * h
-            )
+        return law(t), (law(t - 2 * h) - 8 * law(t - h) + 8 * law(t + h) - law(t + 2 * h)) / (12 * h)
 
     def advance(self, steps: int) -> None:
         model, data, step = self.model, self.data, self.api.mj_step
         with self._hooks():
-            if not (self.prescribed or self.scene.impulses):
+            if not (self.prescribed or self._blows_within(steps)):
                 step(model, data, nstep=steps)
                 return
             for _ in range(steps):
                 self._strike(data.time)
                 step(model, data)
                 self._prescribe(data.time)
+            data.qfrc_applied[:] = 0.0
+
+    def _blows_within(self, steps: int) -> bool:
+        """Whether a blow may fall into the coming steps: the engine's time is a sum of steps."""
+        if not self.scene.impulses:
+            return False
+        start, end = self.data.time, self.data.time + (steps + 1) * self.dt
+        return any(start <= impulse.time < end for impulse in self.scene.impulses)
 
     @contextmanager
     def _hooks(self) -> Iterator[None]:
@@ -202,7 +226,7 @@ class World:
         Without a handler the engine writes its warnings, of large accelerations, to a file in the working directory.
         """
         self.api.set_mju_user_warning(lambda message: None)
-        self.api.set_mjcb_passive(self._push if self.pushed else None)
+        self.api.set_mjcb_passive(self.forces.pointer if self.forces else self._push if self.pushed else None)
         try:
             yield
         finally:
@@ -216,10 +240,14 @@ class World:
             self.api.mj_applyFT(model, data, np.array(force), ZERO, np.array(place), self.numbers[body], target)
         for body, torque in torques_at(self.scene, t, self._rotation):
             self.api.mj_applyFT(model, data, ZERO, np.array(torque), ZERO, self.numbers[body], target)
-        h = self.dt
         for name, law in self.prescribed:
-            bend = 16 * (law(t - h) + law(t + h)) - law(t - 2 * h) - law(t + 2 * h) - 30 * law(t)
-            target[model.joint(name).dofadr] += PRESCRIBED * bend / (12 * h * h)
+            target[self.joints[name][1]] += self._drive(law, t)[0]
+
+    def _drive(self, law: Law, t: Any) -> tuple[Any]:
+        """The force that moves a prescribed joint."""
+        h = self.dt
+        bend = 16 * (law(t - h) + law(t + h)) - law(t - 2 * h) - law(t + 2 * h) - 30 * law(t)
+        return (PRESCRIBED * bend / (12 * h * h),)
 
     def _strike(self, t: float) -> None:
         """Apply the blows of the coming step as forces over it."""
@@ -252,8 +280,8 @@ class World:
             update(model, data)  # after a step they belong to its last stage
         joints, bodies = {}, {}
         for joint in self.scene.joints:
-            where = model.joint(joint.body)
-            joints[joint.name] = data.qpos[where.qposadr].item(), data.qvel[where.dofadr].item()
+            q, v = self.joints[joint.body]
+            joints[joint.name] = data.qpos[q].item(), data.qvel[v].item()
         for body in self.scene.bodies:
             if self.layout.kind(body) != "joint":
                 (place, velocity), (attitude, spin) = self._motion(body.name), self._rotation(body.name)

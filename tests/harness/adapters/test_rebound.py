@@ -2,7 +2,6 @@
 
 import os
 import signal
-import sys
 from dataclasses import replace
 from math import log, sin
 from typing import Any
@@ -27,7 +26,7 @@ from gnomon.harness.adapters.rebound_nbody import (
 from gnomon.harness.adapters.rebound_ode import OdeMode
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused
 from gnomon.harness.contract.problem import counting, initial_state, problem_of
-from on_cases import exact_states, solved
+from on_cases import count_python_calls, exact_states, solved
 
 pytestmark = pytest.mark.filterwarnings("ignore:At least 10 predictor corrector loops:RuntimeWarning")
 
@@ -205,27 +204,10 @@ def test_python_is_entered_once_a_motion(integrator: type[Integrator]) -> None:
     """A call of Python at each sample takes microseconds, more than a step: no user of REBOUND's C interface pays them."""
     problem = problem_for(integrator)
     few, many = (
-        calls_of_python(integrator().prepare(replace(problem, times=times), setting_for(integrator)), START)
+        count_python_calls(integrator().prepare(replace(problem, times=times), setting_for(integrator)), START)
         for times in (problem.times[:8], problem.times)
     )
     assert few == many > 0
-
-
-def calls_of_python(solve: Any, starts: Floats) -> int:
-    """The number of functions, of Python and of C, that Python calls in a solution."""
-    solve(starts)
-    calls = 0
-
-    def count(frame: Any, event: str, function: Any) -> None:
-        nonlocal calls
-        calls += event in ("call", "c_call")
-
-    sys.setprofile(count)
-    try:
-        solve(starts)
-    finally:
-        sys.setprofile(None)
-    return calls
 
 
 @fixed

@@ -1,0 +1,240 @@
+"""The forces of a scene as a C function that MuJoCo calls at each stage.
+
+MuJoCo's manual warns that callbacks in Python are "likely to incur a severe performance impact", and takes a C function
+instead. The laws of a scene are compiled together as one function of the time and of the motions of bodies. A law that
+can be neither traced nor emitted from its source stays a function of Python, which the engine calls at each stage.
+
+`passive` is compiled once. It finds the table of a world, whose words are listed below, by a number of the model, which no
+reset of the state changes, and reads the places of bodies in the engine's own arrays.
+"""
+
+import ctypes
+import itertools
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import numpy as np
+from gnomon.cases.core.arithmetic import rebind
+from gnomon.cases.core.scene import Scene
+from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.kernels import emission, ir
+from gnomon.harness.kernels.c_structures import c_functions, floats_at, run_at, word_at
+from gnomon.harness.kernels.equations import Kernel, content, write
+from gnomon.harness.kernels.straight_line import computed
+from gnomon.harness.kernels.traced import RUN, Node, Trace, Value, sequence
+
+TIME, NUMERIC = 0, 0
+"""The word of MuJoCo's data that is its time, and the word of its model that is the address of `numeric_data`, once the
+library is loaded."""
+VELOCITY, APPLY, FRAME, PLACES, TURNS, TARGET, LAWS, NUMBERS, MOTIONS, LOADS, BODIES, JOINTS, ROWS = range(13)
+"""The words of a table: the addresses of `mj_objectVelocity` and `mj_applyFT`, the frame of its velocities, the addresses of
+`xpos`, `xquat` and `qfrc_passive`, of the compiled laws, of their numbers, of the motions and of the loads, the numbers of
+bodies and of prescribed joints, and then the index of each body and of each joint's rate."""
+MOTION, LOAD = 13, 6
+"""The numbers of a motion: angular velocity, velocity, position, attitude (scalar first). Of a load: force, torque."""
+
+
+def passive(model: Any, data: Any) -> int:
+    """Add the forces of a scene at the time and in the state of a stage."""
+    table = word_at(word_at(model, NUMERIC), 0)
+    bodies, motions, loads = word_at(table, BODIES), word_at(table, MOTIONS), word_at(table, LOADS)
+    for k in range(bodies):
+        body, motion = word_at(table, ROWS + k), motions + 8 * MOTION * k
+        run_at(word_at(table, VELOCITY), model, data, word_at(table, FRAME), body, motion, 0)
+        copy(word_at(table, PLACES) + 24 * body, motion + 48, 3)
+        copy(word_at(table, TURNS) + 32 * body, motion + 72, 4)
+    run_at(word_at(table, LAWS), floats_at(data + 8 * TIME, 1)[0], motions, word_at(table, NUMBERS), loads)
+    target = word_at(table, TARGET)
+    for k in range(bodies):
+        body, load = word_at(table, ROWS + k), loads + 8 * LOAD * k
+        place = motions + 8 * MOTION * k + 48
+        run_at(word_at(table, APPLY), model, data, load, load + 24, place, body, target)
+    drives = loads + 8 * LOAD * bodies
+    for k in range(word_at(table, JOINTS)):
+        rate = word_at(table, ROWS + bodies + k)
+        floats_at(target, rate + 1)[rate] += floats_at(drives, k + 1)[k]
+    return 0
+
+
+def copy(source: Any, target: Any, size: int) -> None:
+    given, taken = floats_at(source, size), floats_at(target, size)
+    for i in range(size):
+        taken[i] = given[i]
+
+
+Law = Callable[[Any], Any]
+"""A function of time."""
+
+
+class Laws(NamedTuple):
+    """Compiled laws, the numbers in them, and the names of the bodies on which they act."""
+
+    kernel: Kernel
+    numbers: Floats
+    bodies: tuple[str, ...]
+
+
+class Numbers(Trace):
+    """A trace in which the floats of laws are parameters: scenes that differ in numbers share the code.
+
+    Exponents stay numbers: a power of a known exponent takes less time.
+    """
+
+    def __init__(self, dimension: int) -> None:
+        super().__init__(dimension, 0)
+        self.numbers: dict[str, Node] = {}
+
+    def held(self, value: Value) -> Value:
+        if not isinstance(value, float):
+            return value
+        if value.hex() not in self.numbers:
+            self.numbers[value.hex()] = self._variable(f"p[{len(self.numbers)}]", RUN)
+            self.parameters = tuple(self.numbers.values())
+        return self.numbers[value.hex()]
+
+    def node(self, operation: str, *arguments: Value) -> Node:
+        first, *others = arguments
+        others = others if operation == "**" else [self.held(x) for x in others]
+        return super().node(operation, self.held(first), *others)
+
+
+def compiled_laws(scene: Scene, drives: Sequence[Law], driven: Callable[[Law, Any], Sequence[Any]]) -> Laws | None:
+    """The laws of a scene as a kernel of the motions of its bodies; None for laws that only Python computes.
+
+    After the loads on the bodies it computes the numbers `driven(law, t)` of each law of `drives`, a function of time. Laws
+    that branch cannot be traced: they are compiled from their source, with the numbers in it.
+    """
+    names = [name for force in scene.forces for name in (force.body, force.partner) if name]
+    bodies = tuple(dict.fromkeys([*names, *(torque.body for torque in scene.torques)]))
+    try:
+        return traced_laws(scene, bodies, drives, driven)
+    except Exception:  # code of a law may raise anything at a symbol
+        pass
+    try:
+        return None if drives else emitted_laws(scene, bodies)
+    except Exception:  # the engine calls the law itself, which shows its own errors
+        return None
+
+
+def traced_laws(
+    scene: Scene, bodies: tuple[str, ...], drives: Sequence[Law], driven: Callable[[Law, Any], Sequence[Any]]
+) -> Laws:
+    trace = Numbers(MOTION * len(bodies))
+
+    def in_trace(law: Callable[..., Any]) -> Callable[..., Any]:
+        return rebind(law, trace.functions) if isinstance(law, FunctionType) else law
+
+    loads = loads_of(scene, bodies, trace.t, trace.state, in_trace)
+    found = itertools.chain(loads, *(driven(in_trace(law), trace.t) for law in drives))
+    values = [trace.held(value) for value in found]
+
+    def body(t: ir.Value, y: ir.Array, p: ir.Array, out: ir.Array) -> None:
+        write(out, computed(values, trace, t, content(y), content(p), emission.MATH))
+
+    def named(value: Value) -> str:
+        return f"#{value.index}" if isinstance(value, Node) else repr(value)
+
+    lines = [f"{named(node)} {node.operation} {[named(x) for x in node.arguments]}" for node in sequence(values)]
+    key = "\n".join(["traced laws", *lines, *(named(value) for value in values)])
+    numbers = np.array([*map(float.fromhex, trace.numbers), 0.0])
+    return Laws(Kernel(key, body, (len(trace.state), len(trace.numbers), len(values))), numbers, bodies)
+
+
+def emitted_laws(scene: Scene, bodies: tuple[str, ...]) -> Laws:
+    def body(t: ir.Value, y: ir.Array, p: ir.Array, out: ir.Array) -> None:
+        write(out, loads_of(scene, bodies, t, content(y), emission.Translation().inline))
+
+    pushes = [f"{x.body} {x.partner} {emission.fingerprint(x.law)}" for x in scene.forces]
+    turns = [f"{x.body} {emission.fingerprint(x.law)}" for x in scene.torques]
+    kernel = Kernel("\n".join(["emitted laws", *pushes, *turns]), body, (MOTION * len(bodies), 0, LOAD * len(bodies)))
+    _ = kernel.address  # raises an error for a law that cannot be emitted
+    return Laws(kernel, np.zeros(1), bodies)
+
+
+def loads_of(
+    scene: Scene, bodies: tuple[str, ...], t: Any, y: Sequence[Any], in_arithmetic: Callable[[Any], Callable[..., Any]]
+) -> list[Any]:
+    """Force and torque on each body from the motions of all, in the arithmetic into which `in_arithmetic` takes a law."""
+    motions = {name: y[MOTION * k : MOTION * (k + 1)] for k, name in enumerate(bodies)}
+    loads: dict[str, list[Any]] = {name: [0.0] * LOAD for name in bodies}
+    for force in scene.forces:
+        moving = tuple(motions[force.body][3:9])
+        if force.partner:
+            moving = tuple(a - b for a, b in zip(moving, motions[force.partner][3:9], strict=True))
+        for i, value in enumerate(in_arithmetic(force.law)(t, moving[3:], moving[:3])):
+            loads[force.body][i] += value
+            if force.partner:
+                loads[force.partner][i] -= value
+    for torque in scene.torques:
+        spin, (w, i, j, k) = motions[torque.body][:3], motions[torque.body][9:]
+        for n, value in enumerate(in_arithmetic(torque.law)(t, (i, j, k, w), tuple(spin))):
+            loads[torque.body][3 + n] += value
+    return [value for name in bodies for value in loads[name]]
+
+
+def time_function(
+    laws: Sequence[Law], driven: Callable[[Law, Any], Sequence[Any]]
+) -> Callable[[float], Sequence[float]]:
+    """The function of time that computes the numbers `driven(law, t)` of all laws, compiled if they can be traced."""
+    found = compiled_laws(Scene((0.0, 0.0, 0.0), ()), laws, driven)
+    if found is None:
+        return lambda t: [value for law in laws for value in driven(law, t)]
+    array, numbers, nothing = found.kernel.array, found.numbers, np.zeros(0)
+    return lambda t: array(t, nothing, numbers).tolist()  # type: ignore[no-any-return]
+
+
+class CompiledForces:
+    """The C function of the forces of a scene in a world, and the memory that it uses.
+
+    `rates`: the first rates of the prescribed joints, in the sequence of their laws.
+    """
+
+    def __init__(self, mujoco: Any, model: Any, data: Any, laws: Laws, rates: Sequence[int]) -> None:
+        motions, _, loads = (np.zeros(size + 1) for size in laws.kernel.sizes)
+        arrays = data.xpos, data.xquat, data.qfrc_passive
+        self.held = laws, motions, loads  # C holds their addresses
+        self.table = np.array([
+            *functions(mujoco), int(mujoco.mjtObj.mjOBJ_XBODY), *(array.ctypes.data for array in arrays),
+            laws.kernel.address, *(array.ctypes.data for array in (laws.numbers, motions, loads)),
+            len(laws.bodies), len(rates), *(model.body(name).id for name in laws.bodies), *rates,
+        ])  # fmt: skip
+        model.numeric_data.view(np.int64)[0] = self.table.ctypes.data
+        self.pointer = POINTER(c_functions(((passive, "int int"),), words_of(mujoco))["passive"])
+
+
+@cache
+def functions(mujoco: Any) -> tuple[int, ...]:
+    """The addresses of the functions of MuJoCo that the forces call."""
+    (file,) = (path for path in Path(mujoco.__file__).parent.glob("*mujoco.*") if path.suffix != ".lib")
+    library = ctypes.CDLL(str(file))
+    found = library.mj_objectVelocity, library.mj_applyFT
+    return tuple(ctypes.cast(each, ctypes.c_void_p).value or 0 for each in found)
+
+
+@cache
+def words_of(mujoco: Any) -> tuple[tuple[str, int], ...]:
+    """The words TIME and NUMERIC of this build of MuJoCo: where a known time and a known address stand.
+
+    In the data the addresses of arrays come after the time.
+    """
+    model = mujoco.MjModel.from_xml_string(f"<mujoco>{TABLE}</mujoco>")
+    data = mujoco.MjData(model)
+    data.time = MARK
+    time = words_before(data.xpos.ctypes.data, data).index(int(np.float64(MARK).view(np.int64)))
+    return ("TIME", time), ("NUMERIC", len(words_before(model.numeric_data.ctypes.data, model)))
+
+
+def words_before(word: int, structure: Any) -> list[int]:
+    """The words of a structure of MuJoCo before this one."""
+    return list(
+        itertools.takewhile(lambda each: each != word, (word_at(structure._address, n) for n in itertools.count()))
+    )
+
+
+POINTER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+TABLE = '<custom><numeric name="table" data="0"/></custom>'
+"""The element of a model that can hold the address of a table."""
+MARK = 0.7264905161847
