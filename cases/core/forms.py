@@ -27,6 +27,9 @@ class FirstOrder:
         (t, state, parameters) -> derivatives, tuples of numbers.
     source : SecondOrder or RigidBody, optional
         The more structured form from which these equations were derived; it is compiled instead.
+    jacobian : Callable, optional
+        (t, state, parameters) -> the derivatives of `equations` in the state, row by row, for libraries that take a
+        Jacobian. By default it is derived by tracing.
 
     Examples
     --------
@@ -37,6 +40,7 @@ class FirstOrder:
 
     equations: Equations
     source: SecondOrder | RigidBody | None = field(default=None, kw_only=True)
+    jacobian: Equations | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, kw_only=True)

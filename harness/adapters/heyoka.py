@@ -52,6 +52,7 @@ class Taylor(Installed):
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-15)
     counts_rhs = False
+    takes = ("max_step",)
     fast: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
@@ -62,6 +63,7 @@ class Taylor(Installed):
         equations = system(problem, self.fast)
         integrator = heyoka.taylor_adaptive(equations, [0.0] * problem.dimension, **options)
         grid = np.concatenate([[problem.t0], problem.times])
+        limit = {} if self.max_step == math.inf else {"max_delta_t": self.max_step}
         finished = heyoka.taylor_outcome.time_limit
 
         def solve(initial_states: Any) -> Solution:
@@ -72,7 +74,7 @@ class Taylor(Installed):
             for start, samples in zip(initial_states, states, strict=True):
                 integrator.time = problem.t0
                 integrator.state[:] = start
-                outcome, _, _, taken, _, found = integrator.propagate_grid(grid)
+                outcome, _, _, taken, _, found = integrator.propagate_grid(grid, **limit)
                 samples[: len(found) - 1] = found[1:]
                 steps += taken
                 if outcome != finished:
@@ -98,7 +100,7 @@ class Taylor(Installed):
                     batch.set_time(problem.t0)
                     # The last batch is filled up with its last trajectory.
                     batch.state[:] = here[np.minimum(np.arange(BATCH), len(here) - 1)].T
-                    _, found = batch.propagate_grid(many)
+                    _, found = batch.propagate_grid(many, **limit)
                     states[first : first + BATCH] = np.moveaxis(found[1:], 2, 0)[: len(here)]
                     outcomes = batch.propagate_res[: len(here)]
                     steps += sum(accepted for _, _, _, accepted in outcomes)

@@ -48,7 +48,7 @@ class Native(Installed):
         """Options of the engine that differ from its defaults."""
         return {}
 
-    def first_step(self, problem: Problem, setting: float) -> float:
+    def first_dt(self, problem: Problem, setting: float) -> float:
         return FIRST_STEP * problem.time_scale
 
     def ends(self, problem: Problem, setting: float) -> Floats:
@@ -70,7 +70,7 @@ class Native(Installed):
         active = len(np.trim_zeros(masses, "b"))
         if active < len(masses):
             simulation.N_active = active
-        first_step = self.first_step(problem, setting)
+        first_step = self.first_dt(problem, setting)
         layout, bodies = bodies_of(simulation)
         follow = follower(simulation, self.ends(problem, setting), layout, self.by_steps)
 
@@ -103,7 +103,7 @@ class FixedSteps(Native):
     by_steps = True
     sampling = "grid"
 
-    def first_step(self, problem: Problem, setting: float) -> float:
+    def first_dt(self, problem: Problem, setting: float) -> float:
         return setting
 
     def ends(self, problem: Problem, setting: float) -> Floats:

@@ -1,15 +1,17 @@
 """SciPy's solve_ivp with its event location, on hybrid problems: one call from each event to the next."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters import scipy_ivp
 from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, called_from_python, recorded
-from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver
+from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver
 from gnomon.harness.kernels.equations import function_kernel
 
+ROOT = 4 * float(np.finfo(float).eps)
+"""Seconds: SciPy's absolute tolerance for the time of an event."""
 PROBE = 1e-9
 """Fraction of a time scale after which a guard that is zero at the start of the motion is evaluated again."""
 
@@ -26,10 +28,16 @@ class SolveIvpEvents(SolveIvp):
 
     accepts = (Hybrid,)
     policy = "events"
+    takes: ClassVar[tuple[str, ...]] = ("max_step",)  # a first step would hold after each event
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        form, options = problem.form, self.options_of(setting)
+        form, options, span = problem.form, self.options_of(setting), float(problem.elapsed[-1])
         assert isinstance(form, Hybrid)
+        if setting * span < ROOT:
+            raise Refused(
+                f"SciPy locates events to {ROOT:.1e} s, which is coarser than rtol = {setting:g} of a span of {span:g} s:"
+                " state the times in a smaller unit"
+            )
         sides = {mode.name: Side(self, problem, form, mode) for mode in form.modes}
 
         def solve(initial_states: Floats) -> Solution:

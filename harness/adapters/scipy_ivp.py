@@ -40,6 +40,8 @@ from gnomon.harness.kernels.straight_line import derivatives_if_traced
 SMALLEST = 100 * float(np.finfo(float).eps)
 """The smallest rtol that SciPy does not change."""
 
+STEP_SIZES = "max_step", "first_step"
+
 Function = Callable[[float, Floats], Floats]
 """A function of (t, y)."""
 
@@ -52,6 +54,7 @@ class SolveIvp(Installed):
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
     atol_ratio: float = 1e-3
+    takes: ClassVar[tuple[str, ...]] = STEP_SIZES
     method: ClassVar[str]
     takes_jacobian: ClassVar[bool] = False
 
@@ -72,7 +75,7 @@ class SolveIvp(Installed):
         require_positive(setting, "tolerance")
         if setting < SMALLEST:
             raise Refused(f"rtol = {setting:g}: SciPy would silently use {SMALLEST:.1e}; ask for no less")
-        return {"method": self.method, "rtol": setting, "atol": self.atol_ratio * setting}
+        return {"method": self.method, "rtol": setting, "atol": self.atol_ratio * setting} | step_sizes(self)
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import solve_ivp  # slow to load: only the trials of this library wait
@@ -94,6 +97,12 @@ class SolveIvp(Installed):
             return None, None if found.success else reason(found.message, said)
 
         return Solver(each_start(problem, solve_one), recorded(options))
+
+
+def step_sizes(integrator: Integrator, longest: str = "max_step", first: str = "first_step") -> dict[str, float]:
+    """The options of a library, by its names, for the limits of steps that an integrator has."""
+    found = {} if integrator.max_step == np.inf else {longest: integrator.max_step}
+    return found if integrator.first_step is None else found | {first: integrator.first_step}
 
 
 def right_hand_side_of(problem: Problem) -> Function:
@@ -155,6 +164,7 @@ class Radau(SolveIvp):
     name = method = "Radau"
     order = 5
     takes_jacobian = True
+    takes: ClassVar[tuple[str, ...]] = (*STEP_SIZES, "jac")
 
 
 class BDF(SolveIvp):
@@ -165,6 +175,7 @@ class BDF(SolveIvp):
 
     name = method = "BDF"
     takes_jacobian = True
+    takes: ClassVar[tuple[str, ...]] = (*STEP_SIZES, "jac")
     primary = False  # never the fastest of SciPy's methods
 
 
@@ -173,6 +184,7 @@ class LSODA(SolveIvp):
 
     name = method = "LSODA"
     takes_jacobian = True
+    takes: ClassVar[tuple[str, ...]] = (*STEP_SIZES, "jac")
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (RK45, DOP853, Radau, BDF, LSODA)

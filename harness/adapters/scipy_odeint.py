@@ -8,6 +8,7 @@ How it is driven, and why:
   `scipy_ivp`, the steps shrink where a component passes 0, LSODA then takes the pendulum for stiff, and at 1e-13 it
   makes 52 of 64 samples with BDF: 175,450 steps in place of 31,944, and 7 times the error.
 - It gets the compiled Jacobian, which it evaluates only while it treats the problem as stiff.
+- `tcrit`: no step goes past the last sample.
 - `mxstep`, the limit of steps between two samples, is 500 by default, which ends long intervals early.
 
 Traps: after a failure it warns, and all further samples are uninitialised memory; for `rtol` below 100 ulp (LSODA's own
@@ -21,7 +22,14 @@ from dataclasses import replace
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.installed import Installed
-from gnomon.harness.adapters.scipy_ivp import SMALLEST, jacobian_of, recorded, right_hand_side_of
+from gnomon.harness.adapters.scipy_ivp import (
+    SMALLEST,
+    STEP_SIZES,
+    jacobian_of,
+    recorded,
+    right_hand_side_of,
+    step_sizes,
+)
 from gnomon.harness.adapters.scipy_ode import STEPS
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
@@ -38,6 +46,7 @@ class Odeint(Installed):
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
     atol_ratio: float = 1.0
+    takes = (*STEP_SIZES, "jac")
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         from scipy.integrate import odeint  # slow to load: only the trials of this library wait
@@ -51,7 +60,14 @@ class Odeint(Installed):
         function = right_hand_side_of(problem)
         finite = right_hand_side(replace(problem, counted=False)).array
         jacobian = jacobian_of(problem.form, problem.dimension, problem.buffer)
-        options = {"rtol": setting, "atol": self.atol_ratio * setting, "mxstep": STEPS, "Dfun": jacobian}
+        options = {
+            "rtol": setting,
+            "atol": self.atol_ratio * setting,
+            "mxstep": STEPS,
+            "Dfun": jacobian,
+            "tcrit": problem.times[-1:],
+        }
+        options |= step_sizes(self, "hmax", "h0")
         grid = np.concatenate([[problem.t0], problem.times])
 
         def solve_one(start: Floats, samples: Floats) -> tuple[int, str | None]:

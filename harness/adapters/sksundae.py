@@ -27,7 +27,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
-from gnomon.harness.adapters.scipy_ivp import jacobian_of
+from gnomon.harness.adapters.scipy_ivp import jacobian_of, step_sizes
 from gnomon.harness.adapters.scipy_ode import STEPS
 from gnomon.harness.adapters.sundials import Sundials, silence
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, each_start
@@ -57,6 +57,7 @@ class Binding(Sundials):
         require_positive(setting, "tolerance")
         assert isinstance(problem.form, FirstOrder)
         options: dict[str, Any] = {"rtol": setting, "atol": self.atol_ratio * setting, "max_num_steps": STEPS}
+        options |= step_sizes(self)
         kernel, buffer = right_hand_side(problem).pointer, problem.buffer
         jacobian = jacobian_of(problem.form, problem.dimension, buffer)
         state = np.empty(problem.dimension)

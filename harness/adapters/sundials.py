@@ -9,7 +9,8 @@ How it is driven, and why:
 - Adams iterates by the fixed point, BDF and IDA by Newton's method with a dense matrix, as the manual of SUNDIALS
   recommends for problems that are not stiff and for stiff ones. If equations cannot be traced, SUNDIALS computes the
   Jacobian by differences.
-- Samples in the mode `CV_NORMAL`: steps go past a sample, which the polynomial of the step gives, with its order.
+- Samples in the mode `CV_NORMAL`: steps go past a sample, which the polynomial of the step gives, with its order; but
+  not past the last one, the stop time.
 - The setting is `rtol`; `atol` = .1 `rtol`, the ratio of the binding's defaults, in SI units; SUNDIALS has no defaults.
 - IDA solves F(t, y, y') = 0, here y' - f(t, y) with the Jacobian c - df/dy and the slope at the start.
 - A derivative that is not finite is returned as an error from which SUNDIALS recovers by a shorter step.
@@ -37,6 +38,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.installed import Installed
+from gnomon.harness.adapters.scipy_ivp import STEP_SIZES, step_sizes
 from gnomon.harness.adapters.scipy_ode import STEPS
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
@@ -60,7 +62,8 @@ SIGNATURES = {
 } | {
     f"{solver}{name}": signature for solver in ("CVode", "IDA") for name, signature in {
         "Free": "v p", "SStolerances": "i pdd", "SetUserData": "i pp", "SetMaxNumSteps": "i pl",
-        "SetLinearSolver": "i ppp", "SetJacFn": "i pp", "GetNumSteps": "i pp", "GetReturnFlagName": "p l",
+        "SetLinearSolver": "i ppp", "SetJacFn": "i pp", "GetNumSteps": "i pp", "SetStopTime": "i pd",
+        "SetMaxStep": "i pd", "SetInitStep": "i pd", "GetReturnFlagName": "p l",
     }.items()
 }  # fmt: skip
 """The types of the C functions that are called: of the result, then of the arguments."""
@@ -172,6 +175,7 @@ class Sundials(Installed):
     accepts: ClassVar[tuple[type[FirstOrder], ...]] = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
+    takes: ClassVar[tuple[str, ...]] = (*STEP_SIZES, "jac")
     atol_ratio: float = 0.1
 
 
@@ -211,6 +215,11 @@ class Native(Sundials):
         session.user[PARAMETERS] = problem.buffer.ctypes.data
         session.set("SetUserData", session.user.ctypes.data)
         session.set("SetMaxNumSteps", STEPS)
+        sizes = step_sizes(self)
+        for name, function in (("max_step", "SetMaxStep"), ("first_step", "SetInitStep")):
+            if name in sizes:
+                session.set(function, sizes[name])
+        options |= sizes
         advance = ctypes.cast(session.c[self.advance], ctypes.c_void_p).value, session.memory.value, np.array(rest)
         signature = "int int int[1] float[1] float[1] float[2]"
         run = machine.function(follow, signature, replaced={"ARGUMENTS": len(rest)})
@@ -225,6 +234,7 @@ class Native(Sundials):
                 raise RuntimeError("called after close; prepare again")
             state[: problem.dimension], reached.value = start, problem.t0
             restart()
+            session.set("SetStopTime", times[-1])
             code = run(*advance, times, state, samples)
             return session.steps(), f"{session.named(code)} at t = {reached.value:g}" if code < 0 else None
 
@@ -237,6 +247,7 @@ class Adams(Native):
     name: ClassVar[str] = "CVODE Adams"
     solver = advance = "CVode"
     method: ClassVar[int] = 1
+    takes: ClassVar[tuple[str, ...]] = STEP_SIZES
 
     def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
         fixed_point = session.created("SUNNonlinSol_FixedPoint", session.y, 0, free="SUNNonlinSolFree")
@@ -256,6 +267,7 @@ class Bdf(Adams):
     """CVODE's backward differentiation formulas of variable order and step, iterated by Newton's method."""
 
     name, method = "CVODE BDF", 2
+    takes = (*STEP_SIZES, "jac")
 
     def connect(self, session: "Session", problem: Problem) -> tuple[dict[str, Any], Motion]:
         dense = session.dense()

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.elimination import forces_of, multipliers, rows_of
 from gnomon.cases.core.forms import Constrained, Equations, Values
+from gnomon.harness.adapters.scipy_ivp import STEP_SIZES
 from gnomon.harness.adapters.sundials import (
     DATA,
     EQUATIONS,
@@ -98,6 +99,7 @@ class IdaOnConstraints(Native):
 
     name, solver, advance = "IDA on constraints", "IDA", "IDASolve"
     accepts = (Constrained,)
+    takes = STEP_SIZES
 
     def size(self, problem: Problem) -> int:
         assert isinstance(problem.form, Constrained)

@@ -305,6 +305,13 @@ class Integrator(ABC):
         Whether its sums over steps are compensated, so that their rounding does not grow with the number of steps.
     atol_ratio : float or None
         The absolute tolerance over the relative one; None for a method without an absolute tolerance.
+    takes : tuple of str
+        The options of `gnomon.solve` that it takes beside its setting: "max_step" and "first_step", which it finds in its
+        attributes of these names, and "jac" (then `form.jacobian` may be there).
+    max_step : float
+        The longest step.
+    first_step : float or None
+        The first step; None if the method chooses it.
     primary : bool
         False for a near-duplicate method: a suite runs it only on the default variants, in one launch, unless it is
         named.
@@ -348,6 +355,9 @@ class Integrator(ABC):
     jacobian: str = "exact"
     compensated: ClassVar[bool] = False
     atol_ratio: float | None = None
+    takes: ClassVar[tuple[str, ...]] = ()
+    max_step: float = math.inf
+    first_step: float | None = None
     primary: ClassVar[bool] = True
 
     @abstractmethod

@@ -9,7 +9,7 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.equations import Kernel, content, write
+from gnomon.harness.kernels.equations import Kernel, content, function_kernel, write
 from gnomon.harness.kernels.traced import Node, ReducedTrace, Trace, Value, sequence, traced
 
 OPERATORS: dict[str, Callable[..., Any]] = {
@@ -68,7 +68,9 @@ def derivatives_kernel(form: FirstOrder, dimension: int, parameters: int, slopes
 
 
 def derivatives_if_traced(form: FirstOrder, dimension: int, parameters: int, slopes: bool = False) -> Kernel | None:
-    """The same, but None for equations that cannot be traced."""
+    """The same, but the Jacobian that the form states, if it does, and None for equations that cannot be traced."""
+    if form.jacobian is not None and not slopes:
+        return function_kernel(form.jacobian, dimension, parameters, dimension**2)
     try:
         return derivatives_kernel(form, dimension, parameters, slopes)
     except ir.Subset:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, SecondOrder, Transition, Values, first_order
-from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.contract.integrator import Floats, Refused
 from gnomon.harness.contract.validation import short
 from gnomon.harness.kernels.called_equations import Called
 from gnomon.harness.kernels.equations import check_values, kernel
@@ -26,6 +26,8 @@ CALLS, LONG = 5, 0.02
 """Calls of a function that are timed, to say what they cost; seconds after which no further one is."""
 SOON = 1e-9
 """Time, for a start of size 1, after which an event that is zero at the start is evaluated again."""
+OUTSIDE = 1e-9
+"""Times that are outside of a span by this share of it are there by rounding."""
 SAME = 1e-9
 """Formulas and function differ by round-off, which is less in functions that are not ill-conditioned."""
 
@@ -122,7 +124,7 @@ def _is_number(value: Any) -> bool:
 
 
 class OwnFunction:
-    """A user's function of (t, y, *args) that gives `outputs` numbers, by the clock of the problem.
+    """A user's function of (t, y, *args) that gives `outputs` numbers, as a list or in `shape`, by the clock of the problem.
 
     Its values are multiplied by `factor`. It is called once at the start, a state of the user's: raises ValueError, with
     its name and line, for an exception and for another number of values.
@@ -130,14 +132,17 @@ class OwnFunction:
 
     def __init__(
         self, function: Callable[..., Any], clock: Clock, arguments: Arguments, outputs: int, start: Floats,
-        factor: float = 1.0,
+        factor: float = 1.0, shape: tuple[int, ...] | None = None,
     ) -> None:  # fmt: skip
         self.function, self.clock, self.arguments, self.outputs = function, clock, arguments, outputs
         self.factor, self.start = factor, start
         values = self.at(clock.within(0.0), start)
-        if values.shape != (outputs,):
+        if values.shape not in ((outputs,), shape):
             gives = f"{values.size} values" if values.ndim == 1 else f"an array of shape {values.shape}"
-            raise ValueError(f"{place(function)} gives {gives}; {outputs} {'is' if outputs == 1 else 'are'} wanted")
+            wanted = (
+                f"{outputs} {'is' if outputs == 1 else 'are'}" if shape is None else f"an array of shape {shape} is"
+            )
+            raise ValueError(f"{place(function)} gives {gives}; {wanted} wanted")
 
     def at(self, t: float, y: Floats) -> Floats:
         """The values at a time of the user's clock."""
@@ -195,8 +200,22 @@ class OwnFunction:
 
     def called(self) -> Called:
         """The function as equations that are called from Python, at times between the limits of the clock."""
-        function, clock, given = self.function, self.clock, self.arguments.args
-        return Called(lambda t, y: self._scaled(real(function(clock.within(t), clock.own(y), *given))), self.outputs)
+        return Called(self._from_python, self.outputs)
+
+    def _from_python(self, t: float, y: Floats) -> Any:
+        clock, given = self.clock, self.arguments.args
+        state, wanted, time = clock.own(y), clock.time(t), clock.within(t)
+        found = real(self.function(time, state.copy(), *given))
+        if abs(wanted - time) > OUTSIDE * (clock.last - clock.first):
+            # Substeps of some splitting methods leave their step. That is no harm if the time does not matter.
+            for other in (clock.first, 0.5 * (clock.first + clock.last)):
+                if not np.array_equal(found, real(self.function(other, state.copy(), *given)), equal_nan=True):
+                    raise Refused(
+                        f"{place(self.function)} depends on time, and this method evaluates it outside of its steps, at"
+                        f" t={wanted:g}, where it may not be known: take a method whose"
+                        " substeps stay within its steps, as gnomon:Störmer-Verlet or gnomon:RKN 12(10)"
+                    )
+        return self._scaled(found)
 
     def seconds(self) -> float:
         """The least time of some calls; of one if it is long."""
@@ -219,8 +238,10 @@ class OwnEquations:
         factor = clock.scale**2 if accelerations else clock.rate
         self.clock, self.start = clock, start
         self.called: Called | None = None
+        self.jacobian: Called | None = None
         for each in (arguments, replace(arguments, fixed=True)):  # it may branch on a number of `args`
             self.own = OwnFunction(function, by, each, len(of), of, factor)
+            self.own_jacobian = self.own
             self.parameters = each.numbers
             try:
                 equations = self.own.formulas()
@@ -231,6 +252,19 @@ class OwnEquations:
                 self.forms = tuple(dict.fromkeys(x for x in (form, first_order(form)) if x is not None))
                 return
         self._call_from_python(accelerations)
+
+    def with_jacobian(self, jacobian: Any) -> None:
+        """Give the equations of first order a Jacobian of the user's, a function of (t, y, *args) or a matrix."""
+        n = len(self.start)
+        constant = None if callable(jacobian) else np.asarray(jacobian)
+        function = jacobian if constant is None else lambda t, y, *args: constant
+        own = OwnFunction(function, self.clock, self.own.arguments, n * n, self.start, self.clock.rate, (n, n))
+        try:
+            found: Any = own.formulas()
+        except NoFormulasError:
+            found = self.jacobian = own.called()
+            self.own_jacobian = own
+        self.forms = tuple(replace(x, jacobian=found) if isinstance(x, FirstOrder) else x for x in self.forms)
 
     def _call_from_python(self, accelerations: bool) -> None:
         found = self.called = self.own.called()
@@ -253,13 +287,14 @@ class OwnEquations:
 
     def raise_failure(self) -> None:
         """Raise the exception that stopped a call from Python, if there was one."""
-        if self.called is None or self.called.failure is None:
-            return
-        error, t, y = self.called.failure
-        if not isinstance(error, Exception):
-            raise error
-        clock = self.own.clock
-        raise ValueError(self.own.failed(error, clock.within(t), clock.own(y))) from error
+        for called, own in ((self.called, self.own), (self.jacobian, self.own_jacobian)):
+            if called is None or called.failure is None:
+                continue
+            error, t, y = called.failure
+            if not isinstance(error, Exception) or isinstance(error, Refused):
+                raise error
+            clock = own.clock
+            raise ValueError(own.failed(error, clock.within(t), clock.own(y))) from error
 
 
 def _outside() -> int:

@@ -123,6 +123,7 @@ class Stated:
     arguments: Arguments
     events: Sequence[Callable[..., Any]] = ()
     accelerations: bool = False
+    jac: Any = None
 
     def by(self, clock: Clock, start: Floats, before: Sequence[int] = ()) -> "Equations":
         """The equations by a clock; `before`: the number of each event before this start. Raises ValueError."""
@@ -132,6 +133,8 @@ class Stated:
             forms = (self.fun, *(x for x in (first_order(self.fun),) if x not in (None, self.fun)))
             return Equations(forms, self.arguments.numbers)
         own = OwnEquations(self.fun, clock, self.arguments, start, self.accelerations)
+        if self.jac is not None:
+            own.with_jacobian(self.jac)
         forms = (with_events(own, self.events, before),) if self.events else own.forms
         return Equations(forms, own.parameters, own)
 

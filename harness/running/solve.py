@@ -85,6 +85,9 @@ def solve(
     step: float | None = None,
     accelerations: bool = False,
     jumps: Sequence[float] | Floats | None = None,
+    max_step: float | None = None,
+    first_step: float | None = None,
+    jac: Callable[..., Any] | Sequence[Any] | Floats | None = None,
     **options: Any,
 ) -> OdeResult:
     """Solve an initial value problem with any integrator that gnomon knows; the arguments are those of SciPy's `solve_ivp`.
@@ -126,6 +129,11 @@ def solve(
     jumps : array_like, optional
         Times at which an input of `fun` jumps, such as a held input from a table. The motion is integrated from jump to
         jump, so that no step crosses one; a piece sees only times between its ends.
+    max_step, first_step : float, optional
+        The longest step and the first step, for methods with error control that have such options.
+    jac : callable or array_like, optional
+        The Jacobian ``jac(t, y, *args)`` of `fun`, shape (dim, dim), or a constant one, for libraries that take one. By
+        default it is derived from the formulas of `fun`; without formulas a library takes differences.
     **options : dict
         Other options of `solve_ivp` are refused by name.
 
@@ -163,7 +171,9 @@ def solve(
     located = list(events) if isinstance(events, Sequence) else [] if events is None else [events]
     if is_form:
         _refuse_for_forms(located, times.clock.direction < 0, jumps, args, isinstance(fun, CaseEquations))
-    stated = Stated(fun, Arguments(tuple(args or ())), located, accelerations)
+    if jac is not None and (is_form or accelerations):
+        raise ValueError("jac: only derivatives fun(t, y) have one; it is derived from the formulas: leave jac out")
+    stated = Stated(fun, Arguments(tuple(args or ())), located, accelerations, jac)
     equations = stated.by(piece_clock(times.clock, bounds, bounds[0], bounds[1]), start)
     for form in equations.forms:
         if isinstance(form, Constrained) and (
@@ -171,6 +181,7 @@ def solve(
         ):
             raise ValueError(f"y0 violates its constraints: {wrong}")
     integrator, setting = _with_setting(_method(method, equations.forms), rtol, atol, step)
+    integrator = _with_options(integrator, times.clock, max_step, first_step, jac)
     return _result(Motion(stated, integrator, setting, start, times, bounds, {bounds[0]: equations}), times, t_eval)
 
 
@@ -292,6 +303,29 @@ def _with_setting(
         integrator = copy.copy(integrator)
         integrator.atol_ratio = float(atol) / setting
     return integrator, setting
+
+
+def _with_options(
+    integrator: Integrator, clock: Clock, max_step: float | None, first_step: float | None, jac: Any
+) -> Integrator:
+    """The integrator with the options of `solve_ivp` that it takes. Raises ValueError for others, with their names."""
+    integrator = copy.copy(integrator)
+    for name, value in (("max_step", max_step), ("first_step", first_step), ("jac", jac)):
+        if value is None or (name == "max_step" and value == math.inf):
+            continue
+        if name not in integrator.takes:
+            instead = (
+                "it needs none, or derives it from the formulas" if name == "jac" else "its steps follow from rtol"
+            )
+            if isinstance(integrator.sweep, Steps):
+                instead = "all its steps have the size step=..."
+            raise ValueError(f"{name}: {integrator.id} has no such option: {instead}; leave it out")
+        if name == "jac":
+            continue
+        if not (isinstance(value, Real) and 0 < float(value) < math.inf):
+            raise ValueError(f"{name}={value!r}: give a positive number, in the unit of t_span")
+        setattr(integrator, name, float(value) / clock.scale)
+    return integrator
 
 
 def _state(y0: Sequence[float] | Floats, accelerations: bool) -> Floats:

@@ -87,6 +87,7 @@ class Adaptive(Integrator):
 
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-14)
+    takes = ("max_step", "first_step")
     absolute: ClassVar[bool] = False
     most_steps: ClassVar[int] = MOST_STEPS
     loop: ClassVar[Callable[..., int]]
@@ -116,16 +117,16 @@ class Adaptive(Integrator):
         check_tolerance(setting)
         problem = problem.since_start()
         kernel = self.kernel(problem)
-        limits = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute)), ("BESIDE", self.beside(problem))
+        numbers = ("MOST_STEPS", self.most_steps), ("ABSOLUTE", int(self.absolute)), ("BESIDE", self.beside(problem))
         run = compiled_whole(
-            type(self).loop, SIGNATURE, (*self.constants().items(), *limits), self.pieces, unrolled=False
+            type(self).loop, SIGNATURE, (*self.constants().items(), *numbers), self.pieces, unrolled=False
         )
         table = _table(type(self))
         address, buffer, times = kernel.address, problem.buffer, problem.times
-        groups, scale = problem.grouping, problem.time_scale
+        groups, limits = problem.grouping, limits_of(self, problem)
 
         def loop(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
-            return run(address, buffer, table, initial, times, setting, groups, scale, out, stop)
+            return run(address, buffer, table, initial, times, setting, groups, limits, out, stop)
 
         return solving(problem, loop, self.most_steps)
 
@@ -169,7 +170,15 @@ def solving(problem: Problem, loop: Loop, most_steps: int) -> Solver:
     return Solver(solve)
 
 
-SIGNATURE = "int float[1] float[2] float[2] float[1] float int[1] float float[3] int[1]"
+SIGNATURE = "int float[1] float[2] float[2] float[1] float int[1] float[1] float[3] int[1]"
+
+SCALE, MOST, FIRST = 0, 1, 2
+"""Fields of `limits`: the time scale of the problem, the longest step, the first step (0: the method chooses it)."""
+
+
+def limits_of(integrator: Integrator, problem: Problem) -> Floats:
+    """The array `limits` of a loop of steps."""
+    return np.array([problem.time_scale, integrator.max_step, integrator.first_step or 0.0])
 
 
 def of_the_family(*_: Any) -> Any:
@@ -182,7 +191,7 @@ attempt = open_step = between = of_the_family
 
 def integrate(
     f: Any, p: Floats, table: Floats, initial: Floats, times: Floats, tolerance: float, groups: NDArray[np.int64],
-    time_scale: float, out: Floats, stop: NDArray[np.int64],
+    limits: Floats, out: Floats, stop: NDArray[np.int64],
 ) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
 
@@ -200,7 +209,9 @@ def integrate(
             y[i] = initial[n, i]
             compensation[i] = 0.0
         t, sample, attempts = 0.0, 0, 0
-        h = first_step(f, y, p, k, x, slope, tolerance, min(times[-1], time_scale), groups)
+        h = first_step(f, y, p, k, x, slope, tolerance, min(times[-1], limits[SCALE]), groups)
+        if limits[FIRST] > 0.0 and h > 0.0:
+            h = limits[FIRST]
         before, last = 1e-4, 0.0
         rejected, noisy = False, False
         rough[:] = 0.0
@@ -211,6 +222,7 @@ def integrate(
             if reason != 0:
                 break
             # The step is h, rounded so that t + step is exact; the last step ends at the last sample.
+            h = min(h, limits[MOST])
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
             if t == 0.0:
                 for i in range(dimension):

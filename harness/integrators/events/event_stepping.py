@@ -46,9 +46,9 @@ substeps towards the next sample, of steps and of events so far. FIRED: the tran
 number of rejected steps. RAPID: the number of consecutive events without limit mode whose transition had fired within
 `settle`."""
 
-PAST, REST, NEXT, NUMBERS = 0, 1, 2, 3
+PAST, REST, NEXT, MOST, NUMBERS = 0, 1, 2, 3, 4
 """Fields of `clock`. PAST + REST: the time since the last sample, as a sum of two doubles. NEXT: the step size of the
-controller."""
+controller. MOST: the longest step."""
 
 MOST_RAPID = 1000
 """More consecutive rapid events count as a Zeno sequence."""
@@ -100,8 +100,8 @@ def run(
                     goal = (where[SUBSTEP] + 1) * (interval / substeps)
             length = (goal - clock[PAST]) - clock[REST]
             reaches = True
-            if tolerance > 0.0 and clock[NEXT] < length:
-                length = clock[NEXT]
+            if tolerance > 0.0 and min(clock[NEXT], clock[MOST]) < length:
+                length = min(clock[NEXT], clock[MOST])
                 reaches = False
                 if t + length <= t:
                     return STEP_TOO_SMALL

@@ -61,7 +61,7 @@ class EventRungeKutta(Integrator):
             y, since = start.copy(), np.full(len(transitions), np.inf)
             sizes = np.zeros(problem.dimension)
             clock = np.zeros(event_stepping.NUMBERS)
-            clock[event_stepping.NEXT] = h
+            clock[event_stepping.NEXT], clock[event_stepping.MOST] = self.first_step or h, self.max_step
             where = np.zeros(event_stepping.FIELDS, dtype=np.int64)
             where[event_stepping.STATE] = event_stepping.START
             where[event_stepping.MODE] = modes.of(form.start(0.0, tuple(y.tolist()), parameters))
@@ -144,6 +144,7 @@ class Dop853Events(EventRungeKutta):
 
     name, order = "DOP853", 8
     sweep = Tolerance(1e-3, 1e-14)
+    takes = ("max_step", "first_step")
     tableau = Dop853.tableau
 
 

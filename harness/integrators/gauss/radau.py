@@ -9,7 +9,7 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance
 from gnomon.harness.integrators.base import tableau
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Table, kept, rounded
-from gnomon.harness.integrators.base.step_control import check_tolerance, solving
+from gnomon.harness.integrators.base.step_control import check_tolerance, limits_of, solving
 from gnomon.harness.integrators.base.stepping import compiled_whole
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.gauss import gauss
@@ -39,11 +39,12 @@ class Radau5(Integrator):
     accepts = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-2, 1e-13)
+    takes = ("max_step", "first_step")
     absolute: ClassVar[bool] = False
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         check_tolerance(setting, LEAST_TOLERANCE)
-        return prepared(problem, 0.1 * setting ** (2 / 3), 0.0, self.absolute)
+        return prepared(problem, 0.1 * setting ** (2 / 3), 0.0, self.absolute, limits_of(self, problem))
 
     @classmethod
     def tableau(cls, mp: Any) -> ButcherTableau:
@@ -52,10 +53,12 @@ class Radau5(Integrator):
         return gauss.collocation(mp, [(4 - root) / 10, (4 + root) / 10, mp.mpf(1)], 5)
 
 
-def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = True) -> Solver:
+def prepared(
+    problem: Problem, tolerance: float, fixed: float, absolute: bool = True, limits: Floats | None = None
+) -> Solver:
     """A solver with error control at `tolerance`, or with steps of the size `fixed` if that is > 0.
 
-    `absolute`: errors are relative to 1 + |y|. Raises Refused if the equations cannot be differentiated.
+    `absolute`: errors are relative to 1 + |y|. `limits`: see `step_control`; None: no limit. Raises Refused if the equations cannot be differentiated.
     """
     problem = problem.since_start()
     assert isinstance(problem.form, FirstOrder)
@@ -66,12 +69,14 @@ def prepared(problem: Problem, tolerance: float, fixed: float, absolute: bool = 
     kernel = right_hand_side(problem)
     constants = ("DIMENSION", problem.dimension), ("ABSOLUTE", int(absolute)), ("MOST_STEPS", MOST_STEPS)
     run = compiled_whole(integrate, SIGNATURE, constants, INLINED)
-    address, buffer, times, scale = kernel.address, problem.buffer, problem.times, problem.time_scale
+    address, buffer, times = kernel.address, problem.buffer, problem.times
+    if limits is None:
+        limits = np.array([problem.time_scale, np.inf, 0.0])
     coefficients, groups = table(), problem.grouping
 
     def loop(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
         return run(
-            address, derivative, buffer, coefficients, initial, times, tolerance, fixed, groups, scale, out, stop
+            address, derivative, buffer, coefficients, initial, times, tolerance, fixed, groups, limits, out, stop
         )
 
     return solving(problem, loop, MOST_STEPS)

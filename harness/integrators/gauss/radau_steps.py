@@ -7,7 +7,7 @@ import numpy as np
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.linear import factor, substitute
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, limit_by_roundoff, perturb_by_roundoff
-from gnomon.harness.integrators.base.step_control import NOT_FINITE, NOT_SOLVED, obstacle
+from gnomon.harness.integrators.base.step_control import FIRST, MOST, NOT_FINITE, NOT_SOLVED, SCALE, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
 
@@ -30,12 +30,12 @@ PREDICTED_MOST = 10**0.5
 C, EIGENVALUES, FORWARD, BACK, ERROR, BASIS = 0, 1, 2, 5, 8, 9
 """First rows of the parts of the table."""
 
-SIGNATURE = "int int float[1] float[2] float[2] float[1] float float int[1] float float[3] int[1]"
+SIGNATURE = "int int float[1] float[2] float[2] float[1] float float int[1] float[1] float[3] int[1]"
 
 
 def integrate(
     f: Any, derivative: Any, p: Floats, table: Floats, initial: Floats, times: Floats, tolerance: float, fixed: float,
-    groups: NDArray[np.int64], time_scale: float, out: Floats, stop: NDArray[np.int64],
+    groups: NDArray[np.int64], limits: Floats, out: Floats, stop: NDArray[np.int64],
 ) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps accepted.
 
@@ -64,15 +64,16 @@ def integrate(
         for i in range(n):
             y[i] = initial[m, i]
             compensation[i], rough[i] = 0.0, 0.0
-        t, h, sample, attempts, reason = 0.0, 1e-6 * time_scale, 0, 0, 0
+        t, h, sample, attempts, reason = 0.0, 1e-6 * limits[SCALE], 0, 0, 0
+        if limits[FIRST] > 0.0:
+            h = limits[FIRST]
         last, reach, steps = 0.0, 1.0, 0
         rejected, aside, noisy = False, False, False
         end, step, length, norm, scale, wanted = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         call(f, t, y, p, start)
         while sample < times.size:
             attempts += 1
-            if fixed > 0.0:
-                h = fixed
+            h = fixed if fixed > 0.0 else min(h, limits[MOST])
             reason = obstacle(t, h, attempts)
             if reason != 0:
                 break

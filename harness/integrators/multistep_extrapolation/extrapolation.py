@@ -16,7 +16,7 @@ from gnomon.harness.integrators.base.sizes import (
     one_over,
     perturb_by_roundoff,
 )
-from gnomon.harness.integrators.base.step_control import NOT_FINITE, Adaptive, first_step, obstacle
+from gnomon.harness.integrators.base.step_control import FIRST, MOST, NOT_FINITE, SCALE, Adaptive, first_step, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
 
@@ -55,7 +55,7 @@ class GraggBulirschStoer(Adaptive):
 
 def integrate(
     f: Any, p: Floats, table: Floats, initial: Floats, times: Floats, tolerance: float, groups: NDArray[np.int64],
-    time_scale: float, out: Floats, stop: NDArray[np.int64],
+    limits: Floats, out: Floats, stop: NDArray[np.int64],
 ) -> int:  # fmt: skip
     """Integrate as `step_control.integrate` does, but choose the order together with the step.
 
@@ -75,7 +75,9 @@ def integrate(
             y[i] = initial[n, i]
             compensation[i] = 0.0
         t, sample, attempts = 0.0, 0, 0
-        h = first_step(f, y, p, first, x, slope, tolerance, min(times[-1], time_scale), groups)
+        h = first_step(f, y, p, first, x, slope, tolerance, min(times[-1], limits[SCALE]), groups)
+        if limits[FIRST] > 0.0 and h > 0.0:
+            h = limits[FIRST]
         # Zero-based: the column at which the error is expected to be within the tolerance.
         target = max(1, min(COLUMNS - 2, int(0.5 - 0.6 * np.log10(tolerance))))
         rejected, known, noisy = False, True, False
@@ -94,6 +96,7 @@ def integrate(
                 reason = obstacle(t, h, attempts)
             if reason != 0:
                 break
+            h = min(h, limits[MOST])
             cut = t + 1.01 * h >= times[sample]
             step = times[sample] - t if cut else (t + h) - t
             if t == 0.0:

@@ -8,11 +8,14 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance
 from gnomon.harness.integrators.base.step_control import (
+    MOST,
     MOST_STEPS,
     NOT_FINITE,
+    SCALE,
     STEP_TOO_SMALL,
     TOO_MANY_STEPS,
     check_tolerance,
+    limits_of,
     solving,
 )
 from gnomon.harness.integrators.base.stepping import call, compiled_whole
@@ -36,6 +39,7 @@ class Taylor(Integrator):
     accepts = (FirstOrder,)
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-16)
+    takes = ("max_step",)
     counts_rhs = False
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
@@ -48,10 +52,15 @@ class Taylor(Integrator):
             raise Refused(str(error)) from None
         address, length = kernel.address, kernel.sizes[2]
         run = compiled_whole(integrate, SIGNATURE)
-        order, parameters, times, scale = order_for(setting), problem.parameters, problem.times, problem.time_scale
+        order, parameters, times, limits = (
+            order_for(setting),
+            problem.parameters,
+            problem.times,
+            limits_of(self, problem),
+        )
 
         def loop(initial: Floats, out: Floats, stop: NDArray[np.int64]) -> int:
-            return run(address, parameters, initial, times, order, length, scale, out, stop)
+            return run(address, parameters, initial, times, order, length, limits, out, stop)
 
         return solving(problem, loop, MOST_STEPS)
 
@@ -61,11 +70,11 @@ def order_for(tolerance: float) -> int:
     return max(3, math.ceil(1 - math.log(tolerance) / 2))
 
 
-SIGNATURE = "int float[1] float[2] float[1] int int float float[3] int[1]"
+SIGNATURE = "int float[1] float[2] float[1] int int float[1] float[3] int[1]"
 
 
 def integrate(
-    f: Any, p: Floats, initial: Floats, times: Floats, order: int, length: int, time_scale: float, out: Floats,
+    f: Any, p: Floats, initial: Floats, times: Floats, order: int, length: int, limits: Floats, out: Floats,
     stop: NDArray[np.int64],
 ) -> int:  # fmt: skip
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps.
@@ -91,7 +100,7 @@ def integrate(
             x[dimension] = order
             call(f, t, x, p, w)
             if steps == 0:
-                start_sizes(w, order, time_scale, y, sizes)
+                start_sizes(w, order, limits[SCALE], y, sizes)
             lower, upper = 0.0, 0.0
             for i in range(dimension):
                 sizes[i] = max(sizes[i], abs(y[i]))
@@ -102,7 +111,7 @@ def integrate(
                     reason = NOT_FINITE
             if steps >= MOST_STEPS:
                 reason = TOO_MANY_STEPS
-            h = min(times[-1] - t, safety * min(radius(lower, order - 1), radius(upper, order)))
+            h = min(times[-1] - t, limits[MOST], safety * min(radius(lower, order - 1), radius(upper, order)))
             # The step is h, rounded so that t + step is exact; the last step ends at the last sample.
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
             if step <= 0.0:

@@ -1,13 +1,16 @@
 """`solve` as SciPy's `solve_ivp`: nothing is dropped, events end where SciPy's do, no step crosses a jump of the input."""
 
 import math
+import re
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.core.forms import FirstOrder, SecondOrder
-from gnomon.harness.contract.integrator import Steps
+from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, SecondOrder, Transition
+from gnomon.harness.contract.integrator import Problem, Refused, Steps
+from gnomon.harness.kernels.called_equations import Called
+from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.registry import lookup
 from scipy.integrate import solve_ivp
 
@@ -18,6 +21,7 @@ ALL = {
     for one in lookup.everything().values()
     if {FirstOrder, SecondOrder} & set(one.accepts) and lookup.missing(one) is None
 }
+NEED_FORMULAS = re.compile("gnomon:(Radau|Gauss 8-stage SIMD|Taylor)|heyoka|diffrax")
 FIXED = [name for name, one in ALL.items() if isinstance(one.sweep, Steps)]
 
 
@@ -181,3 +185,218 @@ def test_the_message_has_the_step_that_the_times_change() -> None:
     found = solve(swing, (0, 10), [1.0, 0.0], "RK4", np.linspace(0, 10, 11), step=0.3)
     assert "in steps of 0.25: step=0.3 is shortened" in found.message
     assert "in steps of 0.3." in solve(swing, (0, 10), [1.0, 0.0], "RK4", [1.1, 10.0], step=0.3).message
+
+
+def slow(t: float, y: Any) -> Any:
+    return [y[1], -1e-6 * y[0]]
+
+
+TAKE_SIZES = [name for name, one in ALL.items() if "max_step" in one.takes]
+
+
+def test_most_methods_with_error_control_take_a_longest_step() -> None:
+    others = {name for name, one in ALL.items() if not isinstance(one.sweep, Steps)} - {*TAKE_SIZES}
+    assert all(name.startswith(("gnomon:Gauss 8-stage SIMD", "rebound:", "diffrax:")) for name in others), others
+
+
+@pytest.mark.parametrize("method", TAKE_SIZES)
+def test_no_step_is_longer_than_the_longest(method: str) -> None:
+    """Steps counted by their right-hand sides, or by the library: a slow motion needs few steps, and 200 at max_step."""
+    one = ALL[method]
+    second = SecondOrder in one.accepts and FirstOrder not in one.accepts
+    fun: Any = (lambda t, q: [-1e-6 * q[0]]) if second else slow
+    given: dict[str, Any] = {"rtol": 1e-6, "t_eval": [20.0], "accelerations": second}
+    few, many = (solve(fun, (0, 20), [1.0, 1e-3], method, **given, **more) for more in ({}, {"max_step": 0.1}))
+    assert np.allclose(few.y, many.y, rtol=1e-4)
+    if one.counts_rhs:
+        assert few.nfev is not None
+        assert many.nfev is not None
+        assert many.nfev >= 200 > few.nfev
+
+
+@pytest.mark.filterwarnings("ignore:.*has no formulas")
+@pytest.mark.parametrize(
+    "method", [name for name in TAKE_SIZES if "first_step" in ALL[name].takes and ALL[name].counts_rhs]
+)
+def test_the_first_step_has_the_size_asked_for(method: str) -> None:
+    """The end of the first step, or the last stage before it, is evaluated: no time between 0 and .7 of it before."""
+    if method == "gnomon:Radau IIA 5":  # it needs formulas
+        found = [solve(swing, (0, 1), [1e-3, 0.0], method, rtol=1e-3, first_step=h).nfev for h in (1e-9, 0.1)]
+        assert found[0] > found[1]
+        return
+    one, seen = ALL[method], list[float]()
+    second = SecondOrder in one.accepts and FirstOrder not in one.accepts
+
+    def watched(t: float, y: Any) -> Any:
+        if not isinstance(t, float):
+            raise TypeError("numbers alone")
+        seen.append(t)
+        return [0.0] if second else [y[1], 0.0]
+
+    solve(watched, (0, 10), [1.0, 1.0], method, rtol=1e-3, accelerations=second, first_step=1e-5)
+    within = [t for t in seen if 0 < t <= 1e-5 * (1 + 1e-9)]
+    assert within
+    assert max(within) > 0.7e-5
+
+
+def stiff(t: float, y: Any) -> Any:
+    return [-1000.0 * (y[0] - math.cos(t)) + (1.0 if t > -1 else 0.0), y[0]]
+
+
+TAKE_JACOBIANS = [name for name, one in ALL.items() if "jac" in one.takes]
+
+
+@pytest.mark.filterwarnings("ignore:.*has no formulas")
+@pytest.mark.parametrize("form", ["formulas", "called", "matrix"])
+@pytest.mark.parametrize("method", TAKE_JACOBIANS)
+def test_a_jacobian_of_the_users_is_taken(method: str, form: str) -> None:
+    """In place of differences: with it there are fewer right-hand sides; and it is called."""
+    calls = []
+
+    def derivatives(t: float, y: Any) -> Any:
+        if form == "called":
+            calls.append(float(t))
+        return [[-1000.0, 0.0], [1.0, 0.0]]
+
+    jac: Any = np.array([[-1000.0, 0.0], [1.0, 0.0]]) if form == "matrix" else derivatives
+    given: dict[str, Any] = {"fun": stiff, "t_span": (0, 2), "y0": [1.0, 0.0], "method": method, "rtol": 1e-6}
+    found, by_differences = solve(**given, jac=jac), solve(**given)
+    assert np.allclose(found.y, by_differences.y, rtol=1e-3, atol=1e-6)
+    assert found.nfev is not None
+    assert by_differences.nfev is not None
+    if method not in ("scipy:LSODA", "scipy:odeint"):  # they count differences, but take few Jacobians
+        assert found.nfev < by_differences.nfev
+    if form == "called":
+        assert len(calls) > 1
+
+
+@pytest.mark.parametrize(
+    ("changed", "says"),
+    [
+        ({"method": "RK4", "step": 0.1, "max_step": 0.1}, "max_step: gnomon:RK4 .*step="),
+        ({"method": "RK4", "step": 0.1, "first_step": 0.1}, "first_step: gnomon:RK4 .*step="),
+        ({"method": "gnomon:Gauss 8-stage SIMD", "max_step": 0.1}, "max_step: gnomon:Gauss 8-stage SIMD"),
+        ({"method": "gnomon:Taylor", "first_step": 0.1}, "first_step: gnomon:Taylor"),
+        ({"jac": np.eye(2)}, "jac: gnomon:DOP853 .*leave it out"),
+        ({"method": "Radau", "jac": lambda t, y: np.eye(3)}, r"shape \(3, 3\); an array of shape \(2, 2\) is wanted"),
+        ({"method": "Radau", "jac": np.eye(2) * 1j}, "real and imaginary parts"),
+        ({"max_step": -1.0}, "max_step=-1.0: give a positive number"),
+        ({"min_step": 1.0}, "min_step=1.0: .* leave it out"),
+    ],
+)
+def test_other_options_are_refused_by_name(changed: dict[str, Any], says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        solve(**({"fun": swing, "t_span": (0, 1), "y0": [1.0, 0.0]} | changed))
+
+
+LEAVE_THEIR_STEPS = {"gnomon:Forest-Ruth 4", "gnomon:Yoshida 6", "gnomon:Yoshida 8"}
+
+
+@pytest.mark.parametrize("method", ALL)
+def test_no_method_is_driven_past_the_end(method: str) -> None:
+    """The times at which it evaluates equations, without the guard of `solve`, up to their rounding.
+
+    Splitting methods with long substeps back and forth leave their own steps; `solve` then refuses a function that
+    depends on time.
+    """
+    one, seen = ALL[method], list[float]()
+    second = FirstOrder not in one.accepts
+    fixed = isinstance(one.sweep, Steps)
+
+    def watched(t: float, y: Any) -> Any:
+        seen.append(t)
+        return [-y[0]] if second else [y[1], -y[0]]
+
+    form = SecondOrder(Called(watched, 1)) if second else FirstOrder(Called(watched, 2))
+    for times in (np.array([1.0, 2.0]), np.array([0.3, 1.0, 2.13]), np.array([3e-5])):
+        problem = Problem(form, 2, np.zeros(0), times, 1.0)
+        setting = (problem.interval if problem.uniform else 0.05) if fixed else 1e-6
+        try:
+            prepared = Prepared(one, problem, setting)
+        except Exception:  # whatever a method raises that needs formulas
+            if not NEED_FORMULAS.match(method):
+                raise
+            return
+        with prepared as run:
+            run(np.array([[1.0, 0.0]]))
+        assert seen
+        if method not in LEAVE_THEIR_STEPS:
+            assert max(seen) <= times[-1] * (1 + 1e-12)
+        seen.clear()
+
+
+@pytest.mark.filterwarnings("ignore:.*has no formulas")
+@pytest.mark.parametrize("method", sorted(LEAVE_THEIR_STEPS))
+def test_a_function_of_time_is_not_asked_outside_of_the_span(method: str) -> None:
+    driven: Any = lambda t, q: [t - q[0] if t >= 0 else 0.0]  # noqa: E731 - as a user writes it
+    with pytest.raises(Refused, match=r"outside of its steps, at t=.* take a method"):
+        solve(driven, (0, 2), [1.0, 0.0], method, step=0.1, accelerations=True)
+    still: Any = lambda t, q: [-abs(q[0])]  # noqa: E731
+    assert solve(still, (0, 1), [1.0, 0.0], method, step=0.1, accelerations=True).success
+
+
+def falling(t: float, state: Any, p: Any) -> Any:
+    return state[1], -9.81
+
+
+def ground(t: float, state: Any, p: Any) -> Any:
+    return (state[0],)
+
+
+def bounce(t: float, state: Any, p: Any) -> Any:
+    return state[0], -0.5 * state[1]
+
+
+def resting(t: float, state: Any, p: Any) -> Any:
+    return 0.0 * state[0], 0.0 * state[1]
+
+
+def at_rest(t: float, state: Any, p: Any) -> Any:
+    return 0.0 * state[0], 0.0 * state[1]
+
+
+def flight(t: float, state: Any, p: Any) -> str:
+    return "flight"
+
+
+def bouncing(settle: float, has_limit: bool = False) -> Hybrid:
+    """A ball that falls from rest, and loses half its speed at each impact: it rests at t = 3 sqrt(2 h / g)."""
+    impact = Transition("impact", "flight", ground, -1, bounce, "flight")
+    limits = (("impact", "rest", at_rest),) if has_limit else ()
+    return Hybrid(
+        (Mode("flight", falling), Mode("rest", resting)), flight, (impact,), settle, frozenset({"rest"}), limits
+    )
+
+
+@pytest.mark.parametrize("method", [m for m in ALL if ALL[m].library != "gnomon"] + ["RK4", "gnomon:RKN 6(4)"])
+def test_the_unit_of_time_does_not_matter(method: str) -> None:
+    """An oscillation over 1e-13 and 1e13 s has the error that it has over 1 s: no absolute limit of a library counts."""
+    one, errors = ALL.get(method), []
+    second = one is not None and FirstOrder not in one.accepts
+    for span in (1.0, 1e-13, 1e13):
+        w = 3 / span
+        fun: Any = (lambda t, q, w: [-w * w * q[0]]) if second else (lambda t, y, w: [w * y[1], -w * y[0]])
+        setting = {"step": span / 50} if method == "RK4" else {"rtol": 1e-8}
+        found = solve(fun, (0, span), [1.0, 0.0], method, [span], args=(w,), accelerations=second, **setting)
+        errors.append(abs(found.y[0, -1] - math.cos(3)))
+    assert max(errors) < 1.5 * errors[0]
+
+
+@pytest.mark.parametrize("method", ["gnomon:DOP853 [events]", "scipy:RK45 [events]", "scipy:LSODA [events]"])
+@pytest.mark.parametrize("span", [1e-13, 1e13])
+def test_an_event_over_a_tiny_span_is_located(method: str, span: float) -> None:
+    """SciPy alone finds it to 9e-16 s, here .2 % of the span."""
+    fun: Any = lambda t, y, w: [w * y[1], -w * y[0]]  # noqa: E731 - as a user writes it
+
+    def crossing(t: float, y: Any, w: float) -> Any:
+        return y[0]
+
+    crossing.terminal = True  # type: ignore[attr-defined]
+    found = solve(fun, (0, span), [1.0, 0.0], method, args=(3 / span,), events=crossing, rtol=1e-10)
+    assert found.t[-1] == pytest.approx(math.pi / 6 * span, rel=1e-8)
+
+
+def test_a_form_over_a_tiny_span_is_refused_where_events_would_be_early() -> None:
+    ball = bouncing(settle=1e-30)
+    with pytest.raises(Refused, match=r"SciPy locates events to .*smaller unit"):
+        solve(ball, (0, 1e-13), [1e-26, 0.0], "scipy:RK45 [events]")
