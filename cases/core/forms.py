@@ -281,7 +281,7 @@ class Hybrid:
         All transitions.
     settle : float
         If a transition named in `limits` occurs twice within this time (s), the motion enters its limit mode. nan: a case
-        sets it to 1e-9 of its time scale.
+        sets it to 1e-9 of its time scale; elsewhere no limit mode is entered.
     terminal : frozenset of str
         Modes without a transition.
     limits : tuple

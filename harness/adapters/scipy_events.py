@@ -8,10 +8,13 @@ from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters import scipy_ivp
 from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, called_from_python, recorded
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver
+from gnomon.harness.integrators.events.accumulation import MOST_RAPID, accumulation
 from gnomon.harness.kernels.equations import function_kernel
 
 ROOT = 4 * float(np.finfo(float).eps)
 """Seconds: SciPy's absolute tolerance for the time of an event."""
+RAPID = 8 * ROOT
+"""Seconds, at times up to 1 s: SciPy cannot distinguish the times of events that are closer."""
 PROBE = 1e-9
 """Fraction of a time scale after which a guard that is zero at the start of the motion is evaluated again."""
 
@@ -23,7 +26,7 @@ class SolveIvpEvents(SolveIvp):
     restart and would fire at once, so its value there is replaced by a number with the sign of the side from which it
     comes. SciPy tests the states, but brackets the root on its interpolant. If round-off gives the two different signs,
     it raises `f(a) and f(b) must have different signs`, an error of SciPy that stays `crashed` (Radau, two starts of
-    forty from rest).
+    forty from rest), unless events accumulate there.
     """
 
     accepts = (Hybrid,)
@@ -105,17 +108,24 @@ def trajectory(
 
     times, parameters = problem.times, tuple(problem.parameters.tolist())
     limits = {name: (mode, settled) for name, mode, settled in form.limits}
-    t, y, sample, fired = problem.t0, start, 0, None
+    t, y, sample = problem.t0, start, 0
+    fired: Transition | None = None
     mode = form.start(t, tuple(start.tolist()), parameters)
     last: dict[str, float] = {}
+    rapid = 0
     events: list[tuple[float, str]] = []
     while sample < len(times) and t < times[-1]:
         side = sides[mode]
         for transition, guard in zip(side.transitions, side.guards, strict=True):
             set_latch(guard, side, t, y, transition is fired, bool(events), PROBE * problem.time_scale)
-        found = solve_ivp(
-            side.equations, (t, times[-1]), y, t_eval=times[sample:], events=side.guards, **options, **side.options
-        )
+        try:
+            found = solve_ivp(
+                side.equations, (t, times[-1]), y, t_eval=times[sample:], events=side.guards, **options, **side.options
+            )
+        except ValueError:
+            if fired is None or not rapid:
+                raise
+            return accumulation(form, fired, t), events  # by round-off: see the class
         reached = len(found.t)
         if reached:  # else found.y is an empty list
             out[sample : sample + reached] = found.y.T
@@ -127,7 +137,11 @@ def trajectory(
         which = next(i for i, when in enumerate(found.t_events) if len(when))
         fired = side.transitions[which]
         t, there = float(found.t_events[which][0]), tuple(found.y_events[which][0].tolist())
-        if fired.name in limits and t - last.get(fired.name, -np.inf) <= form.settle:
+        since = t - last.get(fired.name, -np.inf)
+        rapid = rapid + 1 if since <= form.settle or since <= RAPID * max(1.0, abs(t)) else 0
+        if rapid > MOST_RAPID // 10:  # each is a call of SciPy
+            return accumulation(form, fired, t), events
+        if fired.name in limits and since <= form.settle:
             mode, settled = limits[fired.name]
             after = settled(t, there, parameters)
             events.append((t, "limit"))

@@ -17,6 +17,8 @@ class Called:
     def __init__(self, function: Callable[[float, Floats], Any], outputs: int) -> None:
         self.function, self.outputs = function, outputs
         self.failure: tuple[BaseException, float, Floats] | None = None
+        self.watch: Callable[[float, Floats, Floats], None] | None = None
+        """Called with each time, state and values; an exception ends the integration as an exception of the function."""
         self.kernels: list[Any] = []
         """They live as long as the equations: compiled methods keep only their addresses."""
 
@@ -27,7 +29,10 @@ class Called:
         """The values at a time and a state (n,), which the function may keep or change."""
         if self.failure is None:
             try:
-                return np.asarray(self.function(t, state), dtype=np.float64).reshape(self.outputs)
+                found = np.asarray(self.function(t, state), dtype=np.float64).reshape(self.outputs)
+                if self.watch is not None:
+                    self.watch(t, state, found)
+                return found
             except BaseException as error:  # Ctrl-C too; `solve` raises it after the integration has ended
                 self.failure = error, t, state
         return np.full(self.outputs, np.nan)

@@ -86,16 +86,21 @@ class CalledKernel(Kernel):
                 p[-1] += 1
             out[:] = equations.values(t, y.copy())
 
+        def called(t: float, y: Floats, p: Floats, out: Floats) -> None:
+            pointer(t, y, p, out)
+            if equations.failure is not None:  # from Python it can pass; a library may go on for ever with nan
+                raise equations.failure[0]
+
         def array(t: float, y: Floats, p: Floats) -> Floats:
             out = np.empty(outputs)
-            pointer(t, y, p, out)
+            called(t, y, p, out)
             return out
 
         def call(t: float, y: Any, p: Any, out: Any) -> None:
             buffer = as_array(p, (parameters + 1,)) if counting else np.empty(0)
             pointer(t, as_array(y, (states,)), buffer, as_array(out, (outputs,)))
 
-        self.equations, self.pointer, self.array = equations, pointer, array
+        self.equations, self.pointer, self.array = equations, called, array
         self.callback = CALLBACK(call)
         self.address = ctypes.cast(self.callback, ctypes.c_void_p).value or 0
         equations.kernels.append(self)

@@ -1,7 +1,5 @@
 """A user's functions of (t, y, *args) as the form of a problem: by their formulas, or else by calls from Python."""
 
-import math
-import sys
 import time
 import warnings
 from collections.abc import Callable, Sequence
@@ -18,6 +16,8 @@ from gnomon.harness.contract.validation import short
 from gnomon.harness.kernels.called_equations import Called
 from gnomon.harness.kernels.equations import check_values, kernel
 from gnomon.harness.kernels.read_function import NoFormulasError, formulas
+from gnomon.harness.running.call_watch import CallWatch, place, user_line
+from gnomon.harness.running.clock import Clock
 
 MOST_EVENTS = 6
 """Events of one call: each combination of their signs is a mode of the motion."""
@@ -34,53 +34,6 @@ SAME = 1e-9
 
 _TOLD = set[str]()
 """The places of functions without formulas of which a warning was given."""
-
-
-@dataclass(frozen=True)
-class Clock:
-    """The time of the problem, t, since the start: the user's time is t0 + direction scale t.
-
-    `mirrored`: the number of the last coordinates that are rates by the problem's time. `scale`: a power of two, in the
-    unit of the user's time. `first`, `last`: the limits of the times that a function of Python is called with.
-    """
-
-    t0: float
-    direction: float
-    mirrored: int = 0
-    scale: float = 1.0
-    first: float = -math.inf
-    last: float = math.inf
-
-    @property
-    def rate(self) -> float:
-        """The user's time over the time of the problem."""
-        return self.direction * self.scale
-
-    def time(self, t: Any) -> Any:
-        """The user's time at a time of the problem, a number, an array or a symbol."""
-        return self.t0 + self.rate * t
-
-    def elapsed(self, time: Any) -> Any:
-        """The time of the problem at a time of the user."""
-        return (time - self.t0) / self.rate
-
-    def within(self, t: float) -> float:
-        """The user's time between the limits, which rounding, or a method that probes the end, may pass."""
-        return min(max(float(self.time(t)), self.first), self.last)
-
-    def own(self, state: Any) -> Any:
-        """A state (..., dim) of the problem as the user has it."""
-        return self._with_rates(state, 1 / self.rate)
-
-    def given(self, state: Any) -> Any:
-        """A state (..., dim) of the user as the problem has it."""
-        return self._with_rates(state, self.rate)
-
-    def _with_rates(self, state: Any, factor: float) -> Any:
-        if factor == 1 or not self.mirrored:
-            return state
-        kept = state.shape[-1] - self.mirrored
-        return np.concatenate([state[..., :kept], factor * state[..., kept:]], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -268,6 +221,7 @@ class OwnEquations:
 
     def _call_from_python(self, accelerations: bool) -> None:
         found = self.called = self.own.called()
+        found.watch = CallWatch(place(self.own.function), self.own.clock)
         self.forms = (FirstOrder(found),)
         if accelerations:
             half = self.own.outputs
@@ -279,10 +233,11 @@ class OwnEquations:
         where = place(self.own.function)
         if where not in _TOLD:
             _TOLD.add(where)
-            warnings.warn(
+            warnings.warn_explicit(
                 f"{where} has no formulas ({self.reason[:160]}). It is called from Python, which takes"
                 f" {1e6 * self.own.seconds():.2g} microseconds a call; compiled equations take about .1",
-                stacklevel=_outside(),
+                UserWarning,
+                *user_line(),
             )
 
     def raise_failure(self) -> None:
@@ -291,18 +246,10 @@ class OwnEquations:
             if called is None or called.failure is None:
                 continue
             error, t, y = called.failure
-            if not isinstance(error, Exception) or isinstance(error, Refused):
+            if not isinstance(error, Exception) or isinstance(error, Refused | Warning):
                 raise error
             clock = own.clock
             raise ValueError(own.failed(error, clock.within(t), clock.own(y))) from error
-
-
-def _outside() -> int:
-    """The stack level, for a warning by the caller of this function, of the code that called gnomon."""
-    level, frame = 1, sys._getframe(1)
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("gnomon."):
-        level, frame = level + 1, frame.f_back
-    return level
 
 
 @dataclass(frozen=True)
@@ -450,11 +397,3 @@ def _first_mode(
             value = guard(t + ahead, later, parameters)[0]
         signs.append(1 if value > 0 else -1)
     return _mode(signs)
-
-
-def place(function: Any) -> str:
-    """The name of a function with the file and the line where it is written, for messages."""
-    inner = function.func if isinstance(function, partial) else function
-    name = getattr(inner, "__qualname__", type(inner).__qualname__).replace("<locals>.", "")
-    code = getattr(inner, "__code__", None)
-    return name if code is None else f"{name} ({code.co_filename}, line {code.co_firstlineno})"

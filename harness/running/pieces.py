@@ -14,15 +14,15 @@ from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.kernels.compiling import shown
 from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.running.call_watch import place
+from gnomon.harness.running.clock import Clock
 from gnomon.harness.running.own_functions import (
     Arguments,
     CaseEquations,
-    Clock,
     OwnEquations,
     at_rest,
     counts,
     most_occurrences,
-    place,
     real,
     with_events,
 )
@@ -204,6 +204,8 @@ class Motion:
             self.pieces[begin] = self.stated.by(times.clock, state, [len(each) for each in found.t_events])
         equations, clock = self.pieces[begin], times.clock
         own = equations.own
+        if own is not None and own.called is not None and isinstance(self.integrator.sweep, Steps):
+            own.called.watch = None  # its steps have the size that was asked for
         form = first_taken(self.integrator, equations.forms)
         problem = times.problem(form, len(state), equations.parameters, self.integrator, own is None)
         step, exact = self.step(problem)

@@ -14,7 +14,8 @@ from gnomon.harness.contract.integrator import Floats, Integrator, Steps, Tolera
 from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup
-from gnomon.harness.running.own_functions import Arguments, CaseEquations, Clock, OwnEquations
+from gnomon.harness.running.clock import Clock
+from gnomon.harness.running.own_functions import Arguments, CaseEquations, OwnEquations
 from gnomon.harness.running.pieces import EVEN, SAMPLES, Found, Motion, Stated, Times, array, piece_clock
 
 __all__ = ["Arguments", "Clock", "OdeResult", "OwnEquations", "Times", "solve"]
@@ -242,7 +243,7 @@ def _steps(motion: Motion, found: Found) -> str:
         return ""
     asked = motion.setting
     if not found.exact:
-        return f", in steps of at most {found.step:.6g} that end at the times of the result"
+        return f", in steps of about {found.step:.6g} that end at the times of the result"
     said = f", in steps of {found.step:.6g}"
     if not math.isclose(found.step, asked, rel_tol=EVEN):
         said += f": step={asked:g} is shortened so that steps end at the times of the result"

@@ -28,6 +28,7 @@ import numpy as np
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert
 from gnomon.harness.integrators.base.stepping import compiled_whole
+from gnomon.harness.integrators.events.accumulation import MOST_RAPID
 from gnomon.harness.integrators.events.event_location import dip, guard_after, locate, one_step, part, step_error
 from numpy.typing import NDArray
 
@@ -43,15 +44,12 @@ the other states are failures."""
 STATE, MODE, SAMPLE, SUBSTEP, STEPS, COUNT, FIRED, REFUSED, RAPID, FIELDS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 """Fields of `where`. STATE: the last state between steps. SAMPLE, SUBSTEP, STEPS, COUNT: the numbers of samples, of
 substeps towards the next sample, of steps and of events so far. FIRED: the transition of the last event. REFUSED: the
-number of rejected steps. RAPID: the number of consecutive events without limit mode whose transition had fired within
-`settle`."""
+number of rejected steps. RAPID: the number of consecutive
+rapid events without limit mode (see `accumulation`)."""
 
 PAST, REST, NEXT, MOST, NUMBERS = 0, 1, 2, 3, 4
 """Fields of `clock`. PAST + REST: the time since the last sample, as a sum of two doubles. NEXT: the step size of the
 controller. MOST: the longest step."""
-
-MOST_RAPID = 1000
-"""More consecutive rapid events count as a Zeno sequence."""
 
 MOST_STEPS = 5_000_000
 """With error control: with more steps the tolerance is too small for the span, or the equations are stiff."""
@@ -207,7 +205,8 @@ def run(
                 where[MODE] = limit[fired]
             else:
                 event_kinds[where[COUNT]] = fired
-                where[RAPID] = where[RAPID] + 1 if since[fired] <= settle else 0
+                rapid = since[fired] <= settle or since[fired] <= 2.0**-52 * t  # settle may be nan
+                where[RAPID] = where[RAPID] + 1 if rapid else 0
                 part(parts, resets + fired, t, end, p, y)
                 where[MODE] = target[fired]
             since[fired] = 0.0

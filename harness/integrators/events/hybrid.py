@@ -10,6 +10,7 @@ from gnomon.harness.integrators.base.step_control import check_tolerance, tabula
 from gnomon.harness.integrators.base.stepping import blank
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.events import event_functions, event_stepping
+from gnomon.harness.integrators.events.accumulation import accumulation
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
 from numpy.typing import NDArray
@@ -20,7 +21,6 @@ MOST_EVENTS = 1_000_000
 REASONS = {
     event_stepping.NOT_FINITE: "the state or a guard was not finite",
     event_stepping.STEP_TOO_SMALL: "the step size fell below the spacing of times",
-    event_stepping.ACCUMULATED: "events accumulate, and the form states no limit mode for them,",
     event_stepping.FULL: f"more than {MOST_EVENTS} events",
     event_stepping.TOO_MANY_STEPS: f"more than {event_stepping.MOST_STEPS} steps (stiff, or too small a tolerance for so"
     " long a span)",
@@ -85,7 +85,11 @@ class EventRungeKutta(Integrator):
             count = where[event_stepping.COUNT]
             events = zip(found[:count].tolist(), kinds[:count].tolist(), strict=True)
             sample, steps = where[event_stepping.SAMPLE], int(where[event_stepping.STEPS])
-            stopped = None if state == event_stepping.DONE else f"{REASONS[state]} before sample {sample + 1}"
+            stopped = None
+            if state == event_stepping.ACCUMULATED:
+                stopped = accumulation(form, transitions[where[event_stepping.FIRED]], t0 + float(found[count - 1]))
+            elif state != event_stepping.DONE:
+                stopped = f"{REASONS[state]} before sample {sample + 1}"
             return steps, stopped, [(t0 + time, names[kind]) for time, kind in events]
 
         def solve(initial: Floats) -> Solution:

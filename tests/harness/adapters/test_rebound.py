@@ -184,7 +184,7 @@ def test_steps_are_those_of_this_call(integrator: type[Integrator]) -> None:
 @pytest.mark.parametrize("integrator", [IAS15, BulirschStoer], ids=lambda kind: kind.name)
 def test_the_first_step_is_a_part_of_the_time_scale(integrator: type[Native]) -> None:
     """So a motion takes the same steps in every unit of time."""
-    first, longer = (integrator().first_step(replace(PROBLEM, time_scale=scale), 1e-9) for scale in (1.0, 8.0))
+    first, longer = (integrator().first_dt(replace(PROBLEM, time_scale=scale), 1e-9) for scale in (1.0, 8.0))
     assert longer == 8 * first > 0
 
 

@@ -2,19 +2,22 @@
 
 import math
 import re
+import warnings
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, SecondOrder, Transition
+from gnomon.cases.core.forms import FirstOrder, Friction, Hybrid, Mode, SecondOrder, Transition
 from gnomon.harness.contract.integrator import Problem, Refused, Steps
 from gnomon.harness.kernels.called_equations import Called
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.registry import lookup
+from gnomon.harness.running import call_watch
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
-from gnomon import solve
+from gnomon import sliding_friction, solve
 
 ALL = {
     one.id: one
@@ -344,7 +347,7 @@ def ground(t: float, state: Any, p: Any) -> Any:
 
 
 def bounce(t: float, state: Any, p: Any) -> Any:
-    return state[0], -0.5 * state[1]
+    return state[0], -p[0] * state[1]
 
 
 def resting(t: float, state: Any, p: Any) -> Any:
@@ -360,7 +363,7 @@ def flight(t: float, state: Any, p: Any) -> str:
 
 
 def bouncing(settle: float, has_limit: bool = False) -> Hybrid:
-    """A ball that falls from rest, and loses half its speed at each impact: it rests at t = 3 sqrt(2 h / g)."""
+    """A ball that falls from rest; the parameter is its coefficient of restitution."""
     impact = Transition("impact", "flight", ground, -1, bounce, "flight")
     limits = (("impact", "rest", at_rest),) if has_limit else ()
     return Hybrid(
@@ -399,4 +402,134 @@ def test_an_event_over_a_tiny_span_is_located(method: str, span: float) -> None:
 def test_a_form_over_a_tiny_span_is_refused_where_events_would_be_early() -> None:
     ball = bouncing(settle=1e-30)
     with pytest.raises(Refused, match=r"SciPy locates events to .*smaller unit"):
-        solve(ball, (0, 1e-13), [1e-26, 0.0], "scipy:RK45 [events]")
+        solve(ball, (0, 1e-13), [1e-26, 0.0], "scipy:RK45 [events]", args=(0.5,))
+
+
+def sliding_block(t: float, y: Any) -> Any:
+    """It stops at t = 2, and sign(v) then changes in every step."""
+    return [y[1], -np.sign(y[1])]
+
+
+def very_stiff(t: float, y: Any) -> Any:
+    return [y[1], -1e7 * (y[1] - math.cos(t)) * (1.0 if t > -1 else 0.0)]
+
+
+@pytest.mark.filterwarnings("ignore:.*has no formulas")
+@pytest.mark.parametrize("filtered", ["error", "default"])
+@pytest.mark.parametrize(
+    ("function", "method", "says"),
+    [
+        (sliding_block, "gnomon:DOP853", r"at t=2[.:].*derivative of y\[1\] jumps between -1 and 1 .*y\[1\] changes"),
+        (sliding_block, "scipy:LSODA", r"at t=2[.:].*derivative of y\[1\] jumps between -1 and 1 .*y\[1\] changes"),
+        (very_stiff, "gnomon:DOP853", r"at t=0\.\d+: .*no derivative jumps.*y\[1\] changes fastest.*stiff"),
+    ],
+)
+def test_steps_that_collapse_are_announced(
+    function: Any, method: str, says: str, filtered: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With time, coordinate and way out, by three times MANY calls. As an error, where warnings are errors."""
+    monkeypatch.setattr(call_watch, "MANY", 3000)
+    calls = 0
+
+    def counted(t: float, y: Any) -> Any:
+        nonlocal calls
+        if isinstance(t, float):
+            calls += 1
+            if calls > 9000:
+                raise RuntimeError("enough")
+        return function(t, y)
+
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter(filtered)
+        warnings.filterwarnings("ignore", message=".*has no formulas")
+        with pytest.raises(UserWarning if filtered == "error" else ValueError) as raised:
+            solve(counted, (0, 10), [0.0, 2.0], method)
+    text = str(raised.value) if filtered == "error" else str(told[0].message)
+    assert re.search(says, text)
+    assert filtered == "error" or (len(told) == 1 and told[0].filename == __file__)
+    assert ("sliding_friction" in text) == (function is sliding_block)
+
+
+@pytest.mark.filterwarnings("ignore:.*has no formulas", "error:.*after 1000 calls")
+def test_many_calls_that_get_on_are_not_announced(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Calls of equal progress; and fixed steps are as short as they were asked to be."""
+    monkeypatch.setattr(call_watch, "MANY", 1000)
+    rough: Any = lambda t, y: [y[1], -abs(1.0) * y[0] if y[0] > -9 else 0.0]  # noqa: E731 - as a user writes it
+    assert solve(rough, (0, 20), [1.0, 0.0], "scipy:ode dop853", max_step=0.05).nfev > 4000  # type: ignore[operator]
+    assert solve(sliding_block, (0, 2.2), [0.0, 2.0], "RK4", step=1e-3).success
+
+
+@pytest.mark.parametrize("method", [m for m in lookup.everything() if m.endswith("[events]") and "Euler" not in m])
+@pytest.mark.parametrize(("settle", "restitution"), [(1e-9, 0.5), (math.nan, 0.5), (1e-30, 0.9)])
+def test_an_accumulation_of_impacts_is_located(method: str, settle: float, restitution: float) -> None:
+    """At t = sqrt(2 h / g) (1 + e) / (1 - e), with the words of the form that state the motion after it.
+
+    Not by Euler's method, whose ball gains energy.
+    """
+    setting = {"step": 0.01} if "RK4 " in method else {"rtol": 1e-10}
+    found = solve(bouncing(settle), (0, 20), [1.0, 0.0], method, args=(restitution,), **setting)
+    assert found.status == -1
+    assert "`impact`" in found.message
+    assert "limits=" in found.message
+    assert "settle" in found.message
+    goal = math.sqrt(2 / 9.81) * (1 + restitution) / (1 - restitution)
+    said = re.search(r"accumulate at t = ([\d.]+)", found.message)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(goal, rel=1e-6)
+    assert np.all(found.t <= goal)
+
+
+@pytest.mark.parametrize("method", [m for m in lookup.everything() if m.endswith("[events]") and "Euler" not in m])
+def test_with_settle_and_limits_the_motion_goes_on(method: str) -> None:
+    setting = {"step": 0.01} if "RK4 " in method else {"rtol": 1e-10}
+    found = solve(bouncing(1e-6, has_limit=True), (0, 5), [1.0, 0.0], method, args=(0.5,), **setting)
+    assert found.success
+    assert np.array_equal(found.y[:, -1], [0.0, 0.0])
+    too_small = solve(bouncing(math.nan, has_limit=True), (0, 5), [1.0, 0.0], method, args=(0.5,), **setting)
+    assert "enters its limit mode `rest` only" in too_small.message
+
+
+FRICTION = [m for m, one in lookup.everything().items() if Friction in one.accepts or Hybrid in one.accepts]
+
+
+@pytest.mark.parametrize("method", FRICTION)
+def test_a_sliding_body_sticks_and_slips(method: str) -> None:
+    """An oscillation that loses 2 k / w^2 in each half of a period and sticks where the spring is too weak; a push
+    that moves a body to and fro, which it sets in motion when it exceeds the friction."""
+    order = lookup.everything()[method].order or 4
+    fixed = isinstance(lookup.everything()[method].sweep, Steps)
+    setting = {"step": 1e-3} if fixed else {"rtol": 1e-9, "max_step": 0.05}
+    close = 2e-2 if order == 1 else 1e-6
+    block = sliding_friction(lambda t, y, k: -k * y[0], kinetic=1.0, static=1.5, args=(9,))
+    found = solve(block, (0, 10), [1.0, 0.0], method, **setting)
+    assert np.array_equal(found.y[1, -8:], np.zeros(8))
+    assert found.y[0, -1] == pytest.approx(1 - 4 * 2 / 9, abs=close)
+    times = np.pi * np.array([1.5, 2.5, 3.5])
+    pushed = sliding_friction(lambda t, y, a: a * np.cos(t), kinetic=lambda t, y, a: 1.0, args=(1.2,))
+    turns = solve(pushed, (0, times[-1]), [0.0, 0.0], method, times, **setting)
+    right, left = (slid(begin) for begin in (0.0, -math.acos(1 / 1.2)))
+    assert turns.y[0] == pytest.approx([right - left, right, right - left], abs=close)
+    assert np.array_equal(turns.y[1], np.zeros(3))
+
+
+def slid(begin: float) -> float:
+    """The way of a body under 1.2 cos(t) - 1 that starts at rest, until it stops."""
+
+    def speed(t: float) -> float:
+        return 1.2 * (math.sin(t) - math.sin(begin)) - (t - begin)
+
+    end = brentq(speed, 0.8, 2.0, xtol=1e-14)
+    return 1.2 * (math.cos(begin) - math.cos(end) - math.sin(begin) * (end - begin)) - (end - begin) ** 2 / 2
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ((0.0, -1.0), "kinetic=-1.0: give"),
+        ((0.0, 2.0, 1.0), "static=1.0 is below kinetic=2.0"),
+        ((lambda t, y: abs(y[0]), 1.0), "<lambda> .*has no formulas"),
+    ],
+)
+def test_friction_that_is_no_friction_is_named(given: Any, says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        sliding_friction(*given)

@@ -178,7 +178,7 @@ def run(monkeypatch: pytest.MonkeyPatch, f: Any, derivative: Any, start: Any, ti
         1e-5,
         0.0,
         np.arange(len(start)),
-        1e4,
+        np.array([1e4, np.inf, 0.0]),
         out,
         stop,
     )
