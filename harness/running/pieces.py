@@ -162,6 +162,8 @@ class Found:
     t_events: list[list[float]] = field(default_factory=list)
     end: float | None = None
     """The time of a terminal event."""
+    changes: list[float] = field(default_factory=list)
+    """The times of events of a form, which may change the state."""
 
 
 @dataclass
@@ -176,6 +178,10 @@ class Motion:
     bounds: Sequence[float]
     pieces: dict[float, Equations] = field(default_factory=dict)
     """The equations of each piece, by its first time: a second integration has the same."""
+    scales: dict[float, float] = field(default_factory=dict)
+    """The time scale of each piece, likewise: methods take their first step from it."""
+    is_repeated: bool = False
+    """Whether the motion has been integrated already."""
 
     def at(self, wanted: Floats, to_end: bool = True) -> Found:
         """Integrate; with `to_end` past the last of the wanted times, which begin after the start."""
@@ -191,6 +197,7 @@ class Motion:
             passed += len(here)
             if last or found.stopped is not None or found.end is not None:
                 break
+        self.is_repeated = True
         return found
 
     def _piece(
@@ -204,10 +211,15 @@ class Motion:
             self.pieces[begin] = self.stated.by(times.clock, state, [len(each) for each in found.t_events])
         equations, clock = self.pieces[begin], times.clock
         own = equations.own
-        if own is not None and own.called is not None and isinstance(self.integrator.sweep, Steps):
-            own.called.watch = None  # its steps have the size that was asked for
+        if (
+            own is not None
+            and own.called is not None
+            and (self.is_repeated or isinstance(self.integrator.sweep, Steps))
+        ):
+            own.called.watch = None  # fixed steps have the size that was asked for
         form = first_taken(self.integrator, equations.forms)
         problem = times.problem(form, len(state), equations.parameters, self.integrator, own is None)
+        problem = replace(problem, time_scale=self.scales.setdefault(begin, problem.time_scale))
         step, exact = self.step(problem)
         solution, calls = _run(self.integrator, problem, step, state if own is None else clock.given(state), own)
         found.calls += calls
@@ -234,6 +246,8 @@ class Motion:
         return (setting, True) if aside else (min(setting, problem.interval), False)
 
     def _add_events(self, found: Found, solution: Solution, clock: Clock) -> None:
+        if not self.stated.events:
+            found.changes += [time for time, _ in solution.events or ()]
         for number, event in enumerate(self.stated.events):
             most = most_occurrences(event)
             for time, name in solution.events or ():

@@ -3,7 +3,7 @@
 import copy
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real
 from typing import Any
 
@@ -15,14 +15,17 @@ from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup
 from gnomon.harness.running.clock import Clock
+from gnomon.harness.running.dense import MOST_HALVINGS, DenseSolution, interpolate
 from gnomon.harness.running.own_functions import Arguments, CaseEquations, OwnEquations
 from gnomon.harness.running.pieces import EVEN, SAMPLES, Found, Motion, Stated, Times, array, piece_clock
 
 __all__ = ["Arguments", "Clock", "OdeResult", "OwnEquations", "Times", "solve"]
 
 DEFAULT_RTOL = 1e-9
+FIXED_ERROR, FIXED_HALVINGS = 1e-10, 5
+"""The error of `sol` that is small enough with fixed steps, and the halvings of polynomials: each step of a method of low
+order has a kink at its ends."""
 INSTEAD = {
-    "dense_output": "give the times in t_eval",
     "tolerance": "write rtol=..., or step=... for a method of fixed steps",
     "parameters": "write args=(...), which are further arguments of fun",
     "times": "write t_eval=...",
@@ -49,6 +52,8 @@ class OdeResult:
         The reason for the end.
     success : bool
         Whether `status` is not negative.
+    sol : DenseSolution or None
+        With `dense_output`, the solution as a function of time; its `error` is the error of the interpolation.
 
     Examples
     --------
@@ -64,6 +69,7 @@ class OdeResult:
     nfev: int | None
     status: int
     message: str
+    sol: DenseSolution | None = None
 
     @property
     def success(self) -> bool:
@@ -109,7 +115,9 @@ def solve(
         The times of the result, from the first to the last time; by default 64 equally spaced ones, up to a terminal
         event if there is one.
     dense_output : bool
-        Not available: give the times in `t_eval`.
+        Whether the result has `sol`, the solution at any time: polynomials through states of the method from further
+        integrations, which `nfev` leaves out, until their error is below `rtol` (with fixed steps: below 1e-10, or as
+        small as shorter polynomials make it).
     events : callable or list of callables, optional
         ``event(t, y, *args)`` is located where it crosses zero after the start; its attributes `terminal`, also as a
         number of occurrences, and `direction` are as in SciPy.
@@ -162,9 +170,8 @@ def solve(
     'gnomon:RK4 reached the end of the interval, in steps of 0.01.'
     """
     _refuse_old_order(fun, t_span, y0, method, t_eval, options)
-    refused = {"dense_output": dense_output, **options}
-    for name in (name for name, value in refused.items() if value is not False):
-        raise ValueError(f"{name}={refused[name]!r}: solve has no such option; {INSTEAD.get(name, 'leave it out')}")
+    for name in options:
+        raise ValueError(f"{name}={options[name]!r}: solve has no such option; {INSTEAD.get(name, 'leave it out')}")
     start = _state(y0, accelerations)
     is_form = isinstance(fun, Form | CaseEquations)
     times = Times.of(t_span, t_eval, len(start) // 2 if accelerations else 0, 1.0 if is_form else None)
@@ -183,7 +190,8 @@ def solve(
             raise ValueError(f"y0 violates its constraints: {wrong}")
     integrator, setting = _with_setting(_method(method, equations.forms), rtol, atol, step)
     integrator = _with_options(integrator, times.clock, max_step, first_step, jac)
-    return _result(Motion(stated, integrator, setting, start, times, bounds, {bounds[0]: equations}), times, t_eval)
+    motion = Motion(stated, integrator, setting, start, times, bounds, {bounds[0]: equations})
+    return _result(motion, times, t_eval, bool(dense_output))
 
 
 def _refuse_for_forms(located: Sequence[Any], backward: bool, jumps: Any, args: Any, is_case: bool) -> None:
@@ -208,7 +216,7 @@ def _bounds(jumps: Sequence[float] | Floats | None, times: Times) -> list[float]
     return [ends[0], *sorted(inside, key=lambda t: clock.direction * t), ends[1]]
 
 
-def _result(motion: Motion, times: Times, t_eval: Any) -> OdeResult:
+def _result(motion: Motion, times: Times, t_eval: Any, is_dense: bool) -> OdeResult:
     wanted, start, events = times.wanted, motion.start, motion.stated.events
     found = motion.at(wanted[times.first :])
     y = np.concatenate([start[None], found.states])[1 - times.first :].T
@@ -234,7 +242,27 @@ def _result(motion: Motion, times: Times, t_eval: Any) -> OdeResult:
         if len(anew):
             y = np.concatenate([start[None], states[np.searchsorted(direction * every, direction * anew)]]).T
     calls = found.calls if motion.integrator.counts_rhs else None
-    return OdeResult(wanted, y, t_events, y_events, calls, status, message)
+    sol = None
+    if is_dense and len(wanted):
+        sol = _dense(motion, found, wanted[-1], y)
+        if sol.error > 10 * motion.setting and found.step is None:
+            message += f" `sol` has an error of {sol.error:.1g}: does an input jump? Name its times in jumps=[...]."
+    return OdeResult(wanted, y, t_events, y_events, calls, status, message, sol)
+
+
+def _dense(motion: Motion, found: Found, last: float, y: Floats) -> DenseSolution:
+    """The solution as a function of time, up to its end: the end of the span, a terminal event, or the last time."""
+    end = motion.bounds[-1] if found.end is None else found.end
+    if found.stopped is not None:
+        end = last
+    direction = motion.whole.clock.direction
+    inside = {t for t in (*motion.bounds[1:-1], *found.changes) if direction * motion.bounds[0] < direction * t}
+    ends = sorted((t for t in inside if direction * t < direction * end), key=lambda t: direction * t)
+    sizes = np.abs(y).max(axis=1)
+    sizes[sizes == 0] = 1.0
+    tolerance, halvings = (FIXED_ERROR, FIXED_HALVINGS) if found.step is not None else (motion.setting, MOST_HALVINGS)
+    again = replace(motion, setting=motion.setting if found.step is None else found.step)
+    return interpolate(lambda times: again.at(times).states, [motion.bounds[0], *ends, end], sizes, tolerance, halvings)
 
 
 def _steps(motion: Motion, found: Found) -> str:

@@ -332,7 +332,6 @@ def raising(t: float, y: Any) -> Any:
         ({"step": 0.1}, "step=0.1: gnomon:DOP853 has no such setting; give rtol"),
         ({"method": "RK4"}, "gnomon:RK4 takes fixed steps: give step"),
         ({"method": "RK4", "rtol": 1e-3}, "rtol=0.001: gnomon:RK4 has no such setting; give step"),
-        ({"dense_output": True}, "dense_output=True: .* t_eval"),
         ({"tolerance": 0.1}, "tolerance=0.1: .* write rtol"),
         ({"method": "RK5"}, "no integrator is called 'RK5'"),
         ({"method": "DOP853"}, "gnomon:DOP853 or scipy:DOP853"),

@@ -4,6 +4,7 @@ import math
 import re
 import warnings
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -533,3 +534,52 @@ def slid(begin: float) -> float:
 def test_friction_that_is_no_friction_is_named(given: Any, says: str) -> None:
     with pytest.raises(ValueError, match=says):
         sliding_friction(*given)
+
+
+@cache
+def swinging(span: tuple[float, float]) -> Any:
+    return solve_ivp(swing, span, [1.0, 0.3], "DOP853", rtol=1e-12, atol=1e-13, dense_output=True, max_step=0.1).sol
+
+
+@pytest.mark.parametrize("span", [(0.0, 10.0), (10.0, 0.0)])
+@pytest.mark.parametrize("method", ["gnomon:RK4", "gnomon:Störmer-Verlet", *(m for m in ALL if m not in FIXED)])
+def test_dense_output_is_the_solution_between_its_times(method: str, span: tuple[float, float]) -> None:
+    """As accurate as the states at its times, but for the tolerance."""
+    one = ALL[method]
+    second = SecondOrder in one.accepts and FirstOrder not in one.accepts
+    fun: Any = (lambda t, q: [-np.sin(q[0])]) if second else swing
+    setting = {"step": 0.02} if method in FIXED else {"rtol": 1e-7}
+    found = solve(fun, span, [1.0, 0.3], method, accelerations=second, dense_output=True, **setting)
+    sol = found.sol
+    assert sol is not None
+    assert (sol.t_min, sol.t_max) == (0.0, 10.0)
+    assert sol(3.0).shape == (2,)
+    assert np.array_equal(sol([3.0, 4.0])[:, 0], sol(3.0))
+    times = np.linspace(0.05, 9.95, 100)
+    exact = swinging(span)
+    errors = [np.abs(got - exact(t)).max() for t, got in ((found.t, found.y), (times, sol(times)))]
+    assert errors[1] < 2 * errors[0] + 2e-7
+    assert sol.error < (1e-4 if method in FIXED else 1e-7)
+    with pytest.raises(ValueError, match="give times from 0 to 10"):
+        sol(10.1)
+
+
+@pytest.mark.filterwarnings("ignore:.*has no formulas")
+def test_dense_output_has_jumps_impacts_and_a_terminal_event() -> None:
+    """Where a derivative or the state jumps, one polynomial ends and another begins."""
+    by_jumps = solve(held("right"), (0, END), [0.5], jumps=KNOTS, dense_output=True, rtol=1e-10)
+    times = np.linspace(0, END, 1001)
+    assert by_jumps.sol is not None
+    assert by_jumps.sol(times)[0] == pytest.approx([held_exactly(t) for t in times], abs=1e-8)
+    unknown = solve(held("right"), (0, END), [0.5], dense_output=True, rtol=1e-8)
+    assert "`sol` has an error of" in unknown.message
+    assert "jumps=" in unknown.message
+    ball = solve(bouncing(1e-9), (0, 1.2), [1.0, 0.0], "gnomon:DOP853 [events]", args=(0.5,), dense_output=True)
+    first = math.sqrt(2 / 9.81)
+    assert ball.sol is not None
+    assert ball.sol(first - 1e-9)[1] == pytest.approx(-9.81 * first, rel=1e-6)
+    assert ball.sol(first + 1e-9)[1] == pytest.approx(9.81 * first / 2, rel=1e-6)
+    ended = solve(swing, (0, 100), [1.0, 0.0], events=early, dense_output=True)
+    assert ended.sol is not None
+    assert ended.sol.t_max == ended.t[-1]
+    assert ended.sol(0.005)[0] == pytest.approx(1 - math.sin(1) * 0.005**2 / 2, abs=1e-10)
