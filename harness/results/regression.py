@@ -154,8 +154,8 @@ def _change(name: tuple[str, ...], before: Sequence[Row], after: Sequence[Row]) 
     def change(column: str, pairs: Sequence[tuple[Row, Row]]) -> Change:
         ratios = [_ratio(new[column], old[column]) for old, new in pairs]
         ratios = [ratio for ratio in ratios if not math.isnan(ratio)]
-        values = (math.nan, math.nan) if finest is None else (row[column] for row in finest)
-        return Change(*values, median(ratios) if ratios else math.nan)
+        old, new = (math.nan, math.nan) if finest is None else (finest[0][column], finest[1][column])
+        return Change(old, new, median(ratios) if ratios else math.nan)
 
     return SeriesChange(
         name, math.nan if finest is None else finest[0]["setting"], len(both),
