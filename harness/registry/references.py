@@ -116,8 +116,24 @@ def dereference(given: Reference) -> Integrator:
 
 
 def start_method(integrators: Iterable[Integrator]) -> str:
-    """How worker processes of these integrators start (see `system.child_process`)."""
-    return "fork" if any(isinstance(reference(one), Integrator) for one in integrators) else "forkserver"
+    """How worker processes of these integrators start (see `system.child_process`). Raises ValueError as `process_method` does."""
+    forked = [one for one in integrators if isinstance(reference(one), Integrator)]
+    return next(map(process_method, forked), "forkserver")
+
+
+def process_method(integrator: Integrator) -> str:
+    """How a process starts that may be a fork of this one; no fork can use JAX if this process has begun to.
+
+    Raises ValueError if it must be a fork nevertheless, as MAIN defines the integrator.
+    """
+    if not getattr(sys.modules.get("jax._src.xla_bridge"), "backends_are_initialized", lambda: False)():
+        return "fork"
+    if isinstance(reference(integrator), Integrator):
+        raise ValueError(
+            f"{integrator.id}: JAX has computed in this process, of which no copy can use it then; define the method in a"
+            " module of its own, or start again and compute nothing before"
+        )
+    return "forkserver"
 
 
 def require_rebuilt(integrator: Integrator) -> None:

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,12 @@ from gnomon.cases import Case, get
 from gnomon.cases.core.scene import Contact, SceneForm
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps
 from gnomon.harness.contract.problem import takes
-from gnomon.harness.registry import selection
+from gnomon.harness.measuring.reference_solution import CaseSpec
+from gnomon.harness.registry import references, selection
 from gnomon.harness.studies.growth import PERIODS, STRETCH, Subject, in_extended_precision, trajectories
 from gnomon.harness.studies.preflight_rates import Engine
 from gnomon.harness.studies.preflight_scenes import ATTITUDE, GRAVITY, MASS, RADIUS, SPIN, free, state
-from gnomon.harness.system.supervisor import Job, Send, run
+from gnomon.harness.system.supervisor import Job, Send, run, sender
 from gnomon.reference.numerics.precision import shortened
 
 STEPS_A_SECOND, SECONDS = 240, 60
@@ -261,10 +263,15 @@ class EnergyJob(Job):
     limit: float = LIMIT
 
     def work(self, send: Send) -> None:
-        try:
-            send(self.measure())
-        except Exception as error:  # the user's code may raise anything
-            send(f"energy not measured: {type(error).__name__}: {shortened(str(error).partition(chr(10))[0])}")
+        _say(self.measure, send)
+
+    def process(self) -> tuple[str, Callable[[Connection], object]]:
+        if not (isinstance(self.measure, partial) and self.measure.func is follow_motion):
+            return super().process()
+        integrator, case = self.measure.args
+        if references.process_method(integrator) == "fork":
+            return super().process()
+        return "forkserver", partial(_serve, references.reference(integrator), CaseSpec.of(case))
 
     def receive(self, message: Any) -> None:
         self.answers[self.pending.pop()] = str(message)
@@ -275,3 +282,16 @@ class EnergyJob(Job):
     def stop(self) -> None:
         if self.pending:
             self.receive("energy not measured: the time of --max-seconds is over")
+
+
+def _say(measure: Measure, send: Send) -> None:
+    try:
+        send(measure())
+    except Exception as error:  # the user's code may raise anything
+        send(f"energy not measured: {type(error).__name__}: {shortened(str(error).partition(chr(10))[0])}")
+
+
+def _serve(given: references.Reference, spec: CaseSpec, connection: Connection) -> None:
+    """The work of an EnergyJob in a process that imports the user's module again."""
+    integrator, (case, _) = references.dereference(given), spec.build()
+    _say(partial(follow_motion, integrator, case), sender(connection))

@@ -439,7 +439,16 @@ class Job(Protocol):
 
     def serve(self, connection: Connection) -> None:
         """Do the work in the process; the output of the user's code is discarded."""
-        self.work(lambda message: write(connection.fileno(), frame(json.dumps(message).encode())))
+        self.work(sender(connection))
+
+    def process(self) -> tuple[str, Callable[[Connection], object]]:
+        """How its process starts (see `child_process.context`), and the work in it, which a fork need not pickle."""
+        return "fork", self.serve
+
+
+def sender(connection: Connection) -> Send:
+    """A function that sends a message as JSON."""
+    return lambda message: write(connection.fileno(), frame(json.dumps(message).encode()))
 
 
 AnyJob = TypeVar("AnyJob", bound=Job)
@@ -451,15 +460,15 @@ def run(
     """Run jobs in up to `workers` processes, until each part has an answer or the clock `monotonic` is at `ends`.
 
     No job begins once there is `enough`; those that have begun are completed. Returns the jobs that have not begun, of
-    which none is left when the time is over. A process is a fork, so that the user's objects need not be found again by
-    name.
+    which none is left when the time is over. The processes of all jobs start in one way. Most are forks, so that the
+    user's objects need not be found again by name.
     """
     waiting, again, running = [job for job in jobs if job.pending], list[AnyJob](), dict[Child, AnyJob]()
-    with Supervisor("fork") as supervisor:
+    with Supervisor(waiting[0].process()[0] if waiting else "fork") as supervisor:
         while (running or again or (waiting and not enough())) and monotonic() <= ends:
             while len(running) < workers and (again or (waiting and not enough())):
                 job = (again or waiting).pop(0)
-                child = supervisor.start(job.serve, lambda text, _: json.loads(text), os.devnull)
+                child = supervisor.start(job.process()[1], lambda text, _: json.loads(text), os.devnull)
                 child.allow(job.limit)
                 running[child] = job
             for child, message in events(running, min(LOOK_SECONDS, ends - monotonic())):

@@ -12,6 +12,7 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -122,9 +123,7 @@ def measure(
         entries.extend(found)
         progress(row.case)
 
-    def measured(trials: Trials) -> Finding:
-        return Finding(Outcome.PASSED, got=json.dumps(_entries(trials, runs)))
-
+    measured = partial(_measured, runs)
     chosen = [case for case, _ in planned(integrator, names, depth)]
     if not chosen:
         raise ValueError(f"no case has a form that {integrator.id} accepts, so there is nothing to measure")
@@ -140,6 +139,10 @@ def measure(
     places = [case.id for case in chosen]
     entries.sort(key=lambda entry: (places.index(entry.case_id), -entry.setting))
     return Baseline(integrator.id, depth, VERSION, tuple(entries))
+
+
+def _measured(runs: int, trials: Trials) -> Finding:
+    return Finding(Outcome.PASSED, got=json.dumps(_entries(trials, runs)))
 
 
 def _entries(trials: Trials, runs: int) -> list[dict[str, Any]]:

@@ -15,6 +15,7 @@ from gnomon.cases.core.arithmetic import calling, written
 from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values, first_order
 from gnomon.cases.core.scene import Body, Force, Readings, Scene, SceneForm, Vector
 from gnomon.harness.contract.integrator import Problem, Refused, Solution
+from gnomon.harness.contract.velocity_forces import VelocityForces
 from gnomon.harness.measuring.trials import HALF_ULP, Floats, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.verification.call_claims import answers, same_bits
@@ -107,6 +108,11 @@ def takes_plain(trials: Trials) -> str | None:
 def takes_accelerations(trials: Trials) -> bool:
     """Whether the integrator accepts accelerations."""
     return SecondOrder in trials.integrator.accepts
+
+
+def takes_velocities(trials: Trials) -> bool:
+    """Whether the integrator is given equations of first order whose first half are the velocities."""
+    return VelocityForces in trials.integrator.accepts and isinstance(trials.form, FirstOrder)
 
 
 def plain_form(trials: Trials, acceleration: Callable[[Any, Values, Values], Values]) -> Form:
@@ -219,7 +225,7 @@ def _rested(trials: Trials, problem: Problem, start: Floats, solution: Solution)
 def _few_variables(trials: Trials) -> str | None:
     if len(trials.start) > RESTING:
         return f"the case has more than {RESTING} variables itself"
-    if not isinstance(trials.form, FirstOrder | SecondOrder):
+    if not isinstance(trials.form, FirstOrder | SecondOrder) or takes_velocities(trials):
         return "it takes no plain equations"
     return takes_plain(trials) or (None if trials.case.hybrid is None else "its motion has events")
 

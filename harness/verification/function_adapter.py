@@ -1,17 +1,20 @@
 """Integrators made of plain functions: `from_step` for one step of a method, `from_solve` for a whole solver.
 
-The user's function receives `f(t, y)`, which returns the derivative of the state as a new float64 array; its calls are
-counted. With `accelerations` it receives `f(t, q)`, which returns the accelerations of the positions q, the first half
-of y.
+The user's function, of Python, numba or JAX, receives `f(t, y)`, which returns the derivative of the state as a new float64
+array; its calls are counted. With `accelerations` it receives `f(t, q)`, which returns the accelerations of the positions
+q, the first half of y, and with `velocities` `f(t, q, v)`. A parameter `jac` receives the Jacobian of f.
 """
 
 from __future__ import annotations
 
-import itertools
+import contextlib
+import inspect
 import math
 import sys
 from abc import abstractmethod
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,29 +26,33 @@ from gnomon.harness.contract.integrator import (
     Solver,
     Steps,
     Tolerance,
-    TooManyCalls,
     each_start,
 )
 from gnomon.harness.contract.validation import require_positive
+from gnomon.harness.contract.velocity_forces import VelocityForces, require_velocities
 from gnomon.harness.registry import declaration
+from gnomon.harness.verification.functions.right_hand_side import Jacobian, RightHandSide
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-RightHandSide = Callable[[float, Any], Floats]
+Function = Callable[..., Any]
 
+TINY = 2.0**-30
+"""The part of a span over which a function is called so that JAX compiles it."""
 LEAST_TOLERANCE = 2.0**-52
 MOST_STEPS = 10**8
 """A smaller tolerance, or more steps, are refused as mistakes."""
 
 
 def from_step(
-    step: Callable[[RightHandSide, float, Floats, float], Any],
+    step: Function,
     *,
     name: str,
     order: int | None = None,
     sweep: Steps | None = None,
     conserves: tuple[str, ...] = (),
     accelerations: bool = False,
+    velocities: bool = False,
     jacobian: str = "exact",
     library: str = "mine",
 ) -> Integrator:
@@ -54,7 +61,9 @@ def from_step(
     Parameters
     ----------
     step : callable
-        ``step(f, t, y, h)`` returns the state at t + h, shape (dim,). ``f(t, y)`` is the derivative of the state.
+        ``step(f, t, y, h)`` returns the state at t + h, shape (dim,). ``f(t, y)`` is the derivative of the state. A step
+        with a parameter `jac` is also given ``jac(t, y)``, the exact Jacobian of f by y, shape (dim, dim); by q for
+        `accelerations`, and by q and v, shape (dim/2, dim), for `velocities`. numba or JAX may compile the step.
     name : str
         The name of the method.
     order : int, optional
@@ -65,6 +74,8 @@ def from_step(
         The properties that hold at any step size, see `Integrator`.
     accelerations : bool
         Whether f is ``f(t, q)`` and returns accelerations; the positions q are the first half of y.
+    velocities : bool
+        Whether f is ``f(t, q, v)`` and returns accelerations, which may depend on the velocities v, the second half of y.
     jacobian : {"exact", "differences"}
         "differences" if the method differentiates f numerically, in the state or in time: bounds then allow the error
         of the differences.
@@ -87,13 +98,13 @@ def from_step(
     >>> euler = from_step(lambda f, t, y, h: y + h * f(t, y), name="Euler", order=1)
     """
     return _made(
-        Stepped, step, accelerations,
+        Stepped, step, (accelerations, velocities),
         name=name, library=library, order=order, conserves=conserves, jacobian=jacobian, sweep=sweep or Steps(),
     )  # fmt: skip
 
 
 def from_solve(
-    solve: Callable[[RightHandSide, float, Floats, Floats, float], Any],
+    solve: Function,
     *,
     name: str,
     order: int | None = None,
@@ -101,6 +112,7 @@ def from_solve(
     dense_order: int | None = None,
     conserves: tuple[str, ...] = (),
     accelerations: bool = False,
+    velocities: bool = False,
     jacobian: str = "exact",
     library: str = "mine",
 ) -> Integrator:
@@ -111,7 +123,8 @@ def from_solve(
     solve : callable
         ``solve(f, t0, y0, times, tolerance)`` returns the states at `times`, shape (n, dim), from `y0`, shape (dim,),
         at `t0`. With a `sweep` of Steps the last argument is the step size. A solver that gives up raises
-        `gnomon.verify.Refused`, or returns nan for the samples that it did not reach.
+        `gnomon.verify.Refused`, or returns nan for the samples that it did not reach. `jac`, numba and JAX are as in
+        `from_step`.
     name : str
         The name of the method.
     order : int, optional
@@ -124,6 +137,8 @@ def from_solve(
         The properties that hold at any step size, see `Integrator`.
     accelerations : bool
         Whether f is ``f(t, q)`` and returns accelerations; the positions q are the first half of y.
+    velocities : bool
+        Whether f is ``f(t, q, v)`` and returns accelerations, which may depend on the velocities v, the second half of y.
     jacobian : {"exact", "differences"}
         "differences" if the method differentiates f numerically, in the state or in time: bounds then allow the error
         of the differences.
@@ -152,7 +167,7 @@ def from_solve(
     """
     sampling = "stops at samples" if dense_order is None else "dense output"
     return _made(
-        _Solved, solve, accelerations,
+        _Solved, solve, (accelerations, velocities),
         name=name, library=library, order=order, conserves=conserves, jacobian=jacobian,
         sweep=sweep or Tolerance(1e-3, 1e-12), sampling=sampling, dense_order=dense_order or None,
     )  # fmt: skip
@@ -161,15 +176,54 @@ def from_solve(
 class FunctionAdapter(Integrator):
     """An integrator made of a plain function, which solves from several starts one after the other."""
 
-    function: ClassVar[Callable[..., Any]]
+    function: ClassVar[Function]
+    velocities: ClassVar[bool] = False
+    compiles: ClassVar[bool] = False
+    """Whether the first call may take longer than others, because it compiles."""
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         self.validate(problem, setting)
+        if self.velocities and isinstance(problem.form, FirstOrder):
+            require_velocities(problem)
+        f = RightHandSide(problem, self.velocities)
+        function = type(self).function
+        if takes_jacobian(function):
+            function = partial(function, jac=Jacobian(problem, self.velocities))
+        call = partial(function, f)
+        self.compile()
+        self.warm_up(f, call, problem, setting)
 
         def solve_one(start: Floats, out: Floats) -> tuple[int | None, None]:
-            return self.trajectory(right_hand_side(problem), problem, setting, start, out), None
+            f.begin()
+            steps = self.trajectory(call, problem, setting, start, out)
+            f.end()
+            return steps, None
 
         return Solver(each_start(problem, solve_one))
+
+    def compile(self) -> None:
+        """Compile a function of numba for its arguments, which are of one type for all cases."""
+        function = type(self).function
+        if not is_of_numba(function):
+            return
+        # numba, which takes a second to load, is loaded already.
+        from gnomon.harness.verification.functions import numba_calls
+
+        with contextlib.suppress(Exception):  # the call itself raises it, and says where
+            function.compile(numba_calls.signature(inspect.signature(function), self.velocities))  # type: ignore[attr-defined]
+
+    def warm_up(self, f: RightHandSide, call: Function, problem: Problem, setting: float) -> None:
+        """Let JAX compile the function, which needs a call: over a tiny part of the span, from no special state."""
+        if not uses_jax(type(self).function):
+            return
+        start, out = np.linspace(0.3, 1.1, problem.dimension), np.empty((len(problem.times), problem.dimension))
+        tiny = replace(problem, times=problem.t0 + problem.elapsed * TINY, counted=False)
+        before = problem.buffer[-1]
+        f.begin()
+        with contextlib.suppress(Exception):  # that state may be impossible
+            self.trajectory(call, tiny, abs(tiny.interval) if isinstance(self.sweep, Steps) else setting, start, out)
+        f.end()
+        problem.buffer[-1] = before
 
     def validate(self, problem: Problem, setting: float) -> None:
         """Raise Refused for a setting that is not a reasonable step size or tolerance."""
@@ -185,20 +239,23 @@ class FunctionAdapter(Integrator):
             )
 
     @abstractmethod
-    def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
-        """Write the states at the samples into `out` (n, dim); return the number of steps, None if unknown."""
+    def trajectory(self, call: Function, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
+        """Write the states at the samples into `out` (n, dim); return the number of steps, None if unknown.
+
+        `call` is the user's function without its first argument.
+        """
 
 
 class Stepped(FunctionAdapter):
     """A one-step method: the error over a span has one order less than the error of a step."""
 
-    def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
-        time, steps, step = problem.t0, 0, type(self).function
+    def trajectory(self, call: Function, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
+        time, steps = problem.t0, 0
         for k, end in enumerate(problem.times.tolist()):
             count = max(1, math.ceil(abs(end - time) / setting * (1 - 1e-12)))
             h = (end - time) / count
             for i in range(count):
-                y = step(f, time + i * h, y, h)
+                y = call(time + i * h, y, h)
             found = np.asarray(y)
             if found.shape != (problem.dimension,):
                 raise ValueError(f"the step returned an array of shape {found.shape}, not {(problem.dimension,)}")
@@ -207,8 +264,8 @@ class Stepped(FunctionAdapter):
 
 
 class _Solved(FunctionAdapter):
-    def trajectory(self, f: RightHandSide, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
-        found = np.asarray(type(self).function(f, problem.t0, y, problem.times.copy(), setting))
+    def trajectory(self, call: Function, problem: Problem, setting: float, y: Floats, out: Floats) -> int | None:
+        found = np.asarray(call(problem.t0, y, problem.times.copy(), setting))
         if found.shape != out.shape:
             raise ValueError(f"the solver returned states of shape {found.shape}, not {out.shape}: one row a time")
         out[:] = found
@@ -216,32 +273,42 @@ class _Solved(FunctionAdapter):
 
 
 def right_hand_side(problem: Problem) -> RightHandSide:
-    """The equations of a problem as a plain function; each call adds 1 to the last element of `problem.buffer`.
+    """The equations of a problem as a plain function; each call adds 1 to the last element of `problem.buffer`."""
+    return RightHandSide(problem)
 
-    The derivative is nan where the equations cannot be evaluated (the root of a negative number, overflow).
+
+def is_of_numba(function: Function) -> bool:
+    """Whether numba compiles a function."""
+    return type(function).__module__.startswith("numba.") and hasattr(function, "compile")
+
+
+def uses_jax(function: Function) -> bool:
+    """Whether JAX compiles a function, or it is Python in a module that has imported JAX or a library on it."""
+    plain = inspect.unwrap(function)
+    known = [function, plain, *getattr(plain, "__globals__", {}).values()]
+    roots = {
+        str(getattr(one, "__name__" if inspect.ismodule(one) else "__module__", "")).partition(".")[0] for one in known
+    }
+    return "jax" in sys.modules and bool(roots & {"jax", "jaxlib", "diffrax", "equinox"})
+
+
+def takes_jacobian(function: Function) -> bool:
+    """Whether a function has a parameter `jac`."""
+    try:
+        return "jac" in inspect.signature(function).parameters
+    except (TypeError, ValueError):  # a function without a signature, of a compiled library
+        return False
+
+
+def _made(base: type[FunctionAdapter], function: Function, second: tuple[bool, bool], **attributes: Any) -> Integrator:
+    """An instance of a new class in the module of the user's call: workers import it as a variable of that module.
+
+    `second`: whether f returns accelerations, and whether these depend on velocities.
     """
-    form = problem.form
-    equations: Any = form.acceleration if isinstance(form, SecondOrder) else form.equations  # type: ignore[union-attr]
-    half = problem.dimension // 2 if isinstance(form, SecondOrder) else problem.dimension
-    parameters, buffer, calls = tuple(problem.parameters.tolist()), problem.buffer, itertools.count(1)
-
-    def f(t: float, y: Any) -> Floats:
-        buffer[-1] += 1.0
-        if next(calls) > problem.most_calls:
-            raise TooManyCalls(f"more than {problem.most_calls:.2g} right-hand sides in one solution")
-        try:
-            return np.array(equations(float(t), tuple(np.asarray(y, dtype=np.float64).tolist()[:half]), parameters))
-        except (ArithmeticError, ValueError):
-            return np.full(half, np.nan)
-
-    return f
-
-
-def _made(
-    base: type[FunctionAdapter], function: Callable[..., Any], accelerations: bool, **attributes: Any
-) -> Integrator:
-    """An instance of a new class in the module of the user's call: workers import it as a variable of that module."""
-    attributes |= {"function": staticmethod(function), "accepts": (SecondOrder if accelerations else FirstOrder,)}
+    accelerations, velocities = second
+    accepts = (SecondOrder, VelocityForces) if velocities else (SecondOrder if accelerations else FirstOrder,)
+    attributes |= {"function": staticmethod(function), "accepts": accepts, "velocities": velocities}
+    attributes |= {"compiles": is_of_numba(function) or uses_jax(function)}
     module = sys._getframe(2).f_globals.get("__name__", "__main__")
     kind = type(base.__name__.strip("_"), (base,), attributes | {"__module__": module})
     made: Integrator = kind()

@@ -10,6 +10,7 @@ from gnomon.cases.core.forms import FirstOrder, Form, SecondOrder, Values
 from gnomon.cases.core.scene import SceneForm
 from gnomon.cases.core.symmetry import Relation, in_units, mirrored, permuted
 from gnomon.harness.contract.integrator import Refused
+from gnomon.harness.contract.velocity_forces import VelocityForces
 from gnomon.harness.measuring.trials import SHORT, SHORTEST, TIGHT, Answer, Trials
 from gnomon.harness.results.convergence_order import LARGEST_ERROR
 from gnomon.harness.studies.related_motions import holds, later, related
@@ -141,7 +142,7 @@ def _mirror(trials: Trials) -> Finding:
 def _has_like_parts(trials: Trials) -> str | None:
     if not trials.case.alike:
         return "the case has no bodies or axes that are alike"
-    if not set(trials.integrator.accepts) <= {FirstOrder, SecondOrder}:
+    if not set(trials.integrator.accepts) <= {FirstOrder, SecondOrder, VelocityForces}:
         return "it is given more than derivatives, and may treat one body or axis after the other"
     return _no_engine(trials)
 

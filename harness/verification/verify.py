@@ -7,20 +7,24 @@ import math
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
+from multiprocessing.connection import Connection
 from time import monotonic
 from typing import Any
 
 from gnomon.cases import Case
+from gnomon.cases.core.forms import FirstOrder
 from gnomon.cases.core.numbers import nearest
-from gnomon.harness.contract.integrator import Integrator, Refused, Steps, TooManyCalls
-from gnomon.harness.contract.problem import takes
+from gnomon.harness.contract.integrator import Integrator, Refused, Steps, TooManyCalls, Unsupported
+from gnomon.harness.contract.problem import problem_of, takes
 from gnomon.harness.contract.validation import Unusable
+from gnomon.harness.contract.velocity_forces import VelocityForces, require_velocities
 from gnomon.harness.measuring.reference_solution import CaseSpec
 from gnomon.harness.measuring.trials import DEPTHS, Depth, Trials
-from gnomon.harness.registry import declaration, lookup, selection
+from gnomon.harness.registry import declaration, lookup, references, selection
 from gnomon.harness.studies import preflight
 from gnomon.harness.system.limitations import need_fork
-from gnomon.harness.system.supervisor import Job, Send, run
+from gnomon.harness.system.supervisor import Job, Send, run, sender
 from gnomon.harness.verification import (
     call_claims,
     control_claims,
@@ -43,7 +47,7 @@ from gnomon.harness.verification.claims import (
     passed,
 )
 from gnomon.harness.verification.diagnosis import Facts, Failures, conclude, digest, facts, of_many_calls
-from gnomon.harness.verification.function_adapter import Stepped
+from gnomon.harness.verification.function_adapter import FunctionAdapter, Stepped
 
 from gnomon import cases
 
@@ -91,6 +95,9 @@ CLAIM_SECONDS = {"low": 20.0, "normal": 60.0, "high": 600.0}
 REFERENCE_SECONDS = 600.0
 FIRST = "first trial"
 OVER = "the time of --max-seconds is over"
+
+
+Measure = Callable[[Trials], Finding]
 
 
 class FirstTrialError(Exception):
@@ -281,6 +288,8 @@ def verify(
     )
     if not chosen:
         return report
+    if isinstance(integrator, FunctionAdapter):
+        integrator.compile()  # so that forks need not
     _first_trial(integrator, chosen[0][0], DEPTHS[depth])
     began = monotonic()
 
@@ -326,12 +335,8 @@ def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends
     case = on[failures.probed()]
     found: list[Facts] = []
     for probe in (digest, facts):
-
-        def measured(trials: Trials, probe: Callable[[Trials], Facts] = probe) -> Finding:
-            return passed(json.dumps(probe(trials)))
-
         rows: list[Row] = []
-        run([CaseJob(integrator, case, DEPTHS[report.depth], rows.append, [FIRST], measured)], 1, ends)
+        run([CaseJob(integrator, case, DEPTHS[report.depth], rows.append, [FIRST], partial(_probed, probe))], 1, ends)
         finding = rows[0].finding
         if finding.outcome == Outcome.NOT_CHECKED:
             return None
@@ -342,6 +347,10 @@ def _diagnosed(integrator: Integrator, report: Report, on: dict[str, Case], ends
         quadrature_claim.DIFFERENCES in row.finding.expected for row in report.of(Outcome.FAILED)
     )
     return conclude(failures, rest | declared | {"alone": alone, "steps": isinstance(integrator.sweep, Steps)})
+
+
+def _probed(probe: Callable[[Trials], Facts], trials: Trials) -> Finding:
+    return passed(json.dumps(probe(trials)))
 
 
 def planned(
@@ -382,7 +391,12 @@ def _claim_ids(given: Sequence[str] | None) -> list[str]:
 
 def _cases(integrator: Integrator, names: Sequence[selection.CaseLike] | None, depth: Depth) -> list[Case]:
     if not names:
-        accepted = [case for case in map(cases.get, CASES) if takes(integrator, case)][: depth.cases]
+        accepted = [case for case in map(cases.get, CASES) if takes(integrator, case)]
+        if VelocityForces in integrator.accepts:  # verified first on forces that have velocities
+            accepted = [case for case in accepted if case.second_order is None and _has_velocities(case)] + [
+                case for case in accepted if case.second_order is not None
+            ]
+        accepted = accepted[: depth.cases]
         return accepted + _hard(accepted, depth.variants)
     chosen = selection.find_cases(names)
     for case in chosen:
@@ -392,6 +406,14 @@ def _cases(integrator: Integrator, names: Sequence[selection.CaseLike] | None, d
                 f"{integrator.id} takes {accepted_names}, which {case.id} does not offer; name another case"
             )
     return chosen
+
+
+def _has_velocities(case: Case) -> bool:
+    try:
+        require_velocities(problem_of(case.rounded(), (FirstOrder,)))
+    except (Unsupported, ValueError):
+        return False
+    return True
 
 
 def _hard(chosen: Sequence[Case], most: int) -> list[Case]:
@@ -421,7 +443,7 @@ class CaseJob(Job):
     depth: Depth
     add: Callable[[Row], None]
     pending: list[str]
-    measure: Callable[[Trials], Finding] | None = None
+    measure: Measure | None = None
     runs: int = 1
     """Time limit of each name in `pending`, as a multiple of the limit of a claim."""
     limit: float = REFERENCE_SECONDS
@@ -433,10 +455,13 @@ class CaseJob(Job):
     """Whether the other claims are verified after one of `DECISIVE` failed, or one had no answer in time."""
 
     def work(self, send: Send) -> None:
-        trials = Trials.of(self.integrator, CaseSpec.of(self.case), self.depth)
-        send({})
-        for name in self.pending:
-            send(asdict(CLAIMS[name].check(trials) if self.measure is None else self.measure(trials)))
+        _work(self.integrator, CaseSpec.of(self.case), self.depth, self.pending, self.measure, send)
+
+    def process(self) -> tuple[str, Callable[[Connection], object]]:
+        if references.process_method(self.integrator) == "fork":
+            return super().process()
+        work = partial(_serve, references.reference(self.integrator), CaseSpec.of(self.case), self.depth, self.pending)
+        return "forkserver", partial(work, self.measure)
 
     def receive(self, message: Any) -> None:
         self.ready, self.limit = True, self.runs * CLAIM_SECONDS[self.depth.name]
@@ -472,6 +497,27 @@ class CaseJob(Job):
         decisive |= claim in DECISIVE or TooManyCalls.__name__ in finding.got
         if decisive and finding.outcome == Outcome.FAILED and not self.every:
             self.stop(f"{claim} failed; --all verifies the other claims too")
+
+
+def _work(
+    integrator: Integrator, spec: CaseSpec, depth: Depth, pending: Sequence[str], measure: Measure | None, send: Send
+) -> None:
+    trials = Trials.of(integrator, spec, depth)
+    send({})
+    for name in pending:
+        send(asdict(CLAIMS[name].check(trials) if measure is None else measure(trials)))
+
+
+def _serve(
+    given: references.Reference,
+    spec: CaseSpec,
+    depth: Depth,
+    pending: Sequence[str],
+    measure: Measure | None,
+    connection: Connection,
+) -> None:
+    """The work of a CaseJob in a process that imports the user's module again."""
+    _work(references.dereference(given), spec, depth, pending, measure, sender(connection))
 
 
 def _first(trials: Trials) -> Finding:

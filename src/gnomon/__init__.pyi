@@ -27,6 +27,7 @@ from gnomon.harness.contract.integrator import Solver as Solver
 from gnomon.harness.contract.integrator import Steps as Steps
 from gnomon.harness.contract.integrator import Tolerance as Tolerance
 from gnomon.harness.contract.integrator import each_start as each_start
+from gnomon.harness.contract.velocity_forces import VelocityForces as VelocityForces
 from gnomon.harness.ensembles.parquet import load_ensemble as load_ensemble
 from gnomon.harness.kernels.equations import right_hand_side as right_hand_side
 from gnomon.harness.results.store import load as load

@@ -7,6 +7,7 @@ import math
 import re
 import textwrap
 from collections import Counter
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -47,15 +48,17 @@ def draw(integrator: Integrator, depth: str, row: Row, on: selection.CaseLike, p
     (case,) = selection.find_cases([on])
     found: list[Row] = []
 
-    def measured(trials: Trials) -> Finding:
-        return Finding(Outcome.PASSED, got=json.dumps(_measured(trials, row.finding.setting)))
-
-    run([CaseJob(integrator, case, DEPTHS[depth], found.append, ["picture"], measured)], workers=1)
+    measure = partial(_found, row.finding.setting)
+    run([CaseJob(integrator, case, DEPTHS[depth], found.append, ["picture"], measure)], workers=1)
     if found[0].finding.outcome != Outcome.PASSED:
         raise ValueError(
             f"--picture {path}: {integrator.id} on {row.case} gave {found[0].finding.got}, nothing is drawn"
         )
     save(_chart(case, integrator, row, json.loads(found[0].finding.got)).to_dict(validate=False), path)
+
+
+def _found(setting: str, trials: Trials) -> Finding:
+    return Finding(Outcome.PASSED, got=json.dumps(_measured(trials, setting)))
 
 
 def _measured(trials: Trials, text: str) -> dict[str, Any]:

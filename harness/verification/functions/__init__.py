@@ -1,0 +1,1 @@
+"""Right-hand sides as plain functions, numba and JAX call them."""
