@@ -8,6 +8,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
+from itertools import zip_longest
 from multiprocessing.connection import Connection
 from time import monotonic
 from typing import Any
@@ -392,10 +393,10 @@ def _claim_ids(given: Sequence[str] | None) -> list[str]:
 def _cases(integrator: Integrator, names: Sequence[selection.CaseLike] | None, depth: Depth) -> list[Case]:
     if not names:
         accepted = [case for case in map(cases.get, CASES) if takes(integrator, case)]
-        if VelocityForces in integrator.accepts:  # verified first on forces that have velocities
-            accepted = [case for case in accepted if case.second_order is None and _has_velocities(case)] + [
-                case for case in accepted if case.second_order is not None
-            ]
+        if VelocityForces in integrator.accepts:  # forces with velocities and without, in turn
+            with_velocities = [case for case in accepted if case.second_order is None and _has_velocities(case)]
+            without = [case for case in accepted if case.second_order is not None]
+            accepted = [case for pair in zip_longest(with_velocities, without) for case in pair if case is not None]
         accepted = accepted[: depth.cases]
         return accepted + _hard(accepted, depth.variants)
     chosen = selection.find_cases(names)

@@ -17,12 +17,15 @@ def rk4(f, t, y, h):
 
 @numba.njit
 def midpoint(f, t, y, h, jac):
-    """The implicit midpoint rule by Newton's iteration."""
+    """The implicit midpoint rule by Newton's iteration, for two variables: numba takes 6 s for `np.linalg.solve`."""
     found = y + h * f(t, y)
     for _ in range(8):
         middle = (y + found) / 2
-        matrix = np.eye(len(y)) - h / 2 * jac(t + h / 2, middle)
-        found = found - np.linalg.solve(matrix, found - y - h * f(t + h / 2, middle))
+        slope = jac(t + h / 2, middle)
+        a, b = 1 - h / 2 * slope[0, 0], -h / 2 * slope[0, 1]
+        c, d = -h / 2 * slope[1, 0], 1 - h / 2 * slope[1, 1]
+        u, v = found - y - h * f(t + h / 2, middle)
+        found = found - np.array([d * u - b * v, a * v - c * u]) / (a * d - b * c)
     return found
 
 
