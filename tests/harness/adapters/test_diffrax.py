@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters import diffrax
 from gnomon.harness.adapters.diffrax import ENSEMBLE, INTEGRATORS, Dopri8, Tsit5
 from gnomon.harness.contract.integrator import Problem, Refused, solver_of
 
@@ -54,6 +55,27 @@ def test_arithmetic_is_binary64_and_the_users_own_setting_stays() -> None:
     found = solver_of(Dopri8(), problem(turning, 2, TIMES), 1e-14)(np.array([[1.0, 0.0]]))
     assert np.max(np.abs(found.states[0, :, 0] - np.cos(TIMES))) < 1e-11  # binary32 leaves 1e-7
     assert jax.config.jax_enable_x64 == before
+
+
+def test_only_the_start_is_converted_at_a_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Times, parameters and tolerances are arrays of JAX before the first call: it would convert them at each."""
+    import jax
+
+    seen: list[Any] = []
+    original = diffrax.compiled
+
+    def recording(*given: Any) -> Any:
+        function = original(*given)
+        return lambda *arguments: seen.append(arguments) or function(*arguments)
+
+    monkeypatch.setattr(diffrax, "compiled", recording)
+    solve = solver_of(Tsit5(), problem(turning, 2, TIMES), 1e-6)
+    for start in ([1.0, 0.0], [0.5, 0.0]):
+        solve(np.array([start]))
+    (first, *rest), (second, *again) = seen
+    assert [first[0], second[0]] == [1.0, 0.5]
+    assert all(one is other and isinstance(one, jax.Array) for one, other in zip(rest, again, strict=True))
+    assert [each.dtype for each in rest] == [np.float64] * 3
 
 
 def test_functions_of_numbers_and_of_traced_values() -> None:
