@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters import scipy_ivp
-from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, called_from_python, recorded
+from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, recorded
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver
 from gnomon.harness.integrators.events.accumulation import MOST_RAPID, accumulation
 from gnomon.harness.kernels.equations import function_kernel
@@ -68,7 +68,7 @@ class Side:
         self.guards = []
         for transition in self.transitions:
             guard = function_kernel(transition.guard, dimension, numbers, 1)
-            self.guards.append(Guard(transition, called_from_python(guard, 1, problem.buffer)))
+            self.guards.append(Guard(transition, guard.bound(problem.buffer)))
 
     def counted(self) -> float:
         """The number of right-hand sides since the last call of this function."""

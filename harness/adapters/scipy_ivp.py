@@ -6,8 +6,9 @@ How it is driven, and why:
   comes from the interpolant of its step (order 4 for RK45, 7 for DOP853, 3 for Radau). `dense_output=True` would build
   an interpolant for every step, sampled or not.
 - The setting is `rtol`; `atol` = 1e-3 `rtol`, the ratio of SciPy's defaults (1e-3 and 1e-6), in SI units.
-- The right-hand side is compiled. SciPy calls it from Python, which takes 3 to 5 us a call: that belongs to the
-  library's time, since it takes no C function here (`LowLevelCallable` is for its quadratures).
+- The right-hand side is compiled, and a function of C for Python, which adds no frame of Python. SciPy calls it from
+  Python, which takes 3 to 5 us a call: that belongs to the library's time, since it takes no C pointer here
+  (`LowLevelCallable` is for its quadratures).
 - Radau, BDF and LSODA get the compiled Jacobian, as the manual recommends; it is differentiated from the equations as
   for the in-house Radau IIA. If these cannot be traced (a branch, abs), SciPy uses finite differences: `jac` = None.
 
@@ -62,7 +63,7 @@ class SolveIvp(Installed):
         self, kernel: Kernel, form: FirstOrder, dimension: int, buffer: Floats
     ) -> tuple[Function, dict[str, Function | None]]:
         """The equations as SciPy calls them, and the option `jac` if the method takes a Jacobian."""
-        function = called_from_python(kernel, dimension, buffer)
+        function = kernel.bound(buffer)
         if not self.takes_jacobian:
             return function, {}
         jacobian = jacobian_of(form, dimension, buffer)
@@ -107,19 +108,7 @@ def step_sizes(integrator: Integrator, longest: str = "max_step", first: str = "
 
 def right_hand_side_of(problem: Problem) -> Function:
     """The compiled right-hand side as SciPy calls it; it counts its calls if `problem.counted`."""
-    return called_from_python(right_hand_side(problem), problem.dimension, problem.buffer)
-
-
-def called_from_python(kernel: Kernel, size: int, buffer: Floats) -> Function:
-    """A kernel as a function of (t, y), y contiguous, that returns a new array (size,)."""
-    pointer, empty = kernel.pointer, np.empty
-
-    def function(t: float, y: Floats) -> Floats:
-        values = empty(size)
-        pointer(t, y, buffer, values)
-        return values
-
-    return function
+    return right_hand_side(problem).bound(problem.buffer)
 
 
 def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Function | None:
@@ -130,7 +119,7 @@ def jacobian_of(form: FirstOrder, dimension: int, buffer: Floats) -> Function | 
     kernel = derivatives_if_traced(form, dimension, len(buffer) - 1)
     if kernel is None:
         return None
-    function = called_from_python(kernel, dimension**2, buffer)
+    function = kernel.bound(buffer)
     return lambda t, y: function(t, y).reshape(dimension, dimension)
 
 

@@ -73,6 +73,19 @@ class Kernel:
         facts = np.array([self.address, *self.sizes], dtype=np.int64)
         return machine.callable_at(entries().addresses[name], name, facts)
 
+    def bound(self, parameters: Floats) -> Callable[[float, Floats], Floats]:
+        """The compiled function (t, y) -> new array at these parameters, for libraries that call it from C."""
+        states, _, outputs = self.sizes
+        facts = np.array([self.address, states, outputs, parameters.ctypes.data]).view(_Facts)
+        facts.parameters = parameters
+        return machine.callable_at(entries().addresses["bound"], "bound", facts)
+
+
+class _Facts(np.ndarray[Any, np.dtype[np.int64]]):
+    """The integers that a function of Python holds, and the array of which they have the address."""
+
+    parameters: Floats
+
 
 class CalledKernel(Kernel):
     """Equations that stay a function of Python, in the three ways of a kernel: C code calls them back."""
@@ -108,21 +121,32 @@ class CalledKernel(Kernel):
     def counted(self) -> Kernel:
         return CalledKernel(self.equations, self.sizes, True)
 
+    def bound(self, parameters: Floats) -> Callable[[float, Floats], Floats]:
+        return lambda t, y: self.array(t, y, parameters)  # type: ignore[no-any-return]
+
 
 def entries() -> machine.Code:
     """The entries from Python of all kernels. They read address and sizes from an array that each function holds."""
     signature = "float float[1] float[1] float[1]"
 
-    def call(address: Any, _: Any, __: Any, ___: Any, t: Any, *arrays: Any) -> None:
+    def run(address: Any, *arguments: Any) -> None:
         place = ir.here().emit(ir.POINTER, f"inttoptr i64 {address} to ptr")
-        ir.here().do(f"call void {place}({', '.join(x.typed for x in (t, *(x.pointer for x in arrays)))})")
+        ir.here().do(f"call void {place}({', '.join(x.typed for x in arguments)})")
+
+    def call(address: Any, _: Any, __: Any, ___: Any, t: Any, *arrays: Any) -> None:
+        run(address, t, *(x.pointer for x in arrays))
+
+    def call_bound(address: Any, _: Any, __: Any, parameters: Any, t: Any, y: Any, out: Any) -> None:
+        run(address, t, y.pointer, ir.here().emit(ir.POINTER, f"inttoptr i64 {parameters} to ptr"), out.pointer)
 
     def emit() -> None:
         emission.define("call", f"int int int int {signature}", call, "void")
         machine.define_entry("pointer", signature, "call", "void", own=4)
         machine.define_entry("array", signature, "call", "void", own=4, returns=True)
+        emission.define("call_bound", "int int int int float float[1] float[1]", call_bound, "void")
+        machine.define_entry("bound", "float float[1] float[1]", "call_bound", "void", own=4, returns=True)
 
-    return machine.code("entries of equations", ("pointer", "array"), emit)
+    return machine.code("entries of equations", ("pointer", "array", "bound"), emit)
 
 
 def right_hand_side(problem: Problem) -> Kernel:

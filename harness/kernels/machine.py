@@ -145,16 +145,16 @@ class _Method(ctypes.Structure):
 
 def callable_at(address: int, name: str, own: Any = None) -> Callable[..., Any]:
     """The function of Python for code at an address that takes (self, arguments, their number); self is `own`."""
-    method = _Method(name.encode(), address, FASTCALL, None)
-    _kept.append(method)
     new = ctypes.pythonapi.PyCFunction_NewEx
     new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p, ctypes.py_object, ctypes.c_void_p]
-    found: Callable[..., Any] = new(ctypes.addressof(method), own, None)
+    found: Callable[..., Any] = new(ctypes.addressof(_method(address, name)), own, None)
     return found
 
 
-_kept: list[Any] = []
-"""What functions of Python refer to without a reference that Python counts."""
+@cache
+def _method(address: int, name: str) -> _Method:
+    """It lives as long as the process: functions of Python refer to it without a reference that Python counts."""
+    return _Method(name.encode(), address, FASTCALL, None)
 
 
 def define_entry(

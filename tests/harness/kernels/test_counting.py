@@ -24,10 +24,12 @@ def test_counting_changes_no_bit_and_counts_each_call_once() -> None:
     np.testing.assert_array_equal(out, wanted)
     np.testing.assert_array_equal(kernel.array(0.5, state, buffer), wanted)
     assert buffer[-1] == before + 2
+    np.testing.assert_array_equal(kernel.bound(buffer)(0.5, state), wanted)
+    assert buffer[-1] == before + 3
     out[:] = np.nan
     numbers = ctypes.POINTER(ctypes.c_double)
     function = ctypes.CFUNCTYPE(None, ctypes.c_double, numbers, numbers, numbers)(kernel.address)
     function(0.5, *(array.ctypes.data_as(numbers) for array in (state, buffer, out)))
     np.testing.assert_array_equal(out, wanted)
-    assert buffer[-1] == before + 3
+    assert buffer[-1] == before + 4
     assert right_hand_side(plain).plain is None

@@ -4,6 +4,7 @@ import importlib
 import linecache
 import sys
 import types
+import weakref
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.kernels.called_equations import Called
 from gnomon.harness.kernels.equations import function_kernel, kernel
 
 
@@ -27,6 +29,29 @@ def written(name: str, source: str) -> Callable[..., Any]:
 def value(function: Callable[..., Any]) -> float:
     """The number that the compiled function gives for the state 3."""
     return float(function_kernel(function, 1, 0, 1).array(0.0, np.array([3.0]), np.zeros(0))[0])
+
+
+def twice(t: Any, y: Any, p: Any) -> Any:
+    return (2.0 * p[0] * y[0],)
+
+
+def test_a_bound_function_keeps_its_parameters_and_sees_them_change() -> None:
+    """Compiled code reads their memory, which nothing else may hold."""
+    parameters = np.array([1.0, 0.0])
+    bound, alive = function_kernel(twice, 1, 1, 1).bound(parameters), weakref.ref(parameters)
+    assert bound(0.0, np.array([3.0])).tolist() == [6.0]
+    parameters[0] = 5.0
+    assert bound(0.0, np.array([3.0])).tolist() == [30.0]
+    del parameters
+    assert alive() is not None
+    del bound
+    assert alive() is None
+    with pytest.raises(TypeError, match="too few elements"):
+        function_kernel(twice, 1, 1, 1).bound(np.zeros(2))(0.0, np.zeros(0))
+
+
+def test_a_bound_function_of_python() -> None:
+    assert function_kernel(Called(lambda t, y: t * y, 1), 1, 0, 1).bound(np.zeros(1))(2.0, np.array([3.0])) == [6.0]
 
 
 def test_equal_names_of_two_modules_keep_their_meanings() -> None:
