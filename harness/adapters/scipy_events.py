@@ -10,11 +10,14 @@ from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, recorded
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver
 from gnomon.harness.integrators.events.accumulation import MOST_RAPID, accumulation
 from gnomon.harness.kernels.equations import function_kernel
+from gnomon.harness.kernels.straight_line import derivatives_if_traced
 
 ROOT = 4 * float(np.finfo(float).eps)
 """Seconds: SciPy's absolute tolerance for the time of an event."""
 RAPID = 8 * ROOT
 """Seconds, at times up to 1 s: SciPy cannot distinguish the times of events that are closer."""
+LONGEST = 0.25
+"""The option `max_step` where no tolerance bounds a step and a transition can end the mode, in time scales."""
 PROBE = 1e-9
 """Fraction of a time scale after which a guard that is zero at the start of the motion is evaluated again."""
 
@@ -22,9 +25,14 @@ PROBE = 1e-9
 class SolveIvpEvents(SolveIvp):
     """A method of `scipy.integrate.solve_ivp` with terminal events.
 
-    SciPy detects a sign change of a guard between the ends of a step. Right after an event the guard is zero at the
-    restart and would fire at once, so its value there is replaced by a number with the sign of the side from which it
-    comes. SciPy tests the states, but brackets the root on its interpolant. If round-off gives the two different signs,
+    SciPy detects a sign change of a guard between the ends of a step: "if multiple zero crossings occur within one step,
+    events may be missed", says its manual. Where forces do not depend on the state, no tolerance bounds a step: without
+    `max_step` all trials of `chattering_ball` missed its release, and 13 of 30 of `oblique_impact` the impact. One limit holds
+    in all such modes: a quarter of the time in which the motion changes by its own size, with which none was missed. DOP853
+    takes 1.19 times as long with it (geometric mean of 39 cases at 1e-7; the largest ratio is 3.6).
+
+    Right after an event the guard is zero at the restart and would fire at once, so its value there is replaced by a
+    number with the sign of the side from which it comes. SciPy tests the states, but brackets the root on its interpolant. If round-off gives the two different signs,
     it raises `f(a) and f(b) must have different signs`, an error of SciPy that stays `crashed` (Radau, two starts of
     forty from rest), unless events accumulate there.
     """
@@ -52,7 +60,11 @@ class SolveIvpEvents(SolveIvp):
                 problem.buffer[-1] += side.counted()
             return Solution(states, stopped=next((why for why, _ in runs if why), None), events=tuple(runs[0][1]))
 
-        given = {f"jac in {name}": recorded(side.options)["jac"] for name, side in sides.items() if side.options}
+        given = {
+            option if option == "max_step" else f"{option} in {name}": value
+            for name, side in sides.items()
+            for option, value in recorded(side.options).items()
+        }
         return Solver(solve, recorded(options) | given)
 
 
@@ -63,8 +75,11 @@ class Side:
         dimension, numbers = problem.dimension, len(problem.parameters)
         self.buffer = np.array([*problem.parameters, *mode.constants, 0.0])
         kernel = function_kernel(mode.equations, dimension, len(self.buffer) - 1, dimension, problem.counted)
-        self.equations, self.options = method.given(kernel, FirstOrder(mode.equations), dimension, self.buffer)
+        self.equations, jacobian = method.given(kernel, FirstOrder(mode.equations), dimension, self.buffer)
+        self.options: dict[str, Any] = {**jacobian}
         self.transitions = tuple(transition for transition in form.transitions if transition.mode == mode.name)
+        if self.transitions and is_free(mode, problem, self.buffer):
+            self.options["max_step"] = min(method.max_step, LONGEST * problem.time_scale)
         self.guards = []
         for transition in self.transitions:
             guard = function_kernel(transition.guard, dimension, numbers, 1)
@@ -74,6 +89,19 @@ class Side:
         """The number of right-hand sides since the last call of this function."""
         calls, self.buffer[-1] = float(self.buffer[-1]), 0.0
         return calls
+
+
+def is_free(mode: Mode, problem: Problem, buffer: Floats) -> bool:
+    """Whether no tolerance bounds a step: forces do not depend on the state, or their equations cannot be traced.
+
+    The Jacobian of such equations has only q' = v: it is constant, and its square is 0.
+    """
+    kernel = derivatives_if_traced(FirstOrder(mode.equations), problem.dimension, len(buffer) - 1)
+    if kernel is None:
+        return True
+    states = np.random.default_rng(0).normal(size=(2, problem.dimension))
+    one, other = (kernel.array(problem.t0, y, buffer).reshape(2 * (problem.dimension,)) for y in states)
+    return np.array_equal(one, other) and not (one @ one).any()
 
 
 class Guard:
@@ -120,7 +148,12 @@ def trajectory(
             set_latch(guard, side, t, y, transition is fired, bool(events), PROBE * problem.time_scale)
         try:
             found = solve_ivp(
-                side.equations, (t, times[-1]), y, t_eval=times[sample:], events=side.guards, **options, **side.options
+                side.equations,
+                (t, times[-1]),
+                y,
+                t_eval=times[sample:],
+                events=side.guards,
+                **{**options, **side.options},
             )
         except ValueError:
             if fired is None or not rapid:

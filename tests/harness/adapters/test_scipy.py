@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gnomon.cases.core.forms import FirstOrder, Values
+from gnomon.cases.core.forms import FirstOrder, Hybrid, Values
 from gnomon.cases.core.registry import get
 from gnomon.harness.adapters import scipy_events, scipy_ivp, scipy_ode, scipy_odeint
 from gnomon.harness.adapters.scipy_events import PROBE, Guard, set_latch
@@ -315,6 +315,26 @@ def test_with_events_right_hand_sides_are_called_as_without(
 
 
 @pytest.mark.parametrize("integrator", scipy_events.INTEGRATORS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize(
+    ("name", "tolerance"), [("chattering_ball", 1e-5), ("oblique_impact", 1e-10), ("oblique_impact", 1e-7)]
+)
+def test_no_event_is_missed_where_forces_do_not_depend_on_the_state(
+    integrator: type[Integrator], name: str, tolerance: float
+) -> None:
+    """The tolerance bounds no step there, and in a long one a guard falls and rises: at rest, and past the other disc."""
+    case = get(name).rounded()
+    found = solved(integrator(), case, tolerance)
+    assert float(np.max(case.metric.distance(found.states, exact_states(case)))) < 0.01
+
+
+def test_a_mode_whose_steps_the_tolerance_bounds_has_no_other_limit() -> None:
+    """It would cost time: the flights of these are free, the swinging and the sliding with the spring are not."""
+    for name, limited in (("bouncing_ball", True), ("pendulum_quadratic_damping", False), ("planet_tunnel", False)):
+        options = scipy_events.DOP853().prepare(problem_of(get(name).rounded(), (Hybrid,)), 1e-6).options
+        assert ("max_step" in options) == limited, name
+
+
+@pytest.mark.parametrize("integrator", scipy_events.INTEGRATORS, ids=lambda kind: kind.name)
 def test_the_options_recorded_with_events_are_those_of_each_segment(
     integrator: type[scipy_events.SolveIvpEvents], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -326,7 +346,7 @@ def test_the_options_recorded_with_events_are_those_of_each_segment(
         def __init__(self, *arguments: Any, jac: Any = None, **named: Any) -> None:
             super().__init__(*arguments, **named, **({} if jac is None else {"jac": jac}))
             inner = self._lsoda_solver._integrator if integrator is scipy_events.LSODA else self
-            made.append((inner.rtol, np.unique(inner.atol).item(), callable(jac)))
+            made.append((inner.rtol, np.unique(inner.atol).item(), callable(jac), float(inner.max_step)))
 
     monkeypatch.setitem(METHODS, integrator.method, Noted)
     case = get("bouncing_ball", span=2).rounded()
@@ -335,7 +355,9 @@ def test_the_options_recorded_with_events_are_those_of_each_segment(
     recorded = dict(solve.options)
     jacobians = {value == "compiled" for name, value in recorded.items() if name.startswith("jac in ")} or {False}
     assert recorded["rtol"] == 1e-5
-    assert set(made) == {(1e-5, recorded["atol"], jacobian) for jacobian in jacobians}
+    assert {each[:3] for each in made} == {(1e-5, recorded["atol"], jacobian) for jacobian in jacobians}
+    unlimited = 0.0 if integrator is scipy_events.LSODA else np.inf
+    assert recorded["max_step"] in {each[3] for each in made} <= {recorded["max_step"], unlimited}
     assert len(made) > len(solution.events) > 2
 
 
