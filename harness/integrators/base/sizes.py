@@ -1,8 +1,10 @@
 """The error norm of adaptive methods: the error of each component is divided by the size of its group.
 
 The size of a group is the largest absolute value of its components at the ends of all steps so far; in the first step
-it is at least the change at the rates of the start. A group whose size is still 0 is left out. After a rejected step,
-the rates are evaluated once more, at the state perturbed by its round-off: a shorter step cannot reduce an error below
+it is at least the change at the rates of the start. A group that is still at zero has its size at the end of the
+attempted step: without a size, any step from rest would be accurate. If its motion begins with a power of time that the
+method does not resolve, its error is as large as the motion in a step of any length. Then the size is the size at the
+end of the longest attempt from which on the motion follows this power (`YOUNG`). After a rejected step, the rates are evaluated once more, at the state perturbed by its round-off: a shorter step cannot reduce an error below
 the effect of this perturbation over a step (a pendulum that stands upright stays there). The norm does not depend on
 units: if lengths or times are scaled by a power of two, the steps are equal but scaled.
 
@@ -20,7 +22,7 @@ hundredth of the largest rate, and most adaptive methods take 7 to 35 % more tha
 the reciprocal of the size of each component's group.
 """
 
-from math import sqrt
+from math import log, sqrt
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
@@ -33,6 +35,15 @@ ABSOLUTE = 0
 
 SMALLEST = 2.0**-1022
 """The smallest normal number: smaller sizes are replaced by it, so that their reciprocals are finite."""
+
+YOUNG, LAST_STEP, LAST_SIZE, POWER, STEADY, LONGEST = 5, 0, 1, 2, 3, 4
+"""Rows of an array (YOUNG, dim) for groups that a step moves from zero, over the attempts at this step: step and size of
+the last attempt, the power of the step that the size follows, the size at the longest step from which on it does, and
+the first step. An attempt that is too long, such as one over many periods of a drive, may follow a power too: shorter
+attempts then deviate from it, down to a step of `SHORTEST`."""
+
+SHORTEST = 1e-8
+"""The step, as a fraction of a time scale, from which on shorter attempts do not search for the size of a group."""
 
 TRIAL = 1e-6
 """The longest trial step, as a fraction of the argument `most` of `trial_step`."""
@@ -63,6 +74,56 @@ def first_sizes(y: Floats, changes: Floats, groups: Integers, sizes: Floats, inv
     invert(groups, sizes, inverse)
     sizes[:] = 0.0
     enlarge(y, groups, sizes)
+
+
+def size_by_end(h: float, end: Floats, groups: Integers, inverse: Floats, young: Floats) -> bool:
+    """Set `inverse` of groups at zero from their size at the `end` of an attempt; returns whether one has moved.
+
+    `young` (YOUNG, dim) follows their sizes over the attempts at a step.
+    """
+    moved = False
+    for i in range(inverse.size):
+        moved = moved or (inverse[i] == 0.0 and end[i] != 0.0)
+    if moved:
+        for i in range(inverse.size):
+            if inverse[i] == 0.0:
+                size = 0.0
+                for j in range(inverse.size):
+                    if groups[j] == groups[i]:
+                        size = max(size, abs(end[j]))
+                if 0.0 < size < np.inf:
+                    inverse[i] = 1.0 / max(size, SMALLEST)
+                    follow_power(h, size, i, young)
+    return moved
+
+
+def follow_power(h: float, size: float, i: int, young: Floats) -> None:
+    """Note the size of component i after an attempt at the step h, and whether it follows a power of h."""
+    if young[LONGEST, i] == 0.0:
+        young[LONGEST, i], young[STEADY, i], young[POWER, i] = h, size, 0.0
+    else:
+        power = log(young[LAST_SIZE, i] / size) / log(young[LAST_STEP, i] / h)
+        if young[POWER, i] > 0.0 and abs(power - young[POWER, i]) > 0.5:
+            young[STEADY, i] = size
+        young[POWER, i] = power
+    young[LAST_STEP, i], young[LAST_SIZE, i] = h, size
+
+
+def size_by_power(groups: Integers, sizes: Floats, young: Floats) -> float:
+    """Give groups at zero their steady sizes, which ends the search at this step; returns its first attempt."""
+    longest = 0.0
+    for i in range(groups.size):
+        if young[LONGEST, i] > 0.0:
+            sizes[groups[i]] = max(sizes[groups[i]], young[STEADY, i])
+            longest = max(longest, young[LONGEST, i])
+    forget(young)
+    return longest
+
+
+def forget(young: Floats) -> None:
+    """Begin the attempts at another step."""
+    for i in range(young.shape[1]):
+        young[LONGEST, i] = 0.0
 
 
 def perturb_by_roundoff(y: Floats, x: Floats) -> None:

@@ -6,7 +6,8 @@ loops, for reasons that their modules give.
 A family (`embedded`, `nystrom`) defines the parts of a step as plain functions. For each method the loop is compiled
 around them once, with numbers of the method, such as its number of stages, as constants:
 
-    attempt(f, t, h, y, compensation, p, table, inverse, x, slope, k, change, end) -> norm of the estimated error
+    attempt(f, t, h, y, compensation, p, table, x, slope, k, change, end) -> whether the step has an end
+    error_norm(h, y, end, table, k, inverse) -> norm of the estimated error
     open_step(f, t, h, y, p, table, x, slope, k)                                once in a step that contains samples
     between(f, t, h, ahead, y, compensation, end, p, table, x, slope, k, spare, out)   for each sample, at t + ahead
 
@@ -26,12 +27,17 @@ from gnomon.cases.core.forms import SecondOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver, Tolerance
 from gnomon.harness.integrators.base.fixed_step import DIGITS, Loop, Table, rounded
 from gnomon.harness.integrators.base.sizes import (
+    SHORTEST,
+    YOUNG,
     enlarge,
     enlarge_roundoff,
     first_sizes,
+    forget,
     invert,
     limit_by_roundoff,
     perturb_by_roundoff,
+    size_by_end,
+    size_by_power,
     trial_step,
     turning_time,
 )
@@ -186,7 +192,7 @@ def of_the_family(*_: Any) -> Any:
     raise NotImplementedError
 
 
-attempt = open_step = between = of_the_family
+attempt = error_norm = open_step = between = of_the_family
 
 
 def integrate(
@@ -203,7 +209,8 @@ def integrate(
     change, spare = np.empty(dimension), np.empty(dimension)
     x, slope, k = np.empty(width), np.empty(width + BESIDE), np.empty((LAST, width))
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
-    taken = 0
+    young = np.zeros((YOUNG, dimension))
+    taken, shortest = 0, SHORTEST * min(times[-1], limits[SCALE])
     for n in range(initial.shape[0]):
         for i in range(dimension):  # for `y[:] = initial[n]` numba compiles an error message, which takes seconds
             y[i] = initial[n, i]
@@ -213,7 +220,8 @@ def integrate(
         if limits[FIRST] > 0.0 and h > 0.0:
             h = limits[FIRST]
         before, last = 1e-4, 0.0
-        rejected, noisy = False, False
+        rejected, noisy, moved, fresh = False, False, False, True
+        forget(young)
         rough[:] = 0.0
         reason = 0
         while sample < times.size:
@@ -224,15 +232,17 @@ def integrate(
             # The step is h, rounded so that t + step is exact; the last step ends at the last sample.
             h = min(h, limits[MOST])
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
-            if t == 0.0:
+            if fresh:
                 for i in range(dimension):
                     change[i] = step * (k[0, i - dimension + width] if i >= dimension - width else y[width + i])
                 first_sizes(y, change, groups, sizes, inverse)
+            elif noisy or moved:
+                invert(groups, sizes, inverse)
+            ready = attempt(f, t, step, y, compensation, p, table, x, slope, k, change, end)
+            moved = size_by_end(step, end, groups, inverse, young)
             if noisy:
-                if t > 0.0:
-                    invert(groups, sizes, inverse)
                 limit_by_roundoff(step / tolerance, groups, rough, inverse)
-            error = attempt(f, t, step, y, compensation, p, table, inverse, x, slope, k, change, end) / tolerance
+            error = error_norm(step, y, end, table, k, inverse) / tolerance if ready else np.inf
             if not error < np.inf:
                 h = min(h, step) / 10
                 rejected = True
@@ -242,7 +252,9 @@ def integrate(
                 call(f, t, x, p, slope)
                 enlarge_roundoff(k[0], slope, dimension - width, groups, rough)
                 noisy = limit_by_roundoff(step / tolerance, groups, rough, inverse) or noisy
-                h = min(h, step) * max(1 / SHRINK_MOST, shortened(error))
+                h = min(h, step) * (1 / SHRINK_MOST if moved else max(1 / SHRINK_MOST, shortened(error)))
+                if moved and h < shortest:
+                    h, fresh = size_by_power(groups, sizes, young), False
                 rejected = True
                 continue
             if not arrive(f, t + step, end, p, x, slope, k):
@@ -258,6 +270,9 @@ def integrate(
                     sample += 1
             if enlarge(end, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)
+            if moved or rejected:
+                forget(young)
+            moved = fresh = False
             taken += 1
             t += step
             for i in range(dimension):

@@ -26,7 +26,16 @@ from functools import cache
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert
+from gnomon.harness.integrators.base.sizes import (
+    SHORTEST,
+    YOUNG,
+    enlarge,
+    first_sizes,
+    forget,
+    invert,
+    size_by_end,
+    size_by_power,
+)
 from gnomon.harness.integrators.base.stepping import compiled_whole
 from gnomon.harness.integrators.events.accumulation import MOST_RAPID
 from gnomon.harness.integrators.events.event_location import dip, guard_after, locate, one_step, part, step_error
@@ -74,6 +83,8 @@ def run(
     """
     x, end, k = np.empty(y.size), np.empty(y.size), np.empty((stages, y.size))
     there, slope, inverse = np.empty(y.size), np.empty(y.size), np.empty(y.size)
+    young = np.zeros((YOUNG, y.size))
+    moved, fresh = False, where[STEPS] == 0
     invert(groups, sizes, inverse)
     transitions = source.size
     guards, resets, limits = modes, modes + transitions, modes + 2 * transitions
@@ -127,13 +138,20 @@ def run(
         if state == ARMED:  # attempt the step; with too large an error return to the state before it
             one_step(parts, mode, t, length, y, p, table, stages, x, k, end)
             if tolerance > 0.0:
-                if where[STEPS] == 0:
+                if fresh:
                     for i in range(y.size):
                         slope[i] = length * k[0, i]
                     first_sizes(y, slope, groups, sizes, inverse)
+                elif moved:
+                    invert(groups, sizes, inverse)
+                moved = size_by_end(length, end, groups, inverse, young)
                 error = step_error(length, table, stages, k, inverse) / tolerance
                 if not error <= 1.0:
                     clock[NEXT] = length * (max(0.2, 0.9 * error ** (-1 / 8)) if error < np.inf else 0.1)
+                    if moved:
+                        clock[NEXT] = 0.2 * length
+                        if clock[NEXT] < SHORTEST * h:
+                            clock[NEXT], fresh = size_by_power(groups, sizes, young), False
                     if not clock[NEXT] > 0.0:
                         return NOT_FINITE
                     where[REFUSED] += 1
@@ -141,6 +159,8 @@ def run(
                     continue
                 clock[NEXT] = max(clock[NEXT], length) if reaches else length
                 clock[NEXT] *= min(6.0, 0.9 * max(error, 1e-10) ** (-1 / 8))
+                forget(young)
+                moved = fresh = False
             for i in range(y.size):
                 if not abs(end[i]) < np.inf:
                     return NOT_FINITE

@@ -6,7 +6,18 @@ from typing import Any
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.linear import factor, substitute
-from gnomon.harness.integrators.base.sizes import enlarge, first_sizes, invert, limit_by_roundoff, perturb_by_roundoff
+from gnomon.harness.integrators.base.sizes import (
+    SHORTEST,
+    YOUNG,
+    enlarge,
+    first_sizes,
+    forget,
+    invert,
+    limit_by_roundoff,
+    perturb_by_roundoff,
+    size_by_end,
+    size_by_power,
+)
 from gnomon.harness.integrators.base.step_control import FIRST, MOST, NOT_FINITE, NOT_SOLVED, SCALE, obstacle
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
@@ -21,6 +32,9 @@ ABSOLUTE = 0
 MOST_ITERATIONS = 10
 ROUNDOFF = 2e-15
 """Relative to the scale of errors: changes of stages that do not shrink below it are round-off."""
+
+HEAVIEST = 1e300
+"""The largest weight of an error: the error of a motion that has just left zero would have an infinite one."""
 
 SAFETY, SHRINK_MOST, GROW_MOST = 0.9, 0.2, 8.0
 PREDICTED_MOST = 10**0.5
@@ -59,7 +73,8 @@ def integrate(
     weight, right, pair = np.empty(n), np.empty(n), np.empty(n, dtype=np.complex128)
     sizes, inverse, rough = np.zeros(n), np.zeros(n), np.zeros(n)
     pivots, pivots_both = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
-    taken = 0
+    young = np.zeros((YOUNG, n))
+    taken, shortest = 0, SHORTEST * limits[SCALE]
     for m in range(initial.shape[0]):
         for i in range(n):
             y[i] = initial[m, i]
@@ -68,7 +83,8 @@ def integrate(
         if limits[FIRST] > 0.0:
             h = limits[FIRST]
         last, reach, steps = 0.0, 1.0, 0
-        rejected, aside, noisy = False, False, False
+        rejected, aside, noisy, moved, fresh = False, False, False, False, True
+        forget(young)
         end, step, length, norm, scale, wanted = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         call(f, t, y, p, start)
         while sample < times.size:
@@ -89,27 +105,42 @@ def integrate(
             if solvable:
                 if not aside:
                     if ABSOLUTE == 0:
-                        if t == 0.0:
+                        if fresh:
                             for i in range(n):
                                 error[i] = start[i]
                             substitute(real, pivots, error)
                             first_sizes(y, error, groups, sizes, inverse)
-                        elif noisy:
+                        elif noisy or moved:
                             invert(groups, sizes, inverse)
                         if noisy:
                             limit_by_roundoff(1.0 / tolerance, groups, rough, inverse)
+                        moved = False
                     for i in range(n):
-                        weight[i] = (1.0 / (1.0 + abs(y[i])) if ABSOLUTE == 1 else inverse[i]) / tolerance
+                        over = 1.0 / (1.0 + abs(y[i])) if ABSOLUTE == 1 else inverse[i]
+                        weight[i] = min(over / tolerance, HEAVIEST)
                 if aside:
                     for j in range(3):
                         for i in range(n):
                             z[j, i] = between(table[C, j] * length / step, table, z_step, i)
                 else:
                     guess(last, step, table, before_z, z)
-                iterations = newton(
-                    f, t, length, y, p, table, tolerance, error, slopes, weight, real, pivots, both, pivots_both,
-                    right, pair, w, z,
-                )  # fmt: skip
+                again = True
+                while again:  # once more, if a group at zero moves: only its size says when the iteration has converged
+                    iterations = newton(
+                        f, t, length, y, p, table, tolerance, error, slopes, weight, real, pivots, both, pivots_both,
+                        right, pair, w, z,
+                    )  # fmt: skip
+                    again = False
+                    if ABSOLUTE == 0 and not aside and iterations > 0:
+                        for i in range(n):
+                            x[i] = y[i] + z[2, i]
+                        again = size_by_end(step, x, groups, inverse, young)
+                        if again:
+                            moved = True
+                            if noisy:
+                                limit_by_roundoff(1.0 / tolerance, groups, rough, inverse)
+                            for i in range(n):
+                                weight[i] = min(inverse[i] / tolerance, HEAVIEST)
             if iterations == 0:
                 if fixed > 0.0 or not finite(start):
                     reason = NOT_SOLVED if finite(start) else NOT_FINITE
@@ -144,7 +175,9 @@ def integrate(
                     if ABSOLUTE == 0:
                         noise(f, t, y, p, start, real, pivots, x, slope, error, groups, rough)
                     noisy = True
-                    h = min(h, step) * (scale if norm < np.inf else 0.1)
+                    h = min(h, step) * (0.1 if moved or not norm < np.inf else scale)
+                    if moved and h < shortest:
+                        h, fresh = size_by_power(groups, sizes, young), False
                     rejected = True
                     continue
                 for i in range(n):
@@ -174,6 +207,8 @@ def integrate(
                     before_z[j, i] = z[j, i]
             if ABSOLUTE == 0 and (enlarge(y, groups, sizes) or t == 0.0):
                 invert(groups, sizes, inverse)
+            forget(young)
+            moved = fresh = False
             h = step * (min(1.0, scale) if rejected else scale)
             last, reach, t = step, step * wanted, end
             rejected = False

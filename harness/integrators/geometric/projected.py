@@ -20,7 +20,7 @@ from gnomon.harness.integrators.base.stepping import call
 from gnomon.harness.integrators.gauss.gauss_steps import SMALLEST
 from gnomon.harness.integrators.geometric.rattle import eliminate
 from gnomon.harness.integrators.runge_kutta.dop853_table import DOP853
-from gnomon.harness.integrators.runge_kutta.embedded import Embedded, error_norm, propagate, state_within
+from gnomon.harness.integrators.runge_kutta.embedded import Embedded, propagate, state_within
 from gnomon.harness.integrators.runge_kutta.explicit_pairs import DormandPrince5
 from gnomon.harness.kernels.equations import Kernel, check_values, function_kernel
 
@@ -52,20 +52,20 @@ def constraints_beside(slope: Floats, y: Floats) -> int:
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
-    slope: Floats, k: Floats, change: Floats, end: Floats,
-) -> float:  # fmt: skip
-    """Compute a step and project its end; returns the norm of the estimated error."""
+    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats,
+    k: Floats, change: Floats, end: Floats,
+) -> bool:  # fmt: skip
+    """Compute a step and project its end; returns whether the projection converged."""
     propagate(f, t, h, y, compensation, p, table, x, slope, k, change, end)
     m = constraints_beside(slope, y)
     rows = np.empty((m, m + 1))
     if not project(f, t + h, end, p, m, x, slope, slope, slope.size - m, rows, 0):
-        return np.inf
+        return False
     for i in range(y.size):
         change[i] += end[i] - (y[i] + change[i])
     if ENDS == 1:
         end_slope(f, t + h, end, p, x, slope, k)
-    return error_norm(h, y, end, table, k, inverse)
+    return True
 
 
 def between(
@@ -173,7 +173,7 @@ class Projected(Embedded):
         return m * (problem.dimension + 3)
 
 
-Projected.pieces = (first_step, attempt, *Embedded.pieces[2:4], between)
+Projected.pieces = (first_step, attempt, *Embedded.pieces[2:5], between)
 
 
 class ProjectedDormandPrince5(Projected):

@@ -8,15 +8,29 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.contract.integrator import Floats, Integrator
 from gnomon.harness.integrators.base.fixed_step import Table
 from gnomon.harness.integrators.base.sizes import (
+    SHORTEST,
+    YOUNG,
     enlarge,
     enlarge_roundoff,
     first_sizes,
+    forget,
     invert,
     limit_by_roundoff,
     one_over,
     perturb_by_roundoff,
+    size_by_end,
+    size_by_power,
 )
-from gnomon.harness.integrators.base.step_control import FIRST, MOST, NOT_FINITE, SCALE, Adaptive, first_step, obstacle
+from gnomon.harness.integrators.base.step_control import (
+    FIRST,
+    MOST,
+    NOT_FINITE,
+    SCALE,
+    SHRINK_MOST,
+    Adaptive,
+    first_step,
+    obstacle,
+)
 from gnomon.harness.integrators.base.stepping import call
 from numpy.typing import NDArray
 
@@ -69,7 +83,8 @@ def integrate(
     first, columns = np.empty((1, dimension)), np.empty((COLUMNS, dimension))
     lengths, work = np.zeros(COLUMNS), np.zeros(COLUMNS)
     sizes, inverse, rough = np.empty(dimension), np.empty(dimension), np.zeros(dimension)
-    taken = 0
+    young = np.zeros((YOUNG, dimension))
+    taken, shortest = 0, SHORTEST * min(times[-1], limits[SCALE])
     for n in range(initial.shape[0]):
         for i in range(dimension):  # for `y[:] = initial[n]` numba compiles an error message, which takes seconds
             y[i] = initial[n, i]
@@ -80,7 +95,8 @@ def integrate(
             h = limits[FIRST]
         # Zero-based: the column at which the error is expected to be within the tolerance.
         target = max(1, min(COLUMNS - 2, int(0.5 - 0.6 * np.log10(tolerance))))
-        rejected, known, noisy = False, True, False
+        rejected, known, noisy, moved, fresh = False, True, False, False, True
+        forget(young)
         rough[:] = 0.0
         reason = 0
         while sample < times.size:
@@ -99,20 +115,24 @@ def integrate(
             h = min(h, limits[MOST])
             cut = t + 1.01 * h >= times[sample]
             step = times[sample] - t if cut else (t + h) - t
-            if t == 0.0:
+            if fresh:
                 for i in range(dimension):
                     now[i] = step * first[0, i]
                 first_sizes(y, now, groups, sizes, inverse)
-            if noisy:
-                if t > 0.0:
-                    invert(groups, sizes, inverse)
-                limit_by_roundoff(step / tolerance, groups, rough, inverse)
+            elif noisy or moved:
+                invert(groups, sizes, inverse)
             good, last, previous = -1, 0, np.inf
             for j in range(target + 2):
                 midpoint(f, t, step, y, p, 2 * (j + 1), x, slope, first, before, now)
                 extrapolate(j, table, now, columns)
                 if j == 0:
                     continue
+                if j == 1:
+                    for i in range(dimension):
+                        x[i] = y[i] + columns[1, i]
+                    moved = size_by_end(step, x, groups, inverse, young)
+                    if noisy:
+                        limit_by_roundoff(step / tolerance, groups, rough, inverse)
                 error = column_error(j, y, columns, inverse, x) / tolerance
                 last = j
                 if not error < previous:
@@ -136,7 +156,9 @@ def integrate(
                 target = max(1, min(target, last))
                 if target > 1 and work[target - 1] < FEWER * work[target]:
                     target -= 1
-                h = min(lengths[target], 0.9 * step)
+                h = min(lengths[target], step / SHRINK_MOST if moved else 0.9 * step)
+                if moved and h < shortest:
+                    h, fresh = size_by_power(groups, sizes, young), False
                 rejected = True
                 continue
             for i in range(dimension):
@@ -146,6 +168,9 @@ def integrate(
                 y[i] = end
             if enlarge(y, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)
+            if moved or rejected:
+                forget(young)
+            moved = fresh = False
             taken += 1
             known = False
             if cut:

@@ -32,12 +32,17 @@ class Nystrom(Adaptive):
 
 
 def attempt(
-    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, inverse: Floats, x: Floats,
-    slope: Floats, k: Floats, change: Floats, end: Floats,
-) -> float:  # fmt: skip
-    """Compute the stages of a step and the state at its end; returns the norm of the estimated error."""
+    f: Any, t: float, h: float, y: Floats, compensation: Floats, p: Floats, table: Floats, x: Floats, slope: Floats,
+    k: Floats, change: Floats, end: Floats,
+) -> bool:  # fmt: skip
+    """Compute the stages of a step and the state at its end."""
     step_into(f, t, h, y, compensation, p, table, x, slope, k, change, end)
-    half = x.size
+    return True
+
+
+def error_norm(h: float, y: Floats, end: Floats, table: Floats, k: Floats, inverse: Floats) -> float:
+    """The norm (root mean square) of the estimated error of a step."""
+    half = y.size // 2
     total = 0.0
     for i in range(half):
         a, b = 0.0, 0.0
@@ -103,7 +108,7 @@ def between(
         k[STAGES, i] = k[STAGES + 1, i]
 
 
-Nystrom.pieces = (first_step, attempt, arrive, open_step, between)
+Nystrom.pieces = (first_step, attempt, error_norm, arrive, open_step, between)
 
 
 def nystrom_increment(

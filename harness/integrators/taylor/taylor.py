@@ -22,6 +22,10 @@ from gnomon.harness.integrators.base.stepping import call, compiled_whole
 from gnomon.harness.integrators.taylor.recurrences import STRIDE, recurrences_kernel
 from numpy.typing import NDArray
 
+TRIAL = 1e-6
+"""The first step, as a fraction of a time scale, if all coefficients are 0. As long as they are, steps double the time: a
+motion may begin later, or with a power of time above the order."""
+
 LEAST_TOLERANCE = 1e-16
 """The unit round-off."""
 
@@ -101,9 +105,12 @@ def integrate(
             call(f, t, x, p, w)
             if steps == 0:
                 start_sizes(w, order, limits[SCALE], y, sizes)
-            lower, upper = 0.0, 0.0
+            lower, upper, moved = 0.0, 0.0, False
             for i in range(dimension):
                 sizes[i] = max(sizes[i], abs(y[i]))
+                if sizes[i] == 0.0:
+                    sizes[i] = size_from_zero(w, STRIDE * i, order, limits[SCALE])
+                moved = moved or sizes[i] > 0.0
                 if sizes[i] > 0.0:
                     lower = max(lower, abs(w[STRIDE * i + order - 1]) / sizes[i])
                     upper = max(upper, abs(w[STRIDE * i + order]) / sizes[i])
@@ -112,6 +119,8 @@ def integrate(
             if steps >= MOST_STEPS:
                 reason = TOO_MANY_STEPS
             h = min(times[-1] - t, limits[MOST], safety * min(radius(lower, order - 1), radius(upper, order)))
+            if not moved:
+                h = min(h, max(t, TRIAL * limits[SCALE]))
             # The step is h, rounded so that t + step is exact; the last step ends at the last sample.
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
             if step <= 0.0:
@@ -141,15 +150,33 @@ def start_sizes(w: Floats, order: int, time_scale: float, y: Floats, sizes: Floa
 
     The radius is estimated from the components that do not start at zero, and is at most a time scale. At the
     pericentre of a long ellipse the radius is far shorter: the acceleration there times a time scale would exceed every
-    velocity.
+    velocity. If all components start at zero, they have no first sizes.
     """
-    upper = 0.0
+    upper, elsewhere = 0.0, False
     for i in range(y.size):
         if y[i] != 0.0:
-            upper = max(upper, abs(w[STRIDE * i + order] / y[i]))
-    reach = min(time_scale, radius(upper, order))
+            upper, elsewhere = max(upper, abs(w[STRIDE * i + order] / y[i])), True
+    reach = min(time_scale, radius(upper, order)) if elsewhere else 0.0
     for i in range(y.size):
         sizes[i] = reach * abs(w[STRIDE * i + 1])
+
+
+def size_from_zero(w: Floats, first: int, order: int, time_scale: float) -> float:
+    """The size of a component at zero: its first term at the time at which another term is as large.
+
+    This time is at most a time scale. 0 if all coefficients are 0.
+    """
+    lowest = 1
+    while lowest < order and w[first + lowest] == 0.0:
+        lowest += 1
+    leading, reach = abs(w[first + lowest]), time_scale
+    if leading == 0.0:
+        return 0.0
+    for k in range(lowest + 1, order + 1):
+        ratio = abs(w[first + k]) / leading
+        if 0.0 < ratio < np.inf:
+            reach = min(reach, radius(ratio, k - lowest))
+    return float(leading * reach**lowest)
 
 
 def radius(coefficient: float, power: int) -> float:
