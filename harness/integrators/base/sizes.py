@@ -1,12 +1,15 @@
 """The error norm of adaptive methods: the error of each component is divided by the size of its group.
 
 The size of a group is the largest absolute value of its components at the ends of all steps so far; in the first step
-it is at least the change at the rates of the start. A group that is still at zero has its size at the end of the
-attempted step: without a size, any step from rest would be accurate. If its motion begins with a power of time that the
-method does not resolve, its error is as large as the motion in a step of any length. Then the size is the size at the
-end of the longest attempt from which on the motion follows this power (`YOUNG`). After a rejected step, the rates are evaluated once more, at the state perturbed by its round-off: a shorter step cannot reduce an error below
-the effect of this perturbation over a step (a pendulum that stands upright stays there). The norm does not depend on
-units: if lengths or times are scaled by a power of two, the steps are equal but scaled.
+it is at least the change at the rates of the start. A group that is still at zero takes its size at the end of the
+attempted step: if it were left out, no error would limit the first step from rest. A motion that leaves zero as a power
+of time above the order has an error of its own size in a step of any length. Then the size is the size at the end of
+the longest attempt from which on, down to steps of `SHORTEST`, the motion follows one power. A size from attempts alone
+would be wrong: over many periods of an oscillator an explicit step grows as a power of its length, too.
+
+After a rejected step, the rates are evaluated once more, at the state perturbed by its round-off: a shorter step cannot
+reduce an error below the effect of this perturbation over a step (a pendulum that stands upright stays there). The norm
+does not depend on units: if lengths or times are scaled by a power of two, the steps are equal but scaled.
 
 Sizes never decrease. At equal error, this takes 8 % fewer right-hand sides than 1 + |y| (`absolute`) with DOP853 and 12
 % fewer with Radau IIA 5, in the geometric mean over pendulums, Kepler's orbits of e = 0.3 to 0.999, Duffing's
@@ -36,14 +39,13 @@ ABSOLUTE = 0
 SMALLEST = 2.0**-1022
 """The smallest normal number: smaller sizes are replaced by it, so that their reciprocals are finite."""
 
-YOUNG, LAST_STEP, LAST_SIZE, POWER, STEADY, LONGEST = 5, 0, 1, 2, 3, 4
-"""Rows of an array (YOUNG, dim) for groups that a step moves from zero, over the attempts at this step: step and size of
-the last attempt, the power of the step that the size follows, the size at the longest step from which on it does, and
-the first step. An attempt that is too long, such as one over many periods of a drive, may follow a power too: shorter
-attempts then deviate from it, down to a step of `SHORTEST`."""
+LAST_STEP, LAST_SIZE, POWER, STEADY, LONGEST, YOUNG = 0, 1, 2, 3, 4, 5
+"""Rows of the array `young` (YOUNG, dim), for components of groups that a step moves from zero, over the attempts at this
+step. LAST_STEP, LAST_SIZE: step and size of the last attempt; POWER: the power of the step that sizes follow; STEADY:
+the size at the longest attempt from which on they do; LONGEST: the step of the first attempt, 0 before it."""
 
 SHORTEST = 1e-8
-"""The step, as a fraction of a time scale, from which on shorter attempts do not search for the size of a group."""
+"""The shortest step of a search for the size of a group, as a fraction of a time scale."""
 
 TRIAL = 1e-6
 """The longest trial step, as a fraction of the argument `most` of `trial_step`."""

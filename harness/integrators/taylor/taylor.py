@@ -22,10 +22,6 @@ from gnomon.harness.integrators.base.stepping import call, compiled_whole
 from gnomon.harness.integrators.taylor.recurrences import STRIDE, recurrences_kernel
 from numpy.typing import NDArray
 
-TRIAL = 1e-6
-"""The first step, as a fraction of a time scale, if all coefficients are 0. As long as they are, steps double the time: a
-motion may begin later, or with a power of time above the order."""
-
 LEAST_TOLERANCE = 1e-16
 """The unit round-off."""
 
@@ -84,7 +80,9 @@ def integrate(
     """Integrate each of `initial` (n, dim) into `out` (n, len(times), dim); returns the number of steps.
 
     The loop of `step_control` does not fit: the size of a step follows from its own coefficients, so no error is
-    estimated after a step and no step is rejected.
+    estimated after a step and no step is rejected. If all coefficients of a component at zero are 0, it may still move
+    later, or with a power of time above the order: until it does, its radius of convergence is taken as the time so far,
+    and at least a time scale.
 
     `stop` gets the reason and the sample of the first early end.
     """
@@ -105,12 +103,12 @@ def integrate(
             call(f, t, x, p, w)
             if steps == 0:
                 start_sizes(w, order, limits[SCALE], y, sizes)
-            lower, upper, moved = 0.0, 0.0, False
+            lower, upper, resting = 0.0, 0.0, False
             for i in range(dimension):
                 sizes[i] = max(sizes[i], abs(y[i]))
                 if sizes[i] == 0.0:
                     sizes[i] = size_from_zero(w, STRIDE * i, order, limits[SCALE])
-                moved = moved or sizes[i] > 0.0
+                resting = resting or sizes[i] == 0.0
                 if sizes[i] > 0.0:
                     lower = max(lower, abs(w[STRIDE * i + order - 1]) / sizes[i])
                     upper = max(upper, abs(w[STRIDE * i + order]) / sizes[i])
@@ -119,8 +117,8 @@ def integrate(
             if steps >= MOST_STEPS:
                 reason = TOO_MANY_STEPS
             h = min(times[-1] - t, limits[MOST], safety * min(radius(lower, order - 1), radius(upper, order)))
-            if not moved:
-                h = min(h, max(t, TRIAL * limits[SCALE]))
+            if resting:
+                h = min(h, max(t, safety * limits[SCALE]))
             # The step is h, rounded so that t + step is exact; the last step ends at the last sample.
             step = times[-1] - t if t + h >= times[-1] else (t + h) - t
             if step <= 0.0:

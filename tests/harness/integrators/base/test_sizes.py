@@ -146,9 +146,11 @@ def pulse(t: float, state: Values, parameters: Values) -> Values:
     return u, v, w, x, y, z, b - 2 * a, a - 2 * b + c, b - 2 * c + d, c - 2 * d + e, d - 2 * e + f, e - 2 * f
 
 
-@pytest.mark.parametrize("method", [BogackiShampine3, Dop853, GraggBulirschStoer])
-def test_components_still_at_rest_cost_no_steps(method: type[Integrator]) -> None:
-    """One mass of a row is displaced; the last moves as t^10, which no step of order 8 resolves from zero on."""
+@pytest.mark.parametrize(("method", "most"), [(BogackiShampine3, 8), (Dop853, 3), (GraggBulirschStoer, 3)])
+def test_components_still_at_rest_cost_few_steps(method: type[Integrator], most: float) -> None:
+    """One mass of a row is displaced; the last moves as t^10, which no step of order 8 resolves from zero on. Steps that
+    resolve it from its first moment on are as many for each factor of time: then order 3 takes ten times the steps, order
+    8 six times."""
     problem = Problem(FirstOrder(pulse), 12, np.zeros(0), np.arange(1, 65) / 4, 1.0)
     start = np.zeros((1, 12))
     start[0, 0] = 1.0
@@ -156,7 +158,9 @@ def test_components_still_at_rest_cost_no_steps(method: type[Integrator]) -> Non
         method().prepare(replace(problem, groups=groups), 1e-6)(start) for groups in ((), (0,) * 6 + (1,) * 6)
     )
     assert alone.stopped is together.stopped is None
-    assert 0 < (alone.steps or 0) < 6 * (together.steps or 0), "the steps of a geometric growth from the first step on"
+    assert 0 < (alone.steps or 0) < most * (together.steps or 0), (
+        "the steps of a geometric growth from the first step on"
+    )
     assert np.max(np.abs(alone.states - together.states)) < 1e-4
 
 
