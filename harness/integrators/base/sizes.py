@@ -85,7 +85,7 @@ def size_by_end(h: float, end: Floats, groups: Integers, inverse: Floats, young:
     """
     moved = False
     for i in range(inverse.size):
-        moved = moved or (inverse[i] == 0.0 and end[i] != 0.0)
+        moved = moved or (ABSOLUTE == 0 and inverse[i] == 0.0 and end[i] != 0.0)
     if moved:
         for i in range(inverse.size):
             if inverse[i] == 0.0:

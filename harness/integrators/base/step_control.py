@@ -270,8 +270,7 @@ def integrate(
                     sample += 1
             if enlarge(end, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)
-            if moved or rejected:
-                forget(young)
+            forget(young)
             moved = fresh = False
             taken += 1
             t += step

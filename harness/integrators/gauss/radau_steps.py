@@ -124,8 +124,9 @@ def integrate(
                             z[j, i] = between(table[C, j] * length / step, table, z_step, i)
                 else:
                     guess(last, step, table, before_z, z)
+                # The iteration goes on if a group at zero moves: only with its size do changes show whether it converged.
                 again = True
-                while again:  # once more, if a group at zero moves: only its size says when the iteration has converged
+                while again:
                     iterations = newton(
                         f, t, length, y, p, table, tolerance, error, slopes, weight, real, pivots, both, pivots_both,
                         right, pair, w, z,

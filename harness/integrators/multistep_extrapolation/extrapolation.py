@@ -168,8 +168,7 @@ def integrate(
                 y[i] = end
             if enlarge(y, groups, sizes) or t == 0.0:
                 invert(groups, sizes, inverse)
-            if moved or rejected:
-                forget(young)
+            forget(young)
             moved = fresh = False
             taken += 1
             known = False
