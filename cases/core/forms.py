@@ -27,9 +27,6 @@ class FirstOrder:
         (t, state, parameters) -> derivatives, tuples of numbers.
     source : SecondOrder or RigidBody, optional
         The more structured form from which these equations were derived; it is compiled instead.
-    jacobian : Callable, optional
-        (t, state, parameters) -> the derivatives of `equations` in the state, row by row, for libraries that take a
-        Jacobian. By default it is derived by tracing.
 
     Examples
     --------
@@ -40,7 +37,6 @@ class FirstOrder:
 
     equations: Equations
     source: SecondOrder | RigidBody | None = field(default=None, kw_only=True)
-    jacobian: Equations | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -281,7 +277,7 @@ class Hybrid:
         All transitions.
     settle : float
         If a transition named in `limits` occurs twice within this time (s), the motion enters its limit mode. nan: a case
-        sets it to 1e-9 of its time scale; elsewhere no limit mode is entered.
+        sets it to 1e-9 of its time scale.
     terminal : frozenset of str
         Modes without a transition.
     limits : tuple

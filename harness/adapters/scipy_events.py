@@ -7,8 +7,8 @@ import numpy as np
 from gnomon.cases.core.forms import FirstOrder, Hybrid, Mode, Transition
 from gnomon.harness.adapters import scipy_ivp
 from gnomon.harness.adapters.scipy_ivp import Function, SolveIvp, recorded
+from gnomon.harness.contract.accumulation import MOST_RAPID, accumulation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Solver
-from gnomon.harness.integrators.events.accumulation import MOST_RAPID, accumulation
 from gnomon.harness.kernels.equations import function_kernel
 from gnomon.harness.kernels.straight_line import derivatives_if_traced
 

@@ -307,7 +307,7 @@ class Integrator(ABC):
         The absolute tolerance over the relative one; None for a method without an absolute tolerance.
     takes : tuple of str
         The options of `gnomon.solve` that it takes beside its setting: "max_step" and "first_step", which it finds in its
-        attributes of these names, and "jac" (then `form.jacobian` may be there).
+        attributes of these names, and "jac" (the Jacobian of the form, which may be a function of the user's).
     max_step : float
         The longest step.
     first_step : float or None

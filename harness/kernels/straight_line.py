@@ -2,10 +2,11 @@
 
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from gnomon.cases.core.arithmetic import FUNCTIONS
-from gnomon.cases.core.forms import FirstOrder
+from gnomon.cases.core.forms import Equations, FirstOrder
 from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.derivatives import jacobian
@@ -16,6 +17,13 @@ OPERATORS: dict[str, Callable[..., Any]] = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow,
     "neg": operator.neg,
 }  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class WithJacobian(FirstOrder):
+    """Equations of first order whose derivatives in the state are stated, row by row, for libraries that take a Jacobian."""
+
+    jacobian: Equations
 
 
 def evaluated(
@@ -69,7 +77,7 @@ def derivatives_kernel(form: FirstOrder, dimension: int, parameters: int, slopes
 
 def derivatives_if_traced(form: FirstOrder, dimension: int, parameters: int, slopes: bool = False) -> Kernel | None:
     """The same, but the Jacobian that the form states, if it does, and None for equations that cannot be traced."""
-    if form.jacobian is not None and not slopes:
+    if isinstance(form, WithJacobian) and not slopes:
         return function_kernel(form.jacobian, dimension, parameters, dimension**2)
     try:
         return derivatives_kernel(form, dimension, parameters, slopes)

@@ -16,6 +16,7 @@ from gnomon.harness.contract.validation import short
 from gnomon.harness.kernels.called_equations import Called
 from gnomon.harness.kernels.equations import check_values, kernel
 from gnomon.harness.kernels.read_function import NoFormulasError, formulas
+from gnomon.harness.kernels.straight_line import WithJacobian
 from gnomon.harness.running.call_watch import CallWatch, place, user_line
 from gnomon.harness.running.clock import Clock
 
@@ -26,6 +27,7 @@ CALLS, LONG = 5, 0.02
 """Calls of a function that are timed, to say what they cost; seconds after which no further one is."""
 SOON = 1e-9
 """Time, for a start of size 1, after which an event that is zero at the start is evaluated again."""
+IN_PARTS = "integrate real and imaginary parts as coordinates of their own, y = [*z.real, *z.imag]"
 OUTSIDE = 1e-9
 """Times that are outside of a span by this share of it are there by rounding."""
 SAME = 1e-9
@@ -63,10 +65,7 @@ def real(values: Any) -> Floats:
     """The values as a float64 array; never without an imaginary part that they have. Raises NotRealError."""
     found = np.asarray(values)
     if found.dtype.kind == "c":
-        raise NotRealError(
-            f"gives complex numbers, {short(found.tolist())}: integrate real and imaginary parts as coordinates of their own,"
-            " y = [*z.real, *z.imag]"
-        )
+        raise NotRealError(f"gives complex numbers, {short(found.tolist())}: {IN_PARTS}")
     if found.dtype.kind not in "iuf":
         raise NotRealError(f"gives {short(found.tolist())}; let it give real numbers")
     return found.astype(np.float64)
@@ -217,7 +216,10 @@ class OwnEquations:
         except NoFormulasError:
             found = self.jacobian = own.called()
             self.own_jacobian = own
-        self.forms = tuple(replace(x, jacobian=found) if isinstance(x, FirstOrder) else x for x in self.forms)
+        self.forms = tuple(
+            WithJacobian(x.equations, source=x.source, jacobian=found) if isinstance(x, FirstOrder) else x
+            for x in self.forms
+        )
 
     def _call_from_python(self, accelerations: bool) -> None:
         found = self.called = self.own.called()

@@ -1,5 +1,6 @@
 """The motion of one call of `solve`, integrated piece by piece: no step crosses a jump of the input."""
 
+import copy
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,13 +18,13 @@ from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.running.call_watch import place
 from gnomon.harness.running.clock import Clock
 from gnomon.harness.running.own_functions import (
+    IN_PARTS,
     Arguments,
     CaseEquations,
     OwnEquations,
     at_rest,
     counts,
     most_occurrences,
-    real,
     with_events,
 )
 
@@ -105,11 +106,12 @@ def array(values: Any, name: str) -> Floats:
     """A sequence of finite numbers as an array (n,). Raises ValueError with the name for other values."""
     try:
         found = np.array(values)
-        found = found.astype(np.float64) if found.dtype.kind != "c" else real(found)
-    except (TypeError, ValueError) as error:
-        if found.dtype.kind == "c":
-            raise ValueError(f"{name} {error}") from None
+        if found.dtype.kind != "c":
+            found = found.astype(np.float64)
+    except (TypeError, ValueError):
         found = np.empty(0)
+    if found.dtype.kind == "c":
+        raise ValueError(f"{name}={short(values)} is complex: {IN_PARTS}")
     if found.ndim != 1 or not len(found) or not np.isfinite(found).all():
         raise ValueError(f"{name}={short(values)}: give a sequence of finite numbers")
     return found
@@ -211,17 +213,14 @@ class Motion:
             self.pieces[begin] = self.stated.by(times.clock, state, [len(each) for each in found.t_events])
         equations, clock = self.pieces[begin], times.clock
         own = equations.own
-        if (
-            own is not None
-            and own.called is not None
-            and (self.is_repeated or isinstance(self.integrator.sweep, Steps))
-        ):
-            own.called.watch = None  # fixed steps have the size that was asked for
+        called = None if own is None else own.called
+        if called is not None and (self.is_repeated or isinstance(self.integrator.sweep, Steps)):
+            called.watch = None  # fixed steps have the size that was asked for
         form = first_taken(self.integrator, equations.forms)
         problem = times.problem(form, len(state), equations.parameters, self.integrator, own is None)
         problem = replace(problem, time_scale=self.scales.setdefault(begin, problem.time_scale))
-        step, exact = self.step(problem)
-        solution, calls = _run(self.integrator, problem, step, state if own is None else clock.given(state), own)
+        integrator, step, exact = self.with_step(problem)
+        solution, calls = _run(integrator, problem, step, state if own is None else clock.given(state), own)
         found.calls += calls
         if isinstance(self.integrator.sweep, Steps):
             found.step, found.exact = max(found.step or 0.0, step * clock.scale), found.exact and exact
@@ -231,19 +230,23 @@ class Motion:
         self._add_events(found, solution, clock)
         return np.array(states[-1])
 
-    def step(self, problem: Problem) -> tuple[float, bool]:
-        """The setting, and for fixed steps whether it is the size of all steps that do not end at a sample.
+    def with_step(self, problem: Problem) -> tuple[Integrator, float, bool]:
+        """The integrator, its setting, and whether fixed steps have this size but for those that end at a sample.
 
         Steps end at evenly spaced times. At other times, and at times closer than a step, one-step methods of gnomon
         make a shorter step aside; any other method has steps that are not longer than the mean distance of the times.
         """
-        setting = self.setting / self.whole.clock.scale if isinstance(self.integrator.sweep, Steps) else self.setting
         if not isinstance(self.integrator.sweep, Steps):
-            return setting, True
-        aside = isinstance(self.integrator, FixedStep) and self.integrator.aside
+            return self.integrator, self.setting, True
+        setting = min(self.setting / self.whole.clock.scale, float(problem.elapsed[-1]))
+        aside = isinstance(self.integrator, FixedStep) and self.integrator.may_stop_aside
         if problem.uniform and (setting <= problem.interval or not aside):
-            return problem.interval / math.ceil(problem.interval / setting * (1 - EVEN)), True
-        return (setting, True) if aside else (min(setting, problem.interval), False)
+            return self.integrator, problem.interval / math.ceil(problem.interval / setting * (1 - EVEN)), True
+        if not aside:
+            return self.integrator, min(setting, problem.interval), False
+        integrator = copy.copy(self.integrator)
+        integrator.stops_aside = True  # type: ignore[attr-defined]
+        return integrator, setting, True
 
     def _add_events(self, found: Found, solution: Solution, clock: Clock) -> None:
         if not self.stated.events:

@@ -38,8 +38,10 @@ class FixedStep(Integrator):
 
     sweep = Steps()
     sampling = "grid"
-    aside: ClassVar[bool] = True
+    may_stop_aside: ClassVar[bool] = True
     """Whether a sample may lie between steps, where it is the end of a shorter step."""
+    stops_aside: bool = False
+    """Whether samples lie between steps even if they are evenly spaced: they may then be closer than steps."""
     step: ClassVar[stepping.Step]
     function: ClassVar[str] = ""
     """The name of the function of the form that the step calls; "": its acceleration, else its equations."""
@@ -109,7 +111,7 @@ class FixedStep(Integrator):
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
         problem = problem.since_start()
-        substeps = substeps_of(problem, setting)
+        substeps = substeps_of(problem, setting, self.stops_aside)
         h = problem.interval / substeps if substeps else setting
         run = self.loop(problem, h, substeps)
 
@@ -148,22 +150,21 @@ class FixedStep(Integrator):
         return advance
 
 
-def substeps_of(problem: Problem, h: float) -> int:
-    """The number of steps of h in a sampling interval; 0 if samples lie between steps.
+def substeps_of(problem: Problem, h: float, aside: bool = False) -> int:
+    """The number of steps of h in a sampling interval; 0 if samples lie between steps, for `aside` in any case.
 
-    Raises Refused for an h that is not positive, takes too many steps, or is shorter than the interval but does not
-    divide it.
+    Raises Refused for an h that is not positive, takes too many steps or does not divide the interval.
     """
     span = float(problem.elapsed[-1])
     require_positive(h, "step size")
     if span / h > MOST_STEPS or span + h == span:
         least = f"take at least {span / MOST_STEPS:.1g}"
         raise Refused(f"step size {h:g} would take more than {MOST_STEPS:g} steps to reach t = {span:g}; {least}")
-    if not problem.uniform or h > problem.interval + 2 * math.ulp(problem.interval):
+    if aside or not problem.uniform:
         return 0
     count = round(problem.interval / h)
-    if abs(count * h - problem.interval) > 2 * math.ulp(problem.interval):
-        nearest = problem.interval / count
+    if count < 1 or abs(count * h - problem.interval) > 2 * math.ulp(problem.interval):
+        nearest = problem.interval / max(1, count)
         raise Refused(f"step size {h!r} does not divide the sampling interval {problem.interval!r}; {nearest!r} does")
     return count
 

@@ -25,6 +25,7 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
+from gnomon.harness.contract.accumulation import MOST_RAPID
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.integrators.base.sizes import (
     SHORTEST,
@@ -37,7 +38,6 @@ from gnomon.harness.integrators.base.sizes import (
     size_by_power,
 )
 from gnomon.harness.integrators.base.stepping import compiled_whole
-from gnomon.harness.integrators.events.accumulation import MOST_RAPID
 from gnomon.harness.integrators.events.event_location import dip, guard_after, locate, one_step, part, step_error
 from numpy.typing import NDArray
 

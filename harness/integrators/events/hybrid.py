@@ -4,13 +4,13 @@ from typing import ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import Hybrid
+from gnomon.harness.contract.accumulation import accumulation
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solution, Solver, Steps, Tolerance
 from gnomon.harness.integrators.base.fixed_step import substeps_of
 from gnomon.harness.integrators.base.step_control import check_tolerance, tabulated
 from gnomon.harness.integrators.base.stepping import blank
 from gnomon.harness.integrators.base.tableau import ButcherTableau
 from gnomon.harness.integrators.events import event_functions, event_stepping
-from gnomon.harness.integrators.events.accumulation import accumulation
 from gnomon.harness.integrators.runge_kutta.dop853 import Dop853
 from gnomon.harness.integrators.runge_kutta.explicit import RK4, ExplicitEuler
 from numpy.typing import NDArray

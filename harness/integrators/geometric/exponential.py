@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import Form, SemiLinear
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver
-from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Table, kept, substeps_of
+from gnomon.harness.integrators.base.fixed_step import DIGITS, FixedStep, Table, kept
 from gnomon.harness.integrators.base.stepping import call, product, sum_of
 from gnomon.harness.integrators.gauss.gauss import halves
 from gnomon.harness.kernels.equations import Kernel, check_values
@@ -80,7 +80,7 @@ class ExponentialRungeKutta(FixedStep):
 
     accepts = (SemiLinear,)
     compensated = True
-    aside = False  # its coefficients hold for one step size
+    may_stop_aside = False  # its coefficients hold for one step size
     step = exponential_step
     function = "rest"
     nodes: ClassVar[tuple[float, ...]]
@@ -104,7 +104,7 @@ class ExponentialRungeKutta(FixedStep):
         return len(self.nodes) + 1
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        if not substeps_of(problem, setting):
+        if not problem.uniform:
             raise Refused("its coefficients hold for one step size; these samples need others in between")
         return super().prepare(problem, setting)
 

@@ -17,8 +17,9 @@ from gnomon.harness.integrators.taylor.taylor import Taylor
 
 def test_a_step_that_does_not_divide_the_interval() -> None:
     problem = problem_of(get("pendulum_simple").rounded(), RK4.accepts)
-    with pytest.raises(Refused, match=rf"does not divide the sampling interval .*; {problem.interval / 3!r} does$"):
-        RK4().prepare(problem, problem.interval / 2.6)
+    for step, divisor in ((problem.interval / 2.6, problem.interval / 3), (problem.interval * 2, problem.interval)):
+        with pytest.raises(Refused, match=rf"does not divide the sampling interval .*; {divisor!r} does$"):
+            RK4().prepare(problem, step)
     RK4().prepare(problem, problem.interval / 3)
 
 

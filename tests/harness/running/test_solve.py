@@ -322,6 +322,7 @@ def raising(t: float, y: Any) -> Any:
     [
         ({"y0": [math.nan, 1.0]}, "y0="),
         ({"y0": [[1.0, 1.0]]}, "y0="),
+        ({"y0": [[1.0], [1.0, 2.0]]}, "y0="),
         ({"y0": "ab"}, "y0='ab'"),
         ({"t_span": (0, 0)}, r"t_span=\(0, 0\): give two different"),
         ({"t_eval": [1.0, 1.0]}, "in order, from 0 to 10"),

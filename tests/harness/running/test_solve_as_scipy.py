@@ -188,6 +188,7 @@ def test_outputs_may_be_closer_than_steps(method: str) -> None:
 def test_the_message_has_the_step_that_the_times_change() -> None:
     found = solve(swing, (0, 10), [1.0, 0.0], "RK4", np.linspace(0, 10, 11), step=0.3)
     assert "in steps of 0.25: step=0.3 is shortened" in found.message
+    assert "in steps of 10: step=20 is shortened" in solve(swing, (0, 10), [1.0, 0.0], "RK4", step=20).message
     assert "in steps of 0.3." in solve(swing, (0, 10), [1.0, 0.0], "RK4", [1.1, 10.0], step=0.3).message
 
 
