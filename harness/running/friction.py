@@ -23,7 +23,7 @@ def sliding_friction(
 
     `sign(v)` in a right-hand side makes the steps of every method collapse once the body sticks. Here a method with events,
     such as `gnomon:DOP853 [events]`, locates the end of sliding and of sticking, and each mode is smooth. The state is
-    (x, v). SciPy's methods look for events at the ends of steps, which are long while a body sticks: give `max_step`.
+    (x, v).
 
     Parameters
     ----------

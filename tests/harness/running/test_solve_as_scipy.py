@@ -500,7 +500,7 @@ def test_a_sliding_body_sticks_and_slips(method: str) -> None:
     that moves a body to and fro, which it sets in motion when it exceeds the friction."""
     order = lookup.everything()[method].order or 4
     fixed = isinstance(lookup.everything()[method].sweep, Steps)
-    setting = {"step": 1e-3} if fixed else {"rtol": 1e-9, "max_step": 0.05}
+    setting = {"step": 1e-3} if fixed else {"rtol": 1e-9}
     close = 2e-2 if order == 1 else 1e-6
     block = sliding_friction(lambda t, y, k: -k * y[0], kinetic=1.0, static=1.5, args=(9,))
     found = solve(block, (0, 10), [1.0, 0.0], method, **setting)
