@@ -234,6 +234,7 @@ def given_parameters(parameters: list[str] | None) -> dict[str, str]:
 def integrator_or_program(integrator: str | None, command: str | None) -> tuple[Integrator, str]:
     """The integrator that a command line names, by its name or by --command, and the words that name it."""
     from gnomon.harness.registry import lookup
+    from gnomon.harness.verification.function_adapter import from_name
     from gnomon.harness.verification.program_adapter import from_command
 
     if (integrator is None) == (command is None):
@@ -241,4 +242,4 @@ def integrator_or_program(integrator: str | None, command: str | None) -> tuple[
     if command is not None:
         return from_command(command), f"--command {shlex.quote(command)}"
     assert integrator is not None
-    return lookup.find_one(integrator), shlex.quote(integrator)
+    return from_name(integrator) or lookup.find_one(integrator), shlex.quote(integrator)

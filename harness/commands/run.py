@@ -116,8 +116,13 @@ def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) ->
     """The integrators that are named, or else the suite's; ValueError for a named integrator that cannot run here."""
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
     from gnomon.harness.registry import lookup
+    from gnomon.harness.verification.function_adapter import from_name
 
-    named = lookup.find_all(names or suite.integrators) if names or not commands else ()
+    named = (
+        lookup.find_all([from_name(name) or name for name in names] or suite.integrators)
+        if names or not commands
+        else ()
+    )
     if not names:
         named = suite.methods(named)
     found = (*named, *_programs(commands))

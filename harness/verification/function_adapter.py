@@ -8,13 +8,15 @@ q, the first half of y, and with `velocities` `f(t, q, v)`. A parameter `jac` re
 from __future__ import annotations
 
 import contextlib
+import importlib
 import inspect
 import math
 import sys
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -30,8 +32,9 @@ from gnomon.harness.contract.integrator import (
 )
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.contract.velocity_forces import VelocityForces, require_velocities
-from gnomon.harness.registry import declaration
+from gnomon.harness.registry import declaration, lookup
 from gnomon.harness.verification.functions.right_hand_side import Jacobian, RightHandSide
+from gnomon.reference.storage.importing import confined
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -40,6 +43,8 @@ Function = Callable[..., Any]
 TINY = 2.0**-30
 """The part of a span over which a function is called so that JAX compiles it."""
 LEAST_TOLERANCE = 2.0**-52
+STEP_ARGUMENTS = 4
+"""The number of arguments of a step, without `jac`; a solver has one more."""
 MOST_STEPS = 10**8
 """A smaller tolerance, or more steps, are refused as mistakes."""
 
@@ -270,6 +275,42 @@ class _Solved(FunctionAdapter):
             raise ValueError(f"the solver returned states of shape {found.shape}, not {out.shape}: one row a time")
         out[:] = found
         return None
+
+
+def from_name(name: str) -> Integrator | None:
+    """The integrator of a plain function that is named as ``mine.py:rk4`` or ``mine:rk4``, without a declaration.
+
+    A function of f, t, y and h is a step, a function of f, t0, y0, times and a tolerance a solver; `jac` may follow. Also
+    an integrator that is named by its file; None for any other name.
+    """
+    place, _, attribute = name.partition(":")
+    file = Path(place)
+    in_file = file.suffix == ".py" and file.is_file()
+    if not attribute or (not in_file and name in lookup.everything()):
+        return None
+    if in_file and (folder := str(file.parent.resolve())) not in sys.path:
+        sys.path.insert(0, folder)
+    module = file.stem if in_file else place
+    return _named(module, attribute) or (lookup.from_path(f"{module}:{attribute}") if in_file else None)
+
+
+@cache
+def _named(module: str, attribute: str) -> Integrator | None:
+    """The integrator of a plain function in a module, of which a worker process makes it again; None without one."""
+    try:
+        with confined():
+            function = getattr(importlib.import_module(module), attribute)
+        if isinstance(function, Integrator | type):
+            return None
+        count = len([each for each in inspect.signature(function).parameters if each != "jac"])
+    except BaseException:  # a user's module may raise anything: `lookup` says what is wrong with the name
+        return None
+    if count not in (STEP_ARGUMENTS, STEP_ARGUMENTS + 1):
+        return None
+    made = (from_step if count == STEP_ARGUMENTS else from_solve)(function, name=attribute)
+    kind: Any = type(made)
+    kind.__module__, kind.__reduce__ = module, lambda self: (_named, (module, attribute))
+    return made
 
 
 def right_hand_side(problem: Problem) -> RightHandSide:

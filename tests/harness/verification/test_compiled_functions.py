@@ -11,12 +11,14 @@ import numba
 import numpy as np
 import planted_methods
 import pytest
+from command_line import gnomon
 from gnomon.cases.core.forms import FirstOrder, SecondOrder
 from gnomon.cases.core.registry import get
 from gnomon.harness.contract.integrator import TooManyCalls, Unsupported
 from gnomon.harness.contract.problem import accepted_form, counting, initial_state, problem_of
 from gnomon.harness.contract.velocity_forces import VelocityForces
 from gnomon.harness.registry import references
+from gnomon.harness.results import reading
 from gnomon.harness.verification.function_adapter import from_solve, from_step
 from gnomon.harness.verification.functions.right_hand_side import Jacobian, RightHandSide
 from gnomon.harness.verification.verify import planned, verify
@@ -334,3 +336,20 @@ def test_where_jax_has_begun_a_method_of_the_script_itself_is_refused(monkeypatc
     monkeypatch.setattr(references, "reference", lambda one: one)
     with pytest.raises(ValueError, match="module of its own"):
         references.process_method(planted_methods.good_rk4)
+
+
+def test_a_plain_function_is_verified_and_run_as_it_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A new user has a function in a file: its arguments say whether it is a step or a solver."""
+    text = Path(compiled_methods.__file__).read_text().replace("@numba.njit\n", "")
+    folder = tmp_path / "methods"
+    folder.mkdir()
+    (folder / "in_a_file.py").write_text(text.partition("compiled_rk4 =")[0])
+    monkeypatch.chdir(tmp_path)
+    asked = ["--case", "pendulum_simple"]
+    verified = ["verify", "methods/in_a_file.py:rk4", *asked, "--claim", "follows", "--claim", "start_kept"]
+    assert gnomon(*verified, "--depth", "low") == 0
+    assert gnomon("run", "--integrator", "methods/in_a_file.py:midpoint", *asked, "--limit", "300",
+                  "--settings", "0.1", "--out", "a.sqlite") == 0  # fmt: skip
+    (row,) = reading.rows(tmp_path / "a.sqlite")
+    assert (row["integrator_id"], row["status"]) == ("mine:midpoint", "ok")
+    assert gnomon("verify", "methods/in_a_file.py:no_such", *asked) == 2
