@@ -230,7 +230,7 @@ def _result(motion: Motion, times: Times, t_eval: Any, is_dense: bool) -> OdeRes
         t_events = [np.array(each) for each in found.t_events]
         direction = times.clock.direction
         if found.end is not None:
-            status, message = 1, "A terminal event occurred."
+            status, message = 1, f"A terminal event occurred{_steps(motion, found)}."
             count = int(np.searchsorted(direction * wanted, direction * found.end, "right"))
             wanted, y = wanted[:count], y[:, :count]
             if t_eval is None:
@@ -243,18 +243,18 @@ def _result(motion: Motion, times: Times, t_eval: Any, is_dense: bool) -> OdeRes
             y = np.concatenate([start[None], states[np.searchsorted(direction * every, direction * anew)]]).T
     calls = found.calls if motion.integrator.counts_rhs else None
     sol = None
-    if is_dense and len(wanted):
-        sol = _dense(motion, found, wanted[-1], y)
+    end = motion.bounds[-1] if found.end is None else found.end
+    if found.stopped is not None:
+        end = float(wanted[-1]) if len(wanted) else motion.bounds[0]
+    if is_dense and end != motion.bounds[0]:
+        sol = _dense(motion, found, end, y)
         if sol.error > 10 * motion.setting and found.step is None:
             message += f" `sol` has an error of {sol.error:.1g}: does an input jump? Name its times in jumps=[...]."
     return OdeResult(wanted, y, t_events, y_events, calls, status, message, sol)
 
 
-def _dense(motion: Motion, found: Found, last: float, y: Floats) -> DenseSolution:
+def _dense(motion: Motion, found: Found, end: float, y: Floats) -> DenseSolution:
     """The solution as a function of time, up to its end: the end of the span, a terminal event, or the last time."""
-    end = motion.bounds[-1] if found.end is None else found.end
-    if found.stopped is not None:
-        end = last
     direction = motion.whole.clock.direction
     inside = {t for t in (*motion.bounds[1:-1], *found.changes) if direction * motion.bounds[0] < direction * t}
     ends = sorted((t for t in inside if direction * t < direction * end), key=lambda t: direction * t)

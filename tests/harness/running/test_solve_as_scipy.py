@@ -584,3 +584,11 @@ def test_dense_output_has_jumps_impacts_and_a_terminal_event() -> None:
     assert ended.sol is not None
     assert ended.sol.t_max == ended.t[-1]
     assert ended.sol(0.005)[0] == pytest.approx(1 - math.sin(1) * 0.005**2 / 2, abs=1e-10)
+    assert ended.message == "A terminal event occurred."
+    singular = solve(lambda t, y: [1 / (y[0] - 1.0)], (0, 1), [1.0], dense_output=True)
+    assert singular.status == -1
+    assert singular.sol is None  # it did not leave its start
+    infinite = solve(lambda t, y: y**2, (0, 2), [1.0], dense_output=True)
+    assert infinite.sol is not None
+    assert infinite.sol.t_max == infinite.t[-1] < 1
+    assert infinite.sol(0.9)[0] == pytest.approx(10, rel=1e-6)
