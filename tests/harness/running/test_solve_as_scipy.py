@@ -565,6 +565,17 @@ def test_dense_output_is_the_solution_between_its_times(method: str, span: tuple
         sol(10.1)
 
 
+@pytest.mark.parametrize("method", ["gnomon:DOP853", "scipy:RK45", "gnomon:Radau IIA 5"])
+def test_dense_output_follows_a_long_motion(method: str) -> None:
+    """Eight polynomials cannot follow its 40 turns: they are halved until they do."""
+    times = np.linspace(1, 249, 200)
+    given: dict[str, Any] = {"fun": swing, "t_span": (0, 250), "y0": [1.0, 0.3], "method": method, "rtol": 1e-7}
+    found, between = solve(**given, dense_output=True), solve(**given, t_eval=times)
+    assert found.sol is not None
+    assert np.abs(found.sol(times) - between.y).max() < 1e-4
+    assert len(found.sol.ends) > 40
+
+
 @pytest.mark.filterwarnings("ignore:.*has no formulas")
 def test_dense_output_has_jumps_impacts_and_a_terminal_event() -> None:
     """Where a derivative or the state jumps, one polynomial ends and another begins."""
