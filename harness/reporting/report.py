@@ -95,6 +95,7 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         "breakable": _breakable,
         "counted": number_text.counted,
         "division": lambda name: contenders.division(name.partition(":")[0]),
+        "figures": number_text.figures_text,
         "grouped": number_text.grouped,
         "hue": lambda name: Markup(style.themed(style.hue(name.partition(":")[0]))),
         "joined": _joined,

@@ -45,7 +45,7 @@ FAILS = {
 
 
 def first_screen(found: Representatives) -> dict[str, Any]:
-    """The parts of the first screen: `lead`, `profiles` (None with few cases), `bars`, `fails`."""
+    """The parts of the first screen: `lead`, `profiles` (None with few cases), `bars`, `fails`, `faster`."""
     by_axis = {"time": found.rows(found.run.equal), "calls": found.rows(found.run.counted)}
     return {
         "lead": _lead(found),
@@ -53,6 +53,7 @@ def first_screen(found: Representatives) -> dict[str, Any]:
         "bars": _bars(found, by_axis["time"]) if len(found.complete) > 1 and found.third else [],
         "fails": _fails(found) if len(found.complete) > 1 else None,
         "stands": [one._asdict() for one in found.stands],
+        "faster": [one._asdict() for one in found.faster(AT)],
         "complete": len(found.complete),
     }
 

@@ -32,6 +32,21 @@ class Stand(NamedTuple):
     """By kind, the integrator; None where the library takes no such system."""
 
 
+class Faster(NamedTuple):
+    """A method that takes less than half of the time of the method that stands for its library.
+
+    `ratio` is the median of its time over the other's, `low` and `high` the extremes, over this number of `cases`.
+    """
+
+    library: str
+    method: str
+    than: str
+    cases: int
+    ratio: float
+    low: float
+    high: float
+
+
 class Representatives:
     """The libraries of a run, each with one method a kind, and the cases that every one of them has run."""
 
@@ -77,6 +92,29 @@ class Representatives:
     def third(self) -> list[str]:
         """The third-party libraries among `whole`."""
         return [one.name for one in self.whole if one.division == THIRD]
+
+    def faster(self, target: float) -> list[Faster]:
+        """For each method that stands for a library the fastest of the others, on the cases that both bring to an error.
+
+        A manual chooses the stand before the run; this shows a user of the library what the choice costs.
+        """
+        rows = own(self.run.equal)
+        rows = rows[(rows["target"] == target) & (rows["null_share"] <= contenders.LARGEST_NULL)]
+        table = rows[rows["case"].isin(self.complete)].pivot(index="case", columns="integrator_id", values="seconds")
+        found = []
+        for stand in self.stands:
+            others = [name for name in table.columns if name.partition(":")[0] == stand.name]
+            for method in dict.fromkeys(filter(None, stand.methods.values())):
+                cases = [case for case in table.index if stand.methods.get(self.run.kind_of.get(case, "")) == method]
+                if method not in table.columns:
+                    continue
+                ratios = table.loc[cases, others].div(table.loc[cases, method], axis=0)
+                medians = ratios.median()[ratios.count() >= rankings.FEWEST]
+                if len(medians) and medians.min() * contenders.CONTENDER < 1:
+                    best = medians.idxmin()
+                    at = ratios[best].dropna()
+                    found.append(Faster(stand.title, best, method, len(at), medians[best], at.min(), at.max()))
+        return found
 
     def rows(self, equal: pd.DataFrame) -> pd.DataFrame:
         """The rows of the default variants of complete cases by the method that stands for its library, with its `stand`.

@@ -55,6 +55,23 @@ def _third(words: dict[str, Any]) -> Any:
     return words["first"]["bars"], fails, words["fastest"], bodies
 
 
+def test_the_fastest_of_a_library_stands_beside_the_method_of_its_manual(
+    whole: tuple[Run, dict[str, Any]], without_drawing: Any, tmp_path: Path
+) -> None:
+    """A tenth of the time a right-hand side is a tenth of the time, up to the scatter of invented launches and errors."""
+    before = [one["than"] for one in whole[1]["first"]["faster"]]
+    assert "scipy:DOP853" not in before, "scipy:RK45 is slower"
+    quick = ("scipy", "odeint", "", 8, "tolerance", 3e-9, "")
+    run, words = _words(tmp_path, (*METHODS, quick))
+    (one,) = (one for one in words["first"]["faster"] if one["than"] not in before)
+    assert (one["library"], one["method"], one["than"]) == ("SciPy", "scipy:odeint", "scipy:DOP853")
+    assert one["low"] <= one["ratio"] <= one["high"]
+    assert one["ratio"] == pytest.approx(0.1, rel=0.5)
+    assert 5 <= one["cases"] <= len(run.names)
+    page = write_report(tmp_path / "results.sqlite", tmp_path / "page").read_text(encoding="utf-8")
+    assert re.search(r"scipy:odeint</code> takes 0\.\d+ of the time of <code>scipy:DOP853", page)
+
+
 @pytest.mark.parametrize("left_out", [OTHERS[:1], OTHERS[1:]])
 def test_third_parties_stand_as_if_nothing_else_had_run(
     whole: tuple[Run, dict[str, Any]], without_drawing: Any, tmp_path: Path, left_out: Sequence[str]
