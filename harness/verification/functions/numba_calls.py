@@ -4,8 +4,10 @@ A value of the type holds the address of compiled equations, the array that they
 and the numbers of calls, made and allowed. The type has no case in it: numba compiles a user's function once for all.
 """
 
+import hashlib
 import inspect
 from functools import wraps
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -20,6 +22,9 @@ from numba.extending import NativeValue, intrinsic, make_attribute_wrapper, over
 SOLVER = 5
 """The number of arguments of a solver, without `jac`; a step has one less."""
 FLOATS = types.Array(types.float64, 1, "C")
+SOURCE = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()[:8]
+"""Part of the names of the types: numba keeps compiled code of a user's function, which must not meet other code of this
+module."""
 MEMBERS = dict.fromkeys(("address", "size", "first", "width", "columns"), types.int64) | dict.fromkeys(
     ("buffer", "calls"), FLOATS
 )
@@ -29,7 +34,7 @@ class OfState(types.Type):
     """The type of f(t, y)."""
 
     def __init__(self) -> None:
-        super().__init__(name=f"gnomon.{type(self).__name__}")
+        super().__init__(name=f"gnomon.{type(self).__name__} {SOURCE}")
 
 
 class OfPositionsAndVelocities(OfState):

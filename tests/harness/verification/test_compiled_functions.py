@@ -1,5 +1,6 @@
 """Steps and solvers of numba and JAX, Jacobians, and forces that depend on velocities, through the function adapters."""
 
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -68,6 +69,28 @@ def test_the_function_takes_whatever_a_function_of_numba_may_give() -> None:
 
     for found in several(f, y):
         assert found == pytest.approx(f(0.0, y), rel=1e-14)
+
+
+def test_numba_may_keep_the_compiled_step(tmp_path: Path) -> None:
+    """A second process, in which all addresses are others, calls the code that the first one has kept."""
+    (tmp_path / "kept.py").write_text(
+        "import numba, numpy as np\nfrom gnomon.verify import from_step\n\n\n@numba.njit(cache=True)\n"
+        "def euler(f, t, y, h):\n    return y + h * f(t, y)\n\n\nmine = from_step(euler, name='Euler', order=1)\n"
+    )
+    program = (
+        "import kept, test_compiled_functions as tests\nstates, calls = tests.solved(kept.mine)\n"
+        "print(calls, states[-1].tolist(), sum(kept.euler.stats.cache_hits.values()))"
+    )
+    path = {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), str(tmp_path), *sys.path])}
+    command, where = [sys.executable, "-c", program], {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    found = [
+        subprocess.run(
+            command, env=os.environ | path | where, capture_output=True, text=True, check=True
+        ).stdout.rpartition(" ")
+        for _ in range(2)
+    ]
+    assert found[0][0] == found[1][0]
+    assert [int(hits) for *_, hits in found] == [0, 1]
 
 
 def test_a_solver_of_numba_that_does_not_end_is_given_up() -> None:
