@@ -213,7 +213,7 @@ def _suite(name: str | None, cases_named: list[str] | None, limit: float | None,
 
     from gnomon import cases
 
-    found = plan.suite(name or "standard")
+    found = plan.suite("standard" if name is None else name)
     if cases_named:
         found = replace(found, rest=None)  # a case that is named has the limits of a foundation case
         if name is None:

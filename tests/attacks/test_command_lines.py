@@ -74,6 +74,8 @@ def options() -> Iterator[Line]:
         yield ["certify", "projectile_parabola", "--workers", workers], 2, (f"--workers {workers}", "from 1 to 256")
     for workers in ("", "two", "1.5", "9" * 5000):
         yield ["run", *RK4, "--workers", workers], 2, ("--workers",)
+    for settings in ("", "x", "nan", "-1", "0", "1e-6,", "order=3", "tolerance=1e-6", "=1", "inf", "1e-6 1e-9"):
+        yield ["run", *RK4, "--settings", settings], 2, ("settings",)
     for suite in ("", "slow", "STANDARD", "standard ", "../standard"):
         yield ["run", "--suite", suite], 2, ("no suite is called", "standard")
         yield ["certify", "--suite", suite], 2, ("no suite is called", "standard")
