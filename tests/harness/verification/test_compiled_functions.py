@@ -71,6 +71,7 @@ def test_the_function_takes_whatever_a_function_of_numba_may_give() -> None:
         assert found == pytest.approx(f(0.0, y), rel=1e-14)
 
 
+@pytest.mark.slow
 def test_numba_may_keep_the_compiled_step(tmp_path: Path) -> None:
     """A second process, in which all addresses are others, calls the code that the first one has kept."""
     (tmp_path / "kept.py").write_text(
@@ -208,12 +209,9 @@ def test_methods_of_velocities_are_verified_on_cases_whose_forces_have_them() ->
 
 
 def test_a_formula_that_forgets_the_velocities_fails() -> None:
-    newmark = compiled_methods.newmark
-
-    @numba.njit
     def forgets(f: Any, t: Any, y: Any, h: Any) -> Any:
         half = len(y) // 2
-        after = newmark(f, t, np.append(y[:half], 0 * y[half:]), h)
+        after = compiled_methods.newmark(f, t, np.append(y[:half], 0 * y[half:]), h)
         return after + np.append(h * y[half:], y[half:])
 
     report = verify(
