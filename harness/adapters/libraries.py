@@ -42,6 +42,8 @@ class Library:
     `engine` in calls of one step."""
     suite: str | None = None
     """The only suite in which it runs unless it is named; None if it runs in all."""
+    driven: str = ""
+    """How it is driven, for docs/libraries.md: what is compiled, what is Python, what a call costs. Markdown."""
     colour: str | None = None
     """In charts; without, it has the colour of text."""
 
