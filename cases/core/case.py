@@ -582,6 +582,16 @@ class Case(Declared):
         return self._variant(self.variant).scored
 
     @property
+    def stresses(self) -> str:
+        """The difficulty of its variant, in words; "" for the default."""
+        return "" if self.variant is None else self._variant(self.variant).stresses
+
+    def explain_form(self, accepted: str) -> str:
+        """Why an integrator that takes the `accepted` forms cannot have this case."""
+        offered = [type(form).__name__ for form in self.all_forms()] + (["Scene"] if self.scene is not None else [])
+        return f"takes {accepted}; the case offers {', '.join(offered)}"
+
+    @property
     def hybrid(self) -> Hybrid | None:
         return next((form for form in map(self._settled, self.forms) if isinstance(form, Hybrid)), None)
 

@@ -12,6 +12,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from gnomon.harness.commands import interruption, options
 from gnomon.harness.commands.cluster_options import Dask, Shard, Timing, TimingOption, part
+from gnomon.harness.commands.equations import (
+    Accelerations,
+    Equations,
+    Events,
+    Numbers,
+    Span,
+    Start,
+    Wanted,
+    read_system,
+    tell_best,
+)
 from gnomon.harness.commands.options import Shown, out, problems
 from gnomon.harness.contract.status import SCORED
 from rich.markup import escape
@@ -78,19 +89,35 @@ def run(
     repeat: Annotated[bool, typer.Option("--repeat", help=REPEAT)] = False,
     settings: Annotated[list[str] | None, typer.Option("--settings", help=SETTINGS)] = None,
     allow_missing: Annotated[bool, typer.Option("--allow-missing", help=options.OUTSTANDING)] = False,
+    equations: Equations = None,
+    span: Span = None,
+    start: Start = None,
+    numbers: Numbers = None,
+    event: Events = None,
+    accelerations: Accelerations = False,
+    error: Wanted = 1e-9,
 ) -> None:
-    """Run integrators on cases. The same command resumes an interrupted run.
+    """Run integrators on cases, or on your own equations. The same command resumes an interrupted run.
 
     Exit code 1 if nothing was measured, if trials are outstanding, or if an integrator of your own never succeeded.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.cases.core.scene import SceneForm
     from gnomon.harness.measuring.settings import choose_settings, read_settings
     from gnomon.harness.registry import selection
+    from gnomon.harness.registry.selection import DEFAULT
+    from gnomon.harness.results import reading
     from gnomon.harness.running import plan
 
     began = monotonic()
     options.validate_workers(workers)
     named = bool(case or integrator or command)
+    own = None
+    if equations is not None:
+        _refuse_beside_equations(
+            {"--case": case, "--suite": suite, "--set": parameters, "--shard": shard, "--dask": dask}
+        )
+        suite, named = "foundation", True
     chosen_suite = _further(_suite(suite, case, limit, formulations), minutes, named, bool(shard or dask))
     chosen_suite = part(chosen_suite, shard, timing)
     if case or integrator:  # what is asked for by name runs with all methods that take it
@@ -101,15 +128,30 @@ def run(
     integrators = selection.integrators_of(_integrators(integrator or [], command or [], chosen_suite), library, kind)
     if settings:
         chosen_suite = replace(chosen_suite, settings=choose_settings(read_settings(settings), integrators))
-    chosen = options.chosen(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
-    chosen = selection.cases_of(chosen, family, kind)
     options.ensure_results(out_path)
-    chosen = plan.with_timing_spans(chosen, chosen_suite)
+    if equations is not None:
+        own = read_system(equations, span, start, numbers, event, accelerations)
+        chosen: list[tuple[Case, str]] = [(own, f" {span} from {start}{f' with {numbers}' if numbers else ''}")]
+        chosen_suite = replace(chosen_suite, name="equations", launches=1, timing_spans=False, first_use=False)
+        integrators = [one for one in integrators if one.accepts != (SceneForm,)]
+    else:
+        chosen = options.chosen(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
+        chosen = plan.with_timing_spans(selection.cases_of(chosen, family, kind), chosen_suite)
     page = _page(report, out_path, chosen)
     # The scenes of the suite `engines` are variants, on which all ways to drive an engine are compared.
     every = named or chosen_suite.engines
     path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, every, page)
-    _summarize(path, chosen, integrators, chosen_suite, page, allow_missing, began)
+    try:
+        _summarize(path, chosen, integrators, chosen_suite, page, allow_missing, began)
+    finally:
+        if own is not None:
+            tell_best([row for row in reading.rows(path) if row["variant"] == DEFAULT + chosen[0][1]], own, error)
+
+
+def _refuse_beside_equations(given: Mapping[str, Any]) -> None:
+    for option, value in given.items():
+        if value:
+            raise ValueError(f"--equations: {option} belongs to cases; leave it out")
 
 
 def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:

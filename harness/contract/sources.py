@@ -91,6 +91,8 @@ def _collect(value: Any, parts: list[Any], seen: set[int], text: Callable[[types
     elif isinstance(value, np.ndarray):
         parts.append(f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}")
     elif text is None:
+        if (refusal := getattr(value, "refusal", None)) is not None:
+            raise ValueError(refusal)
         raise ValueError(
             f"{value!r} may change unseen, so that code compiled for it could be out of date; "
             "equations may use numbers, tuples, plain functions and math"

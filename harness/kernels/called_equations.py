@@ -14,6 +14,12 @@ class Called:
     then on the values are nan, which ends the integration.
     """
 
+    refusal = (
+        "needs the equations as formulas; these are called from Python, because they branch on a value of the motion or"
+        " read a table"
+    )
+    """The reason of a method that compiles or differentiates equations."""
+
     def __init__(self, function: Callable[[float, Floats], Any], outputs: int) -> None:
         self.function, self.outputs = function, outputs
         self.failure: tuple[BaseException, float, Floats] | None = None

@@ -61,7 +61,12 @@ def formulas(
     numbers = [x for x in (*values, *(a for node in nodes for a in node.arguments)) if not isinstance(x, Node)]
     if not all(isinstance(x, int | float | np.integer) for x in numbers):
         raise NoFormulasError("it computes with other values than real numbers")
-    return _written(name, *_text(nodes, values))
+    return write_function(values, name)
+
+
+def write_function(values: Sequence[Value], name: str, places: Sequence[int] | None = None) -> Callable[..., Any]:
+    """The function (t, state, parameters) with these traced values; component i of the trace is `state[places[i]]`."""
+    return _written(name, *_text(sequence(values), values, places))
 
 
 def on_symbols(function: Any, trace: Trace) -> Callable[..., Any]:
@@ -77,7 +82,7 @@ def on_symbols(function: Any, trace: Trace) -> Callable[..., Any]:
     return found
 
 
-def _text(nodes: Sequence[Node], values: Sequence[Value]) -> tuple[tuple[str, ...], str]:
+def _text(nodes: Sequence[Node], values: Sequence[Value], places: Sequence[int] | None) -> tuple[tuple[str, ...], str]:
     """Source text: a line for each operation, and the tuple of the values."""
     names: dict[Node, str] = {}
 
@@ -90,7 +95,10 @@ def _text(nodes: Sequence[Node], values: Sequence[Value]) -> tuple[tuple[str, ..
     lines: list[str] = []
     for node in nodes:
         if not node.arguments:
-            names[node] = node.operation.replace("y[", "state[").replace("p[", "parameters[")
+            names[node] = node.operation.replace("p[", "parameters[")
+            if node.operation.startswith("y["):
+                place = int(node.operation[2:-1])
+                names[node] = f"state[{place if places is None else places[place]}]"
             continue
         given = [word(x) for x in node.arguments]
         if node.operation in FUNCTIONS:

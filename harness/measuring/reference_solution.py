@@ -26,6 +26,8 @@ from gnomon import cases
 PACK = Path(__file__).with_name("reference_solutions.zip")
 """The reference solutions of all default cases and of hard variants that users solve in their first minutes, made by
 `make solutions`; a solution whose sources changed is computed again."""
+OWN_SYSTEMS = "gnomon.harness.own_systems."
+"""The package whose classes are made while a process runs."""
 _OWN = (__name__, "gnomon.harness.contract.problem")
 
 
@@ -84,6 +86,11 @@ class CaseSpec:
         """Whether the case is defined in the script that runs."""
         return self.path.startswith("__main__:")
 
+    @property
+    def in_process(self) -> bool:
+        """Whether only this process and its forks have the case: it was made of a user's equations."""
+        return self.path.startswith(OWN_SYSTEMS)
+
     def build(self) -> tuple[Case, Formulation | None]:
         kind = cases.case_class(self.path)
         case = kind(initial_state=self.initial_state, span=self.span, **dict(self.parameters))
@@ -125,8 +132,9 @@ def reference_solutions(
     if not missing:
         return found
     workers = min(os.cpu_count() or 1, len(missing))
+    method = "fork" if any(spec.in_process for spec in missing) else "forkserver"
     in_main = any(spec.in_main for spec in missing)
-    with closing(calls(reference_solution, missing, workers, main=in_main)) as solutions:
+    with closing(calls(reference_solution, missing, workers, method, main=in_main)) as solutions:
         for spec, made in solutions:
             found[spec] = f"{type(made).__name__}: {made}" if isinstance(made, BaseException) else made
             progress()
@@ -147,6 +155,8 @@ def _entry(solution: ReferenceSolution) -> diskcache.Entry:
 
 def _key(spec: CaseSpec) -> str | None:
     """The key of a reference solution on disk; None if a source is not in a file, or was edited after it was loaded."""
+    if spec.in_process:
+        return None
     code, scoring = closure(spec.path.partition(":")[0]), closure(*_OWN, within=())
     if code is None or scoring is None:
         return None

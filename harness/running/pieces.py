@@ -17,6 +17,7 @@ from gnomon.harness.kernels.compiling import shown
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.running.call_watch import place
 from gnomon.harness.running.clock import Clock
+from gnomon.harness.running.derived_forms import derive_forms
 from gnomon.harness.running.own_functions import (
     IN_PARTS,
     Arguments,
@@ -126,6 +127,8 @@ class Stated:
     events: Sequence[Callable[..., Any]] = ()
     accelerations: bool = False
     jac: Any = None
+    derived: bool = False
+    """Whether forms that the function does not state are derived by tracing."""
 
     def by(self, clock: Clock, start: Floats, before: Sequence[int] = ()) -> "Equations":
         """The equations by a clock; `before`: the number of each event before this start. Raises ValueError."""
@@ -137,8 +140,16 @@ class Stated:
         own = OwnEquations(self.fun, clock, self.arguments, start, self.accelerations)
         if self.jac is not None:
             own.with_jacobian(self.jac)
-        forms = (with_events(own, self.events, before),) if self.events else own.forms
-        return Equations(forms, own.parameters, own)
+        if self.events:
+            return Equations((with_events(own, self.events, before),), own.parameters, own)
+        if not self.derived or own.called is not None:
+            return Equations(own.forms, own.parameters, own)
+        first = next(form for form in own.forms if isinstance(form, FirstOrder))
+        found = derive_forms(first, len(start), len(own.parameters))
+        forms = (*own.forms, *(form for form in found.forms if type(form) is not FirstOrder))
+        if found.order != tuple(range(len(start))):
+            forms = found.forms
+        return Equations(forms, own.parameters, own, found.order, found.lacking)
 
 
 @dataclass(frozen=True)
@@ -148,6 +159,20 @@ class Equations:
     forms: tuple[Form, ...]
     parameters: list[float]
     own: OwnEquations | None = None
+    order: tuple[int, ...] | None = None
+    """The place of each component of the forms' state among the user's; None if they are the same."""
+    lacking: str = ""
+    """Why there are no accelerations that depend on the positions alone, if they were looked for."""
+
+    def given(self, clock: Clock, state: Floats) -> Floats:
+        """A state of the user as the forms have it."""
+        found: Floats = state if self.own is None else clock.given(state)
+        return found if self.order is None else found[list(self.order)]
+
+    def back(self, clock: Clock, states: Floats) -> Floats:
+        """States (n, dim) of the forms as the user has them."""
+        found: Floats = clock.own(states)
+        return found if self.order is None else found[:, np.argsort(self.order)]
 
 
 @dataclass
@@ -220,11 +245,11 @@ class Motion:
         problem = times.problem(form, len(state), equations.parameters, self.integrator, own is None)
         problem = replace(problem, time_scale=self.scales.setdefault(begin, problem.time_scale))
         integrator, step, exact = self.with_step(problem)
-        solution, calls = _run(integrator, problem, step, state if own is None else clock.given(state), own)
+        solution, calls = _run(integrator, problem, step, equations.given(clock, state), own)
         found.calls += calls
         if isinstance(self.integrator.sweep, Steps):
             found.step, found.exact = max(found.step or 0.0, step * clock.scale), found.exact and exact
-        states = clock.own(solution.states[0])
+        states = equations.back(clock, solution.states[0])
         found.states[passed : passed + count] = states[:count]
         found.stopped = solution.stopped
         self._add_events(found, solution, clock)

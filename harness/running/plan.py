@@ -297,14 +297,13 @@ class Series:
     @cached_property
     def _description(self) -> dict[str, Any]:
         case, integrator = self.case, self.integrator
-        stresses = next((v.stresses for v in case.variants if v.name == case.variant), "")
         return {
             "series": self.id,
             "section": case.section,
             "title": case.title,
             "case": case.name,
             "variant": self.variant,
-            "stresses": stresses,
+            "stresses": case.stresses,
             "formulation": self.formulation_name,
             "form": None if self.form is None else type(self.form).__name__,
             "library": integrator.library,
@@ -382,9 +381,7 @@ def with_timing_spans(chosen: Sequence[tuple[Case, str]], suite: Suite) -> list[
 
 def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[Status, str] | None:
     if form is None:
-        accepted = " or ".join(kind.__name__ for kind in integrator.accepts)
-        offered = [type(form).__name__ for form in case.all_forms()] + (["Scene"] if case.scene is not None else [])
-        return Status.UNSUPPORTED, f"takes {accepted}; the case offers {', '.join(offered)}"
+        return Status.UNSUPPORTED, case.explain_form(" or ".join(kind.__name__ for kind in integrator.accepts))
     if absent is not None:
         return Status.NOT_INSTALLED, absent
     try:

@@ -66,7 +66,9 @@ def run(
     path = Path(out) / "results.sqlite" if Path(out).suffix != ".sqlite" else Path(out)
     progress, at_once = progress or Progress(quiet=True), suite.launches > 1
     with open_run(path, suite, chosen, integrators, progress, near_duplicates, at_once) as run_:
-        method, minutes = references.start_method(integrators), suite.budget(integrators)
+        in_process = any(CaseSpec.of(case).in_process for case, _ in chosen)
+        method = "fork" if in_process else references.start_method(integrators)
+        minutes = suite.budget(integrators)
         run_.workers = workers
         run_.further = Rounds(run_.results.timed, minutes, began) if minutes else None
         Pool(workers, method, prepare_seconds).run(run_.sweeps(), run_.progress.interlude)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from gnomon.cases.core.consistent import violation
-from gnomon.cases.core.forms import Constrained, Form
+from gnomon.cases.core.forms import Constrained, Form, SecondOrder
 from gnomon.harness.contract.integrator import Floats, Integrator, Steps, Tolerance
 from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.contract.validation import short
@@ -18,10 +18,16 @@ from gnomon.harness.running.clock import Clock
 from gnomon.harness.running.dense import MOST_HALVINGS, DenseSolution, interpolate
 from gnomon.harness.running.own_functions import Arguments, CaseEquations, OwnEquations
 from gnomon.harness.running.pieces import EVEN, SAMPLES, Found, Motion, Stated, Times, array, piece_clock
+from gnomon.harness.system.extras import require
+from gnomon.harness.system.notebook import view
 
 __all__ = ["Arguments", "Clock", "OdeResult", "OwnEquations", "Times", "solve"]
 
 DEFAULT_RTOL = 1e-9
+TIGHT = 1e-10
+"""Relative tolerances below this are compared with the effect of rounding the start, by one more integration."""
+MOVED = 2.0**20
+"""Units in the last place by which its start is moved: far more than the error of the method that both have."""
 FIXED_ERROR, FIXED_HALVINGS = 1e-10, 5
 """The error of `sol` that is small enough with fixed steps, and the halvings of polynomials: each step of a method of low
 order has a kink at its ends."""
@@ -74,6 +80,36 @@ class OdeResult:
     @property
     def success(self) -> bool:
         return self.status >= 0
+
+    def plot(self) -> Any:
+        """Draw the components against the time.
+
+        Returns
+        -------
+        altair.Chart
+            A chart, which a notebook shows and whose `save` writes .html, .svg or .png.
+
+        Raises
+        ------
+        ValueError
+            Without the packages of the extra `report`.
+        """
+        require("report", "a chart")
+        import altair  # an optional package
+
+        rows = [
+            {"t": t, "component": f"y[{i}]", "value": value}
+            for i, component in enumerate(self.y.tolist())
+            for t, value in zip(self.t.tolist(), component, strict=True)
+        ]
+        return (
+            altair.Chart(altair.Data(values=rows), width=600, height=300)
+            .mark_line()
+            .encode(x="t:Q", y=altair.Y("value:Q", title=None), color=altair.Color("component:N", title=None))
+        )
+
+    def _repr_mimebundle_(self, **kwargs: Any) -> dict[str, Any]:
+        return view(f"{self.message}\n{self.y.shape[0]} components at {len(self.t)} times", self.plot)
 
 
 def solve(
@@ -182,13 +218,20 @@ def solve(
     if jac is not None and (is_form or accelerations):
         raise ValueError("jac: only derivatives fun(t, y) have one; it is derived from the formulas: leave jac out")
     stated = Stated(fun, Arguments(tuple(args or ())), located, accelerations, jac)
-    equations = stated.by(piece_clock(times.clock, bounds, bounds[0], bounds[1]), start)
+    clock = piece_clock(times.clock, bounds, bounds[0], bounds[1])
+    equations = stated.by(clock, start)
+    try:
+        chosen = _method(method, equations.forms)
+    except ValueError:
+        stated = replace(stated, derived=True)
+        equations = stated.by(clock, start)
+        chosen = _method(method, equations.forms, equations.lacking)
     for form in equations.forms:
         if isinstance(form, Constrained) and (
             wrong := violation(form, float(t_span[0]), start.tolist(), equations.parameters)
         ):
             raise ValueError(f"y0 violates its constraints: {wrong}")
-    integrator, setting = _with_setting(_method(method, equations.forms), rtol, atol, step)
+    integrator, setting = _with_setting(chosen, rtol, atol, step)
     integrator = _with_options(integrator, times.clock, max_step, first_step, jac)
     motion = Motion(stated, integrator, setting, start, times, bounds, {bounds[0]: equations})
     return _result(motion, times, t_eval, bool(dense_output))
@@ -226,6 +269,8 @@ def _result(motion: Motion, times: Times, t_eval: Any, is_dense: bool) -> OdeRes
         status, message = -1, f"{motion.integrator.id}: {found.stopped}"
         arrived = int(np.argmax([*~np.isfinite(y).all(axis=0), True]))
         wanted, y = wanted[:arrived], y[:, :arrived]
+    elif not events and isinstance(motion.integrator.sweep, Tolerance) and motion.setting < TIGHT:
+        message += _reach(motion, wanted[times.first :], found.states)
     if events:
         t_events = [np.array(each) for each in found.t_events]
         direction = times.clock.direction
@@ -253,6 +298,23 @@ def _result(motion: Motion, times: Times, t_eval: Any, is_dense: bool) -> OdeRes
     return OdeResult(wanted, y, t_events, y_events, calls, status, message, sol)
 
 
+def _reach(motion: Motion, wanted: Floats, states: Floats) -> str:
+    """Why a tolerance cannot be reached, for messages: the effect of rounding the start, from a start further away."""
+    if not len(wanted):
+        return ""
+    moved = motion.start * (1 + MOVED * 2.0**-52 * (-1.0) ** np.arange(len(motion.start)))
+    away = replace(motion, start=moved, is_repeated=True).at(wanted).states
+    sizes = np.max(np.abs([motion.start, *states]), axis=0)
+    effect = np.max(np.abs(away - states) / np.where(sizes > 0, sizes, 1.0), axis=1) / (2 * MOVED)
+    worst = int(np.nanargmax(effect)) if np.isfinite(effect).any() else 0
+    if not effect[worst] > motion.setting:
+        return ""
+    return (
+        f" Rounding of the start alone moves this motion by {effect[worst]:.1g} of its size at t = {wanted[worst]:.4g}:"
+        f" rtol={motion.setting:g} cannot be reached."
+    )
+
+
 def _dense(motion: Motion, found: Found, end: float, y: Floats) -> DenseSolution:
     """The solution as a function of time, up to its end: the end of the span, a terminal event, or the last time."""
     direction = motion.whole.clock.direction
@@ -278,8 +340,11 @@ def _steps(motion: Motion, found: Found) -> str:
     return said
 
 
-def _method(method: str | Integrator | type[Integrator], forms: Sequence[Form]) -> Integrator:
-    """The integrator with this id, or the only one with this name that takes one of the forms."""
+def _method(method: str | Integrator | type[Integrator], forms: Sequence[Form], lacking: str = "") -> Integrator:
+    """The integrator with this id, or the only one with this name that takes one of the forms.
+
+    `lacking`: why they have no accelerations that depend on the positions alone.
+    """
     if not isinstance(method, str):
         found = lookup.made(method, getattr(method, "__name__", f"method={method!r}"))
     else:
@@ -291,8 +356,9 @@ def _method(method: str | Integrator | type[Integrator], forms: Sequence[Form]) 
             found = lookup.find_one(method, known)  # it takes other equations, or its error says more
     if not _takes(found, forms):
         needs = " or ".join(kind.__name__ for kind in found.accepts)
+        why = f"; {lacking}" if lacking and SecondOrder in found.accepts else ""
         raise ValueError(
-            f"{found.id} needs equations as {needs}, not {forms[0].__class__.__name__}; see `gnomon list integrators`"
+            f"{found.id} needs equations as {needs}, not {forms[0].__class__.__name__}{why}; see `gnomon list integrators`"
         )
     reason = lookup.missing(found)
     if reason is not None:

@@ -16,6 +16,7 @@ from gnomon.harness.contract.validation import short
 from gnomon.harness.registry import lookup, selection
 from gnomon.harness.running.own_functions import CaseEquations
 from gnomon.harness.system.extras import require
+from gnomon.harness.system.notebook import view
 from gnomon.reference.numerics.precision import Number, exact
 
 MOST_DIGITS = 1000
@@ -51,6 +52,9 @@ class ExactCase:
 
     def __repr__(self) -> str:
         return repr(self.case)
+
+    def _repr_mimebundle_(self, **kwargs: Any) -> dict[str, Any]:
+        return view(repr(self), self.plot)
 
     @property
     def coordinates(self) -> tuple[str, ...]:

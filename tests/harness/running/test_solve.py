@@ -336,7 +336,7 @@ def raising(t: float, y: Any) -> Any:
         ({"tolerance": 0.1}, "tolerance=0.1: .* write rtol"),
         ({"method": "RK5"}, "no integrator is called 'RK5'"),
         ({"method": "DOP853"}, "gnomon:DOP853 or scipy:DOP853"),
-        ({"method": "gnomon:Störmer-Verlet"}, "needs equations as SecondOrder"),
+        ({"method": "gnomon:RKMK 4"}, "needs equations as RigidBody"),
         ({"fun": 3}, "fun=3"),
         ({"fun": lambda t, y: (1.0, 2.0, 3.0)}, r"<lambda> \(.*test_solve.py, line \d+\) gives 3 values; 2 are wanted"),
         ({"fun": lambda t, y: (y[0] / 0, y["a"])}, "line .* raised IndexError"),

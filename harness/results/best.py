@@ -1,0 +1,124 @@
+"""The fastest measured way to an error on one problem, with its setting, its preparation and the lines that run it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gnomon.harness.contract.status import SCORED, Status
+from gnomon.harness.results.equal_error import credited
+from gnomon.harness.results.number_text import error_text, time_text
+
+
+@dataclass(frozen=True)
+class Best:
+    """The fastest measured method and setting whose error is at most the wanted one; `print` says it in words.
+
+    Attributes
+    ----------
+    method : str
+        The id of the integrator.
+    setting : float
+        Its tolerance, or its step size in the unit of the time of the problem.
+    kind : str
+        "tolerance" or "step".
+    error : float
+        The measured error at this setting: the largest of 64 samples, relative to the size of the motion.
+    seconds : float
+        The time of one call (s), without preparation.
+    prepare_seconds : float
+        The time of the preparation (s), which a further call saves.
+    rival : str
+        The method that is the fastest for one solve with its preparation; "" if it is this one.
+    break_even : int
+        The number of solves from which on this method takes less time than the rival, preparations included.
+    below_reference : bool
+        Whether the error is below the bound of the error of the reference, which is then given as `error`.
+    lines : str
+        The lines of Python that run it.
+    """
+
+    method: str
+    setting: float
+    kind: str
+    error: float
+    seconds: float
+    prepare_seconds: float
+    rival: str
+    break_even: int
+    below_reference: bool
+    lines: str
+
+    def __str__(self) -> str:
+        name = "rtol" if self.kind == "tolerance" else "step"
+        bound = "below " if self.below_reference else ""
+        found = (
+            f"{self.method} at {name}={self.setting:.4g}: error {bound}{error_text(self.error)}, {time_text(self.seconds)} a"
+            f" solve after {time_text(self.prepare_seconds)} of preparation; "
+        )
+        found += (
+            f"faster than {self.rival} from {self.break_even} solves on"
+            if self.rival
+            else "the fastest for one solve too"
+        )
+        return f"{found}\n\n{self.lines.strip()}"
+
+
+@dataclass(frozen=True)
+class _Way:
+    method: str
+    setting: float
+    kind: str
+    error: float
+    seconds: float
+    prepare: float
+    below: bool
+
+    def total(self, solves: int) -> float:
+        return self.prepare + solves * self.seconds
+
+
+def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, float, str], str]) -> Best:
+    """The best of the rows of one problem. Raises ValueError, with the least error, if no method reaches the error.
+
+    `lines(method, setting, kind)` are the lines of Python that run a method at a setting.
+    """
+    series: dict[str, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        if row["status"] in SCORED and row["seconds_median"] and row["launch"] == 1:
+            series.setdefault(row["integrator_id"], []).append(row)
+    ways = [way for each in series.values() for way in [_loosest(each, error)] if way is not None]
+    if not ways:
+        least = min((x for each in series.values() for row in each for x in [_error(row)]), default=math.inf)
+        nearest = f"the least error is {error_text(least)}" if math.isfinite(least) else "nothing was solved"
+        raise ValueError(f"error={error:g}: no method that was compared reaches it; {nearest}")
+    fastest = min(ways, key=lambda way: way.seconds)
+    rival = min(ways, key=lambda way: way.total(1))
+    alone = rival is fastest or rival.seconds <= fastest.seconds
+    even = 1 if alone else math.floor((fastest.prepare - rival.prepare) / (rival.seconds - fastest.seconds)) + 1
+    return Best(
+        fastest.method, fastest.setting, fastest.kind, fastest.error, fastest.seconds, fastest.prepare,
+        "" if alone else rival.method, even, fastest.below, lines(fastest.method, fastest.setting, fastest.kind),
+    )  # fmt: skip
+
+
+def _error(row: Mapping[str, Any]) -> float:
+    """The error of a row, at least the bound of the error of its reference; inf if it diverged."""
+    if row["status"] == Status.DIVERGED or row["error_max"] is None or math.isnan(row["error_max"]):
+        return math.inf
+    return max(float(row["error_max"]), float(row["floor"] or 0.0))
+
+
+def _loosest(rows: Sequence[Mapping[str, Any]], error: float) -> _Way | None:
+    """The loosest setting from which on all tighter ones, up to the limit of rounding, have at most this error."""
+    ordered = sorted(rows, key=lambda row: -row["setting"])
+    for row, held in zip(ordered, credited([_error(row) for row in ordered]), strict=True):
+        if held <= error:
+            below = float(row["error_max"]) < float(row["floor"] or 0.0)
+            return _Way(
+                row["integrator_id"], row["setting"], row["setting_kind"], _error(row), row["seconds_median"],
+                row["prepare_seconds"] or 0.0, below,
+            )  # fmt: skip
+    return None

@@ -1,0 +1,108 @@
+"""The forms that tracing derives from equations y' = f(t, y, p): accelerations, a linear part, one mode without events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, SecondOrder, SemiLinear, Values
+from gnomon.harness.kernels.derivatives import jacobian
+from gnomon.harness.kernels.read_function import write_function
+from gnomon.harness.kernels.traced import RUN, Node, Trace, level, number, reached, traced
+
+MODE = "motion"
+"""The only mode of a motion without events."""
+MOST_SYMBOLS = 4000
+"""Operations of a Jacobian above which no linear part is looked for."""
+
+
+@dataclass(frozen=True)
+class DerivedForms:
+    """The forms of a system, the most structured first, for a state in the sequence `order` of the user's coordinates."""
+
+    forms: tuple[Form, ...]
+    order: tuple[int, ...]
+    autonomous: bool
+    lacking: str
+    """Why there are no accelerations that depend on the positions alone; "" if there are."""
+
+
+def derive_forms(form: FirstOrder, dimension: int, parameters: int) -> DerivedForms:
+    """The forms of equations that can be traced.
+
+    Each pair of a coordinate and its rate among the state makes a position and its velocity. If all components are in such
+    pairs, the state is put in the sequence (q..., q'...).
+    """
+    trace = Trace(dimension, parameters)
+    values = traced(form, trace)
+    pairs, lacking = _positions(values, trace)
+    order = (*pairs, *pairs.values()) if pairs else tuple(range(dimension))
+    places = [order.index(i) for i in range(dimension)]
+    if order != tuple(range(dimension)):
+        form = FirstOrder(write_function([values[i] for i in order], "equations", places))
+    found: list[Form] = [form]
+    lacking = lacking or _velocities_in(values, pairs, trace)
+    if not lacking:
+        rates = [values[i] for i in pairs.values()]
+        second = SecondOrder(write_function(rates, "acceleration", places))
+        found = [second, form]
+    linear = _linear_part(values, trace, order, places, form)
+    found += [linear] if linear is not None else []
+    found.append(Hybrid((Mode(MODE, form.equations),), _only_mode, ()))
+    return DerivedForms(tuple(found), order, all(node is not trace.t for node in reached(values)), lacking)
+
+
+def _positions(values: Sequence[Any], trace: Trace) -> tuple[dict[int, int], str]:
+    """The velocity of each position by their places, or why the state does not consist of such pairs."""
+    places = {node: i for i, node in enumerate(trace.state)}
+    rates = {i: places[value] for i, value in enumerate(values) if isinstance(value, Node) and value in places}
+    pairs: dict[int, int] = {}
+    taken = set[int]()
+    for i, j in rates.items():  # of a chain q' = v, v' = w the first pair counts
+        if i not in taken and j not in pairs and j not in taken and i != j:
+            pairs[i] = j
+            taken.add(j)
+    alone = [i for i in range(len(values)) if i not in pairs and i not in taken]
+    if alone:
+        return {}, f"y[{alone[0]}] is not a position whose rate is another coordinate, nor such a rate"
+    return pairs, ""
+
+
+def _velocities_in(values: Sequence[Any], pairs: dict[int, int], trace: Trace) -> str:
+    rates = {trace.state[j]: j for j in pairs.values()}
+    for j in pairs.values():
+        used = [rates[node] for node in reached([values[j]]) if node in rates]
+        if used:
+            return f"the acceleration y[{j}]' depends on the velocity y[{used[0]}]"
+    return ""
+
+
+def _only_mode(t: Any, state: Values, parameters: Values) -> str:
+    return MODE
+
+
+def _linear_part(
+    values: Sequence[Any], trace: Trace, order: Sequence[int], places: Sequence[int], form: FirstOrder
+) -> SemiLinear | None:
+    """The equations with the constant part of their Jacobian as the linear part; None if no derivative is constant."""
+    dimension = len(order)
+    if len(trace.nodes) * dimension > MOST_SYMBOLS:
+        return None
+    found = jacobian(values, trace.state)
+    rows = [found[i * dimension : (i + 1) * dimension] for i in range(dimension)]
+    constant = [[x if level(x) == RUN else 0 for x in row] for row in rows]
+    if all(number(x, 0) for row in constant for x in row):
+        return None
+    rest = []
+    for i in order:
+        linear = sum((x * y for x, y in zip(constant[i], trace.state, strict=True) if not number(x, 0)), 0)
+        rest.append(values[i] - linear)
+    matrix = write_function([constant[i][j] for i in order for j in order], "linear")
+    zero = (0.0,) * dimension
+
+    def of_parameters(p: Values) -> Values:
+        numbers: Values = matrix(0.0, zero, p)
+        return numbers
+
+    return SemiLinear(form.equations, linear=of_parameters, rest=write_function(rest, "rest", places))

@@ -1,0 +1,166 @@
+"""The reference of a user's equations: its bound holds on systems whose end is known, and its two ways share nothing."""
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.own_systems import smooth_reference
+from gnomon.harness.own_systems.own_system import OwnSystem, make_system
+from gnomon.harness.running.own_functions import Arguments
+from gnomon.harness.running.pieces import Stated
+from published_systems import SYSTEMS
+
+import gnomon
+
+SLOW = {"pleiades", "van_der_pol", "hires", "e5", "beam", "lorenz_ten_revolutions"}
+"""Systems whose references take seconds and more on a quiet machine."""
+ULP = 2.0**-53
+
+
+def system(fun: Any, span: tuple[float, float], start: Any, args: tuple[Any, ...] = (), events: Any = ()) -> OwnSystem:
+    return make_system(Stated(fun, Arguments(args), tuple(events)), span, start)
+
+
+@pytest.mark.filterwarnings("ignore:.*has no formulas")
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in SYSTEMS])
+def test_the_bound_holds_on_published_systems(name: str) -> None:
+    """The digits were derived by code that shares nothing with gnomon, for the numbers as they are rounded."""
+    known = SYSTEMS[name]
+    found = system(known.f, known.t_span, known.start, tuple(known.args))
+    sizes = np.empty(len(known.start))
+    sizes[list(found.order)] = found.rough.sizes
+    apart = np.abs(found.end - np.array(known.end, float)) / sizes
+    assert np.max(apart) <= found.reference_error + 4 * ULP
+    if name not in ("beam", "eulr"):  # these branch on the time: two methods in binary64
+        assert found.reference_error < 1e-14
+
+
+def swing(t: float, y: Floats, g: float) -> list[Any]:
+    return [y[1], -g * np.sin(y[0])]
+
+
+def test_it_equals_the_exact_motion_of_the_same_equations() -> None:
+    exact = gnomon.case("pendulum_simple", g=9.81, L=1.0)
+    start = list(map(float, exact.start))
+    found = system(swing, (0.0, 5.0), start, (9.81,))
+    assert np.max(np.abs(found.sample(found.times) - exact.sample(found.times))) <= 2 * ULP * max(found.rough.sizes)
+
+
+def test_rounding_moves_it_as_the_conditioning_of_the_exact_motion_says() -> None:
+    """The conditioning of a case is from exact motions that begin half an ulp away; here it is from variational equations."""
+    exact = gnomon.case("pendulum_simple", g=9.81, L=1.0).case.rounded()
+    found = system(swing, (0.0, float(exact.span)), [float(x) for x in exact.initial_state], (9.81,))
+    ratio = found.conditioning(found.times)[8:] / exact.conditioning(exact.times)[8:]
+    assert 0.3 < np.median(ratio) < 3
+
+
+def test_a_wrong_way_shows_in_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If one way is off, the two agree in fewer digits, and the bound covers the difference."""
+    right = smooth_reference.integrate
+
+    def off(*given: Any) -> Any:
+        return [tuple(x * (1 + Fraction(1, 10**9)) for x in row) for row in right(*given)]
+
+    monkeypatch.setattr(smooth_reference, "integrate", off)
+    monkeypatch.setattr(smooth_reference, "MOST_DIGITS", smooth_reference.DIGITS)  # more digits would not help
+    found = system(swing, (0.0, 5.0), [1.0, 0.0], (9.81,))
+    assert found.reference_error > 1e-9
+    assert not found.reference.why
+
+
+def test_equations_with_a_table_have_a_reference_in_binary64() -> None:
+    """Linear interpolation of a line is the harmonic oscillator: the end is known."""
+
+    def table(t: float, y: Floats) -> list[Any]:
+        return [y[1], -np.interp(y[0], [-5.0, 0.0, 5.0], [-5.0, 0.0, 5.0])]
+
+    with pytest.warns(UserWarning, match="has no formulas"):
+        found = system(table, (0.0, 20.0), [1.0, 0.0])
+    assert "binary64" in found.reference.text()
+    assert abs(found.end - [math.cos(20), -math.sin(20)]).max() <= found.reference_error < 1e-9
+
+
+def unstable(t: float, y: Floats) -> list[Any]:
+    """From a start on its stable direction it decays, and an error grows as e^(10 t)."""
+    return [y[1], 100 * y[0]]
+
+
+def lorenz(t: float, y: Floats) -> list[Any]:
+    return [10 * (y[1] - y[0]), y[0] * (28 - y[2]) - y[1], y[0] * y[1] - 8 / 3 * y[2]]
+
+
+@pytest.mark.parametrize(
+    ("fun", "start", "early", "late"),
+    [
+        (unstable, [1.0, -10.0], 2.0, (3.2, 4.5)),
+        pytest.param(lorenz, [-13.76, -19.58, 27.0], 5.0, (25.0, 44.0), marks=pytest.mark.slow),
+    ],
+)
+def test_where_errors_grow_it_is_said_after_which_time_no_digit_is_left(
+    fun: Any, start: list[float], early: float, late: tuple[float, float]
+) -> None:
+    """The reference itself keeps its digits: its precision is raised until both ways agree."""
+    found = system(fun, (0.0, late[1]), start)
+    assert found.lost_after is not None
+    assert late[0] < found.lost_after < late[1], "an error of 1e-16 grows to the size of the motion"
+    assert found.reference_error < 1e-14
+    assert any("no digit" in text for text in found.reach())
+    assert system(fun, (0.0, early), start).lost_after is None
+
+
+@pytest.mark.parametrize("span", [1e-13, 1e12])
+def test_the_unit_of_time_does_not_matter(span: float) -> None:
+    def turning(t: float, y: Floats, w: float) -> list[Any]:
+        return [w * y[1], -w * y[0]]
+
+    w = 5.0 / span
+    found = system(turning, (0.0, span), [1.0, 0.0], (w,))
+    assert np.max(np.abs(found.end - [math.cos(w * span), -math.sin(w * span)])) < 4 * ULP
+
+
+def test_backward_in_time() -> None:
+    found = system(swing, (2.0, 0.0), [0.3, -1.0], (9.81,))
+    there = gnomon.solve(swing, (0.0, 2.0), found.end, args=(9.81,), t_eval=[2.0], rtol=1e-12)
+    assert np.max(np.abs(there.y[:, 0] - [0.3, -1.0])) < 1e-10
+
+
+def test_a_driven_system_at_rest_has_a_reference() -> None:
+    """Its start has no size."""
+    found = system(lambda t, y: [y[1], -y[0] + np.sin(2 * t)], (0.0, 10.0), [0.0, 0.0])
+    t = 10.0
+    assert abs(found.end[0] - (2 * math.sin(t) - math.sin(2 * t)) / 3) < 1e-15
+
+
+def test_an_event_of_scipys_kind_is_part_of_it() -> None:
+    """The quarter period of the harmonic oscillator is pi / 2; a terminal event ends the motion."""
+
+    def zero(t: float, y: Floats) -> float:
+        return y[0]
+
+    found = system(spring, (0.0, 5.0), [1.0, 0.0], events=[zero])
+    assert [float(e.time) for e in found.events()] == pytest.approx([math.pi / 2, 3 * math.pi / 2], abs=4 * ULP)
+    stop = lambda t, y: y[0]  # noqa: E731
+    stop.terminal = True  # type: ignore[attr-defined]
+    ended = system(spring, (0.0, 5.0), [1.0, 0.0], events=[stop])
+    assert np.max(np.abs(ended.end - [0.0, -1.0])) < 4 * ULP
+
+
+def spring(t: float, y: Floats) -> list[Any]:
+    return [y[1], -y[0]]
+
+
+@pytest.mark.parametrize(
+    ("fun", "words"),
+    [
+        (lambda t, y: [y[0] ** 2], "cannot be followed beyond t"),
+        (lambda t, y: [y[0] / t], "not finite at the start"),
+        (lambda t, y: [1.0, 2.0], "gives 2 values; 1 is wanted"),
+    ],
+)
+def test_equations_without_a_motion_are_named(fun: Callable[..., Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        system(fun, (0.0, 10.0), [1.0])
