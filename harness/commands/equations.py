@@ -5,73 +5,85 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
 from gnomon.harness.commands.options import out, problems
 from rich.markup import escape
 
 if TYPE_CHECKING:
-    from gnomon.harness.own_systems.own_system import OwnSystem
+    from gnomon.cases import Case
+    from gnomon.harness.contract.integrator import Integrator
+    from gnomon.harness.running.plan import Suite
 
-Equations = Annotated[
-    str | None,
-    typer.Option(
-        help="Your own equations f(t, y, ...), as mine.py:f or package.module:f, in place of cases; with --span and"
-        " --start. A reference is computed first."
-    ),
-]
-Span = Annotated[str | None, typer.Option(help="The first and the last time of --equations, as 0,10.")]
-Start = Annotated[str | None, typer.Option(help="The start of --equations, as 2,0,0,0.")]
-Numbers = Annotated[
-    str | None, typer.Option("--parameters", help="The further arguments of --equations, as 9.81,1.5: args in SciPy.")
-]
-Events = Annotated[
-    list[str] | None,
-    typer.Option("--event", help="A function of the same file whose zeros are events of --equations; repeatable."),
-]
-Accelerations = Annotated[
-    bool, typer.Option("--accelerations", help="--equations gives accelerations f(t, q, ...); --start has q, then q'.")
-]
-Wanted = Annotated[
-    float,
-    typer.Option("--error", help="The error, relative to the size of the motion, for which a method is recommended."),
-]
 NEAREST = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
-def read_system(
-    place: str, span: str | None, start: str | None, parameters: str | None, events: Sequence[str] | None,
+def refuse_beside(given: Mapping[str, Any]) -> None:
+    """Raise ValueError for an option that belongs to cases."""
+    for option, value in given.items():
+        if value:
+            raise ValueError(f"--equations: {option} belongs to cases; leave it out")
+
+
+def read_problem(
+    place: str,
+    given: tuple[str | None, str | None, str | None],
+    events: Sequence[str] | None,
     accelerations: bool,
-) -> OwnSystem:  # fmt: skip
-    """The equations at a place with their reference. Raises ValueError that names the option."""
+    suite: Suite,
+    integrators: Sequence[Integrator],
+) -> tuple[list[tuple[Case, str]], Suite, list[Integrator]]:
+    """The equations at a place with their reference, as a case with its label; the suite and the integrators for them.
+
+    `given`: the texts of --span, --start and --parameters. Raises ValueError that names the option.
+    """
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.cases.core.scene import SceneForm
     from gnomon.harness.own_systems.own_system import make_system
     from gnomon.harness.running.own_functions import Arguments
     from gnomon.harness.running.pieces import Stated
 
+    span, start, numbers = given
     if span is None or start is None:
         raise ValueError(f"--equations {place}: give --span, as 0,10, and --start, as 2,0,0,0")
     times = _numbers(span, "--span")
     if len(times) != 2:
         raise ValueError(f"--span {span}: give the first and the last time, as 0,10")
-    fun = _load(place)
-    module, _, _ = place.rpartition(":")
+    fun, module = _load(place), place.rpartition(":")[0]
     located = [_load(name if ":" in name else f"{module}:{name}") for name in events or ()]
-    stated = Stated(
-        fun, Arguments(tuple(_numbers(parameters, "--parameters") if parameters else ())), located, accelerations
-    )
-    return make_system(stated, times, _numbers(start, "--start"), told=_tell)
+    arguments = Arguments(tuple(_numbers(numbers, "--parameters") if numbers else ()))
+    system = make_system(Stated(fun, arguments, located, accelerations), times, _numbers(start, "--start"), told=_tell)
+    label = f" {span} from {start}{f' with {numbers}' if numbers else ''}"
+    own = replace(suite, name="equations", launches=1, timing_spans=False, first_use=False)
+    return [(system, label)], own, [one for one in integrators if one.accepts != (SceneForm,)]
 
 
-def tell_best(rows: Sequence[dict[str, Any]], system: OwnSystem, error: float) -> None:
-    """Print the best method for an error, or for the nearest error that was reached."""
+@contextmanager
+def best_after(path: Path, chosen: Sequence[tuple[Case, str]], error: float | None) -> Iterator[None]:
+    """At the end, also by an exception, print the best method for an error on the only problem; nothing for None."""
+    try:
+        yield
+    finally:
+        if error is not None:
+            _tell_best(path, chosen, error)
+
+
+def _tell_best(path: Path, chosen: Sequence[tuple[Case, str]], error: float) -> None:
+    """Print the best method for an error, or for the nearest error that was reached, on the only problem."""
+    # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
+    from gnomon.harness.registry.selection import DEFAULT
+    from gnomon.harness.results import reading
     from gnomon.harness.results.best import best
 
+    ((system, label),) = chosen
+    rows = [row for row in reading.rows(path) if row["variant"] == DEFAULT + label]
     for wanted in (error, *(each for each in reversed(NEAREST) if each > error)):
         try:
-            found = best(rows, wanted, system.lines)
+            found = best(rows, wanted, system.lines)  # type: ignore[attr-defined]
         except ValueError as why:
             if wanted == error:
                 out.print(escape(str(why)), highlight=False)
@@ -93,7 +105,7 @@ def _numbers(text: str, option: str) -> list[float]:
 
 def _load(place: str) -> Any:
     """The object at `mine.py:name` or `package.module:name`. Raises ValueError for what cannot be loaded."""
-    from gnomon.reference.storage.importing import confined
+    from gnomon.reference.storage.importing import confined  # only these equations need it
 
     module, colon, name = place.rpartition(":")
     if not colon:

@@ -90,6 +90,30 @@ Kinds = Annotated[
     typer.Option("--kind", help="Only cases that offer, and integrators that accept, this form, as NBody; repeatable."),
 ]
 
+Equations = Annotated[
+    str | None,
+    typer.Option(
+        help="Your own equations f(t, y, ...), as mine.py:f or package.module:f, in place of cases; with --span and"
+        " --start. A reference is computed first."
+    ),
+]
+Span = Annotated[str | None, typer.Option(help="The first and the last time of --equations, as 0,10.")]
+Start = Annotated[str | None, typer.Option(help="The start of --equations, as 2,0,0,0.")]
+Numbers = Annotated[
+    str | None, typer.Option("--parameters", help="The further arguments of --equations, as 9.81,1.5: args in SciPy.")
+]
+Events = Annotated[
+    list[str] | None,
+    typer.Option("--event", help="A function of the same file whose zeros are events of --equations; repeatable."),
+]
+Accelerations = Annotated[
+    bool, typer.Option("--accelerations", help="--equations gives accelerations f(t, q, ...); --start has q, then q'.")
+]
+Error = Annotated[
+    float,
+    typer.Option("--error", help="The error, relative to the size of the motion, for which a method is recommended."),
+]
+
 OUTSTANDING = "Exit with 0 although trials are outstanding: planned, and interrupted or not run yet."
 MOST_WORKERS = 256
 MOST_MESSAGE = 1600

@@ -12,17 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from gnomon.harness.commands import interruption, options
 from gnomon.harness.commands.cluster_options import Dask, Shard, Timing, TimingOption, part
-from gnomon.harness.commands.equations import (
-    Accelerations,
-    Equations,
-    Events,
-    Numbers,
-    Span,
-    Start,
-    Wanted,
-    read_system,
-    tell_best,
-)
+from gnomon.harness.commands.equations import best_after, read_problem, refuse_beside
 from gnomon.harness.commands.options import Shown, out, problems
 from gnomon.harness.contract.status import SCORED
 from rich.markup import escape
@@ -57,28 +47,30 @@ SETTINGS = (
     "Tolerances, or step sizes in the unit of time, to run at, as 1e-6,1e-9; by default the sweeps of the methods. In a run"
     " of methods of both kinds name the kind, repeatably: tolerance=1e-6,1e-9, then step=0.1,0.05."
 )
+Commands = Annotated[
+    list[str] | None,
+    typer.Option(help="A program that reads problems and writes states, as './mysolver --fast'; repeatable."),
+]
+TrialLimit = Annotated[
+    float | None,
+    typer.Option(
+        help="Seconds that one trial may take, without waits for a busy processor; by default 1 on default variants, .08 on"
+        " hard variants (up to .4 on long ones), .12 in the suite quick."
+    ),
+]
 
 
 def run(
     case: options.Cases = None,
     integrator: options.Integrators = None,
-    command: Annotated[
-        list[str] | None,
-        typer.Option(help="A program that reads problems and writes states, as './mysolver --fast'; repeatable."),
-    ] = None,
+    command: Commands = None,
     library: options.Libraries = None,
     family: options.Families = None,
     kind: options.Kinds = None,
     suite: Annotated[str | None, typer.Option(help=SUITE)] = None,
     formulations: Annotated[bool, typer.Option("--formulations", help=FORMULATIONS)] = False,
     out_path: Annotated[Path, options.path_option("The results: a folder or a file.sqlite.", "--out")] = Path("runs"),
-    limit: Annotated[
-        float | None,
-        typer.Option(
-            help="Seconds that one trial may take, without waits for a busy processor; by default 1 on default"
-            " variants, .08 on hard variants (up to .4 on long ones), .12 in the suite quick."
-        ),
-    ] = None,
+    limit: TrialLimit = None,
     workers: Annotated[int, typer.Option(help=WORKERS)] = 2,
     parameters: options.Parameters = None,
     shard: Shard = None,
@@ -89,51 +81,39 @@ def run(
     repeat: Annotated[bool, typer.Option("--repeat", help=REPEAT)] = False,
     settings: Annotated[list[str] | None, typer.Option("--settings", help=SETTINGS)] = None,
     allow_missing: Annotated[bool, typer.Option("--allow-missing", help=options.OUTSTANDING)] = False,
-    equations: Equations = None,
-    span: Span = None,
-    start: Start = None,
-    numbers: Numbers = None,
-    event: Events = None,
-    accelerations: Accelerations = False,
-    error: Wanted = 1e-9,
+    equations: options.Equations = None,
+    span: options.Span = None,
+    start: options.Start = None,
+    numbers: options.Numbers = None,
+    event: options.Events = None,
+    accelerations: options.Accelerations = False,
+    error: options.Error = 1e-9,
 ) -> None:
     """Run integrators on cases, or on your own equations. The same command resumes an interrupted run.
 
     Exit code 1 if nothing was measured, if trials are outstanding, or if an integrator of your own never succeeded.
     """
     # Imported here and not above: `gnomon --help` starts without numpy, pandas and numba.
-    from gnomon.cases.core.scene import SceneForm
     from gnomon.harness.measuring.settings import choose_settings, read_settings
     from gnomon.harness.registry import selection
-    from gnomon.harness.registry.selection import DEFAULT
-    from gnomon.harness.results import reading
     from gnomon.harness.running import plan
 
     began = monotonic()
     options.validate_workers(workers)
-    named = bool(case or integrator or command)
-    own = None
+    named = bool(case or integrator or command or equations)
     if equations is not None:
-        _refuse_beside_equations(
-            {"--case": case, "--suite": suite, "--set": parameters, "--shard": shard, "--dask": dask}
-        )
-        suite, named = "foundation", True
+        refuse_beside({"--case": case, "--suite": suite, "--set": parameters, "--shard": shard, "--dask": dask})
+        suite = "foundation"
     chosen_suite = _further(_suite(suite, case, limit, formulations), minutes, named, bool(shard or dask))
     chosen_suite = part(chosen_suite, shard, timing)
-    if case or integrator:  # what is asked for by name runs with all methods that take it
-        chosen_suite = replace(chosen_suite, for_stiff=())
-    if repeat:
-        again = plan.Repeat.ALL if integrator or command or library else plan.Repeat.FROM_OUTSIDE
-        chosen_suite = replace(chosen_suite, repeat=again)
+    chosen_suite = _adapted(chosen_suite, bool(case or integrator), repeat, bool(integrator or command or library))
     integrators = selection.integrators_of(_integrators(integrator or [], command or [], chosen_suite), library, kind)
     if settings:
         chosen_suite = replace(chosen_suite, settings=choose_settings(read_settings(settings), integrators))
     options.ensure_results(out_path)
     if equations is not None:
-        own = read_system(equations, span, start, numbers, event, accelerations)
-        chosen: list[tuple[Case, str]] = [(own, f" {span} from {start}{f' with {numbers}' if numbers else ''}")]
-        chosen_suite = replace(chosen_suite, name="equations", launches=1, timing_spans=False, first_use=False)
-        integrators = [one for one in integrators if one.accepts != (SceneForm,)]
+        stated = (span, start, numbers), event, accelerations
+        chosen, chosen_suite, integrators = read_problem(equations, *stated, chosen_suite, integrators)
     else:
         chosen = options.chosen(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
         chosen = plan.with_timing_spans(selection.cases_of(chosen, family, kind), chosen_suite)
@@ -141,17 +121,20 @@ def run(
     # The scenes of the suite `engines` are variants, on which all ways to drive an engine are compared.
     every = named or chosen_suite.engines
     path = _measured(out_path, chosen_suite, chosen, integrators, workers, dask, every, page)
-    try:
+    with best_after(path, chosen, error if equations is not None else None):
         _summarize(path, chosen, integrators, chosen_suite, page, allow_missing, began)
-    finally:
-        if own is not None:
-            tell_best([row for row in reading.rows(path) if row["variant"] == DEFAULT + chosen[0][1]], own, error)
 
 
-def _refuse_beside_equations(given: Mapping[str, Any]) -> None:
-    for option, value in given.items():
-        if value:
-            raise ValueError(f"--equations: {option} belongs to cases; leave it out")
+def _adapted(suite: Suite, by_name: bool, repeat: bool, are_named: bool) -> Suite:
+    """The suite for cases and integrators `by_name`, which run with all methods that take them, and for --repeat.
+
+    Repeated are all trials if their integrators `are_named`, else those that a cause outside ended.
+    """
+    from gnomon.harness.running import plan
+
+    found = replace(suite, for_stiff=()) if by_name else suite
+    again = plan.Repeat.ALL if are_named else plan.Repeat.FROM_OUTSIDE
+    return replace(found, repeat=again) if repeat else found
 
 
 def _integrators(names: Sequence[str], commands: Sequence[str], suite: Suite) -> tuple[Integrator, ...]:

@@ -21,10 +21,10 @@ from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.measuring.rounding_effect import RoughMotion
 from gnomon.harness.own_systems.smooth_reference import MARGIN, Reference
 from gnomon.harness.system.supervisor import calls
+from gnomon.reference.integration.taylor_events import Exit, Happened, Limit, ModesPath
 from gnomon.reference.numerics.balls import ball, precision
 from gnomon.reference.numerics.extrapolation import extrapolate
 from gnomon.reference.numerics.taylor import flint_arithmetic
-from gnomon.reference.numerics.taylor_events import Exit, Happened, Limit, ModesPath
 from mpmath import mpf
 
 DIGITS, SPARE, ROUGH_DIGITS = 21, 3, 22

@@ -22,6 +22,7 @@ from gnomon.cases.core.metric import Metric
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.contract.sources import of_value
 from gnomon.harness.kernels.called_equations import Called
+from gnomon.harness.kernels.derived_forms import derive_forms
 from gnomon.harness.measuring.rounding_effect import Rates, RoughMotion, rough_motion, rounding_effect
 from gnomon.harness.own_systems.hybrid_reference import (
     HybridMotion,
@@ -32,7 +33,6 @@ from gnomon.harness.own_systems.hybrid_reference import (
 )
 from gnomon.harness.own_systems.lines import call_lines, explain_form, name_of
 from gnomon.harness.own_systems.smooth_reference import Reference, smooth_reference
-from gnomon.harness.running.derived_forms import derive_forms
 from gnomon.harness.running.pieces import Stated, Times, array
 from gnomon.reference.numerics.precision import Number
 

@@ -23,11 +23,11 @@ from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.rounding_effect import Rates, RoughMotion
 from gnomon.harness.registry import lookup
 from gnomon.harness.system.supervisor import calls
+from gnomon.reference.integration.collocation import collocate
+from gnomon.reference.integration.implicit_extrapolation import extrapolate_implicitly
 from gnomon.reference.numerics.balls import ball
 from gnomon.reference.numerics.certified import Scout
-from gnomon.reference.numerics.collocation import collocate
 from gnomon.reference.numerics.extrapolation import extrapolate
-from gnomon.reference.numerics.implicit_extrapolation import extrapolate_implicitly
 from gnomon.reference.numerics.taylor import Field, flint_arithmetic, integrate
 
 DIGITS, IMPLICIT_DIGITS, SPARE = 21, 17, 2

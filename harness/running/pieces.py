@@ -14,10 +14,10 @@ from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.kernels.compiling import shown
+from gnomon.harness.kernels.derived_forms import derive_forms
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.running.call_watch import place
 from gnomon.harness.running.clock import Clock
-from gnomon.harness.running.derived_forms import derive_forms
 from gnomon.harness.running.own_functions import (
     IN_PARTS,
     Arguments,

@@ -302,36 +302,26 @@ def _cells(series: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 @overload
 def compare(
-    cases: Any, integrators: Any, *, limit_seconds: float = ..., launches: int = ..., settings: Any = ...
+    cases: Any, integrators: Any, limit_seconds: float = ..., launches: int = ..., *, settings: Any = ...
 ) -> Comparison: ...
 
 
 @overload
 def compare(
     fun: Callable[..., Any] | Form, t_span: Sequence[float], y0: Any, integrators: Any, *,
-    args: Sequence[Any] | None = ..., events: Any = ..., accelerations: bool = ..., limit_seconds: float = ...,
-    launches: int = ..., settings: Any = ...,
+    args: Sequence[Any] | None = ..., events: Any = ..., **named: Any,
 ) -> Comparison: ...  # fmt: skip
 
 
-def compare(
-    *problem: Any,
-    args: Sequence[Any] | None = None,
-    events: Any = None,
-    accelerations: bool = False,
-    limit_seconds: float = 1.0,
-    launches: int = 1,
-    settings: Any = None,
-    **named: Any,
-) -> Comparison:
+def compare(*problem: Any, settings: Any = None, **named: Any) -> Comparison:
     """Run cases, or your own equations, through integrators at their sweep of settings.
 
     ``compare(cases, integrators)`` or ``compare(fun, t_span, y0, integrators)``.
 
     Parameters
     ----------
-    *problem, **named
-        The arguments of one of the two ways to call, by place or by name.
+    *problem, **named : object
+        The arguments of one of the two ways to call, by place or by name: the following ones.
     cases : str, Case, ExactCase, or sequence of these
         Names or cases, whose numbers are rounded to binary64.
     integrators : str, Integrator, type, or sequence of these
@@ -343,7 +333,7 @@ def compare(
         The first and the last time.
     y0 : array_like, shape (dim,)
         The state at the first time.
-    args, events, accelerations
+    args, events, accelerations : object
         As in `gnomon.solve`. With events only methods with events take the equations.
     limit_seconds : float
         The time limit of a trial (s).
@@ -374,32 +364,40 @@ def compare(
     """
     progress = Progress(quiet=not has_terminal())
     given = _arguments(problem, named)
-    own: tuple[OwnSystem, ...] = ()
     found = lookup.find_all([_integrator(one) for one in _several(given["integrators"], "integrators")])
-    if not isinstance(limit_seconds, Real) or not 0 < limit_seconds < math.inf:
-        raise ValueError(f"limit_seconds={limit_seconds!r}: give a positive number of seconds")
+    limit, launches = given.get("limit_seconds", 1.0), given.get("launches", 1)
+    if not isinstance(limit, Real) or not 0 < limit < math.inf:
+        raise ValueError(f"limit_seconds={limit!r}: give a positive number of seconds")
     if not isinstance(launches, int) or launches < 1:
         raise ValueError(f"launches={launches!r}: give a whole number from 1 on")
+    own: tuple[OwnSystem, ...] = ()
     if "fun" in given:
-        located = list(events) if isinstance(events, Sequence) else [] if events is None else [events]
-        stated = Stated(given["fun"], Arguments(tuple(args or ())), located, accelerations)
-        own = (make_system(stated, given["t_span"], given["y0"], told=progress.tell),)
+        own = (_system(given, progress),)
         chosen: list[tuple[Case, str]] = [(own[0], "")]
     else:
-        for name, value in (("args", args), ("events", events), ("accelerations", accelerations)):
-            if value:
-                raise ValueError(f"{name}={value!r}: belongs to own equations: compare(fun, t_span, y0, integrators)")
         chosen = [pair for case in _several(given["cases"], "cases") for pair in _case(case)]
     suite = replace(
-        plan.suite("foundation").within(limit_seconds), name="compare", launches=launches, timing_spans=False,
+        plan.suite("foundation").within(float(limit)), name="compare", launches=launches, timing_spans=False,
         settings={} if settings is None else choose_settings(settings, found),
     )  # fmt: skip
     folder = tempfile.TemporaryDirectory(dir=temporary_folder())
     return Comparison(reading.rows(run(folder.name, suite, chosen, found, progress)), folder, own)
 
 
+def _system(given: Mapping[str, Any], progress: Progress) -> OwnSystem:
+    """The user's equations with their reference."""
+    events = given.get("events")
+    located = list(events) if isinstance(events, Sequence) else [] if events is None else [events]
+    arguments = Arguments(tuple(given.get("args") or ()))
+    stated = Stated(given["fun"], arguments, located, bool(given.get("accelerations")))
+    return make_system(stated, given["t_span"], given["y0"], told=progress.tell)
+
+
+COMMON = ("limit_seconds", "launches")
 CASES, EQUATIONS = ("cases", "integrators"), ("fun", "t_span", "y0", "integrators")
 """The arguments of the two ways to call `compare`."""
+STATED = ("args", "events", "accelerations")
+"""The further arguments of equations."""
 
 
 def _arguments(given: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
@@ -407,8 +405,14 @@ def _arguments(given: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]
     first = given[0] if given else named.get("fun")
     is_equations = "fun" in named or isinstance(first, Form) or (callable(first) and not isinstance(first, type))
     names = EQUATIONS if is_equations else CASES
-    found = dict(zip(names, given, strict=False)) | dict(named)
-    if len(given) > len(names) or set(found) != set(names):
+    for name in STATED if not is_equations else ():
+        if name in named:
+            raise ValueError(
+                f"{name}={named[name]!r}: belongs to own equations: compare(fun, t_span, y0, integrators, {name}=...)"
+            )
+    found = dict(zip((*names, *COMMON), given, strict=False)) | dict(named)
+    known = {*names, *COMMON, *(STATED if is_equations else ())}
+    if len(given) > len(names) + len(COMMON) or not set(names) <= set(found) <= known:
         raise ValueError(
             "write compare(cases, integrators), or compare(fun, t_span, y0, integrators) for own equations"
         )

@@ -55,9 +55,10 @@ def radau(stages: int, digits: int) -> tuple[list[Any], list[list[Any]]]:
 
 
 class _Method:
-    """The coefficients in balls at the precision that holds, and in binary64."""
+    """The method for some equations: its coefficients in balls at the precision that holds, and in binary64."""
 
-    def __init__(self, stages: int, digits: int) -> None:
+    def __init__(self, field: Field, jacobian: Jacobian, stages: int, wanted: int) -> None:
+        self.field, self.jacobian, self.wanted, digits = field, jacobian, wanted, wanted + 30
         nodes, matrix = radau(stages, digits)
         self.nodes = [_ball(c) for c in nodes]
         self.matrix = flint.arb_mat([[_ball(x) for x in row] for row in matrix])
@@ -81,7 +82,13 @@ def collocate(
     Raises TooLongError after `most_steps` steps, ArithmeticError where the steps become too short.
     """
     with precision(math.ceil((digits + 25) * math.log2(10))):
-        method, now, here, found, taken = _Method(stages, digits + 30), Fraction(0), [ball(x) for x in state], [], 0
+        method, now, here, found, taken = (
+            _Method(field, jacobian, stages, digits),
+            Fraction(0),
+            [ball(x) for x in state],
+            [],
+            0,
+        )
         span, largest = times[-1], np.array([abs(float(x)) for x in state])
         step = first_step(field, jacobian, here, span)
         guess: _Solved | None = None
@@ -92,7 +99,7 @@ def collocate(
                     raise ArithmeticError(
                         f"the steps of the collocation fall below {float(length):.1g} at t = {float(now):.6g}"
                     )
-                solved = _stages(method, field, jacobian, now, here, length, largest, digits, guess)
+                solved = _stages(method, now, here, length, largest, guess)
                 taken += 1
                 if taken > most_steps:
                     raise TooLongError(
@@ -140,9 +147,8 @@ def first_step(field: Field, jacobian: Jacobian, here: list[Any], span: Fraction
 
 
 def _stages(
-    method: _Method, field: Field, jacobian: Jacobian, t: Fraction, y: list[Any], length: Fraction, largest: Floats,
-    digits: int, before: _Solved | None,
-) -> _Solved | None:  # fmt: skip
+    method: _Method, t: Fraction, y: list[Any], length: Fraction, largest: Floats, before: _Solved | None
+) -> _Solved | None:
     """The stages of a step; None if Newton's method does not converge."""
     stages, dimension, h = len(method.nodes), len(y), ball(length)
     now = ball(t)
@@ -154,7 +160,7 @@ def _stages(
         try:
             slopes = flint.arb_mat(
                 [
-                    [x.mid() for x in map(flint.arb, field(now + h * c, tuple(p)))]
+                    [x.mid() for x in map(flint.arb, method.field(now + h * c, tuple(p)))]
                     for c, p in zip(method.nodes, places, strict=True)
                 ]
             )
@@ -167,7 +173,7 @@ def _stages(
         worst = float(np.max(np.abs(rest)))
         if not math.isfinite(worst):
             return None
-        if worst < 10.0 ** -(digits + 3):
+        if worst < 10.0 ** -(method.wanted + 3):
             modes = method.modes * slopes * h
             values = np.array([[_double(modes[i, j]) for j in range(dimension)] for i in range(stages)]) / size
             return _Solved(y, length, rises, _tail(values))
@@ -177,7 +183,11 @@ def _stages(
             slow = np.zeros((stages, dimension, stages, dimension))
             for k, p in enumerate(places):
                 here = np.array([_double(x) for x in p])
-                own = jacobian(float(t) + float(length) * float(method.nodes[k]), here) * size[None, :] / size[:, None]
+                own = (
+                    method.jacobian(float(t) + float(length) * float(method.nodes[k]), here)
+                    * size[None, :]
+                    / size[:, None]
+                )
                 slow[:, :, k, :] = float(length) * method.plain[:, k][:, None, None] * own[None]
             matrix = np.eye(stages * dimension) - slow.reshape(stages * dimension, -1)
             if not np.isfinite(matrix).all():

@@ -14,8 +14,15 @@ from typing import Any
 
 import flint
 import numpy as np
+from gnomon.reference.integration.collocation import (
+    SMALLEST,
+    Floats,
+    Jacobian,
+    TooLongError,
+    component_sizes,
+    first_step,
+)
 from gnomon.reference.numerics.balls import ball, precision
-from gnomon.reference.numerics.collocation import SMALLEST, Floats, Jacobian, TooLongError, component_sizes, first_step
 from gnomon.reference.numerics.taylor import Field, _fraction
 
 GROW, SHRINK = 2.5, 0.25

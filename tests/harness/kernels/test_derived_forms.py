@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from gnomon.cases.core.forms import FirstOrder, Hybrid, SecondOrder, SemiLinear
 from gnomon.harness.contract.integrator import Floats
-from gnomon.harness.running.derived_forms import DerivedForms, derive_forms
+from gnomon.harness.kernels.derived_forms import DerivedForms, derive_forms
 from gnomon.harness.running.own_functions import Arguments, Clock, OwnEquations
 from hypothesis import given
 from hypothesis import strategies as st
