@@ -38,6 +38,14 @@ class Best:
         Whether the error is below the bound of the error of the reference, which is then given as `error`.
     lines : str
         The lines of Python that run it.
+
+    Examples
+    --------
+    >>> import gnomon
+    >>> found = gnomon.compare(lambda t, y: [y[1], -y[0]], (0, 3), [1, 0], ["gnomon:DOP853", "gnomon:RK4"])
+    >>> best = found.best(1e-6)
+    >>> best.error <= 1e-6, "gnomon.solve" in best.lines
+    (True, True)
     """
 
     method: str

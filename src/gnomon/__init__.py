@@ -6,6 +6,7 @@
     gnomon.case("pendulum_simple", L=2).exact(1.5, digits=30)
     gnomon.solve(lambda t, y: [y[1], -y[0]], (0, 10), [1, 0], "scipy:Radau")
     gnomon.compare("pendulum_simple", ["gnomon:DOP853", "scipy:DOP853"])
+    gnomon.compare(lambda t, y: [y[1], -y[0]], (0, 10), [1, 0], "scipy:*").best(1e-9)
 
 The package `gnomon.cases` declares cases; the module `gnomon.verify` verifies an integrator of your own. `__init__.pyi` has
 all names of this module; each is loaded on first use.

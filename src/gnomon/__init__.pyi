@@ -30,6 +30,7 @@ from gnomon.harness.contract.integrator import each_start as each_start
 from gnomon.harness.contract.velocity_forces import VelocityForces as VelocityForces
 from gnomon.harness.ensembles.parquet import load_ensemble as load_ensemble
 from gnomon.harness.kernels.equations import right_hand_side as right_hand_side
+from gnomon.harness.results.best import Best as Best
 from gnomon.harness.results.store import load as load
 from gnomon.harness.running.friction import sliding_friction as sliding_friction
 from gnomon.harness.running.solve import OdeResult as OdeResult

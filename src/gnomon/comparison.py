@@ -366,7 +366,7 @@ def compare(*problem: Any, settings: Any = None, **named: Any) -> Comparison:
     given = _arguments(problem, named)
     found = lookup.find_all([_integrator(one) for one in _several(given["integrators"], "integrators")])
     limit, launches = given.get("limit_seconds", 1.0), given.get("launches", 1)
-    if not isinstance(limit, Real) or not 0 < limit < math.inf:
+    if not isinstance(limit, Real) or not 0 < float(limit) < math.inf:
         raise ValueError(f"limit_seconds={limit!r}: give a positive number of seconds")
     if not isinstance(launches, int) or launches < 1:
         raise ValueError(f"launches={launches!r}: give a whole number from 1 on")
