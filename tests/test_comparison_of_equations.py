@@ -133,8 +133,8 @@ def lowest(t, y, g):
 
 def test_from_a_file_with_a_function_to_a_recommendation_in_one_command(tmp_path: Path) -> None:
     """As a new user does it; the file of the results is one that the other commands read."""
-    (tmp_path / "mine.py").write_text(MINE, encoding="utf-8")
-    words = "--equations mine.py:swing --span 0,3 --start 1.2,0 --parameters 9.81 --out runs/mine.sqlite --limit 300"
+    (tmp_path / "own_swing.py").write_text(MINE, encoding="utf-8")
+    words = "--equations own_swing.py:swing --span 0,3 --start 1.2,0 --parameters 9.81 --out runs/mine.sqlite --limit 300"
     methods = ["--integrator", "gnomon:DOP853", "--integrator", "scipy:RK45"]
     gnomon_run = [sys.executable, "-c", "from gnomon.harness.commands.cli import main; main()", "run"]
     ended = subprocess.run(
@@ -155,19 +155,19 @@ def test_from_a_file_with_a_function_to_a_recommendation_in_one_command(tmp_path
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        ("--equations mine.py:swing", "give --span, as 0,10, and --start"),
-        ("--equations mine.py:swing --span 0 --start 1,0", "--span 0: give the first and the last time"),
-        ("--equations mine.py:swing --span 0,1 --start 1,x", "--start 1,x: write numbers"),
-        ("--equations mine.py:swung --span 0,1 --start 1,0", "has no attribute 'swung'"),
+        ("--equations own_swing.py:swing", "give --span, as 0,10, and --start"),
+        ("--equations own_swing.py:swing --span 0 --start 1,0", "--span 0: give the first and the last time"),
+        ("--equations own_swing.py:swing --span 0,1 --start 1,x", "--start 1,x: write numbers"),
+        ("--equations own_swing.py:swung --span 0,1 --start 1,0", "has no attribute 'swung'"),
         ("--equations yours.py:swing --span 0,1 --start 1,0", "there is no file yours.py"),
         ("--equations mine --span 0,1 --start 1,0", "write mine.py:f or package.module:f"),
-        ("--equations mine.py:swing --span 0,1 --start 1,0 --case kepler_orbit", "--case belongs to cases"),
+        ("--equations own_swing.py:swing --span 0,1 --start 1,0 --case kepler_orbit", "--case belongs to cases"),
     ],
 )
 def test_wrong_options_are_named(
     words: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "mine.py").write_text(MINE, encoding="utf-8")
+    (tmp_path / "own_swing.py").write_text(MINE, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["gnomon", "run", *words.split()])
     with pytest.raises(SystemExit) as ended:

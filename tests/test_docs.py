@@ -93,6 +93,7 @@ def test_the_commands_of_the_pages_run(tmp_path: Path) -> None:
     (tmp_path / "midpoint.py").write_text(_blocks(ROOT / "docs" / "integrator.md", "python")[0])
     (tmp_path / "mine.py").write_text(_blocks(ROOT / "docs" / "verify.md", "python")[0])
     (tmp_path / "morse.py").write_text(_blocks(ROOT / "docs" / "own_case.md", "python")[0])
+    (tmp_path / "pendulums.py").write_text(_blocks(ROOT / "docs" / "compare.md", "python")[0])
     (tmp_path / "toy_engine.py").write_text(_blocks(ROOT / "docs" / "engine.md", "python")[0])
     commands = [words for page in PAGES for words in _commands(page) if not any("mypackage" in word for word in words)]
     assert commands
