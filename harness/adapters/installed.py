@@ -1,4 +1,4 @@
-"""The base class of integrators of an installed library."""
+"""The base class of integrators of an installed library, and the message for a library of the system that is missing."""
 
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -12,3 +12,10 @@ class Installed(Integrator):
 
     def versions(self) -> Mapping[str, str]:
         return {name: version(name) for name in LIBRARIES[self.library].versions}
+
+
+def not_installed(library: str) -> str:
+    """The reason why a library of the system is missing, and how to install it."""
+    return (
+        f"{library} is not installed: apt-get install {LIBRARIES[library].debian} on Debian, other systems have it too"
+    )

@@ -27,6 +27,9 @@ class Library:
     """Its adapters: modules of this folder with a tuple `INTEGRATORS`."""
     quick: tuple[str, ...]
     """Its integrators in the suite `quick`, without the name of the library."""
+    debian: str | None = None
+    """The packages of Debian that have it, for a library of the system: pip has none, and Python cannot import it. Its
+    adapters tell its version."""
     extra: str | None = None
     """The extra of pyproject.toml that installs it; None for a library that is installed with gnomon."""
     last_wheels: tuple[int, int] | None = None
@@ -67,7 +70,7 @@ class Library:
     @property
     def versions(self) -> tuple[str, ...]:
         """The distributions whose versions results record, and their keys hold."""
-        return (self.package, *self.depends)
+        return () if self.debian else (self.package, *self.depends)
 
 
 def _read(name: str, table: Mapping[str, Any]) -> Library:

@@ -108,13 +108,15 @@ def readme(text: str) -> str:
 
 
 def _installed(library: Library) -> str:
+    if library.debian:
+        return f"by the system; Debian: `{library.debian}`"
     wheels = "" if library.last_wheels is None else "; its wheels end with CPython {}.{}".format(*library.last_wheels)
     return (f"extra `{library.extra}`" if library.extra else "with gnomon") + wheels
 
 
 def project(text: str) -> str:
     """The text of PROJECT with the extras of the libraries, and with their names where mypy ignores missing types."""
-    lists = {"module": [f"{name}.*" for name in LIBRARIES]}
+    lists = {"module": [f"{name}.*" for name, one in LIBRARIES.items() if not one.debian]}
     for library in LIBRARIES.values():
         if library.extra:
             lists.setdefault(library.extra, []).append(library.installs)

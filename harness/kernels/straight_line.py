@@ -11,7 +11,7 @@ from gnomon.harness.contract.sources import cached_by_content
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.derivatives import jacobian
 from gnomon.harness.kernels.equations import Kernel, content, function_kernel, write
-from gnomon.harness.kernels.traced import Node, ReducedTrace, Trace, Value, sequence, traced
+from gnomon.harness.kernels.traced import ROUND, Node, ReducedTrace, Trace, Value, sequence, traced
 
 OPERATORS: dict[str, Callable[..., Any]] = {
     "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow,
@@ -54,33 +54,42 @@ def computed(
     return [found[x] if isinstance(x, Node) else x for x in values]
 
 
-def derivatives(form: FirstOrder, trace: Trace, slopes: bool = False) -> tuple[Value, ...]:
-    """The exact Jacobian df/dy, row by row; with `slopes`, f before it. Raises ValueError for equations that branch."""
+def derivatives(form: FirstOrder, trace: Trace, slopes: bool = False, by_time: bool = False) -> tuple[Value, ...]:
+    """The exact Jacobian df/dy, row by row; with `slopes`, f before it; with `by_time`, df/dt as a last column.
+
+    Raises ValueError for equations that branch.
+    """
+    if by_time:
+        trace.t.level = ROUND
     values = traced(form, trace)
-    return (*(values if slopes else ()), *jacobian(values, trace.state))
+    return (*(values if slopes else ()), *jacobian(values, (*trace.state, trace.t) if by_time else trace.state))
 
 
 @cached_by_content
-def derivatives_kernel(form: FirstOrder, dimension: int, parameters: int, slopes: bool = False) -> Kernel:
+def derivatives_kernel(
+    form: FirstOrder, dimension: int, parameters: int, slopes: bool = False, by_time: bool = False
+) -> Kernel:
     """The compiled `derivatives`. Raises ValueError for equations that cannot be traced (a branch, abs)."""
 
     def body(t: ir.Value, y: ir.Array, p: ir.Array, out: ir.Array) -> None:
         trace = ReducedTrace(dimension, parameters)
-        values = derivatives(form, trace, slopes)
+        values = derivatives(form, trace, slopes, by_time)
         write(out, computed(values, trace, t, content(y), content(p), emission.MATH))
 
-    key = f"derivatives {slopes}\n{emission.fingerprint(form.equations)}"
-    found = Kernel(key, body, (dimension, parameters, dimension * (dimension + slopes)))
+    key = f"derivatives {slopes} {by_time}\n{emission.fingerprint(form.equations)}"
+    found = Kernel(key, body, (dimension, parameters, dimension * (dimension + slopes + by_time)))
     _ = found.code  # the equations are traced only if no code is kept
     return found
 
 
-def derivatives_if_traced(form: FirstOrder, dimension: int, parameters: int, slopes: bool = False) -> Kernel | None:
+def derivatives_if_traced(
+    form: FirstOrder, dimension: int, parameters: int, slopes: bool = False, by_time: bool = False
+) -> Kernel | None:
     """The same, but the Jacobian that the form states, if it does, and None for equations that cannot be traced."""
-    if isinstance(form, WithJacobian) and not slopes:
+    if isinstance(form, WithJacobian) and not (slopes or by_time):
         return function_kernel(form.jacobian, dimension, parameters, dimension**2)
     try:
-        return derivatives_kernel(form, dimension, parameters, slopes)
+        return derivatives_kernel(form, dimension, parameters, slopes, by_time)
     except ir.Subset:
         raise
     except ValueError:

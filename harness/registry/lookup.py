@@ -192,4 +192,5 @@ def users_own(integrator: Integrator) -> bool:
 
 @cache
 def _importable(library: str) -> bool:
-    return importlib.util.find_spec(library) is not None
+    known = LIBRARIES.get(library)
+    return (known is not None and known.debian is not None) or importlib.util.find_spec(library) is not None

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from ctypes import util
 from importlib import import_module
 from pathlib import Path
 
@@ -29,9 +30,19 @@ def test_importing_adapters_imports_no_library() -> None:
 def test_a_missing_library_is_an_import_error(integrator: Integrator, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in [integrator.library, *(name for name in sys.modules if name.startswith(f"{integrator.library}."))]:
         monkeypatch.setitem(sys.modules, name, None)
+    if LIBRARIES[integrator.library].debian:
+        hide_from_the_system(type(integrator).__module__, monkeypatch)
     problem = problem_of(KEPLER, integrator.accepts)
     with pytest.raises(ImportError, match=integrator.library):
         integrator.prepare(problem, problem.interval)
+
+
+def hide_from_the_system(adapter: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither a shared library nor a compiler is found, and what was found before is forgotten."""
+    monkeypatch.setattr(util, "find_library", lambda name: None)
+    monkeypatch.setenv("PATH", "")
+    interface = sys.modules[adapter].interface  # type: ignore[attr-defined]
+    monkeypatch.setattr(sys.modules[adapter], "interface", interface.__wrapped__)
 
 
 def test_every_adapter_is_declared_by_its_library() -> None:

@@ -9,7 +9,7 @@ from case_equations import EVERY, every_function
 from gnomon.cases.core.arithmetic import mpmath_arithmetic, rebind
 from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.straight_line import computed, derivatives_kernel
+from gnomon.harness.kernels.straight_line import computed, derivatives, derivatives_kernel
 from gnomon.harness.kernels.traced import ReducedTrace, Trace, number, traced
 from gnomon.reference.numerics.precision import working
 
@@ -94,3 +94,15 @@ def test_the_kernel_with_both_has_the_equations_and_the_jacobian(name: str) -> N
     with working(50) as mp:
         exact = by_complex_step(mp, equations.form, mp.mpf(t), [*map(mp.mpf, state)], [*map(mp.mpf, parameters)])
     assert both[n:] == pytest.approx([float(x) for x in exact], rel=1e-11, abs=1e-11)
+
+
+def test_derivatives_in_time_are_a_last_column() -> None:
+    """Implicit methods of equations that depend on time lose their order without it; a constant has derivative 0 there."""
+
+    def driven(t: Any, y: Any, p: Any) -> Any:
+        return y[1] * t * t, p[0] * t - y[0], p[0]
+
+    trace = ReducedTrace(3, 1)
+    found = derivatives(FirstOrder(driven), trace, by_time=True)
+    numbers = computed(found, trace, 3.0, [5.0, 7.0, 1.0], [11.0], {"sqrt": np.sqrt})
+    assert numbers == [0, 9, 0, 42, -1, 0, 0, 11, 0, 0, 0, 0]
