@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, SecondOrder, SemiLinear, Values
 from gnomon.harness.kernels.derivatives import jacobian
-from gnomon.harness.kernels.read_function import write_function
+from gnomon.harness.kernels.read_function import formulas, write_function
 from gnomon.harness.kernels.traced import RUN, Node, Trace, level, number, reached, traced
 
 MODE = "motion"
@@ -26,6 +26,9 @@ class DerivedForms:
     autonomous: bool
     lacking: str
     """Why there are no accelerations that depend on the positions alone; "" if there are."""
+    factors: Callable[[Values], Values] | None = None
+    """parameters -> the velocity over the user's coordinate of each component, by the user's sequence, where the user's are
+    momenta; None if all are 1."""
 
 
 def derive_forms(form: FirstOrder, dimension: int, parameters: int) -> DerivedForms:
@@ -36,6 +39,11 @@ def derive_forms(form: FirstOrder, dimension: int, parameters: int) -> DerivedFo
     """
     trace = Trace(dimension, parameters)
     values = traced(form, trace)
+    factors = _momenta(values, trace)
+    if factors is not None:
+        form = _of_velocities(form, factors, dimension, parameters)
+        trace = Trace(dimension, parameters)
+        values = traced(form, trace)
     pairs, lacking = _positions(values, trace)
     order = (*pairs, *pairs.values()) if pairs else tuple(range(dimension))
     places = [order.index(i) for i in range(dimension)]
@@ -50,7 +58,66 @@ def derive_forms(form: FirstOrder, dimension: int, parameters: int) -> DerivedFo
     linear = _linear_part(values, trace, order, places, form)
     found += [linear] if linear is not None else []
     found.append(Hybrid((Mode(MODE, form.equations),), _only_mode, ()))
-    return DerivedForms(tuple(found), order, all(node is not trace.t for node in reached(values)), lacking)
+    autonomous = all(node is not trace.t for node in reached(values))
+    of_parameters = None if factors is None else _at_rest(factors[0], dimension)
+    return DerivedForms(tuple(found), order, autonomous, lacking, of_parameters)
+
+
+def _momenta(values: Sequence[Any], trace: Trace) -> tuple[Callable[..., Any], dict[int, int]] | None:
+    """The function of the factors of all components, and the momentum of each position; None without momenta.
+
+    A momentum is a coordinate whose multiple, by a number or by parameters, is the rate of another one.
+    """
+    places, found, pairs = {node: i for i, node in enumerate(trace.state)}, dict[int, Any](), dict[int, int]()
+    for i, value in enumerate(values):
+        for j, factor in _multiple(value, places):
+            if i != j and i not in found and j not in found and j not in pairs:
+                found[j], pairs[i] = factor, j
+    if not found or len(pairs) * 2 != len(values) or all(number(x, 1) for x in found.values()):
+        return None
+    return write_function([found.get(j, 1) for j in range(len(values))], "factors"), pairs
+
+
+def _multiple(value: Any, places: dict[Node, int]) -> list[tuple[int, Any]]:
+    """The coordinate and the factor, if a value is a coordinate or a constant multiple of one."""
+    if not isinstance(value, Node):
+        return []
+    if value in places:
+        return [(places[value], 1)]
+    a, b = (*value.arguments, None)[:2] if value.arguments else (None, None)
+    if value.operation == "neg" and a in places:
+        return [(places[a], -1)]
+    if value.operation == "/" and isinstance(a, Node) and a in places and level(b) == RUN:
+        return [(places[a], 1 / b)]
+    for x, y in ((a, b), (b, a)):
+        if value.operation == "*" and isinstance(x, Node) and x in places and level(y) == RUN:
+            return [(places[x], y)]
+    return []
+
+
+def _of_velocities(
+    form: FirstOrder, momenta: tuple[Callable[..., Any], dict[int, int]], dimension: int, parameters: int
+) -> FirstOrder:
+    """The equations of positions and velocities, from those of positions and momenta."""
+    equations, (factors, pairs) = form.equations, momenta
+
+    def of_velocities(t: Any, state: Values, p: Values) -> Values:
+        c = factors(t, state, p)
+        own = tuple(state[i] / c[i] if i in pairs.values() else state[i] for i in range(dimension))
+        rates = equations(t, own, p)
+        return tuple(state[pairs[i]] if i in pairs else c[i] * rates[i] for i in range(dimension))
+
+    return FirstOrder(formulas(of_velocities, lambda own: own, "equations", (dimension, parameters, dimension)))
+
+
+def _at_rest(function: Callable[..., Any], dimension: int) -> Callable[[Values], Values]:
+    """The function of the parameters alone, of one that does not depend on time and state."""
+
+    def of_parameters(p: Values) -> Values:
+        found: Values = function(0.0, (0.0,) * dimension, p)
+        return found
+
+    return of_parameters
 
 
 def _positions(values: Sequence[Any], trace: Trace) -> tuple[dict[int, int], str]:
@@ -98,11 +165,5 @@ def _linear_part(
     for i in order:
         linear = sum((x * y for x, y in zip(constant[i], trace.state, strict=True) if not number(x, 0)), 0)
         rest.append(values[i] - linear)
-    matrix = write_function([constant[i][j] for i in order for j in order], "linear")
-    zero = (0.0,) * dimension
-
-    def of_parameters(p: Values) -> Values:
-        numbers: Values = matrix(0.0, zero, p)
-        return numbers
-
-    return SemiLinear(form.equations, linear=of_parameters, rest=write_function(rest, "rest", places))
+    matrix = _at_rest(write_function([constant[i][j] for i in order for j in order], "linear"), dimension)
+    return SemiLinear(form.equations, linear=matrix, rest=write_function(rest, "rest", places))

@@ -53,6 +53,8 @@ class OwnSystem(Case):
     forms_: ClassVar[tuple[Form, ...]]
     smooth: ClassVar[bool]
     order: ClassVar[tuple[int, ...]]
+    factors: ClassVar[Floats | None] = None
+    """The velocity over the user's coordinate of each component, by the user's sequence, if the user's are momenta."""
     lacking: ClassVar[str]
     """Why the equations have no accelerations that depend on the positions alone; "" if they have."""
     stated: ClassVar[Stated]
@@ -140,7 +142,7 @@ class OwnSystem(Case):
         """The state (dim,) of the reference at the end of the span, in the user's sequence."""
         found = np.empty(len(self.order))
         found[list(self.order)] = self.sample(np.array([float(self.span)]))[0]
-        return found
+        return found if self.factors is None else found / self.factors
 
     def reach(self) -> list[str]:
         """Sentences about what a method in binary64 can reach."""
@@ -236,12 +238,15 @@ def _kind(
     name = re.sub(r"\W", "_", name)
     name = f"own_{name}" if name in cases.names() else name
     first = next((form for form in forms if isinstance(form, FirstOrder)), None)
-    order, lacking, autonomous = tuple(range(len(start))), "", False
+    order, lacking, autonomous, factors = tuple(range(len(start))), "", False, None
     given: tuple[Form, ...] = tuple(forms)
     if type(first) is FirstOrder and first.source is None and not isinstance(first.equations, Called):
         derived = derive_forms(first, len(start), len(parameters))
         order, lacking, autonomous = derived.order, derived.lacking, derived.autonomous
         given = derived.forms if not stated.accelerations else (*forms, *derived.forms[1:])
+        if derived.factors is not None:
+            factors = np.array(derived.factors(tuple(parameters)), dtype=np.float64)
+            start = start * factors
     members = {
         "title": f"{name}, own equations",
         "name": name,
@@ -251,7 +256,7 @@ def _kind(
             Parameter("1", float(value), "", name=label)
             for label, value in zip(_parameter_names(stated, len(parameters)), parameters, strict=True)
         ),
-        "forms_": given, "order": order, "lacking": lacking, "autonomous": autonomous,
+        "forms_": given, "order": order, "lacking": lacking, "autonomous": autonomous, "factors": factors,
         "smooth": not any(isinstance(form, Hybrid) for form in forms),
         "__module__": __name__,
     }  # fmt: skip

@@ -149,7 +149,9 @@ class Stated:
         forms = (*own.forms, *(form for form in found.forms if type(form) is not FirstOrder))
         if found.order != tuple(range(len(start))):
             forms = found.forms
-        return Equations(forms, own.parameters, own, found.order, found.lacking)
+        factors = None if found.factors is None else np.array(found.factors(tuple(own.parameters)))
+        forms = found.forms if factors is not None else forms
+        return Equations(forms, own.parameters, own, found.order, factors, found.lacking)
 
 
 @dataclass(frozen=True)
@@ -161,18 +163,22 @@ class Equations:
     own: OwnEquations | None = None
     order: tuple[int, ...] | None = None
     """The place of each component of the forms' state among the user's; None if they are the same."""
+    factors: Floats | None = None
+    """The velocity over the user's coordinate of each component, by the user's sequence; None if all are 1."""
     lacking: str = ""
     """Why there are no accelerations that depend on the positions alone, if they were looked for."""
 
     def given(self, clock: Clock, state: Floats) -> Floats:
         """A state of the user as the forms have it."""
         found: Floats = state if self.own is None else clock.given(state)
+        found = found if self.factors is None else found * self.factors
         return found if self.order is None else found[list(self.order)]
 
     def back(self, clock: Clock, states: Floats) -> Floats:
         """States (n, dim) of the forms as the user has them."""
         found: Floats = clock.own(states)
-        return found if self.order is None else found[:, np.argsort(self.order)]
+        found = found if self.order is None else found[:, np.argsort(self.order)]
+        return found if self.factors is None else found / self.factors
 
 
 @dataclass

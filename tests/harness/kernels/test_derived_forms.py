@@ -105,3 +105,24 @@ def test_solve_says_that_rounding_is_above_the_tolerance() -> None:
     assert "cannot be reached" in gnomon.solve(lorenz, (0, 20), start, rtol=1e-12).message
     assert "cannot be reached" not in gnomon.solve(lorenz, (0, 1), start, rtol=1e-12).message
     assert "cannot be reached" not in gnomon.solve(lorenz, (0, 20), start, rtol=1e-6).message
+
+
+def hamilton(t: float, y: Floats, m: float, k: float) -> list[Any]:
+    """A mass on a spring and a rotor, in positions and momenta."""
+    x, a, p, j = y
+    return [p / m, 0.5 * j, -k * x + np.sin(a), -np.sin(a)]
+
+
+def test_momenta_become_velocities() -> None:
+    """Methods for accelerations take Hamilton's equations of unit or other masses; states come back as momenta."""
+    forms = derived(hamilton, 4, 2.0, 3.0)
+    assert isinstance(forms.forms[0], SecondOrder)
+    assert forms.factors is not None
+    assert forms.factors((2.0, 3.0)) == (1, 1, 0.5, 0.5)
+    assert forms.forms[0].acceleration(0.0, (0.3, 0.4), (2.0, 3.0)) == pytest.approx(
+        [(-0.9 + np.sin(0.4)) / 2, -0.5 * np.sin(0.4)]
+    )
+    start, args = [0.3, 0.4, 1.0, -1.0], (2.0, 3.0)
+    found = gnomon.solve(hamilton, (0, 5), start, "gnomon:Blanes-Moan 6", args=args, step=2.0**-7)
+    wanted = gnomon.solve(hamilton, (0, 5), start, args=args, rtol=1e-12)
+    assert np.max(np.abs(found.y - wanted.y)) < 1e-9

@@ -164,3 +164,10 @@ def spring(t: float, y: Floats) -> list[Any]:
 def test_equations_without_a_motion_are_named(fun: Callable[..., Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         system(fun, (0.0, 10.0), [1.0])
+
+
+def test_momenta_come_back_as_the_user_has_them() -> None:
+    found = system(lambda t, y, m: [y[1] / m, -y[0]], (0.0, 3.0), [1.0, 0.5], (4.0,))
+    wanted = [math.cos(1.5) + 0.25 * math.sin(1.5), -2 * math.sin(1.5) + 0.5 * math.cos(1.5)]
+    assert found.end == pytest.approx(wanted, abs=4 * ULP)
+    assert found.factors is not None
