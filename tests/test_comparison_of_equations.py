@@ -10,6 +10,7 @@ import pytest
 from gnomon.harness.commands import cli
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.results import reading
+from published_systems import SYSTEMS
 
 import gnomon
 
@@ -118,6 +119,28 @@ def test_wrong_calls_are_named(given: tuple[Any, ...], named: dict[str, Any], wo
         gnomon.compare(*given, **named)
 
 
+QUICK = ("arenstorf", "lorenz", "torque", "bead", "ball")
+
+
+@pytest.mark.filterwarnings("ignore:.*has no formulas")
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in SYSTEMS])
+def test_published_systems_are_compared_in_one_call(name: str) -> None:
+    """As their users write them: a tighter tolerance has a smaller error against the reference, whose end is published."""
+    known = SYSTEMS[name]
+    methods = ["gnomon:DOP853"]
+    if isinstance(known.f, gnomon.Hybrid):
+        methods = ["gnomon:DOP853 [events]"]
+    elif known.stiff:
+        methods = ["scipy:LSODA", "scipy:Radau"]
+    found = gnomon.compare(
+        known.f, known.t_span, known.start, methods, args=known.args, settings=[1e-5, 1e-11], limit_seconds=LONG
+    )
+    for method in methods:
+        loose, tight = errors(found, method)
+        assert tight < 1e-5
+        assert tight < loose / 10 or loose < 1e-12
+
+
 MINE = """
 import numpy as np
 
@@ -134,7 +157,9 @@ def lowest(t, y, g):
 def test_from_a_file_with_a_function_to_a_recommendation_in_one_command(tmp_path: Path) -> None:
     """As a new user does it; the file of the results is one that the other commands read."""
     (tmp_path / "own_swing.py").write_text(MINE, encoding="utf-8")
-    words = "--equations own_swing.py:swing --span 0,3 --start 1.2,0 --parameters 9.81 --out runs/mine.sqlite --limit 300"
+    words = (
+        "--equations own_swing.py:swing --span 0,3 --start 1.2,0 --parameters 9.81 --out runs/mine.sqlite --limit 300"
+    )
     methods = ["--integrator", "gnomon:DOP853", "--integrator", "scipy:RK45"]
     gnomon_run = [sys.executable, "-c", "from gnomon.harness.commands.cli import main; main()", "run"]
     ended = subprocess.run(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, SecondOrder, SemiLinear, Values
+from gnomon.cases.core.forms import FirstOrder, Form, Hybrid, Mode, NBody, SecondOrder, SemiLinear, Values
 from gnomon.harness.kernels.derivatives import jacobian
 from gnomon.harness.kernels.read_function import formulas, write_function
 from gnomon.harness.kernels.traced import RUN, Node, Trace, level, number, reached, traced
@@ -118,6 +118,26 @@ def _at_rest(function: Callable[..., Any], dimension: int) -> Callable[[Values],
         return found
 
     return of_parameters
+
+
+def of_bodies(form: NBody, dimension: int, parameters: int) -> FirstOrder:
+    """The equations of motion of gravitating bodies, whose state is linear in places and velocities."""
+    masses, bodies, state_of = form.masses, form.bodies, form.state
+
+    def equations(t: Any, state: Values, p: Values) -> Values:
+        pulls, each = masses(p), bodies(state)
+        rates = []
+        for i, (x, y, z, u, v, w) in enumerate(each):
+            a = b = c = 0.0
+            for j, (xj, yj, zj, *_) in enumerate(each):
+                if i != j:
+                    r2 = (xj - x) ** 2 + (yj - y) ** 2 + (zj - z) ** 2
+                    pull = pulls[j] / (r2 * r2**0.5)
+                    a, b, c = a + pull * (xj - x), b + pull * (yj - y), c + pull * (zj - z)
+            rates.append((u, v, w, a, b, c))
+        return state_of(tuple(rates))
+
+    return FirstOrder(formulas(equations, lambda own: own, "equations", (dimension, parameters, dimension)))
 
 
 def _positions(values: Sequence[Any], trace: Trace) -> tuple[dict[int, int], str]:

@@ -79,6 +79,7 @@ def call_lines(
     options += ["accelerations=True"] if stated.accelerations else []
     events = [getattr(each, "__name__", "event") for each in stated.events]
     options += [f"events=[{', '.join(events)}]"] if events else []
+    name = "equations" if isinstance(stated.fun, Form) else name
     numbers = ", ".join(_short(x) for x in start)
     return (
         f"import gnomon\n{imported}\n"

@@ -242,11 +242,16 @@ def _kind(
     given: tuple[Form, ...] = tuple(forms)
     if type(first) is FirstOrder and first.source is None and not isinstance(first.equations, Called):
         derived = derive_forms(first, len(start), len(parameters))
-        order, lacking, autonomous = derived.order, derived.lacking, derived.autonomous
-        given = derived.forms if not stated.accelerations else (*forms, *derived.forms[1:])
-        if derived.factors is not None:
-            factors = np.array(derived.factors(tuple(parameters)), dtype=np.float64)
-            start = start * factors
+        others = tuple(form for form in derived.forms if type(form) is not FirstOrder)
+        is_same = derived.factors is None and derived.order == order
+        lacking, autonomous = derived.lacking, derived.autonomous
+        if isinstance(stated.fun, Form) or stated.accelerations:  # its state stays as it is
+            given = (*forms, *(form for form in others if is_same and type(form) not in map(type, forms)))
+        else:
+            order, given = derived.order, derived.forms
+            if derived.factors is not None:
+                factors = np.array(derived.factors(tuple(parameters)), dtype=np.float64)
+                start = start * factors
     members = {
         "title": f"{name}, own equations",
         "name": name,

@@ -8,13 +8,13 @@ from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
-from gnomon.cases.core.forms import FirstOrder, Form, first_order
+from gnomon.cases.core.forms import FirstOrder, Form, NBody, first_order
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solution, Steps
 from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.contract.validation import Unusable, short
 from gnomon.harness.integrators.base.fixed_step import FixedStep
 from gnomon.harness.kernels.compiling import shown
-from gnomon.harness.kernels.derived_forms import derive_forms
+from gnomon.harness.kernels.derived_forms import derive_forms, of_bodies
 from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.running.call_watch import place
 from gnomon.harness.running.clock import Clock
@@ -135,8 +135,11 @@ class Stated:
         if isinstance(self.fun, CaseEquations):
             return Equations(self.fun.forms, list(self.fun.parameters.values()))
         if isinstance(self.fun, Form):
-            forms = (self.fun, *(x for x in (first_order(self.fun),) if x not in (None, self.fun)))
-            return Equations(forms, self.arguments.numbers)
+            numbers = self.arguments.numbers
+            implied = (
+                of_bodies(self.fun, len(start), len(numbers)) if isinstance(self.fun, NBody) else first_order(self.fun)
+            )
+            return Equations((self.fun, *(x for x in (implied,) if x not in (None, self.fun))), numbers)
         own = OwnEquations(self.fun, clock, self.arguments, start, self.accelerations)
         if self.jac is not None:
             own.with_jacobian(self.jac)

@@ -126,3 +126,20 @@ def test_momenta_become_velocities() -> None:
     found = gnomon.solve(hamilton, (0, 5), start, "gnomon:Blanes-Moan 6", args=args, step=2.0**-7)
     wanted = gnomon.solve(hamilton, (0, 5), start, args=args, rtol=1e-12)
     assert np.max(np.abs(found.y - wanted.y)) < 1e-9
+
+
+def test_gravitating_bodies_have_equations_of_first_order() -> None:
+    """Two bodies on circles about each other: after a turn they are where they began."""
+
+    def masses(p: Any) -> tuple[float, ...]:
+        return 0.75, 0.25
+
+    def bodies(state: Any) -> tuple[Any, ...]:
+        return state[:6], state[6:]
+
+    def state(bodies: Any) -> tuple[Any, ...]:
+        return (*bodies[0], *bodies[1])
+
+    start = [-0.25, 0.0, 0.0, 0.0, -0.25, 0.0, 0.75, 0.0, 0.0, 0.0, 0.75, 0.0]
+    turn = gnomon.solve(gnomon.NBody(masses, bodies, state), (0, 2 * np.pi), start, t_eval=[2 * np.pi], rtol=1e-12)
+    assert np.max(np.abs(turn.y[:, 0] - start)) < 1e-10
