@@ -62,6 +62,8 @@ def explain_form(accepted: str, stated: Stated, order: Sequence[int], lacking: s
         return "takes a scene of bodies, joints and contacts, not equations; see `gnomon scene`"
     why = f"; {lacking}" if lacking and "SecondOrder" in accepted else ""
     numbers = "".join(f", {each}" for each in _further(stated.fun))
+    if form not in FORMS:
+        return f"takes {accepted}, which {name} does not state{why}"
     text = FORMS[form].format(name=name, half=len(order) // 2, size=len(order) ** 2, span="span", args=numbers)
     return f"takes {accepted}, which {name} does not state{why}. State it as\n{text}"
 

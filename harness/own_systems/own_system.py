@@ -89,7 +89,8 @@ class OwnSystem(Case):
         return explain_form(accepted, self.stated, self.order, self.lacking)
 
     def lines(self, method: str, setting: float, kind: str) -> str:
-        """The lines of Python that run a method on these equations."""
+        """The lines of Python that run a method on these equations, at a tolerance or a step of the problem's time."""
+        setting = setting * self.whole.clock.scale if kind == "step" else setting
         return call_lines(self.stated, self.span_given, self.start_given, method, setting, kind)
 
     def scales(self) -> dict[str, float]:
@@ -148,7 +149,9 @@ class OwnSystem(Case):
         """Sentences about what a method in binary64 can reach."""
         clock, effect = self.whole.clock, self.effects[0]
         known = np.flatnonzero(np.isfinite(effect))
-        last = int(known[-1]) if len(known) else 0
+        if not len(known):
+            return ["the effect of rounding the start is not known: its equations take too many evaluations"]
+        last = int(known[-1])
         found = [
             f"rounding of the start alone moves this motion by {effect[last]:.1g} of its size"
             f" at t = {clock.time(self.moments[last]):.4g}"
@@ -196,7 +199,7 @@ def _solve_smooth(
 
     def solve(rough: RoughMotion) -> None:
         kind.rough, kind.effects = rough, rounding_effect(rates, start, kind.moments, rough)
-        effect = float(np.nanmax(kind.effects[1]))
+        effect = float(np.nanmax(np.append(kind.effects[1], 0.0)))  # 0 where it is not known
         kind.reference = smooth_reference(case.forms, start, parameters, kind.moments, rough, effect)
 
     solve(rough_motion(rates, start, float(case.span), kind.moments))

@@ -76,10 +76,10 @@ class Reference:
     def text(self) -> str:
         """A sentence about the reference."""
         largest, bound = float(self.differences.max()), float(self.error[-1])
-        agree = f"{' and '.join(self.methods)} agree to {largest:.1g} of the size of each coordinate"
+        words = f"{' and '.join(self.methods)} agree to {largest:.1g} of the size of each coordinate"
         if self.why:
-            return f"reference in binary64 ({self.why}): {agree}; errors below {bound:.1g} are below the reference"
-        return f"reference with {self.digits} digits: {agree}"
+            return f"reference in binary64 ({self.why}): {words}; errors below {bound:.1g} are below the reference"
+        return f"reference with {self.digits} digits: {words}; it counts as right to {bound:.1g}"
 
 
 def smooth_reference(

@@ -23,7 +23,10 @@ from gnomon.harness.reporting.report_stability import stability_charts
 from gnomon.harness.results import analysis
 
 TIMED = "timing span"
-FLOOR, CONDITIONING = "floor: half an ulp of the output", "conditioning: half an ulp of the input"
+FLOOR, CONDITIONING = (
+    "floor: half an ulp of the output, or the error of the reference",
+    "conditioning: half an ulp of the input",
+)
 
 MANIFEST = "figures.json"
 """Lists the figures that a report wrote into its folder."""
