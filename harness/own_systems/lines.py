@@ -72,21 +72,25 @@ def call_lines(
     stated: Stated, span: tuple[float, float], start: Sequence[float], method: str, setting: float, kind: str
 ) -> str:
     """The call of `gnomon.solve` with this method, at a tolerance or a step."""
-    name, module = name_of(stated.fun), getattr(stated.fun, "__module__", MAIN)
-    inner = getattr(stated.fun, "func", stated.fun)
-    is_found = not isinstance(stated.fun, Form) and getattr(inner, "__qualname__", "<") == name and module != MAIN
-    imported = f"from {module} import {name}\n" if is_found else ""
+    name = "equations" if isinstance(stated.fun, Form) else name_of(stated.fun)
+    imported = "".join(map(_import_line, (stated.fun, *stated.events)))
     options = [f"rtol={setting:.4g}" if kind == "tolerance" else f"step={setting!r}"]
     options += [f"args={stated.arguments.args!r}"] if stated.arguments.args else []
     options += ["accelerations=True"] if stated.accelerations else []
     events = [getattr(each, "__name__", "event") for each in stated.events]
     options += [f"events=[{', '.join(events)}]"] if events else []
-    name = "equations" if isinstance(stated.fun, Form) else name
     numbers = ", ".join(_short(x) for x in start)
     return (
         f"import gnomon\n{imported}\n"
         f'found = gnomon.solve({name}, ({_short(span[0])}, {_short(span[1])}), [{numbers}], "{method}", {", ".join(options)})\n'
     )
+
+
+def _import_line(fun: Any) -> str:
+    """The line that imports a function of a module; "" for a form, and for a function of the script or of another one."""
+    inner, module = getattr(fun, "func", fun), getattr(fun, "__module__", MAIN)
+    is_found = not isinstance(fun, Form) and getattr(inner, "__qualname__", "<") == name_of(fun) and module != MAIN
+    return f"from {module} import {name_of(fun)}\n" if is_found else ""
 
 
 def _short(x: float) -> str:

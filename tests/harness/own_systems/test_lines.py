@@ -27,6 +27,16 @@ def test_a_method_says_which_form_it_wants_and_shows_it(integrator: Integrator) 
     compile(shown, "<shown>", "exec")
 
 
+def lowest(t: float, y: Any, g: float) -> Any:
+    return y[0]
+
+
+def test_events_are_imported_too() -> None:
+    text = call_lines(Stated(swing, Arguments((9.81,)), [lowest]), (0.0, 1.0), (1.0, 0.0), "gnomon:RK4", 0.1, "step")
+    assert f"from {__name__} import lowest" in text
+    assert "events=[lowest]" in text
+
+
 def test_the_call_has_the_options_of_the_system() -> None:
     text = call_lines(STATED, (0.0, 10.0), (1.0, 0.5), "gnomon:RK4", 0.01, "step")
     assert 'gnomon.solve(swing, (0, 10), [1, 0.5], "gnomon:RK4", step=0.01, args=(9.81,))' in text
