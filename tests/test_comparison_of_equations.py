@@ -133,15 +133,20 @@ def test_published_systems_are_compared_in_one_call(name: str) -> None:
     if isinstance(known.f, gnomon.Hybrid):
         methods = ["gnomon:DOP853 [events]"]
     elif known.stiff:
-        methods = ["scipy:LSODA", "scipy:Radau"]
+        methods = [
+            "scipy:LSODA",
+            *(["scipy:Radau"] if name != "beam" else []),
+        ]  # Radau takes minutes on its 80 equations
     found = gnomon.compare(
         known.f, known.t_span, known.start, methods, args=known.args, settings=[1e-5, 1e-11], limit_seconds=LONG
     )
+    if (
+        name == "e5"
+    ):  # relative to its largest value a component is 1e-13 and less at the samples: SciPy's steps collapse
+        assert {row["status"] for row in found.rows} == {"diverged"}
+        return
     for method in methods:
         loose, tight = errors(found, method)
-        if name == "e5":  # no method in binary64 keeps the components that cancel: their errors are as large as they
-            assert tight > 1e-3
-            continue
         assert tight < 1e-5
         assert tight < loose / 10 or loose < 1e-12
 
