@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -17,9 +18,11 @@ import numpy as np
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Event
 from gnomon.cases.core.forms import Hybrid, Transition
-from gnomon.harness.contract.integrator import Floats
+from gnomon.harness.contract.integrator import Floats, Problem, Solution
+from gnomon.harness.measuring.prepared import Prepared
 from gnomon.harness.measuring.rounding_effect import RoughMotion
-from gnomon.harness.own_systems.smooth_reference import MARGIN, Reference
+from gnomon.harness.own_systems.smooth_reference import MARGIN, TIGHT, Reference
+from gnomon.harness.registry import lookup
 from gnomon.harness.system.supervisor import calls
 from gnomon.reference.integration.taylor_events import Exit, Happened, Limit, ModesPath
 from gnomon.reference.numerics.balls import ball, precision
@@ -249,3 +252,48 @@ def hybrid_effect(motion: HybridMotion, times: Floats, rough: RoughMotion) -> tu
     rates = _rates(motion, times, _rounded(motion, times))
     ticks = np.max(np.abs(rates) / rough.sizes, axis=1) * np.spacing(times) / 2
     return np.sqrt(start), np.sqrt(total + ticks**2)
+
+
+TIGHT_METHODS = ("gnomon:DOP853 [events]", "scipy:DOP853 [events]")
+"""The two methods in binary64, where the functions of a form are not known in high precision."""
+
+
+def binary64_events(
+    form: Hybrid, start: Floats, parameters: Sequence[float], span: float
+) -> tuple[tuple[Event, ...], RoughMotion]:
+    """The events as a tight method locates them, and the motion on a grid. Raises ValueError if it does not reach the end."""
+    times = np.linspace(0, span, GRID)
+    solution = _tight_solution(TIGHT_METHODS[0], form, start, parameters, times[1:])
+    states = np.vstack([start, solution.states[0]])
+    sizes = np.max(np.abs(states), axis=0)
+    rates = np.max(np.abs(np.diff(states, axis=0)), axis=0) / times[1]
+    fastest = float(np.max(np.divide(rates, sizes, out=np.zeros_like(rates), where=sizes > 0)))
+    events = tuple(Event(mpf(t), name, (), ()) for t, name in solution.events or ())
+    return events, RoughMotion(
+        times, states, np.where(sizes > 0, sizes, 1.0), min(span, 1 / (fastest or 1 / span)), False
+    )
+
+
+def hybrid_in_binary64(
+    form: Hybrid, start: Floats, parameters: Sequence[float], times: Floats, rough: RoughMotion, why: str
+) -> Reference:
+    """The reference by two tight methods with events. Raises ValueError if one does not reach the end."""
+    first, second = (_tight_solution(name, form, start, parameters, times) for name in TIGHT_METHODS)
+    differences = np.max(np.abs(first.states[0] - second.states[0]) / rough.sizes, axis=1)
+    apart = max(
+        (abs(a - b) for (a, _), (b, _) in zip(first.events or (), second.events or (), strict=False)), default=0.0
+    )
+    return Reference(
+        first.states[0], np.maximum(differences, 2.0**-53), TIGHT_METHODS, 16, why, event_error=MARGIN * apart
+    )
+
+
+def _tight_solution(name: str, form: Hybrid, start: Floats, parameters: Sequence[float], times: Floats) -> Solution:
+    integrator, numbers = lookup.find_one(name), np.array(parameters, dtype=np.float64)
+    settled = replace(form, settle=0.0) if math.isnan(form.settle) else form
+    problem = Problem(settled, len(start), numbers, times, float(times[-1]) / GRID)
+    with Prepared(integrator, problem, max(TIGHT, getattr(integrator.sweep, "tightest", TIGHT))) as prepared:
+        solution = prepared(start[None])
+    if solution.stopped is not None or not np.isfinite(solution.states).all():
+        raise ValueError(f"no reference: {name} does not reach the end of the span ({solution.stopped})")
+    return solution

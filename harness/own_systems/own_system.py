@@ -26,8 +26,10 @@ from gnomon.harness.kernels.derived_forms import derive_forms
 from gnomon.harness.measuring.rounding_effect import Rates, RoughMotion, rough_motion, rounding_effect
 from gnomon.harness.own_systems.hybrid_reference import (
     HybridMotion,
+    binary64_events,
     case_events,
     hybrid_effect,
+    hybrid_in_binary64,
     hybrid_reference,
     rough_hybrid,
 )
@@ -150,7 +152,7 @@ class OwnSystem(Case):
         clock, effect = self.whole.clock, self.effects[0]
         known = np.flatnonzero(np.isfinite(effect))
         if not len(known):
-            return ["the effect of rounding the start is not known: its equations take too many evaluations"]
+            return ["the effect of rounding the start was not computed"]
         last = int(known[-1])
         found = [
             f"rounding of the start alone moves this motion by {effect[last]:.1g} of its size"
@@ -213,20 +215,22 @@ def _solve_smooth(
 def _solve_with_events(
     kind: type[OwnSystem], case: OwnSystem, start: Floats, parameters: Sequence[float], told: Callable[[str], None]
 ) -> None:
-    form = case.hybrid
-    assert form is not None
-    motion = HybridMotion(form, case.initial_state, [Fraction(x) for x in parameters], float(case.span))
+    form, span = next(form for form in case.forms if isinstance(form, Hybrid)), float(case.span)
     try:
-        kind.found_events = case_events(motion)
-        kind.rough = rough_hybrid(motion)
-        kind.moments = np.unique(np.append(case.times, float(case.span)))
+        motion = HybridMotion(form, case.initial_state, [Fraction(x) for x in parameters], span)
+        kind.found_events, kind.rough = case_events(motion), rough_hybrid(motion)
+        kind.moments = np.unique(np.append(case.times, span))
         kind.effects = hybrid_effect(motion, kind.moments, kind.rough)
-        for text in case.reach():
-            told(text)
         kind.reference = hybrid_reference(motion, kind.moments, kind.rough)
-    except (ArithmeticError, TypeError) as error:
-        raise ValueError(f"{kind.name}: no reference of the motion with its events: {error}") from error
-    told(kind.reference.text())
+    except (ArithmeticError, AttributeError, TypeError, ValueError) as error:  # a function that balls do not have
+        vars(case).pop("times", None)
+        kind.found_events, kind.rough = binary64_events(form, start, parameters, span)
+        kind.moments = np.unique(np.append(case.times, span))
+        unknown = np.full(len(kind.moments), np.nan)
+        kind.effects = unknown, unknown
+        kind.reference = hybrid_in_binary64(form, start, parameters, kind.moments, kind.rough, str(error))
+    for text in (*case.reach(), kind.reference.text()):
+        told(text)
 
 
 def first_equations(forms: Sequence[Form]) -> Callable[..., Any]:

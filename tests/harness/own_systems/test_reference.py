@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from fractions import Fraction
+from math import atan2
 from typing import Any
 
 import numpy as np
@@ -188,3 +189,32 @@ def test_momenta_come_back_as_the_user_has_them() -> None:
     wanted = [math.cos(1.5) + 0.25 * math.sin(1.5), -2 * math.sin(1.5) + 0.5 * math.cos(1.5)]
     assert found.end == pytest.approx(wanted, abs=4 * ULP)
     assert found.factors is not None
+
+
+def test_events_with_a_function_that_high_precision_does_not_have() -> None:
+    """The angle of a turning point passes 1 at t = 1: two tight methods in binary64 take the place of high precision."""
+    form = gnomon.Hybrid(
+        (gnomon.Mode("before", turning), gnomon.Mode("after", turning)),
+        before,
+        (gnomon.Transition("up", "before", angle_past_one, 1, as_is, "after"),),
+    )
+    found = system(form, (0.0, 2.0), [1.0, 0.0])
+    assert "binary64" in found.reference.text()
+    assert [float(event.time) for event in found.events()] == pytest.approx([1.0], abs=1e-9)
+    assert np.max(np.abs(found.end - [math.cos(2), math.sin(2)])) <= found.reference_error < 1e-9
+
+
+def turning(t: float, y: Any, p: Any) -> tuple[Any, ...]:
+    return -y[1], y[0]
+
+
+def before(t: float, y: Any, p: Any) -> str:
+    return "before"
+
+
+def angle_past_one(t: float, y: Any, p: Any) -> tuple[Any, ...]:
+    return (atan2(y[1], y[0]) - 1.0,)
+
+
+def as_is(t: float, y: Any, p: Any) -> Any:
+    return y
