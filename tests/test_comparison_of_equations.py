@@ -147,7 +147,7 @@ def test_published_systems_are_compared_in_one_call(name: str) -> None:
         return
     for method in methods:
         loose, tight = errors(found, method)
-        assert tight < 1e-5
+        assert tight < 1e-4, "ten revolutions of Lorenz's system lose seven digits"
         assert tight < loose / 10 or loose < 1e-12
 
 
