@@ -92,7 +92,7 @@ def test_errors_below_a_reference_in_binary64_are_told_so() -> None:
     bound = max(row["floor"] for row in found.rows if row["floor"] is not None)
     assert f"< {bound:.1e}"[:4] in str(found)
     assert found.best(1e-6).error <= 1e-6
-    assert "needs the equations as formulas" in " ".join(str(found).split()), "Taylor's method"
+    assert "needs the formulas of equations" in " ".join(str(found).split()), "Taylor's method"
 
 
 def test_equations_with_an_event_are_for_methods_with_events() -> None:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gnomon.harness.commands.options import out, problems
+from gnomon.harness.commands.options import ensure_results, out, problems
 from rich.markup import escape
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ def read_problem(
     accelerations: bool,
     suite: Suite,
     integrators: Sequence[Integrator],
+    out_path: Path,
 ) -> tuple[list[tuple[Case, str]], Suite, list[Integrator]]:
     """The equations at a place with their reference, as a case with its label; the suite and the integrators for them.
 
@@ -56,7 +57,9 @@ def read_problem(
     fun, module = _load(place), place.rpartition(":")[0]
     located = [_load(name if ":" in name else f"{module}:{name}") for name in events or ()]
     arguments = Arguments(tuple(_numbers(numbers, "--parameters") if numbers else ()))
-    system = make_system(Stated(fun, arguments, located, accelerations), times, _numbers(start, "--start"), told=_tell)
+    begin = _numbers(start, "--start")
+    ensure_results(out_path)  # before the reference, which takes seconds
+    system = make_system(Stated(fun, arguments, located, accelerations), times, begin, told=_tell)
     label = f" {span} from {start}{f' with {numbers}' if numbers else ''}"
     own = replace(suite, name="equations", launches=1, timing_spans=False, first_use=False)
     return [(system, label)], own, [one for one in integrators if one.accepts != (SceneForm,)]

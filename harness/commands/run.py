@@ -110,13 +110,13 @@ def run(
     integrators = selection.integrators_of(_integrators(integrator or [], command or [], chosen_suite), library, kind)
     if settings:
         chosen_suite = replace(chosen_suite, settings=choose_settings(read_settings(settings), integrators))
-    options.ensure_results(out_path)
     if equations is not None:
         stated = (span, start, numbers), event, accelerations
-        chosen, chosen_suite, integrators = read_problem(equations, *stated, chosen_suite, integrators)
+        chosen, chosen_suite, integrators = read_problem(equations, *stated, chosen_suite, integrators, out_path)
     else:
         chosen = options.chosen(case or chosen_suite.names(), bool(case) and chosen_suite.variants, parameters)
         chosen = plan.with_timing_spans(selection.cases_of(chosen, family, kind), chosen_suite)
+    options.ensure_results(out_path)
     page = _page(report, out_path, chosen)
     # The scenes of the suite `engines` are variants, on which all ways to drive an engine are compared.
     every = named or chosen_suite.engines

@@ -14,10 +14,7 @@ class Called:
     then on the values are nan, which ends the integration.
     """
 
-    refusal = (
-        "needs the equations as formulas; these are called from Python, because they branch on a value of the motion or"
-        " read a table"
-    )
+    refusal = "needs the formulas of equations, and these have none: they are called from Python"
     """The reason of a method that compiles or differentiates equations."""
 
     def __init__(self, function: Callable[[float, Floats], Any], outputs: int) -> None:

@@ -132,9 +132,9 @@ def reference_solutions(
     if not missing:
         return found
     workers = min(os.cpu_count() or 1, len(missing))
-    method = "fork" if any(spec.in_process for spec in missing) else "forkserver"
+    how = {"method": "fork"} if any(spec.in_process for spec in missing) else {}
     in_main = any(spec.in_main for spec in missing)
-    with closing(calls(reference_solution, missing, workers, method, main=in_main)) as solutions:
+    with closing(calls(reference_solution, missing, workers, main=in_main, **how)) as solutions:
         for spec, made in solutions:
             found[spec] = f"{type(made).__name__}: {made}" if isinstance(made, BaseException) else made
             progress()

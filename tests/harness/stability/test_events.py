@@ -118,10 +118,11 @@ def test_in_house_methods_find_every_event_deeper_than_their_error_and_invent_no
 
 
 def test_interpolants_of_long_steps_miss_grazing_events() -> None:
-    """One step of the fifth-order pair passes over the whole of free fall, whose parabola it solves without an error."""
+    """The fifth-order pair solves the parabola of free fall without an error: steps of a quarter of the time scale, the
+    longest that its adapter allows, pass over a shallow grazing, not over a deep one."""
     integrator = find_one("scipy:RK45 [events]")
     fall = [passed(integrator, BY_NAME["grazing_fall"], depth, 1e-4, 0.0) for depth in (1e-1, 1e-6)]
-    assert [row["found"] for row in fall] == [0, 0]
+    assert fall[0]["found"] > fall[1]["found"] == 0
     swing = passed(integrator, BY_NAME["grazing_oscillator"], 1e-3, 1e-4, 0.0)
     assert swing["found"] < swing["starts"] / 2
 

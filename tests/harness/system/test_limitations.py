@@ -24,12 +24,12 @@ NAMES = {
     " wait4 WIFSIGNALED WTERMSIG O_NOFOLLOW O_DIRECTORY O_CLOEXEC O_NONBLOCK set_blocking sched_getaffinity mkfifo nice",
     signal: "SIGKILL SIGHUP SIGQUIT SIGALRM SIGCHLD SIGXCPU pthread_sigmask alarm setitimer pause",
 }
-# The server of worker processes alone imports `preload`, which redirects the output.
+# The server of worker processes alone imports `preload`, which redirects the output, and methods of JAX alone `jax_calls`.
 OURS = [
     one.name
     for package in (gnomon.reference, gnomon.cases, gnomon.harness)
     for one in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
-    if not one.name.endswith(".preload")
+    if not one.name.endswith((".preload", ".jax_calls"))
 ]
 
 
