@@ -132,7 +132,7 @@ def reference_solutions(
     if not missing:
         return found
     workers = min(os.cpu_count() or 1, len(missing))
-    how = {"method": "fork"} if any(spec.in_process for spec in missing) else {}
+    how: dict[str, Any] = {"method": "fork"} if any(spec.in_process for spec in missing) else {}
     in_main = any(spec.in_main for spec in missing)
     with closing(calls(reference_solution, missing, workers, main=in_main, **how)) as solutions:
         for spec, made in solutions:
