@@ -1,20 +1,24 @@
 """Drake: MultibodyPlant, built from scenes, continuous with fixed-step integrators, or discrete.
 
-How it is driven, and why: a continuous plant is a system of equations that any of Drake's integrators takes; its steps
-are fixed, because the target accuracy of error control does not bound the error. Forces are a system of the diagram, so
-that each stage evaluates them. A discrete plant is stepped with its contact solver, forces constant over a step. Traps:
+How it is driven, and why: a continuous plant is a system of equations that any of Drake's integrators takes, at fixed steps
+or under error control, which is the default. The target accuracy is no relative tolerance: a motion smaller than it is
+stepped at the longest step. Forces are a system of symbolic expressions in the diagram, so that each stage evaluates them
+without Python (`drake_forces.py`). A discrete plant is stepped with its contact solver, forces constant over a step. Traps:
 the only ball joint is singular at a pitch of 90 degrees; continuous contact is a spring that a fixed step must resolve;
 the plant's defaults leave contact as soft as 1 mm.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
 from logging import ERROR, getLogger
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.adapters.engines.drake_world import World
-from gnomon.harness.adapters.engines.scene_run import SceneIntegrator
-from gnomon.harness.contract.integrator import Steps
+from gnomon.harness.adapters.engines.drake_world import Control, World
+from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, SceneRun
+from gnomon.harness.contract.integrator import Floats, Problem, Solution, Solver, Steps, Tolerance
+from gnomon.harness.contract.validation import require_positive
 
 LACKS = {
     "driven_axis": "no joint whose motion is prescribed; a joint can only be locked",
@@ -38,6 +42,8 @@ LACKS = {
     "knife_edge": "no constraints of velocities",
 }
 
+CONTACTS = ("rigid_impact", "coulomb_isotropic", "thin_rod_contact", "body_contact")
+
 LINES = {
     "integration_scheme": 'integrator = ResetIntegratorFromFlags(simulator, "{}", dt)',
     "fixed_step_mode": "integrator.set_fixed_step_mode({})  # the default accuracy does not bound the error",
@@ -48,6 +54,21 @@ LINES = {
     "hunt_crossley_dissipation": "AddContactMaterial(properties=properties, dissipation={})  # of each body",
 }
 """The names are those of `pydrake.all`."""
+CONTROL_LINES = {
+    "integration_scheme": LINES["integration_scheme"],
+    "target_accuracy": "integrator.set_target_accuracy({})  # default 1e-4; significant digits, of numbers near 1",
+    "maximum_step_size": "integrator.set_maximum_step_size({})  # a time in which the motion changes by its size",
+    "requested_minimum_step_size": "integrator.set_requested_minimum_step_size({})  # it ends where it finds no step",
+}
+
+
+def drake() -> Any:
+    """The library, loaded at its first use."""
+    import pydrake.all  # without the library the status is `not_installed`
+
+    # Half spaces bring a warning about deformable bodies, of which no scene has any.
+    getLogger("drake").setLevel(ERROR)
+    return pydrake.all
 
 
 class DrakeRungeKutta3(SceneIntegrator):
@@ -68,17 +89,69 @@ class DrakeRungeKutta3(SceneIntegrator):
     configured: ClassVar[bool] = True
 
     def world(self, form: SceneForm, dt: float) -> World:
-        import pydrake.all  # without the library the status is `not_installed`
-
-        # Half spaces bring a warning about deformable bodies, of which no scene has any.
-        getLogger("drake").setLevel(ERROR)
-        return World(pydrake.all, form, dt, self.scheme, self.configured)
+        return World(drake(), form, dt, self.scheme, self.configured)
 
 
 class DrakeRungeKutta5(DrakeRungeKutta3):
     """A continuous plant with Drake's Runge-Kutta method of order 5 at fixed steps."""
 
     name, order, scheme = "runge_kutta5", 5, "runge_kutta5"
+
+
+class DrakeControlled(DrakeRungeKutta3):
+    """A continuous plant with Drake's default integrator as it is shipped: error control chooses the steps. Order 3."""
+
+    policy, sampling = "error control", "stops at samples"
+    sweep = Tolerance(loosest=1e-2, tightest=1e-10)
+    lines: ClassVar[Mapping[str, str]] = CONTROL_LINES
+    lacks: ClassVar[Mapping[str, str]] = LACKS | dict.fromkeys(
+        CONTACTS, "a spring, which is as stiff as a fixed step admits"
+    )
+
+    def prepare(self, problem: Problem, setting: float) -> Solver:
+        require_positive(setting, "accuracy")
+        # No step is longer than a time in which the motion changes by its size: the accuracy is for numbers near 1.
+        control = Control(setting, problem.time_scale, problem.elapsed)
+        make = partial(World, drake(), dt=0.0, scheme=self.scheme, configured=self.configured, control=control)
+        return ControlledRun(make, problem, 0.0)
+
+
+class ControlledRun(SceneRun):
+    """A solver whose world goes from sample to sample, and counts the steps."""
+
+    def count(self, times: Floats, dt: float) -> list[int]:
+        return list(range(1, len(times) + 1))
+
+    def _solve(self, initial_states: Floats) -> Solution:
+        before = self.world.taken
+        found = super()._solve(initial_states)
+        return replace(found, steps=self.world.taken - before)
+
+
+class DrakeBogackiShampine3(DrakeControlled):
+    """A continuous plant with the pair of Bogacki and Shampine (1989), under error control. Order 3."""
+
+    name, scheme = "bogacki_shampine3", "bogacki_shampine3"
+
+
+class DrakeControlled5(DrakeControlled):
+    """A continuous plant with the pair of Dormand and Prince (1980), under error control. Order 5."""
+
+    name, order, scheme = "runge_kutta5", 5, "runge_kutta5"
+
+
+class DrakeRadau1(DrakeControlled):
+    """A continuous plant with Radau's implicit method of one stage, under error control. Order 1."""
+
+    name, order, scheme, primary = "radau1", 1, "radau1", False
+    sweep = Tolerance(loosest=1e-2, tightest=1e-4)
+
+
+class DrakeRadau3(DrakeControlled):
+    """A continuous plant with Radau's implicit method of two stages, under error control. Order 3."""
+
+    name, scheme, primary = "radau3", "radau3", False
+    sweep = Tolerance(loosest=1e-2, tightest=1e-8)
 
 
 class DrakeSap(DrakeRungeKutta3):
@@ -107,4 +180,15 @@ class DrakeAsShipped(DrakeRungeKutta3):
     configured, lacks = False, LACKS
 
 
-INTEGRATORS = (DrakeRungeKutta3, DrakeRungeKutta5, DrakeSap, DrakeTamsi, DrakeAsShipped)
+INTEGRATORS = (
+    DrakeRungeKutta3,
+    DrakeRungeKutta5,
+    DrakeControlled,
+    DrakeControlled5,
+    DrakeBogackiShampine3,
+    DrakeRadau1,
+    DrakeRadau3,
+    DrakeSap,
+    DrakeTamsi,
+    DrakeAsShipped,
+)

@@ -2,15 +2,27 @@
 
 from collections.abc import Callable
 from math import sqrt
-from typing import Any
+from typing import Any, NamedTuple
 from weakref import ref
 
 import numpy as np
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Vector
 from gnomon.harness.adapters.engines.drake_contact import Contacts
+from gnomon.harness.adapters.engines.drake_forces import symbolic_loads
 from gnomon.harness.adapters.engines.scene_run import forces_at, torques_at
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot
 from gnomon.harness.contract.integrator import Floats
+
+SHORTEST = 1e-8
+"""The shortest step of error control, over the longest: a motion that needs shorter ones would not end in days."""
+
+
+class Control(NamedTuple):
+    """Error control: an accuracy, the longest step, and the times at which states are read."""
+
+    accuracy: float
+    longest: float
+    times: Floats
 
 
 class World:
@@ -18,12 +30,24 @@ class World:
 
     `scheme`: an integrator of continuous plants, or a contact approximation of discrete ones, or empty for the default.
     `configured`: contact is as stiff as the step admits; otherwise the engine keeps its defaults.
+    `control`: error control chooses the steps, and `advance` goes from sample to sample; None for steps of the size `dt`.
+    `taken`: the steps of a continuous plant.
     """
 
-    def __init__(self, drake: Any, form: SceneForm, dt: float, scheme: str, configured: bool) -> None:
+    def __init__(
+        self,
+        drake: Any,
+        form: SceneForm,
+        dt: float,
+        scheme: str,
+        configured: bool,
+        control: Control | None = None,
+    ) -> None:
         self.api, self.needs, self.dt, self.scheme, self.configured = drake, form.needs, dt, scheme, configured
-        self.continuous = scheme.startswith("runge_kutta")
+        self.control = control
+        self.continuous = scheme in drake.GetIntegrationSchemes()
         self.options: dict[str, Any] = {}
+        self.taken = 0
 
     def close(self) -> None:
         """Release the diagram, which each part of it keeps alive."""
@@ -60,15 +84,28 @@ class World:
             if body.is_floating_base_body()
         }
         if scene.forces or scene.torques:
-            law = builder.AddSystem(_law(self))
+            law = builder.AddSystem(symbolic_loads(self) or _law(self))
             builder.Connect(plant.get_state_output_port(), law.get_input_port())
             builder.Connect(law.get_output_port(), plant.get_applied_generalized_force_input_port())
         self.simulator = api.Simulator(builder.Build())
         self.root = self.simulator.get_mutable_context()
         self.context = plant.GetMyMutableContextFromRoot(self.root)
         if self.continuous:
-            api.ResetIntegratorFromFlags(self.simulator, self.scheme, self.dt).set_fixed_step_mode(True)
-            self.options |= {"integration_scheme": self.scheme, "fixed_step_mode": True}
+            self._integrate()
+
+    def _integrate(self) -> None:
+        control = self.control
+        longest = self.dt if control is None else control.longest
+        self.integrator = self.api.ResetIntegratorFromFlags(self.simulator, self.scheme, longest)
+        self.options["integration_scheme"] = self.scheme
+        if control is None:
+            self.integrator.set_fixed_step_mode(True)
+            self.options["fixed_step_mode"] = True
+        else:
+            self.integrator.set_target_accuracy(control.accuracy)
+            self.integrator.set_requested_minimum_step_size(SHORTEST * longest)
+            self.options |= {"target_accuracy": control.accuracy, "maximum_step_size": longest}
+            self.options["requested_minimum_step_size"] = SHORTEST * longest
 
     def _inertia(self, body: Body, jointed: bool, on_ball: bool) -> Any:
         """The inertia of a body about its frame, whose origin is the scene's centre of mass.
@@ -155,15 +192,28 @@ class World:
 
     def advance(self, steps: int) -> None:
         """To a time, not by steps: each call of the engine costs as much as a step."""
-        end = self.steps + steps
+        start, end = self._time(self.steps), self._time(self.steps + steps)
         for impulse in self.scene.impulses:
             # A continuous plant stops at the blow, within a step if need be; a discrete one can stop at steps only.
             stop = impulse.time if self.continuous else int(impulse.time / self.dt) * self.dt
-            if self.steps * self.dt <= stop < end * self.dt:
-                self.simulator.AdvanceTo(stop)
+            if start <= stop < end:
+                self._go(stop)
                 self._strike(impulse.body, (*impulse.angular, *impulse.linear))
-        self.simulator.AdvanceTo(end * self.dt)
-        self.steps = end
+        self._go(end)
+        self.steps += steps
+
+    def _time(self, steps: int) -> float:
+        if self.control is None:
+            return steps * self.dt
+        return float(self.control.times[steps - 1]) if steps else 0.0
+
+    def _go(self, time: float) -> None:
+        before = self.integrator.get_num_steps_taken() if self.continuous else 0
+        try:
+            self.simulator.AdvanceTo(time)
+        except RuntimeError as error:  # of an expression, or of error control that finds no step
+            raise ArithmeticError(str(error)) from error
+        self.taken += self.integrator.get_num_steps_taken() - before if self.continuous else 0
 
     def _strike(self, body: str, blow: tuple[float, ...]) -> None:
         """The jump of the velocities by a blow, with the engine's own mass matrix."""

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.scene import Scene
+from gnomon.harness.adapters.engines.scene_run import LOAD, MOTION, loads_of
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.kernels import emission, ir
 from gnomon.harness.kernels.c_structures import c_functions, floats_at, run_at, word_at
@@ -33,8 +34,6 @@ VELOCITY, APPLY, FRAME, PLACES, TURNS, TARGET, LAWS, NUMBERS, MOTIONS, LOADS, BO
 """The words of a table: the addresses of `mj_objectVelocity` and `mj_applyFT`, the frame of its velocities, the addresses of
 `xpos`, `xquat` and `qfrc_passive`, of the compiled laws, of their numbers, of the motions and of the loads, the numbers of
 bodies and of prescribed joints, and then the index of each body and of each joint's rate."""
-MOTION, LOAD = 13, 6
-"""The numbers of a motion: angular velocity, velocity, position, attitude (scalar first). Of a load: force, torque."""
 
 
 def passive(model: Any, data: Any) -> int:
@@ -152,27 +151,6 @@ def emitted_laws(scene: Scene, bodies: tuple[str, ...]) -> Laws:
     kernel = Kernel("\n".join(["emitted laws", *pushes, *turns]), body, (MOTION * len(bodies), 0, LOAD * len(bodies)))
     _ = kernel.address  # raises an error for a law that cannot be emitted
     return Laws(kernel, np.zeros(1), bodies)
-
-
-def loads_of(
-    scene: Scene, bodies: tuple[str, ...], t: Any, y: Sequence[Any], in_arithmetic: Callable[[Any], Callable[..., Any]]
-) -> list[Any]:
-    """Force and torque on each body from the motions of all, in the arithmetic into which `in_arithmetic` takes a law."""
-    motions = {name: y[MOTION * k : MOTION * (k + 1)] for k, name in enumerate(bodies)}
-    loads: dict[str, list[Any]] = {name: [0.0] * LOAD for name in bodies}
-    for force in scene.forces:
-        moving = tuple(motions[force.body][3:9])
-        if force.partner:
-            moving = tuple(a - b for a, b in zip(moving, motions[force.partner][3:9], strict=True))
-        for i, value in enumerate(in_arithmetic(force.law)(t, moving[3:], moving[:3])):
-            loads[force.body][i] += value
-            if force.partner:
-                loads[force.partner][i] -= value
-    for torque in scene.torques:
-        spin, (w, i, j, k) = motions[torque.body][:3], motions[torque.body][9:]
-        for n, value in enumerate(in_arithmetic(torque.law)(t, (i, j, k, w), tuple(spin))):
-            loads[torque.body][3 + n] += value
-    return [value for name in bodies for value in loads[name]]
 
 
 def time_function(

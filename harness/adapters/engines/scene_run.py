@@ -5,7 +5,7 @@ these two; nothing of it is in a scene.
 """
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
@@ -20,6 +20,9 @@ TIGHTER = "tighter solver"
 """The policy with `tight`. It runs only the scenes on which the engine iterates, beside "configured" at the same step."""
 COARSE = Steps(coarsest=0.5, halvings=2)
 """Its sweep: the difference to "configured" is taken at one step, and ten times the iterations take ten times as long."""
+
+MOTION, LOAD = 13, 6
+"""The numbers of a motion: angular velocity, velocity, position, attitude (scalar first). Of a load: force, torque."""
 
 
 class World(Protocol):
@@ -103,12 +106,16 @@ class SceneRun(Solver):
         if not isinstance(problem.form, SceneForm):
             raise Refused("an engine takes scenes only")
         self.form = problem.form
-        self.counts = step_counts(problem.times, dt)
+        self.counts = self.count(problem.times, dt)
         self.parameters = tuple(map(float, problem.parameters))
         self.at_zero = self.form.build((0.0,) * problem.dimension, self.parameters)
         self.world = make(self.form)
         super().__init__(self._solve, self.world.options, self._rebuild, self.world.close)
         self._rebuild()
+
+    def count(self, times: Floats, dt: float) -> list[int]:
+        """The number that `advance` is given from the start to each time."""
+        return step_counts(times, dt)
 
     def _rebuild(self) -> None:
         """Contacts, warm starts and sleeping bodies keep state from earlier steps: each start has a world built anew."""
@@ -170,6 +177,27 @@ def torques_at(
     """(body, torque) at time t; `rotation(body)` gives attitude and angular velocity."""
     for torque in scene.torques:
         yield torque.body, torque.law(t, *rotation(torque.body))
+
+
+def loads_of(
+    scene: Scene, bodies: tuple[str, ...], t: Any, y: Sequence[Any], in_arithmetic: Callable[[Any], Callable[..., Any]]
+) -> list[Any]:
+    """Force and torque on each body from the motions of all, in the arithmetic into which `in_arithmetic` takes a law."""
+    motions = {name: y[MOTION * k : MOTION * (k + 1)] for k, name in enumerate(bodies)}
+    loads: dict[str, list[Any]] = {name: [0.0] * LOAD for name in bodies}
+    for force in scene.forces:
+        moving = tuple(motions[force.body][3:9])
+        if force.partner:
+            moving = tuple(a - b for a, b in zip(moving, motions[force.partner][3:9], strict=True))
+        for i, value in enumerate(in_arithmetic(force.law)(t, moving[3:], moving[:3])):
+            loads[force.body][i] += value
+            if force.partner:
+                loads[force.partner][i] -= value
+    for torque in scene.torques:
+        spin, (w, i, j, k) = motions[torque.body][:3], motions[torque.body][9:]
+        for n, value in enumerate(in_arithmetic(torque.law)(t, (i, j, k, w), tuple(spin))):
+            loads[torque.body][3 + n] += value
+    return [value for name in bodies for value in loads[name]]
 
 
 def impulses_within(scene: Scene, start: float, dt: float) -> Iterator[tuple[str, Vector, Vector]]:

@@ -12,13 +12,17 @@ import numpy as np
 import pytest
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
-from gnomon.cases.core.scene import TOKENS
-from gnomon.harness.adapters.engines import drake_contact
+from gnomon.cases.core.scene import TOKENS, Vector
+from gnomon.harness.adapters.engines import drake_contact, drake_world
 from gnomon.harness.adapters.engines.drake import (
     INTEGRATORS,
     LACKS,
     LINES,
     DrakeAsShipped,
+    DrakeBogackiShampine3,
+    DrakeControlled,
+    DrakeControlled5,
+    DrakeRadau3,
     DrakeRungeKutta3,
     DrakeRungeKutta5,
     DrakeSap,
@@ -190,6 +194,107 @@ def test_the_derivatives_of_the_continuous_plant_are_the_equations(name: str) ->
             ends.append(np.array(run.form.observe(world.read(), run.parameters)))  # type: ignore[arg-type]
     scale = max(float(np.max(np.abs(expected))), float(np.max(np.abs(state))) / case.time_scale)
     assert (ends[0] - ends[1]) / (2 * h) == pytest.approx(expected, rel=1e-9, abs=1e-9 * scale)
+
+
+FORCED = [
+    "kepler_orbit",
+    "figure_eight",
+    "rigid_body_stokes_medium_torque",
+    "small_vibrations_mdof",
+    "time_varying_force",
+]
+"""Forces on one free body and between three, torques, forces on sliders, and a law that branches."""
+CONTROLLED = (DrakeControlled, DrakeControlled5, DrakeBogackiShampine3, DrakeRadau3)
+
+
+@pytest.mark.parametrize("policy", [DrakeRungeKutta5, DrakeSap])
+@pytest.mark.parametrize("name", FORCED)
+def test_expressions_give_the_forces_that_python_gives(
+    policy: Policy, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    case = get(name).rounded()
+    dt = float(case.times[0]) / 8
+    found = states(policy, case, dt, case.times[:2])
+    monkeypatch.setattr(drake_world, "symbolic_loads", lambda world: None)
+    by_python = states(policy, case, dt, case.times[:2])
+    # Rounding of at most 16 steps; a scale of zero is that of a component that rests.
+    assert found == pytest.approx(by_python, rel=1e-11, abs=1e-11 * float(np.max(np.abs(by_python))))
+
+
+def test_no_law_is_called_in_a_step() -> None:
+    """A call of Python at each stage took most of the time of a step."""
+    calls: list[float] = []
+
+    class Law:
+        """An object, which is traced as it is: a plain function would be copied for the trace."""
+
+        def __call__(self, t: float, place: Vector, velocity: Vector) -> Vector:
+            calls.append(t)
+            return -place[0], 0.0, 0.0
+
+    case = get("kepler_orbit").rounded()
+    assert case.scene is not None
+    scene = case.scene.build((1.0, 0.0, 0.0, 1.0), tuple(map(float, case.parameter_values())))
+    scene = replace(scene, forces=(replace(scene.forces[0], law=Law()),))
+    world = DrakeRungeKutta3().world(case.scene, 1e-3)
+    world.build(scene)
+    world.place(scene)
+    traced = len(calls)
+    world.advance(5)
+    assert len(calls) == traced > 0
+
+
+@pytest.mark.parametrize("symbolic", [True, False])
+def test_a_singular_force_ends_the_motion(symbolic: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The attracting centre itself: 1/0 is an error of the motion, not of the adapter."""
+    if not symbolic:
+        monkeypatch.setattr(drake_world, "symbolic_loads", lambda world: None)
+    case = get("kepler_orbit").rounded()
+    with running(DrakeRungeKutta3, case, float(case.times[0]) / 8) as run:
+        found = run(np.zeros((1, 4)))
+    assert found.stopped is not None
+    assert np.isnan(found.states).all()
+
+
+@pytest.mark.parametrize("policy", CONTROLLED)
+def test_a_finer_accuracy_takes_more_steps_to_a_smaller_error(policy: Policy) -> None:
+    case = get("pendulum_simple", span=32 * get("pendulum_simple").time_scale).rounded()
+    exact, found = exact_states(case), []
+    for accuracy in (1e-4, 1e-7):
+        with running(policy, case, accuracy) as run:
+            solution = run(initial_state(case)[None])
+            again = run(initial_state(case)[None])
+        assert np.array_equal(solution.states, again.states)
+        assert solution.steps == again.steps
+        found.append((solution.steps, float(np.max(case.metric.distance(solution.states[0], exact, case.times)))))
+    (few, rough), (many, fine) = found
+    assert few is not None
+    assert many is not None
+    assert many > 2 * few
+    assert fine < rough / 10
+
+
+@pytest.mark.parametrize("policy", CONTROLLED)
+def test_error_control_is_for_smooth_scenes(policy: Policy) -> None:
+    """Continuous contact is a spring that follows a fixed step."""
+    assert not set(taken(policy, hybrid=True)) & {"bouncing_ball", "billiard_ball", "block_incline_friction"}
+    assert policy().unsupported(get("billiard_ball").scene)
+    assert policy().unsupported(get("kepler_orbit").scene) is None
+
+
+def test_error_control_is_set_as_recorded() -> None:
+    case = get("pendulum_simple").rounded()
+    with running(DrakeControlled, case, 1e-5) as run:
+        integrator = run.world.simulator.get_integrator()  # type: ignore[attr-defined]
+        assert run.options.keys() == DrakeControlled.lines.keys()
+        assert not integrator.get_fixed_step_mode()
+        assert integrator.get_target_accuracy() == run.options["target_accuracy"] == 1e-5
+        assert integrator.get_maximum_step_size() == run.options["maximum_step_size"]
+    names = vars(drake) | {"simulator": drake.Simulator(drake.ConstantVectorSource([0.0])), "dt": 1.0}
+    for option, line in DrakeControlled.lines.items():
+        exec(line.format(run.options[option]), names)
+    assert names["integrator"].get_target_accuracy() == 1e-5
+    assert names["integrator"].get_maximum_step_size() == run.options["maximum_step_size"]
 
 
 def test_every_token_that_is_refused_has_a_reason() -> None:
