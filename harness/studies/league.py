@@ -21,7 +21,7 @@ from gnomon.harness.adapters.engine_lines import setting_lines
 from gnomon.harness.adapters.engines.scene_run import TIGHTER, SceneIntegrator
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.declared import declared
-from gnomon.harness.contract.integrator import Integrator, Refused
+from gnomon.harness.contract.integrator import Integrator, Refused, Steps
 from gnomon.harness.contract.problem import problem_of
 from gnomon.harness.contract.status import SCORED
 from gnomon.harness.registry import environment, lookup
@@ -62,8 +62,9 @@ def league(path: Path) -> dict[str, Any]:
 
 
 def shown(integrators: Iterable[Integrator]) -> list[SceneIntegrator]:
-    """The ways to drive engines that have rows of their own."""
-    return [one for one in integrators if isinstance(one, SceneIntegrator) and one.policy != TIGHT]
+    """The ways to drive engines that have rows of their own: all are compared at equal fixed steps."""
+    engines = [one for one in integrators if isinstance(one, SceneIntegrator) and one.policy != TIGHT]
+    return [one for one in engines if isinstance(one.sweep, Steps)]
 
 
 def engine_row(one: SceneIntegrator, reduced: pd.DataFrame) -> dict[str, Any]:

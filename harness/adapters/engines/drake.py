@@ -84,7 +84,7 @@ class DrakeRungeKutta3(SceneIntegrator):
         "thin_rod_contact": "no restitution of 0: the dissipation that stops a body is too stiff for fixed explicit steps",
     }
     lines: ClassVar[Mapping[str, str]] = LINES
-    sweep = Steps(coarsest=0.5, halvings=4)  # finer steps show round-off
+    sweep: ClassVar[Tolerance | Steps] = Steps(coarsest=0.5, halvings=4)  # finer steps show round-off
     scheme: ClassVar[str] = "runge_kutta3"
     configured: ClassVar[bool] = True
 

@@ -13,7 +13,7 @@ from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import TOKENS, Quaternion, Readings, Scene, SceneForm, Vector
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along
 from gnomon.harness.adapters.installed import Installed
-from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solution, Solver, Steps
+from gnomon.harness.contract.integrator import Floats, Problem, Refused, Solution, Solver, Steps, Tolerance
 from gnomon.harness.contract.validation import require_positive
 
 TIGHTER = "tighter solver"
@@ -66,7 +66,7 @@ class SceneIntegrator(Installed):
 
     accepts, sampling, counts_rhs = (SceneForm,), "grid", False
     policy = "configured"
-    sweep = Steps(coarsest=0.5, halvings=9)
+    sweep: ClassVar[Tolerance | Steps] = Steps(coarsest=0.5, halvings=9)
     lacks: ClassVar[Mapping[str, str]] = {}
     lines: ClassVar[Mapping[str, str]] = {}
     bits: ClassVar[int] = 53
