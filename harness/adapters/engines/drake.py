@@ -123,9 +123,10 @@ class ControlledRun(SceneRun):
         return list(range(1, len(times) + 1))
 
     def _solve(self, initial_states: Floats) -> Solution:
-        before = self.world.taken
+        world: Any = self.world
+        before = world.taken
         found = super()._solve(initial_states)
-        return replace(found, steps=self.world.taken - before)
+        return replace(found, steps=world.taken - before)
 
 
 class DrakeBogackiShampine3(DrakeControlled):

@@ -74,12 +74,12 @@ def _part(world: Any, scene: Scene, name: str, state: Any) -> tuple[list[Any], M
             made.velocity_start(): lambda load: dot(axis, load[:3])
         }
     cos, sin = world.api.cos, world.api.sin
-    rest = tuple(dot(axis, joint.arm) * x for x in axis)
+    rest = along((0.0, 0.0, 0.0), axis, dot(axis, joint.arm))
     level, side = along(joint.arm, rest, -1.0), cross(axis, joint.arm)
-    arm = [rest[i] + level[i] * cos(q) + side[i] * sin(q) for i in range(3)]
-    spin = [rate * x for x in axis]
+    arm: Any = tuple(rest[i] + level[i] * cos(q) + side[i] * sin(q) for i in range(3))
+    turn: Any = tuple(rate * x for x in axis)
     attitude = [cos(q / 2), *(x * sin(q / 2) for x in axis)]
-    place = [joint.anchor[i] + arm[i] for i in range(3)]
-    return [*spin, *cross(spin, arm), *place, *attitude], {
+    place = along(joint.anchor, arm, 1.0)
+    return [*turn, *cross(turn, arm), *place, *attitude], {
         made.velocity_start(): lambda load: dot(axis, cross(arm, load[:3])) + dot(axis, load[3:])
     }
