@@ -230,23 +230,22 @@ class Rosenbrock4(Stepper):
     symbol, needs_jacobian = "rosenbrock4_", True
 
 
-def interface() -> tuple[ctypes.CDLL, str]:
-    """The compiled templates, and the version of Boost. Raises ImportError without a compiler or headers."""
-    found = _interface()
-    if isinstance(found, str):
-        raise ImportError(found)
-    return found
+_ABSENT = list[str]()
+"""Why there is no interface: the compiler is asked once in a process."""
 
 
 @cache
-def _interface() -> tuple[ctypes.CDLL, str] | str:
-    """The same, or the reason why there is none: the compiler is asked once in a process."""
+def interface() -> tuple[ctypes.CDLL, str]:
+    """The compiled templates, and the version of Boost. Raises ImportError without a compiler or headers."""
+    if _ABSENT:
+        raise ImportError(_ABSENT[0])
     compiler = shutil.which("c++")
     found = compiler and compile_source(
         compiler, "#include <boost/version.hpp>\nBOOST_LIB_VERSION __VERSION__", "-E", "-P"
     )
     if not compiler or not found or found.returncode:
-        return not_installed("odeint")
+        _ABSENT.append(not_installed("odeint"))
+        raise ImportError(_ABSENT[0])
     key = sha256("\n".join([machine.conditions(), f"{found.stdout}", *OPTIONS, SOURCE]).encode()).hexdigest()[:32]
     kept = cachefolder.load(cache_folder(), f"{key}.so")
     with tempfile.TemporaryDirectory() as folder:
@@ -255,7 +254,7 @@ def _interface() -> tuple[ctypes.CDLL, str] | str:
             with announced():
                 done = compile_source(compiler, SOURCE, *OPTIONS, "-o", str(file))
             if done.returncode:
-                return f"odeint: {compiler} cannot compile its headers: {done.stderr.strip()[:300]}"
+                raise ImportError(f"odeint: {compiler} cannot compile its headers: {done.stderr.strip()[:300]}")
             cachefolder.store_or_warn(cache_folder(), f"{key}.so", file.read_bytes())
         else:
             file.write_bytes(kept)
