@@ -3,7 +3,7 @@
 How it is driven, and why: a continuous plant is a system of equations that any of Drake's integrators takes, at fixed steps
 or under error control, which is the default. The target accuracy is no relative tolerance: a motion smaller than it is
 stepped at the longest step. Forces are a system of symbolic expressions in the diagram, so that each stage evaluates them
-without Python (`drake_forces.py`). A discrete plant is stepped with its contact solver, forces constant over a step. Traps:
+without Python (`drake_plant/forces.py`). A discrete plant is stepped with its contact solver, forces constant over a step. Traps:
 the only ball joint is singular at a pitch of 90 degrees; continuous contact is a spring that a fixed step must resolve;
 the plant's defaults leave contact as soft as 1 mm.
 """
@@ -15,7 +15,7 @@ from logging import ERROR, getLogger
 from typing import Any, ClassVar
 
 from gnomon.cases.core.scene import SceneForm
-from gnomon.harness.adapters.engines.drake_world import Control, World
+from gnomon.harness.adapters.engines.drake_plant.world import Control, World
 from gnomon.harness.adapters.engines.scene_run import SceneIntegrator, SceneRun
 from gnomon.harness.contract.integrator import Floats, Problem, Solution, Solver, Steps, Tolerance
 from gnomon.harness.contract.validation import require_positive

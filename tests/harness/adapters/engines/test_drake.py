@@ -13,7 +13,7 @@ import pytest
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.forms import first_order
 from gnomon.cases.core.scene import TOKENS, Vector
-from gnomon.harness.adapters.engines import drake_contact, drake_world
+from gnomon.harness.adapters.engines import drake_plant
 from gnomon.harness.adapters.engines.drake import (
     INTEGRATORS,
     LACKS,
@@ -215,7 +215,7 @@ def test_expressions_give_the_forces_that_python_gives(
     case = get(name).rounded()
     dt = float(case.times[0]) / 8
     found = states(policy, case, dt, case.times[:2])
-    monkeypatch.setattr(drake_world, "symbolic_loads", lambda world: None)
+    monkeypatch.setattr(drake_plant.world, "symbolic_loads", lambda world: None)
     by_python = states(policy, case, dt, case.times[:2])
     # Rounding of at most 16 steps; a scale of zero is that of a component that rests.
     assert found == pytest.approx(by_python, rel=1e-11, abs=1e-11 * float(np.max(np.abs(by_python))))
@@ -248,7 +248,7 @@ def test_no_law_is_called_in_a_step() -> None:
 def test_a_singular_force_ends_the_motion(symbolic: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """The attracting centre itself: 1/0 is an error of the motion, not of the adapter."""
     if not symbolic:
-        monkeypatch.setattr(drake_world, "symbolic_loads", lambda world: None)
+        monkeypatch.setattr(drake_plant.world, "symbolic_loads", lambda world: None)
     case = get("kepler_orbit").rounded()
     with running(DrakeRungeKutta3, case, float(case.times[0]) / 8) as run:
         found = run(np.zeros((1, 4)))
@@ -364,8 +364,8 @@ def test_discrete_contact_loses_energy_without_dissipation(monkeypatch: pytest.M
     form, dt, steps = case.scene, 1e-3, 800
     assert form is not None
     scene = form.build((1.0, 0.0), tuple(map(float, case.parameter_values())))
-    monkeypatch.setattr(drake_contact, "STIFFNESS", 1e4)
-    monkeypatch.setattr(drake_contact, "DAMPED_STEPS", {False: 1e12})
+    monkeypatch.setattr(drake_plant.contact, "STIFFNESS", 1e4)
+    monkeypatch.setattr(drake_plant.contact, "DAMPED_STEPS", {False: 1e12})
     world = DrakeTamsi().world(form, dt)
     world.build(replace(scene, contacts=(replace(scene.contacts[0], restitution=0.0),)))
     world.place(scene)
@@ -423,13 +423,16 @@ def test_no_setting_makes_sap_tighter(monkeypatch: pytest.MonkeyPatch) -> None:
     for threshold in (1.0, 0.0):
 
         def configured(
-            self: Any, scene: Any, threshold: float = threshold, set_plant: Any = drake_contact.Contacts._set_plant
+            self: Any,
+            scene: Any,
+            threshold: float = threshold,
+            set_plant: Any = drake_plant.contact.Contacts._set_plant,
         ) -> None:
             self.plant.set_sap_near_rigid_threshold(threshold)
             set_plant(self, scene)
 
         with monkeypatch.context() as patch:
-            patch.setattr(drake_contact.Contacts, "_set_plant", configured)
+            patch.setattr(drake_plant.contact.Contacts, "_set_plant", configured)
             ends.append(states(DrakeSap, case, 1e-2))
     assert np.array_equal(*ends)
 

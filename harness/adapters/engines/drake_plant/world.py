@@ -7,8 +7,8 @@ from weakref import ref
 
 import numpy as np
 from gnomon.cases.core.scene import Body, Hinge, Readings, Scene, SceneForm, Vector
-from gnomon.harness.adapters.engines.drake_contact import Contacts
-from gnomon.harness.adapters.engines.drake_forces import symbolic_loads
+from gnomon.harness.adapters.engines.drake_plant.contact import Contacts
+from gnomon.harness.adapters.engines.drake_plant.forces import symbolic_loads
 from gnomon.harness.adapters.engines.scene_run import forces_at, torques_at
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot
 from gnomon.harness.contract.integrator import Floats

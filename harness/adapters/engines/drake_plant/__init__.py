@@ -1,0 +1,1 @@
+"""The plant of Drake for a scene: its world, its contact, and forces as expressions that it evaluates."""
