@@ -125,9 +125,14 @@ QUICK = ("arenstorf", "lorenz", "torque", "bead", "ball")
 
 
 @pytest.mark.filterwarnings("ignore:.*has no formulas")
-@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in SYSTEMS])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in SYSTEMS if n != "beam"]
+)
 def test_published_systems_are_compared_in_one_call(name: str) -> None:
-    """As their users write them: a tighter tolerance has a smaller error against the reference, whose end is published."""
+    """As their users write them: a tighter tolerance has a smaller error against the reference, whose end is published.
+
+    The beam is left out: its 80 equations, called from Python, make a reference that takes more than 7 minutes.
+    """
     known = SYSTEMS[name]
     methods = ["gnomon:DOP853"]
     if isinstance(known.f, gnomon.Hybrid):

@@ -17,7 +17,7 @@ from published_systems import SYSTEMS
 
 import gnomon
 
-SLOW = {"pleiades", "van_der_pol", "hires", "e5", "beam", "lorenz_ten_revolutions"}
+SLOW = {"pleiades", "van_der_pol", "hires", "e5", "lorenz_ten_revolutions"}
 """Systems whose references take seconds and more on a quiet machine."""
 ULP = 2.0**-53
 
@@ -27,16 +27,21 @@ def system(fun: Any, span: tuple[float, float], start: Any, args: tuple[Any, ...
 
 
 @pytest.mark.filterwarnings("ignore:.*has no formulas")
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in SYSTEMS])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in SYSTEMS if n != "beam"]
+)
 def test_the_bound_holds_on_published_systems(name: str) -> None:
-    """The digits were derived by code that shares nothing with gnomon, for the numbers as they are rounded."""
+    """The digits were derived by code that shares nothing with gnomon, for the numbers as they are rounded.
+
+    The beam is left out: a call of its 80 equations from Python takes a millisecond, and its reference more than 7 minutes.
+    """
     known = SYSTEMS[name]
     found = system(known.f, known.t_span, known.start, tuple(known.args))
     sizes = np.empty(len(known.start))
     sizes[list(found.order)] = found.rough.sizes
     apart = np.abs(found.end - np.array(known.end, float)) / sizes
     assert np.max(apart) <= found.reference_error + 4 * ULP
-    if name not in ("beam", "eulr"):  # these branch on the time: two methods in binary64
+    if name != "eulr":  # it branches on the time: two methods in binary64
         assert found.reference_error < 1e-14
 
 
