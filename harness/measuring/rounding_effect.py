@@ -67,6 +67,11 @@ class Rates:
         found = self._on_arrays(t, state, numbers)
         return np.array([np.broadcast_to(np.imag(x), changes.shape[1]) for x in found]) / COMPLEX_STEP
 
+    def largest(self, times: Floats, states: Floats) -> Floats:
+        """The largest absolute rate (dim,) of each component over states (m, dim) at times (m,)."""
+        found = [self(t, y) for t, y in zip(times.tolist(), states, strict=True)]
+        return np.asarray(np.max(np.abs(found), axis=0))
+
     def spectral_radius(self, t: float, y: Floats, sizes: Floats) -> float:
         """The largest absolute eigenvalue of the Jacobian; 0 where it is not finite."""
         nothing = np.zeros((len(self.parameters), len(y)))
@@ -109,10 +114,12 @@ class RoughMotion:
     stiff: bool
 
     @classmethod
-    def of(cls, times: Floats, states: Floats, rates: Rates, stiff: bool) -> Self:
-        """The motion of known states; its shortest time is the least time in which a component moves by its size."""
+    def of(cls, times: Floats, states: Floats, slopes: Floats, stiff: bool = False) -> Self:
+        """The motion of known states (m, dim), with the largest absolute slope (dim,) of each component.
+
+        Its shortest time is the least time in which a component moves by its size.
+        """
         sizes = np.max(np.abs(states), axis=0)
-        slopes = np.max(np.abs([rates(t, y) for t, y in zip(times.tolist(), states, strict=True)]), axis=0)
         fastest = float(np.max(np.divide(slopes, sizes, out=np.zeros_like(slopes), where=sizes > 0)))
         span = float(times[-1])
         return cls(times, states, np.where(sizes > 0, sizes, 1.0), min(span, 1 / fastest if fastest else span), stiff)
@@ -149,7 +156,7 @@ def rough_motion(rates: Rates, start: Floats, span: float, moments: Floats) -> R
             f"the motion cannot be followed beyond t = {times[max(int(reached) - 1, 0)]:.6g} after the start ({told['message']});"
             " give a span that ends before, or state the events there"
         )
-    found = RoughMotion.of(times, states, rates, False)
+    found = RoughMotion.of(times, states, rates.largest(times, states))
     places = np.linspace(0, len(times) - 1, SPECTRA).astype(int)
     radii = [rates.spectral_radius(times[k], states[k], found.sizes) for k in places.tolist()]
     explicit = float(np.trapezoid(radii, times[places])) / EXPLICIT_RADIUS

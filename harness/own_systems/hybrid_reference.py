@@ -18,16 +18,14 @@ import numpy as np
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.case import Event
 from gnomon.cases.core.forms import Hybrid, Transition
-from gnomon.harness.contract.integrator import Floats, Problem, Solution
-from gnomon.harness.measuring.prepared import Prepared
+from gnomon.harness.contract.integrator import Floats, Solution
 from gnomon.harness.measuring.rounding_effect import RoughMotion
-from gnomon.harness.own_systems.smooth_reference import MARGIN, TIGHT, Reference
-from gnomon.harness.registry import lookup
+from gnomon.harness.own_systems.smooth_reference import MARGIN, Reference, solve_tightly
 from gnomon.harness.system.supervisor import calls
 from gnomon.reference.integration.taylor_events import Exit, Happened, Limit, ModesPath
 from gnomon.reference.numerics.balls import ball, precision
 from gnomon.reference.numerics.extrapolation import extrapolate
-from gnomon.reference.numerics.taylor import flint_arithmetic
+from gnomon.reference.numerics.taylor import _fraction, flint_arithmetic
 from mpmath import mpf
 
 DIGITS, SPARE, ROUGH_DIGITS = 21, 3, 22
@@ -167,20 +165,14 @@ class _Flight:
 
 
 def _exact(x: Any) -> Fraction:
-    mantissa, exponent = flint.arb(x).mid().man_exp()
-    return int(mantissa) * Fraction(2) ** int(exponent)
+    return _fraction(flint.arb(x))
 
 
 def rough_hybrid(motion: HybridMotion) -> RoughMotion:
     """The motion on a grid of the span, rounded to binary64."""
     times = np.linspace(0, float(motion.span), GRID)
     states = _rounded(motion, times)
-    sizes, rates = np.max(np.abs(states), axis=0), np.max(np.abs(_rates(motion, times, states)), axis=0)
-    fastest = float(np.max(np.divide(rates, sizes, out=np.zeros_like(rates), where=sizes > 0)))
-    span = float(motion.span)
-    return RoughMotion(
-        times, states, np.where(sizes > 0, sizes, 1.0), min(span, 1 / fastest if fastest else span), False
-    )
+    return RoughMotion.of(times, states, np.max(np.abs(_rates(motion, times, states)), axis=0))
 
 
 def _rounded(motion: HybridMotion, times: Floats) -> Floats:
@@ -265,13 +257,9 @@ def binary64_events(
     times = np.linspace(0, span, GRID)
     solution = _tight_solution(TIGHT_METHODS[0], form, start, parameters, times[1:])
     states = np.vstack([start, solution.states[0]])
-    sizes = np.max(np.abs(states), axis=0)
-    rates = np.max(np.abs(np.diff(states, axis=0)), axis=0) / times[1]
-    fastest = float(np.max(np.divide(rates, sizes, out=np.zeros_like(rates), where=sizes > 0)))
+    slopes = np.max(np.abs(np.diff(states, axis=0)), axis=0) / times[1]
     events = tuple(Event(mpf(t), name, (), ()) for t, name in solution.events or ())
-    return events, RoughMotion(
-        times, states, np.where(sizes > 0, sizes, 1.0), min(span, 1 / (fastest or 1 / span)), False
-    )
+    return events, RoughMotion.of(times, states, slopes)
 
 
 def hybrid_in_binary64(
@@ -289,11 +277,5 @@ def hybrid_in_binary64(
 
 
 def _tight_solution(name: str, form: Hybrid, start: Floats, parameters: Sequence[float], times: Floats) -> Solution:
-    integrator, numbers = lookup.find_one(name), np.array(parameters, dtype=np.float64)
     settled = replace(form, settle=0.0) if math.isnan(form.settle) else form
-    problem = Problem(settled, len(start), numbers, times, float(times[-1]) / GRID)
-    with Prepared(integrator, problem, max(TIGHT, getattr(integrator.sweep, "tightest", TIGHT))) as prepared:
-        solution = prepared(start[None])
-    if solution.stopped is not None or not np.isfinite(solution.states).all():
-        raise ValueError(f"no reference: {name} does not reach the end of the span ({solution.stopped})")
-    return solution
+    return solve_tightly(name, [settled], start, parameters, times, float(times[-1]) / GRID)

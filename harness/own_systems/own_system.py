@@ -207,7 +207,7 @@ def _solve_smooth(
     solve(rough_motion(rates, start, float(case.span), kind.moments))
     times, states = np.append(0.0, kind.moments), np.vstack([start, kind.reference.states])
     if kind.rough.is_astray(times, states):
-        solve(RoughMotion.of(times, states, rates, kind.rough.stiff))
+        solve(RoughMotion.of(times, states, rates.largest(times, states), kind.rough.stiff))
     for text in (*case.reach(), kind.reference.text()):
         told(text)
 

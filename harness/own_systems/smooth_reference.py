@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.arithmetic import rebind
 from gnomon.cases.core.forms import FirstOrder, Form
-from gnomon.harness.contract.integrator import Floats, Problem
+from gnomon.harness.contract.integrator import Floats, Problem, Solution
 from gnomon.harness.contract.problem import first_taken
 from gnomon.harness.kernels.called_equations import Called
 from gnomon.harness.measuring.prepared import Prepared
@@ -199,15 +199,21 @@ def _in_binary64(
 ) -> Reference:
     is_called = isinstance(next(form for form in forms if type(form) is FirstOrder).equations, Called)
     names = PAIRS[motion.stiff, is_called]
-    found = []
-    for name in names:
-        integrator = lookup.find_one(name)
-        form = first_taken(integrator, forms)
-        problem = Problem(form, len(start), np.array(parameters, dtype=np.float64), times, motion.time_scale)
-        with Prepared(integrator, problem, max(TIGHT, getattr(integrator.sweep, "tightest", TIGHT))) as prepared:
-            solution = prepared(start[None])
-        if solution.stopped is not None or not np.isfinite(solution.states).all():
-            raise ValueError(f"no reference: {name} does not reach the end of the span ({solution.stopped})")
-        found.append(solution.states[0])
-    differences = np.max(np.abs(found[0] - found[1]) / motion.sizes, axis=1)
-    return Reference(found[0], np.maximum(differences, 2.0**-53), names, 16, why)
+    first, second = (
+        solve_tightly(name, forms, start, parameters, times, motion.time_scale).states[0] for name in names
+    )
+    differences = np.max(np.abs(first - second) / motion.sizes, axis=1)
+    return Reference(first, np.maximum(differences, 2.0**-53), names, 16, why)
+
+
+def solve_tightly(
+    name: str, forms: Sequence[Form], start: Floats, parameters: Sequence[float], times: Floats, time_scale: float
+) -> Solution:
+    """The solution by a method in binary64 at its tight tolerance. Raises ValueError if it does not reach the end."""
+    integrator, numbers = lookup.find_one(name), np.array(parameters, dtype=np.float64)
+    problem = Problem(first_taken(integrator, forms), len(start), numbers, times, time_scale)
+    with Prepared(integrator, problem, max(TIGHT, getattr(integrator.sweep, "tightest", TIGHT))) as prepared:
+        solution = prepared(start[None])
+    if solution.stopped is not None or not np.isfinite(solution.states).all():
+        raise ValueError(f"no reference: {name} does not reach the end of the span ({solution.stopped})")
+    return solution

@@ -28,6 +28,7 @@ MOST_ITERATIONS = 25
 GROW, SHRINK = 3.0, 0.2
 SAFETY = 0.8
 DEPTH = 1e-12
+"""The least size of a component that has fallen, as a share of its largest."""
 SMALLEST = 1e-40
 """Smallest step, as a share of the span."""
 

@@ -21,8 +21,6 @@ from gnomon.reference.numerics.taylor import Field, _fraction, _step, _value
 
 MOST_FLIGHTS, MOST_STEPS = 3000, 20_000
 NEWTON = 12
-NEAR = 1e-9
-"""Roots closer to the begin of a flight, as a share of the step, than this are looked for again with a shorter step."""
 
 Guard = Callable[[Any, tuple[Any, ...]], Any]
 """(t, state) -> a number that is positive before its event."""
@@ -30,7 +28,7 @@ Guard = Callable[[Any, tuple[Any, ...]], Any]
 
 @dataclass(frozen=True)
 class Exit:
-    """A way out of a mode: its guard, and the state and the mode after it (None: the motion ends there)."""
+    """A way out of a mode: its guard, and the state and the mode after it."""
 
     name: str
     guard: Guard
@@ -86,7 +84,7 @@ class ModesPath:
 
     def _run(self, mode: str, here: list[Any]) -> None:
         flows: dict[str, _GuardedFlow] = {}
-        now, fired, last = Fraction(0), None, dict[str, Fraction]()
+        now, fired, last = Fraction(0), False, dict[str, Fraction]()
         while now < self.span:
             if mode not in flows:
                 flows[mode] = _GuardedFlow(self.fields[mode], [e.guard for e in self.exits[mode]], len(here))
@@ -103,17 +101,16 @@ class ModesPath:
             self._series.append([list(c) for c in series])
             crossing = self._first(guards, step, fired)
             if crossing is None:
-                here, now, fired = [_value(c, step) for c in series], now + step, None
+                here, now, fired = [_value(c, step) for c in series], now + step, False
                 continue
             length, index = crossing
             exit_ = self.exits[mode][index]
             before = [_value(c, length) for c in series]
             now += length
-            mode, here, fired = self._pass(exit_, now, before, last)
+            mode, here = self._pass(exit_, now, before, last)
+            fired = True
 
-    def _pass(
-        self, exit_: Exit, now: Fraction, before: list[Any], last: dict[str, Fraction]
-    ) -> tuple[str, list[Any], int | None]:
+    def _pass(self, exit_: Exit, now: Fraction, before: list[Any], last: dict[str, Fraction]) -> tuple[str, list[Any]]:
         rapid = exit_.name in self.limit.modes and now - last.get(exit_.name, -self.span) <= self.limit.settle
         target, reset = self.limit.modes[exit_.name] if rapid else ("", exit_.reset)
         here = [flint.arb(x).mid() for x in reset(ball(now), tuple(before))]
@@ -122,13 +119,11 @@ class ModesPath:
         last[exit_.name] = now
         mode = target or exit_.after(now, after)
         self.modes.append((now, mode, after))
-        return mode, here, 1
+        return mode, here
 
-    def _first(self, guards: Sequence[list[Any]], step: Fraction, fired: int | None) -> tuple[Fraction, int] | None:
+    def _first(self, guards: Sequence[list[Any]], step: Fraction, fired: bool) -> tuple[Fraction, int] | None:
         """The first crossing in a step, and the number of its guard."""
-        found = [
-            (root, k) for k, c in enumerate(guards) for root in [_root(c, step, fired is not None)] if root is not None
-        ]
+        found = [(root, k) for k, c in enumerate(guards) for root in [_root(c, step, fired)] if root is not None]
         return min(found, default=None)
 
 
