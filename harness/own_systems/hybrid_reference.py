@@ -92,27 +92,23 @@ class HybridMotion:
             own, before = self._zero(event, field, now, here, mode.name)
             happened.append(own)
             with precision(path.bits):
-                reset = self._reset(event, mode.name, path.modes[number + 1][1])
+                reset = self._reset(event, mode.name)
                 here = tuple(_exact(x) for x in reset(ball(own), tuple(map(ball, before))))
             now = own
         return found, happened
 
-    def _reset(self, event: Happened, mode: str, after: str) -> Callable[[Any, Any], Any]:
-        if event.name == "limit":
-            return next(self.function(reset) for _, target, reset in self.form.limits if target == after)
-        return self.function(next(t for t in self.form.transitions if t.name == event.name and t.mode == mode).reset)
+    def _transition(self, event: Happened, mode: str) -> Transition:
+        return next(each for each in self.form.transitions if (each.name, each.mode) == (event.by, mode))
+
+    def _reset(self, event: Happened, mode: str) -> Callable[[Any, Any], Any]:
+        to_limits = {name: reset for name, _, reset in self.form.limits}
+        return self.function(to_limits[event.by] if event.name == "limit" else self._transition(event, mode).reset)
 
     def _zero(
         self, event: Happened, flight: _Flight, now: Fraction, here: tuple[Fraction, ...], mode: str
     ) -> tuple[Fraction, tuple[Fraction, ...]]:
         """The time of an event and the state before it, by the secant rule from near to the first way's time."""
-        limits = {name for name, _, _ in self.form.limits}
-        named = [
-            t
-            for t in self.form.transitions
-            if t.mode == mode and (t.name == event.name or (event.name == "limit" and t.name in limits))
-        ]
-        guard = self.function(named[0].guard)
+        guard = self.function(self._transition(event, mode).guard)
 
         def value(t: Fraction, state: Sequence[Fraction]) -> Fraction:
             with precision(self.path.bits):

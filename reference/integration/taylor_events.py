@@ -38,12 +38,13 @@ class Exit:
 
 @dataclass(frozen=True)
 class Happened:
-    """An event: its time, name and the states before and after it."""
+    """An event: its time, name, the states before and after it, and the name of its way out, also of a limit."""
 
     time: Fraction
     name: str
     before: tuple[Fraction, ...]
     after: tuple[Fraction, ...]
+    by: str
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,8 @@ class ModesPath:
         target, reset = self.limit.modes[exit_.name] if rapid else ("", exit_.reset)
         here = [flint.arb(x).mid() for x in reset(ball(now), tuple(before))]
         after = tuple(map(_fraction, here))
-        self.events.append(Happened(now, "limit" if rapid else exit_.name, tuple(map(_fraction, before)), after))
+        name = "limit" if rapid else exit_.name
+        self.events.append(Happened(now, name, tuple(map(_fraction, before)), after, exit_.name))
         last[exit_.name] = now
         mode = target or exit_.after(now, after)
         self.modes.append((now, mode, after))

@@ -196,6 +196,34 @@ def test_momenta_come_back_as_the_user_has_them() -> None:
     assert found.factors is not None
 
 
+def test_each_of_two_walls_has_its_own_limit() -> None:
+    """A ball that a mode drops on the second of two guards with limits: the second way looks for the zero of that guard."""
+
+    def falling(t: float, y: Any, p: Any) -> Any:
+        return y[1], -9.81
+
+    def still(t: float, y: Any, p: Any) -> Any:
+        return 0.0 * y[0], 0.0 * y[1]
+
+    def bounce(t: float, y: Any, p: Any) -> Any:
+        return y[0], -0.25 * y[1]
+
+    form = gnomon.Hybrid(
+        (gnomon.Mode("flies", falling), gnomon.Mode("lies", still)),
+        lambda t, y, p: "flies",
+        (
+            gnomon.Transition("ceiling", "flies", lambda t, y, p: (5.0 - y[0],), -1, bounce, "flies"),
+            gnomon.Transition("floor", "flies", lambda t, y, p: (y[0],), -1, bounce, "flies"),
+        ),
+        settle=1e-6,
+        limits=(("ceiling", "lies", still), ("floor", "lies", still)),
+    )
+    found = system(form, (0.0, 2.0), [1.0, 0.0])
+    assert [event.name for event in found.events()][-1] == "limit"
+    assert not found.reference.why
+    assert found.reference_error < 1e-9
+
+
 def test_events_with_a_function_that_high_precision_does_not_have() -> None:
     """The angle of a turning point passes 1 at t = 1: two tight methods in binary64 take the place of high precision."""
     form = gnomon.Hybrid(
