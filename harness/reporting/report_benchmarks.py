@@ -26,20 +26,28 @@ KEPT = {
 def benchmarks(*folders: Path) -> dict[str, Any] | None:
     """Rows of pairs and of single times, from the first folder that has the file; None without a file.
 
-    A file of an earlier revision, which did not name both sides of a pair, has `earlier` True and no rows.
+    `lacks` is empty, or names the numbers of an older file without which nothing can be claimed; it then has no rows.
     """
     found = sidecars.first("benchmarks.json", *folders)
     if found is None:
         return None
-    earlier = any("first_name" not in row for row in found["rows"])
-    rows = [] if earlier else found["rows"]
+    lacks = _lacks(found["rows"])
+    rows = [] if lacks else found["rows"]
     return {
-        "earlier": earlier,
+        "lacks": lacks,
         "launches": found["launches"],
         "environment": found["environment"],
         "pairs": _pairs([row for row in rows if "first" in row]),
         "singles": [_single(row) for row in rows if "first" not in row],
     }
+
+
+def _lacks(rows: Sequence[dict[str, Any]]) -> str:
+    """What older files lack that a claim needs, in words; empty if nothing."""
+    if any("first_name" not in row for row in rows):
+        return "the names of the sides of its pairs"
+    measured = [row for row in rows if None not in (row.get("first"), row.get("second"))]
+    return "the ratios of single launches" if any("ratios" not in row for row in measured) else ""
 
 
 def growth(*folders: Path) -> dict[str, Any] | None:
@@ -72,7 +80,7 @@ def _measured(row: dict[str, Any]) -> dict[str, str]:
 def _pairs(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
     """The rows in words. A difference is claimed if launches separate the two sides, at one false discovery rate."""
     tested = [row for row in rows if row["median"] is not None and not _nulls(row)]
-    holds = discoveries([paired([math.log(ratio) for ratio in row.get("ratios", ())]) for row in tested])
+    holds = discoveries([paired([math.log(ratio) for ratio in row["ratios"]]) for row in tested])
     claimed = [row for row, true in zip(tested, holds, strict=True) if true]
     return [_pair(row, any(row is one for one in claimed)) for row in rows]
 
@@ -121,7 +129,7 @@ def _single(row: dict[str, Any]) -> dict[str, str]:
 
 
 def _law(row: dict[str, Any]) -> dict[str, str]:
-    low, high = _interval(row)
+    low, high = row["low"], row["high"]
     expected = row["expected"]
     return {
         "name": row["integrator"],
@@ -135,10 +143,3 @@ def _law(row: dict[str, Any]) -> dict[str, str]:
         "expected": tables.LAWS.get(expected, expected),
         "verdict": "" if expected in possible(low, high) else "differs",
     }
-
-
-def _interval(row: dict[str, Any]) -> tuple[float, float]:
-    """The 95 % interval of the power of time; two standard errors to either side for older files, which lack it."""
-    if "low" in row and "high" in row:
-        return row["low"], row["high"]
-    return row["power"] - 2 * row["uncertainty"], row["power"] + 2 * row["uncertainty"]

@@ -108,8 +108,7 @@ class _Merged:
             columns, marks = ", ".join(f'"{name}"' for name in names), ", ".join("?" * len(names))
             counting = LAST_PLANNED if table == "trials" else f"SELECT {key} FROM measurements WHERE {NOT_SUPERSEDED}"
             cursor = own.execute(
-                f"SELECT {schema.selected(table, schema.version(own))} FROM {table}"
-                f" WHERE {key} IN ({counting}) ORDER BY {table}.rowid"
+                f"SELECT {schema.selected(table)} FROM {table} WHERE {key} IN ({counting}) ORDER BY {table}.rowid"
             )
             insert = f"INSERT {'OR IGNORE' if table == 'trials' else ''} INTO {table} ({columns}) VALUES ({marks})"
             while rows := cursor.fetchmany(ROWS):

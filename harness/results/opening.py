@@ -15,7 +15,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from gnomon.harness.results import schema, values
-from gnomon.harness.results.schema import APPLICATION_ID, OLDEST_VERSION, SCHEMA_VERSION, Damaged
+from gnomon.harness.results.schema import APPLICATION_ID, SCHEMA_VERSION, Damaged
 from gnomon.harness.results.visible import cut, visible
 
 MOST_BYTES = 1 << 24
@@ -160,23 +160,30 @@ def _begun(path: Path, how: str, stack: ExitStack) -> sqlite3.Connection:
 
 
 def _verify_kind(db: sqlite3.Connection, path: Path) -> None:
-    """Raise ValueError unless it is a results file of this schema or of an older one that can be read."""
+    """Raise ValueError unless it is a results file of this schema: columns that a file lacks have no value to assume."""
     ((application,),) = db.execute("PRAGMA application_id")
     version = schema.version(db)
     if application != APPLICATION_ID:
         raise ValueError(
             f"{path}: an SQLite file, but not one of gnomon's; give a results.sqlite that `gnomon run` wrote"
         )
-    if not OLDEST_VERSION <= version <= SCHEMA_VERSION:
-        raise ValueError(
-            f"{path}: written with schema {version}, this gnomon reads schemas {OLDEST_VERSION} to {SCHEMA_VERSION};"
-            f" {'upgrade gnomon' if version > SCHEMA_VERSION else 'run it again'}"
-        )
+    if version != SCHEMA_VERSION:
+        way = "upgrade gnomon" if version > SCHEMA_VERSION else f"run it again, or read it with {_writer(db)}"
+        raise ValueError(f"{path}: written with schema {version}, this gnomon reads schema {SCHEMA_VERSION}; {way}")
+
+
+def _writer(db: sqlite3.Connection) -> str:
+    """The gnomon that wrote the last run of a file, in words."""
+    last = "SELECT value FROM environment WHERE name = ? ORDER BY run DESC LIMIT 1"
+    version, revision = (db.execute(last, (name,)).fetchone() for name in ("gnomon", "revision"))
+    named = f" {visible(cut(str(version[0])))}" if version and version[0] else ""
+    named += f" of revision {visible(cut(str(revision[0])))}" if revision and revision[0] else ""
+    return f"the gnomon{named} that wrote it"
 
 
 def _verify_structure(db: sqlite3.Connection) -> None:
     """Raise Damaged unless the file holds exactly the tables and the index of its schema."""
-    expected = {(kind, name): _plain(sql) for kind, name, sql in schema.made(schema.version(db))}
+    expected = {(kind, name): _plain(sql) for kind, name, sql in schema.made()}
     for kind, name, table, sql in db.execute("SELECT type, name, tbl_name, sql FROM sqlite_master").fetchall():
         if kind == "index" and sql is None and table in schema.TABLES:
             continue  # the index of a primary key

@@ -58,8 +58,8 @@ def load(path: str | Path, superseded: bool = False) -> Any:
     Returns
     -------
     pandas.DataFrame
-        One row for each measurement: the columns of its trial, then its own. Columns that a file of an older schema
-        lacks are null. Characters that would control a terminal are escaped, as \x1b.
+        One row for each measurement: the columns of its trial, then its own. Characters that would control
+        a terminal are escaped, as \x1b.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def columns(path: str | Path, superseded: bool = False) -> dict[str, list[Any]]:
     """The columns of `load` by name. Texts are visible; equal texts are one object, since many rows repeat them."""
     condition = "1" if superseded else NOT_SUPERSEDED
     with opening.reading(path, LOADED) as db:
-        selected = {table: schema.selected(table, schema.version(db)) for table in ("trials", "measurements")}
+        selected = {table: schema.selected(table) for table in ("trials", "measurements")}
         cursor = db.execute(_CURRENT.format(condition=condition, **selected))
         names = [column[0] for column in cursor.description]  # trial_key comes from both tables
         found: dict[str, list[Any]] = {name: [] for name in names}
@@ -161,10 +161,9 @@ def runs(path: str | Path) -> list[dict[str, Any]]:
     Raises ValueError as `load` does.
     """
     with opening.reading(path, ["runs", "environment"]) as db:
-        columns = schema.selected("runs", schema.version(db))
         found = [
             {name: _shown(value) for name, value in zip(schema.TABLES["runs"], row, strict=True)}
-            for row in db.execute(f"SELECT {columns} FROM runs ORDER BY run").fetchall()
+            for row in db.execute(f"SELECT {schema.selected('runs')} FROM runs ORDER BY run").fetchall()
         ]
         for run in found:
             rows = db.execute("SELECT name, value FROM environment WHERE run = ?", (run["run"],))

@@ -1,4 +1,4 @@
-"""The tables of a results file: their columns, the checksum of each row, and the migration of older files."""
+"""The tables of a results file: their columns, and the checksum of each row. A file of another schema is refused."""
 
 import sqlite3
 import struct
@@ -9,8 +9,6 @@ from functools import lru_cache
 from gnomon.harness.contract.declared import declared
 
 SCHEMA_VERSION = 3
-OLDEST_VERSION = 1
-"""The oldest schema that can be read; a run that continues such a file migrates it."""
 APPLICATION_ID = 0x676E6F6D  # "gnom": distinguishes results files from other SQLite files
 
 _FOUND = declared("results", "schema.toml")
@@ -21,9 +19,8 @@ TIMES = tuple(name for name in MEASUREMENT_COLUMNS if "seconds" in name and name
 """The columns of measured times, which are compared on one machine only."""
 TIMING_SPAN = " timing span x"
 """Text after "default", before the factor, in the variant of a series whose span is lengthened for timing."""
-SINCE: dict[int, dict[str, list[str]]] = {int(version): tables for version, tables in _FOUND["since"].items()}
-"""By schema, the columns that older schemas lack, apart from the checksums, which are new in schema 2."""
 _PRIMARY_KEYS: dict[str, str] = _FOUND["primary_keys"]
+_CHECKSUM_BEFORE: dict[str, str] = _FOUND["checksum_before"]
 _HEAD, _NUMBER = struct.Struct("<cq"), struct.Struct("<cqd")
 _NOTHING = _HEAD.pack(b"n", 0)
 """The bytes of null in a checksum. Of each value it takes the type, the length of the content, and the content."""
@@ -45,48 +42,26 @@ def create(db: sqlite3.Connection) -> None:
         db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
 
-def made(version: int = SCHEMA_VERSION) -> Iterator[tuple[str, str, str]]:
-    """The structure of a file of this version: kind, name and SQL of its tables and its index."""
-    for table in TABLES:
-        kinds = [f'"{name}" {TABLES[table][name]}' for name in columns(table, version)]
-        if version > 1:  # a migration appends columns: the new ones of schema 3 come after the checksum
-            kinds.insert(len(columns(table, min(version, 2))), "checksum INTEGER")
-        kinds += [f"PRIMARY KEY ({_PRIMARY_KEYS[table]})"] if table in _PRIMARY_KEYS else []
-        yield "table", table, f"CREATE TABLE {table} ({', '.join(kinds)})"
+def made() -> Iterator[tuple[str, str, str]]:
+    """The structure of a file: kind, name and SQL of its tables and its index."""
+    for table, own in TABLES.items():
+        kinds = {name: f'"{name}" {kind}' for name, kind in own.items()}
+        before = _CHECKSUM_BEFORE.get(table)
+        place = len(kinds) if before is None else [*kinds].index(before)
+        parts = [*kinds.values()]
+        parts.insert(place, "checksum INTEGER")
+        parts += [f"PRIMARY KEY ({_PRIMARY_KEYS[table]})"] if table in _PRIMARY_KEYS else []
+        yield "table", table, f"CREATE TABLE {table} ({', '.join(parts)})"
     yield "index", "measured", "CREATE INDEX measured ON measurements (trial_key, launch)"
-
-
-def columns(table: str, version: int) -> list[str]:
-    """The columns of a table in a file of this version, without the checksum."""
-    lacking = {name for since, tables in SINCE.items() if since > version for name in tables.get(table, ())}
-    return [name for name in TABLES[table] if name not in lacking]
-
-
-def migrate(db: sqlite3.Connection) -> None:
-    """Convert a file of an older schema to this one, in one transaction: completely or not at all."""
-    with db:
-        db.execute("BEGIN IMMEDIATE")
-        if version(db) == SCHEMA_VERSION:
-            return  # another process was faster
-        for since in range(version(db) + 1, SCHEMA_VERSION + 1):
-            for table in TABLES:
-                for name in SINCE[since].get(table, ()):
-                    db.execute(f"ALTER TABLE {table} ADD COLUMN {name} {TABLES[table][name]}")
-                if since == 2:
-                    db.execute(f"ALTER TABLE {table} ADD COLUMN checksum INTEGER")
-        for table in TABLES:
-            seal_all(db, table)
-        db.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
 
 def version(db: sqlite3.Connection) -> int:
     return int(db.execute("PRAGMA user_version").fetchone()[0])
 
 
-def selected(table: str, version: int) -> str:
-    """The columns of a table as a list for SELECT; null for columns that a file of this `version` lacks."""
-    known = columns(table, version)
-    return ", ".join(f'{table}."{name}"' if name in known else f"NULL AS {name}" for name in TABLES[table])
+def selected(table: str) -> str:
+    """The columns of a table as a list for SELECT, without the checksum."""
+    return ", ".join(f'{table}."{name}"' for name in TABLES[table])
 
 
 def with_checksums(db: sqlite3.Connection) -> sqlite3.Connection:
@@ -106,19 +81,15 @@ def seal_all(db: sqlite3.Connection, table: str) -> None:
 
 
 def verify(db: sqlite3.Connection, table: str) -> None:
-    """Raise Damaged if values of a row do not match its checksum; names the first one. Schema 1 has no checksums."""
-    found = version(db)
-    if found < 2:
-        return
-    right = _checksum_of(table, found)
+    """Raise Damaged if values of a row do not match its checksum; names the first one."""
+    right = _checksum_of(table)
     damaged = db.execute(f"SELECT rowid FROM {table} WHERE checksum IS NOT {right} LIMIT 1").fetchone()
     if damaged is not None:
         raise Damaged(f"table {table}, row {damaged[0]}: its values do not match its checksum")
 
 
-def _checksum_of(table: str, version: int = SCHEMA_VERSION) -> str:
-    names = ", ".join(f'"{name}"' for name in columns(table, version))
-    return f"row_checksum({names})"
+def _checksum_of(table: str) -> str:
+    return f"row_checksum({selected(table)})"
 
 
 def _row_checksum(*values: object) -> int:

@@ -80,9 +80,9 @@ class Store:
     """An open results file. Every write is one transaction, so kill -9 loses at most the current trial."""
 
     def __init__(self, path: Path) -> None:
-        """Open or create the file; a file of an older schema is migrated.
+        """Open or create the file.
 
-        Raises ValueError for a file that is not a results file of gnomon, of a newer schema, damaged, in use by another
+        Raises ValueError for a file that is not a results file of gnomon, of another schema, damaged, in use by another
         run, or that cannot be written.
         """
         if path.is_symlink():  # SQLite writes its files beside the target of a link
@@ -111,8 +111,6 @@ class Store:
                 schema.create(self._connection)
             self._connection.execute("PRAGMA journal_mode = WAL")
             self._connection.execute("PRAGMA synchronous = NORMAL")
-            if not fresh:
-                schema.migrate(self._connection)
         except sqlite3.OperationalError as error:
             raise ValueError(f"{path}: cannot be written ({error}); give another --out") from None
 

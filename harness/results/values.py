@@ -79,11 +79,10 @@ _TOGETHER = {
 
 def verify(db: sqlite3.Connection, table: str) -> None:
     """Raise Damaged if a value is not allowed in its column; it names the first such row, the column and the value."""
-    names = schema.columns(table, schema.version(db))
-    holds = {name: _condition(table, name) for name in names}
+    holds = {name: _condition(table, name) for name in schema.TABLES[table]}
     wrong = db.execute(f"SELECT rowid FROM {table} WHERE NOT ({' AND '.join(holds.values())}) LIMIT 1").fetchone()
     if wrong is not None:
-        for name in names:
+        for name in holds:
             ((fine, value),) = db.execute(f'SELECT {holds[name]}, "{name}" FROM {table} WHERE rowid = ?', wrong)
             if not fine:
                 raise Damaged(f"table {table}, row {wrong[0]}: {name} = {_shown(value)} is not allowed in this column")

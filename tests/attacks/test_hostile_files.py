@@ -46,7 +46,7 @@ STRUCTURES = {  # the words that name it, and the statements that make it
     "a missing table": ("settings_changed", "DROP TABLE settings_changed"),
     "a missing index": ("measured", "DROP INDEX measured"),
     "a name that steers a terminal": (r"\x1b]0;owned", f'CREATE TABLE "{ESCAPE}" (a)'),
-    "an older schema's number": ("not made as gnomon makes it", "PRAGMA user_version = 1"),
+    "an older schema's number": ("run it again", f"PRAGMA user_version = {schema.SCHEMA_VERSION - 1}"),
     "a newer schema's number": ("upgrade gnomon", f"PRAGMA user_version = {schema.SCHEMA_VERSION + 1}"),
     "a table of others": ("the table t, which gnomon does not make", "CREATE TABLE t (x)"),
     "another program's number": ("not one of gnomon's", "PRAGMA application_id = 0"),

@@ -4,6 +4,7 @@ import json
 import math
 import statistics
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -20,6 +21,7 @@ from gnomon.harness.reporting.report_words import (
     together,
     tolerances_text,
 )
+from planted_sidecars import PAIR
 
 
 def _launched(**launches: int) -> pd.DataFrame:
@@ -134,12 +136,12 @@ def test_a_law_is_named_only_where_the_interval_excludes_the_others(
     assert (said["power"], said["periods"]) == (f"{power:.2f} ({low:.2f} to {high:.2f})", "1e5")
 
 
-def test_a_file_without_intervals_is_read_by_its_standard_errors(tmp_path: Path) -> None:
+def test_a_file_without_intervals_is_refused(tmp_path: Path) -> None:
+    """No interval follows from its standard errors alone: with few starts it is wider."""
     row = {"integrator": "one", "case": "a", "setting": "s", "periods": 1e5, "starts": 8, "size": 1e-13}
     row |= {"power": 0.69, "uncertainty": 0.05, "law": "sqrt t", "expected": "sqrt t"}
-    said = _read_growth(tmp_path, row)
-    assert (said["power"], said["law"]) == ("0.69 (0.59 to 0.79)", "between √t and t")
-    assert _read_growth(tmp_path, row | {"uncertainty": 0.15})["law"] == "undecided between √t and t"
+    with pytest.raises(ValueError, match=r"growth\.json: rows\[0\]: 'low' is a required property; make it again"):
+        _read_growth(tmp_path, row)
 
 
 def _read_growth(folder: Path, row: dict[str, object]) -> dict[str, str]:
@@ -182,7 +184,6 @@ SAME, APART = [1.3, 0.9, 1.1, 0.8, 1.2], [3.1, 2.9, 3.0, 3.0, 3.2]
         (1e-3, APART, 1e-5, ""),
         (1e-3, [1 / ratio for ratio in APART], 1e-5, ""),
         (1e-3, SAME, 1e-5, "not separated"),
-        (1e-3, [], 1e-5, "not separated"),
         (1e-3, APART, 2e-4, "20 % of the time of one is overhead of its call; not separated"),
         (None, None, 1e-5, "not so accurate: one"),
     ],
@@ -190,15 +191,31 @@ SAME, APART = [1.3, 0.9, 1.1, 0.8, 1.2], [3.1, 2.9, 3.0, 3.0, 3.2]
 def test_notes_of_pairs(
     tmp_path: Path, first: float | None, ratios: list[float] | None, null: float, note: str
 ) -> None:
-    """A file of an earlier revision has no ratios by launch."""
-    ratio = None if ratios is None else statistics.median(ratios or [3.0])
+    ratio = None if ratios is None else statistics.median(ratios)
     row = {"group": "against two", "problem": "a", "level": "1e-06", "first_name": "one", "second_name": "two"}
     row |= {"first": first, "second": 2e-3, "first_null": null, "second_null": 1e-5}  # type: ignore[dict-item]
     row |= {"median": ratio, "low": ratio, "high": ratio} | ({"ratios": ratios} if ratios else {})  # type: ignore[dict-item]
-    (tmp_path / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [row]}))
-    (pair,) = (report_benchmarks.benchmarks(tmp_path) or {})["pairs"]
+    found = _read_benchmarks(tmp_path, row)
+    (pair,) = found["pairs"]
+    assert not found["lacks"]
     assert (pair["level"], pair["note"]) == ("1e-6", note)
     assert pair["ratio"] == ("–" if ratio is None else f"{ratio:.2f}")
+
+
+def _read_benchmarks(folder: Path, row: dict[str, Any]) -> dict[str, Any]:
+    (folder / "benchmarks.json").write_text(json.dumps({"launches": 5, "environment": {}, "rows": [row]}))
+    return report_benchmarks.benchmarks(folder) or {}
+
+
+@pytest.mark.parametrize(
+    ("without", "named"), [("ratios", "ratios of single launches"), ("first_name", "names of the sides")]
+)
+def test_pairs_without_the_numbers_of_a_claim_have_no_table(tmp_path: Path, without: str, named: str) -> None:
+    """Without ratios, a factor of 4.34 (4.21 to 4.53) was "not separated": no launches, no difference."""
+    assert _read_benchmarks(tmp_path, PAIR)["pairs"]
+    found = _read_benchmarks(tmp_path, {name: value for name, value in PAIR.items() if name != without})
+    assert (found["pairs"], found["singles"]) == ([], [])
+    assert named in found["lacks"]
 
 
 @pytest.mark.parametrize(("ratio", "text"), [(0.8349, "0.83"), (9.94, "9.94"), (9.96, "10"), (25.4, "25")])
