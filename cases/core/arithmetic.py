@@ -4,7 +4,7 @@ import linecache
 import math
 import types
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from functools import cache, reduce
 from typing import Any
 
 FUNCTIONS = (
@@ -12,6 +12,16 @@ FUNCTIONS = (
     "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "sqrt", "exp", "log", "hypot",
 )  # fmt: skip
 """The functions of `math` that equations may use."""
+
+
+def pairwise(hypot: Callable[[Any, Any], Any]) -> Callable[..., Any]:
+    """`math.hypot`, which takes any number of arguments, from a hypot of two."""
+    return lambda first, *others: reduce(hypot, others or (0.0,), first)
+
+
+def to_any_base(log: Callable[[Any], Any]) -> Callable[..., Any]:
+    """`math.log`, which takes a base too, from the natural logarithm."""
+    return lambda x, *base: log(x) / log(*base) if base else log(x)
 
 
 def rebind(function: Callable[..., Any], arithmetic: dict[str, Any]) -> Callable[..., Any]:

@@ -102,7 +102,9 @@ def zeros(shape: Any, dtype: Any = np.float64) -> Array:
 
 
 MATH: dict[str, Any] = {name: _function(name) for name in sorted(ir.INTRINSICS | ir.LIBRARY) if hasattr(math, name)} | {
-    "pow": power
+    "pow": power,
+    "hypot": arithmetic.pairwise(_function("hypot")),
+    "log": arithmetic.to_any_base(_function("log")),
 }
 NAMES_OF_MATH = {getattr(math, name): function for name, function in MATH.items()}
 NUMPY = {

@@ -10,10 +10,11 @@ removes + 0, * 1, * 0, / 1 and x - x. A `ReducedTrace` has fewer operations.
 
 import math
 from collections.abc import Callable, Iterable
-from functools import partial
+from functools import partial, reduce
+from operator import add
 from typing import Any
 
-from gnomon.cases.core.arithmetic import FUNCTIONS, Unbranching, rebind
+from gnomon.cases.core.arithmetic import FUNCTIONS, Unbranching, pairwise, rebind, to_any_base
 from gnomon.cases.core.forms import Form, SecondOrder, Values, first_order
 from gnomon.harness.kernels.equations import check_form, check_values
 
@@ -86,6 +87,8 @@ class Trace:
         self.parameters = tuple(self._variable(f"p[{i}]", RUN) for i in range(parameters))
         self.functions: dict[str, Callable[..., Node]] = {name: partial(self.node, name) for name in FUNCTIONS}
         """The functions of `math`. Even for a number they give a node, so that the nodes work in other arithmetics."""
+        self.functions["hypot"] = pairwise(self.functions["hypot"])
+        self.functions["log"] = to_any_base(self.functions["log"])
 
     def _variable(self, name: str, level: int) -> Node:
         return self.nodes.setdefault((name,), Node(self, name, (), level))
@@ -135,7 +138,7 @@ class ReducedTrace(Trace):
 
     def __init__(self, dimension: int, parameters: int) -> None:
         super().__init__(dimension, parameters)
-        self.functions["hypot"] = lambda x, y: self.functions["sqrt"](x * x + y * y)
+        self.functions["hypot"] = lambda *x: self.functions["sqrt"](reduce(add, (each * each for each in x)))
 
     def node(self, operation: str, *arguments: Value) -> Node:
         if operation in ("+", "*"):

@@ -1,5 +1,6 @@
 """Exact derivatives of traced equations, against a complex step in high precision: f'(x) = Im f(x + ih)/h + O(h^2)."""
 
+import math
 from typing import Any
 
 import mpmath
@@ -67,6 +68,19 @@ def test_derivatives_of_functions_and_powers_of_two_arguments() -> None:
         with mpmath.workdps(40):
             exact = [mpmath.diff(function, (1.25, 0.75), n) for function in plain for n in ((1, 0), (0, 1))]
         assert [float(a) for a in found] == pytest.approx([float(b) for b in exact], rel=1e-15)
+
+
+def test_derivatives_of_hypot_of_three_arguments_and_of_a_logarithm_to_a_base() -> None:
+    for kind in (Trace, ReducedTrace):
+        trace = kind(2, 0)
+        x, y = trace.state
+        values = [trace.functions["hypot"](x, y, 3.0), trace.functions["log"](x, y)]
+        with working(30) as mp:
+            at = [mp.mpf("1.25"), mp.mpf("0.75")]
+            found = computed(jacobian(values, (x, y)), trace, mp.mpf(0), at, [], mpmath_arithmetic(mp))
+        length, log = math.hypot(1.25, 0.75, 3.0), math.log(0.75)
+        exact = [1.25 / length, 0.75 / length, 1 / (1.25 * log), -math.log(1.25) / (0.75 * log**2)]
+        assert [float(a) for a in found] == pytest.approx(exact, rel=1e-14)
 
 
 def test_zero_derivatives_are_numbers() -> None:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from math import hypot, log
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 import subset_functions
 from gnomon.harness.kernels import emission, ir, machine
+from gnomon.harness.kernels.equations import function_kernel
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -221,6 +223,27 @@ def test_another_compiler_makes_other_code(monkeypatch: pytest.MonkeyPatch) -> N
         with monkeypatch.context() as patched:
             patched.setattr(getattr(machine, module), "__version__", "99.0")
             assert machine.conditions.__wrapped__() != before
+
+
+def lengths(t: Any, y: Any, p: Any) -> Any:
+    return (
+        hypot(y[0]),
+        hypot(y[0], y[1], y[2]),
+        hypot(y[0], y[1], y[2], 12.0),
+        log(y[0] + 8, 3),
+        log(y[1], y[2]),
+    )
+
+
+def branching(t: Any, y: Any, p: Any) -> Any:
+    return lengths(t, y, p) if y[0] < 5 else (0.0,) * 5
+
+
+@pytest.mark.parametrize("law", [lengths, branching])
+def test_hypot_and_log_take_as_many_arguments_as_in_python(law: Any) -> None:
+    """Traced and emitted: a C function that is called with more arguments than it has ignores them."""
+    found = function_kernel(law, 3, 0, 5).array(0.0, np.array([1.0, 2.0, 3.0]), np.zeros(0))
+    assert found.tolist() == pytest.approx(lengths(0.0, [1.0, 2.0, 3.0], ()), rel=1e-15)
 
 
 def test_the_examples_of_the_documentation() -> None:
