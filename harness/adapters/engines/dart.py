@@ -20,6 +20,7 @@ from typing import Any, ClassVar
 import numpy as np
 from gnomon.cases.core.forms import Form
 from gnomon.cases.core.scene import Body, Quaternion, Readings, Rope, Scene, SceneForm, Vector
+from gnomon.harness.adapters.engines.compiled_laws import Loads
 from gnomon.harness.adapters.engines.dart_world import Built
 from gnomon.harness.adapters.engines.scene_run import (
     COARSE,
@@ -70,6 +71,7 @@ class World(Built):
         if not any(body.inertia):
             square = dot(body.position, body.position)
             spin = along(ORIGIN, cross(body.position, body.velocity), 1 / square if square else 0.0)
+            self.eccentric.add(body.name)
             self._weigh(node, 2 * body.mass, (body.mass * square / 2,) * 3, along(ORIGIN, body.position, -0.5))
         joint.setTransformFromChildBodyNode(self._pose(tuple(-turn.T @ body.position)))
         self._set(joint, self.api.dynamics.BallJoint.convertToPositions(turn), turn.T @ spin)
@@ -120,19 +122,42 @@ class World(Built):
 
     def push(self, t: float) -> None:
         """Apply forces, torques and blows at time t for one step, over which the engine keeps them constant."""
-        for name, force, _ in forces_at(self.scene, t, self._motion):
-            self.nodes[name].addExtForce(force)
-        for name, torque in torques_at(self.scene, t, self._rotation):
-            self.nodes[name].addExtTorque(torque, False)
+        if self.loads is None:
+            for name, force, _ in forces_at(self.scene, t, self._motion):
+                self.nodes[name].addExtForce(force)
+            for name, torque in torques_at(self.scene, t, self._rotation):
+                self.nodes[name].addExtTorque(torque, False)
+        else:
+            self._load(self.loads, t)
         for name, linear, angular in impulses_within(self.scene, t, self.dt):
             self.nodes[name].addExtForce(along(ORIGIN, linear, 1 / self.dt))
             self.nodes[name].addExtTorque(along(ORIGIN, angular, 1 / self.dt), False)
         for joint, place in self.driven:
             joint.setCommand(0, (place(t + self.dt) - joint.getPosition(0)) / self.dt)
 
-    def _motion(self, name: str) -> tuple[Vector, Vector]:
+    def _load(self, loads: Loads, t: float) -> None:
+        """Apply the forces and torques of compiled laws."""
+        for name, (spin, velocity, place, attitude, _, _) in loads.parts.items():
+            place[:], velocity[:] = self._places(name)
+            if self.scene.torques:
+                (x, y, z, w), (spin[0], spin[1], spin[2]) = self._rotation(name)
+                attitude[0], attitude[1], attitude[2], attitude[3] = w, x, y, z
+        loads.update(t)
+        for name, (*_, force, torque) in loads.parts.items():
+            self.nodes[name].addExtForce(force)
+            if self.scene.torques:
+                self.nodes[name].addExtTorque(torque, False)
+
+    def _places(self, name: str) -> tuple[Floats, Floats]:
+        """Position and velocity of a body. Where its centre of mass is its origin, `getCOM` takes a tenth of the time."""
         node = self.nodes[name]
-        return tuple(node.getWorldTransform().translation().tolist()), tuple(node.getLinearVelocity().tolist())
+        if name in self.eccentric:
+            return node.getWorldTransform().translation(), node.getLinearVelocity()
+        return node.getCOM(), node.getCOMLinearVelocity()
+
+    def _motion(self, name: str) -> tuple[Vector, Vector]:
+        place, velocity = self._places(name)
+        return tuple(place.tolist()), tuple(velocity.tolist())
 
     def _rotation(self, name: str) -> tuple[Quaternion, Vector]:
         node = self.nodes[name]

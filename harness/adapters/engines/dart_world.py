@@ -16,6 +16,7 @@ from gnomon.cases.core.scene import (
     Slider,
     Vector,
 )
+from gnomon.harness.adapters.engines.compiled_laws import Loads, loads_if_compiled
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, dot
 from gnomon.harness.contract.integrator import Floats
 
@@ -39,6 +40,8 @@ class Built:
     def __init__(self, dartpy: Any, form: SceneForm, dt: float, configured: bool, tight: bool = False) -> None:
         self.api, self.needs, self.dt, self.configured, self.tight = dartpy, form.needs, dt, configured, tight
         self.chosen: dict[str, Any] = {}
+        self.traced: Scene | None = None
+        self.loads: Loads | None = None
         self.options: Mapping[str, Any] = self.chosen
         self.close()
 
@@ -48,11 +51,14 @@ class Built:
         self.steps = 0
         self.nodes: dict[str, Any] = {}  # the node of each body
         self.joints: dict[str, Any] = {}
+        self.eccentric: set[str] = set()  # the bodies whose centre of mass is not at their origin
         self.ropes: dict[str, Any] = {}  # the joint along the part of the rope between hole and body
         self.driven: list[tuple[Any, Callable[[float], float]]] = []
 
     def build(self, scene: Scene) -> None:
         self.close()
+        if scene is not self.traced:  # before each start the same scene is built anew
+            self.traced, self.loads = scene, loads_if_compiled(scene)
         self.scene = scene
         self.world = self.api.simulation.World()
         self.world.setTimeStep(self.dt)

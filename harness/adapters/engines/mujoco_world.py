@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from gnomon.cases.core.scene import Body, Contact, Quaternion, Readings, Scene, SceneForm, Slider, Vector
 from gnomon.harness.adapters.engines.attitudes import frame_along, scalar_first, upward_to
+from gnomon.harness.adapters.engines.compiled_laws import Law, compiled_laws
 from gnomon.harness.adapters.engines.compliant import damping_ratio
-from gnomon.harness.adapters.engines.mujoco_forces import TABLE, CompiledForces, Law, compiled_laws, time_function
+from gnomon.harness.adapters.engines.mujoco_forces import TABLE, CompiledForces, time_function
 from gnomon.harness.adapters.engines.mujoco_model import AXES, FOLLOWERS, PRESCRIBED, Model, is_point, link, numbers
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, inverse, rotated

@@ -29,6 +29,8 @@ class Part:
         self.drive: Callable[[float], Vector] | None = None
 
     def motion(self, pose: list[float], twist: list[float]) -> tuple[Vector, Vector]:
+        if self.share == 1.0:
+            return vector(pose), vector(twist)
         lever = along(vector(pose), self.pivot, -1.0)
         return along(self.pivot, lever, 1 / self.share), along(ORIGIN, vector(twist), 1 / self.share)
 

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from typing import Any
 
-import numpy as np
 from gnomon.cases.core.scene import Body, Hinge, Quaternion, Readings, Scene, SceneForm, Slider, Vector
+from gnomon.harness.adapters.engines.compiled_laws import Loads, loads_if_compiled
 from gnomon.harness.adapters.engines.newton_model import Assembly, Part
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot
@@ -44,18 +44,22 @@ class World:
         self.kind, self.configured = {"reduced": reduced, "penalty": penalty}, configured
         self.settings: dict[str, Any] = {"lock_inertia": True}  # else shapes add to the mass that the scene declares
         self.options: Mapping[str, Any] = self.settings
+        self.traced: Scene | None = None
+        self.loads: Loads | None = None
         self.assembly: Any = None
         self.model: Any = None
         self.solver: Any = None
         self.contacts: Any = None
         self.states: list[Any] = []
         self.graphs: list[Any] = []
+        self.views: dict[int, tuple[Any, ...]] = {}
 
     def close(self) -> None:
         """The engine frees arrays with their last reference."""
         self.assembly = self.model = self.solver = self.contacts = None
         self.states.clear()
         self.graphs.clear()
+        self.views.clear()
 
     def chosen(self, **settings: Any) -> dict[str, Any]:
         """The settings, recorded, if the world is configured; none otherwise."""
@@ -65,6 +69,8 @@ class World:
         return settings
 
     def build(self, scene: Scene) -> None:
+        if scene is not self.traced:  # before each start the same scene is built anew
+            self.traced, self.loads = scene, loads_if_compiled(scene)
         if not self.needs & START_SHAPES:
             self._build(scene)
 
@@ -75,6 +81,8 @@ class World:
         self.driven = [part for part in self.parts.values() if part.drive]
         self.solver = self.make(self)
         self.states = [self.model.state(), self.model.state()]
+        # On a processor arrays of NumPy are views of the engine's own, elsewhere copies.
+        self.views = {id(state): views_of(state) for state in self.states} if self.model.device.is_cpu else {}
         self.control: Any = self.model.control()
         self.contacts = None
         if self.model.shape_count:
@@ -155,26 +163,52 @@ class World:
 
     def _push(self, state: Any, t: float) -> None:
         """Forces at the start of the step. A blow acts over the whole step."""
-        poses, twists = state.body_q.numpy().tolist(), state.body_qd.numpy().tolist()
-
-        def motion(name: str) -> tuple[Vector, Vector]:
-            part: Part = self.parts[name]
-            return part.motion(poses[part.number], twists[part.number])
-
-        def rotation(name: str) -> tuple[Quaternion, Vector]:
-            number = self.parts[name].number
-            return tuple(poses[number][3:]), tuple(twists[number][3:])  # type: ignore[return-value]
-
-        wrench = np.zeros((len(poses), 6), dtype=np.float32)
-        for name, force, _ in forces_at(self.scene, t, motion):
-            wrench[self.parts[name].number, :3] += force
-        for name, torque in torques_at(self.scene, t, rotation):
-            wrench[self.parts[name].number, 3:] += along(ORIGIN, torque, self.parts[name].share)
+        poses, twists, wrench = self.views.get(id(state)) or views_of(state)
+        wrench[:] = 0.0
+        if self.loads is not None:
+            self._load(self.loads, t, poses, twists, wrench)
+        else:
+            self._call_laws(t, poses, twists, wrench)
         for name, linear, angular in impulses_within(self.scene, t, self.dt):
             part = self.parts[name]
             wrench[part.number, :3] += along(ORIGIN, linear, 1 / self.dt)
             wrench[part.number, 3:] += along(ORIGIN, angular, part.share / self.dt)
-        state.body_f.assign(wrench)
+        if not self.views:
+            state.body_f.assign(wrench)
+
+    def _load(self, loads: Loads, t: float, poses: Any, twists: Any, wrench: Any) -> None:
+        """Forces and torques of compiled laws."""
+        for name, (spin, velocity, place, attitude, _, _) in loads.parts.items():
+            part: Part = self.parts[name]
+            x, y, z, *turn = poses[part.number].tolist()
+            u, v, w, *rate = twists[part.number].tolist()
+            (place[0], place[1], place[2]), (velocity[0], velocity[1], velocity[2]) = part.motion([x, y, z], [u, v, w])
+            if self.scene.torques:
+                attitude[1], attitude[2], attitude[3], attitude[0] = turn
+                spin[0], spin[1], spin[2] = rate
+        loads.update(t)
+        for name, (*_, force, torque) in loads.parts.items():
+            part = self.parts[name]
+            row = wrench[part.number]
+            row[:3] = force
+            if self.scene.torques:
+                row[3:] = along(ORIGIN, torque, part.share)
+
+    def _call_laws(self, t: float, poses: Any, twists: Any, wrench: Any) -> None:
+        """Forces and torques of laws that only Python computes."""
+
+        def motion(name: str) -> tuple[Vector, Vector]:
+            part: Part = self.parts[name]
+            return part.motion(poses[part.number].tolist(), twists[part.number].tolist())
+
+        def rotation(name: str) -> tuple[Quaternion, Vector]:
+            number = self.parts[name].number
+            return tuple(poses[number][3:].tolist()), tuple(twists[number][3:].tolist())  # type: ignore[return-value]
+
+        for name, force, _ in forces_at(self.scene, t, motion):
+            wrench[self.parts[name].number, :3] += force
+        for name, torque in torques_at(self.scene, t, rotation):
+            wrench[self.parts[name].number, 3:] += along(ORIGIN, torque, self.parts[name].share)
 
     def read(self) -> Readings:
         state = self.states[0]
@@ -197,6 +231,11 @@ class World:
                 attitude, spin = tuple(poses[part.number][3:]), tuple(twists[part.number][3:])
                 bodies[body.name] = place, attitude, velocity, spin
         return Readings(joints, bodies)
+
+
+def views_of(state: Any) -> tuple[Any, ...]:
+    """The poses and twists of bodies and the forces on them, as arrays of NumPy."""
+    return state.body_q.numpy(), state.body_qd.numpy(), state.body_f.numpy()
 
 
 def spin_of(body: Body) -> Vector:

@@ -4,10 +4,11 @@ How it is driven: forces are set in `velocity_func` of the first body, which the
 kick of all bodies. Exceptions in such a function are printed and lost, so the step raises them again.
 """
 
-from math import atan2, hypot, inf
+from math import atan2, cos, hypot, inf, sin
 from typing import Any
 
 from gnomon.cases.core.scene import Hinge, Quaternion, Readings, Scene, SceneForm, Slider, Vector
+from gnomon.harness.adapters.engines.compiled_laws import Loads, loads_if_compiled
 from gnomon.harness.adapters.engines.pymunk_build import RAIL, Built
 from gnomon.harness.adapters.engines.pymunk_plane import Pair, Plane, plane_of, turned
 from gnomon.harness.adapters.engines.scene_run import forces_at, impulses_within, torques_at
@@ -28,6 +29,8 @@ class World:
         self.api, self.needs, self.dt, self.configured, self.tight = pymunk, form.needs, dt, configured, tight
         self.options: dict[str, Any] = {}
         self.failure: Exception | None = None
+        self.traced: Scene | None = None
+        self.loads: Loads | None = None
         self.plane = Plane(1)
 
     def close(self) -> None:
@@ -39,12 +42,15 @@ class World:
         self._make(scene, plane_of(scene, self.plane.normal))
 
     def _make(self, scene: Scene, plane: Plane) -> None:
+        if scene is not self.traced or plane != self.plane:  # before each start the same scene is built anew
+            self.traced, self.loads = scene, loads_if_compiled(scene)
         self.scene, self.plane, self.steps = scene, plane, 0
         options = self.options if self.configured else None
         self.built = Built(self.api, scene, plane, self.dt, "rod" in self.needs, options)
         if self.tight:
             self.built.space.iterations = self.options["iterations"] = TIGHTER * self.built.space.iterations
         self.parts, self.joints, self.parents = self.built.parts, self.built.joints, self.built.parents
+        self.central = {name: part.body for name, part in self.parts.items() if not any(part.tip)}
         if scene.forces or scene.torques or scene.impulses or self.built.wheels:
             self.parts[scene.bodies[0].name].body.velocity_func = self._push
 
@@ -149,28 +155,53 @@ class World:
 
     def _apply(self, t: float) -> None:
         plane, scene = self.plane, self.scene
-
-        def motion(name: str) -> tuple[Vector, Vector]:
-            place, velocity, *_ = self._motion(name)
-            return plane.space(place), plane.space(velocity)
-
-        def rotation(name: str) -> tuple[Quaternion, Vector]:
-            _, _, angle, rate = self._motion(name)
-            return plane.attitude(angle), plane.spin(rate)
-
-        for name, force, place in forces_at(scene, t, motion):
-            if not plane.holds(force):
-                raise Refused("planar engine: a force leaves the plane")
-            self.parts[name].body.apply_force_at_world_point(plane.flat(force), plane.flat(place))
+        if self.loads is not None:
+            self._load(self.loads, t)
+        else:
+            for name, force, place in forces_at(scene, t, self._places):
+                self._pull(name, force, plane.flat(place))
+            for name, torque in torques_at(scene, t, self._rotation):
+                self.parts[name].body.torque += torque[plane.normal]
         for part in self.built.wheels:
             weight = (part.body.mass * self.built.space.gravity[0], part.body.mass * self.built.space.gravity[1])
             part.body.apply_force_at_world_point(weight, part.body.local_to_world(part.tip))
-        for name, torque in torques_at(scene, t, rotation):
-            self.parts[name].body.torque += torque[plane.normal]
         for name, linear, angular in impulses_within(scene, t - self.dt, self.dt):
             body, (x, y) = self.parts[name].body, plane.flat(linear)
             body.apply_force_at_world_point((x / self.dt, y / self.dt), body.position)
             body.torque += angular[plane.normal] / self.dt
+
+    def _load(self, loads: Loads, t: float) -> None:
+        """Apply the forces and torques of compiled laws."""
+        plane, torques = self.plane, self.scene.torques
+        first, second = (plane.normal + 1) % 3, (plane.normal + 2) % 3
+        for name, (spin, velocity, place, attitude, _, _) in loads.parts.items():
+            (place[first], place[second]), (velocity[first], velocity[second]) = self._place(name)
+            if torques:
+                _, _, angle, spin[plane.normal] = self._motion(name)
+                attitude[0], attitude[1 + plane.normal] = cos(angle / 2), sin(angle / 2)
+        loads.update(t)
+        for name, (_, _, place, _, force, torque) in loads.parts.items():
+            self._pull(name, force.tolist(), (place[first], place[second]))
+            if torques:
+                self.parts[name].body.torque += torque[plane.normal]
+
+    def _place(self, name: str) -> tuple[Pair, Pair]:
+        """Position and velocity of the tip: where it is the body's centre, the engine tells them without its angle."""
+        body = self.central.get(name)
+        return self._motion(name)[:2] if body is None else (body.position, body.velocity)
+
+    def _places(self, name: str) -> tuple[Vector, Vector]:
+        place, velocity = self._place(name)
+        return self.plane.space(place), self.plane.space(velocity)
+
+    def _rotation(self, name: str) -> tuple[Quaternion, Vector]:
+        _, _, angle, rate = self._motion(name)
+        return self.plane.attitude(angle), self.plane.spin(rate)
+
+    def _pull(self, name: str, force: Vector, at: Pair) -> None:
+        if not self.plane.holds(force):
+            raise Refused("planar engine: a force leaves the plane")
+        self.parts[name].body.apply_force_at_world_point(self.plane.flat(force), at)
 
     def read(self) -> Readings:
         plane, joints = self.plane, {}

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from gnomon.cases.core.scene import Force, Hinge, Scene, Slider, Torque, Vector
+from gnomon.harness.adapters.engines.compiled_laws import Loads
 from gnomon.harness.adapters.engines.scene_run import impulses_within
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, turned
 
@@ -16,9 +17,37 @@ Chore = Callable[[float], None]
 def chores_of(world: Any, scene: Scene) -> list[Chore]:
     """What applies the forces, torques and impulses of a scene to the bodies of a world."""
     joints = {joint.body: joint for joint in scene.joints if not joint.parent}
-    chores = [_push(world, force, joints.get(force.body)) for force in scene.forces]
-    chores += [_turn(world, torque) for torque in scene.torques]
+    if world.loads is not None and world.loads.parts.keys() <= world.bodies.keys() - world.charges.fields.keys():
+        chores = [_load(world, scene, world.loads)]
+    else:
+        chores = [_push(world, force, joints.get(force.body)) for force in scene.forces]
+        chores += [_turn(world, torque) for torque in scene.torques]
     return [*chores, _strike(world, scene)] if scene.impulses else chores
+
+
+def _load(world: Any, scene: Scene, loads: Loads) -> Chore:
+    """The forces and torques of compiled laws on free bodies. Named arguments would take a tenth of a microsecond a call."""
+    api, client, frame, update = world.api, world.client, world.api.WORLD_FRAME, loads.update
+    pose, twist, apply = api.getBasePositionAndOrientation, api.getBaseVelocity, api.applyExternalForce
+    parts = [(world.bodies[name], *part) for name, part in loads.parts.items()]
+    torques = bool(scene.torques)
+    moving = torques or any(force.token != "position_force" for force in scene.forces)
+
+    def load(t: float) -> None:
+        for number, spin, velocity, place, attitude, _, _ in parts:
+            (place[0], place[1], place[2]), turn = pose(number, client)
+            if moving:
+                (velocity[0], velocity[1], velocity[2]), rate = twist(number, client)
+            if torques:
+                attitude[1], attitude[2], attitude[3], attitude[0] = turn
+                spin[0], spin[1], spin[2] = rate
+        update(t)
+        for number, _, _, place, _, force, torque in parts:
+            apply(number, -1, force.tolist(), place.tolist(), frame, client)
+            if torques:
+                api.applyExternalTorque(number, -1, torque.tolist(), frame, client)
+
+    return load
 
 
 def _push(world: Any, force: Force, joint: Hinge | Slider | None) -> Chore:

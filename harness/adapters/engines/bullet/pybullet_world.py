@@ -11,6 +11,7 @@ from gnomon.harness.adapters.engines.bullet.pybullet_joints import Motion
 from gnomon.harness.adapters.engines.bullet.pybullet_planes import MovingPlane, skin, touch
 from gnomon.harness.adapters.engines.bullet.pybullet_swivels import Pointer, Swivel, on_ropes
 from gnomon.harness.adapters.engines.bullet.pybullet_trees import grow, place_joints
+from gnomon.harness.adapters.engines.compiled_laws import Loads, loads_if_compiled
 from gnomon.harness.adapters.engines.vectors import ORIGIN, along, cross, dot, turned
 
 BREAKING_THRESHOLD = 0.02
@@ -52,6 +53,8 @@ class World:
         self.configured, self.maximal, self.tight = configured, maximal, tight
         self.options: dict[str, Any] = {"useMaximalCoordinates": 1} if maximal else {}
         self.steps = 0
+        self.traced: Scene | None = None
+        self.loads: Loads | None = None
         self.client = int(pybullet.connect(pybullet.DIRECT))
         self._step, self.pose, self.twist, self.joint_state = map(
             self.bound, ("stepSimulation", "getBasePositionAndOrientation", "getBaseVelocity", "getJointState")
@@ -92,6 +95,8 @@ class World:
             }
         self.extra("setPhysicsEngineParameter", values)
         self.call("setGravity", *scene.gravity)
+        if scene is not self.traced:  # before each start the same scene is built anew
+            self.traced, self.loads = scene, loads_if_compiled(scene)
         self.charges = Charges(self, scene)
         self.chores: list[Chore] = []
         self._create_joints(scene)

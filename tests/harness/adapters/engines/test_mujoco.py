@@ -14,9 +14,9 @@ import pytest
 from breadth import tenth
 from gnomon.cases import Case, get, names
 from gnomon.cases.core.scene import TOKENS, Body, Contact, Force, Impulse, Readings, Scene, SceneForm, Vector
+from gnomon.harness.adapters.engines.compiled_laws import compiled_laws
 from gnomon.harness.adapters.engines.compliant import damping_ratio, rebound
 from gnomon.harness.adapters.engines.mujoco import INTEGRATORS, Euler, EulerAsShipped, ImplicitFast, RungeKutta
-from gnomon.harness.adapters.engines.mujoco_forces import compiled_laws
 from gnomon.harness.adapters.engines.mujoco_model import PRESCRIBED
 from gnomon.harness.adapters.engines.mujoco_world import World
 from gnomon.harness.adapters.engines.scene_run import SceneRun
