@@ -42,7 +42,7 @@ class Library:
     calls: Mapping[str, str] = field(default_factory=dict)
     """How its integrators call the equations of a case, by a pattern of their names, the first match counts: `compiled`
     together with the method, `direct` as machine code, through `python`; or they move bodies by their `own` equations, an
-    `engine` in calls of one step."""
+    `engine` on a scene."""
     suite: str | None = None
     """The only suite in which it runs unless it is named; None if it runs in all."""
     driven: str = ""

@@ -10,6 +10,7 @@ from gnomon.harness.reporting.page.representing import label
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.tables import share_text
 from gnomon.harness.results import contenders
+from gnomon.harness.results.advice import engine_facts
 from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, preparations, records
 from gnomon.harness.results.contenders import OWN, RANKED, THIRD, YOURS
 from gnomon.harness.results.equal_error import TARGETS
@@ -27,7 +28,7 @@ WAYS = {
     "direct": "calls compiled equations",
     "python": "calls Python",
     "own": "own equations",
-    "engine": "engine, called each step",
+    "engine": "engine, on a scene",
 }
 Tables = dict[str, dict[str, str]]
 """By case and problem, the body of its table as HTML."""
@@ -38,7 +39,8 @@ def way(name: str) -> str:
     library, _, method = name.partition(":")
     if library == OURS:
         return WAYS["compiled"]
-    return WAYS.get(LIBRARIES[library].way(method), "") if library in LIBRARIES else ""
+    calls = WAYS.get(LIBRARIES[library].way(method), "") if library in LIBRARIES else ""
+    return " · ".join(filter(None, (calls, engine_facts.python_texts().get(name))))
 
 
 def case_tables(run: Run) -> Tables:

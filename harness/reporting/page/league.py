@@ -180,6 +180,7 @@ def _cost(row: Mapping[str, Any]) -> dict[str, str]:
     return {
         "reason": "",
         **{word: "" if row[key] is None else f"{row[key]:.3g}" for word, key in parts.items()},
+        "python": engine_facts.python_text(row),
         "scene": row["scene"],
         "world": _kilobytes(row["world_kilobytes"]),
         "grown": _kilobytes(row["grown_kilobytes"]),

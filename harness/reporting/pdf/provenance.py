@@ -20,7 +20,7 @@ CALLS = {
     "direct": "It calls compiled equations directly.",
     "python": "It calls the equations through Python: a time includes one call of Python for each right-hand side.",
     "own": "It moves the bodies by its own equations: a time has no calls of the equations of the case.",
-    "engine": "The engine is called from Python once a step.",
+    "engine": "The engine moves a scene; docs/libraries.md has the part of Python in its steps.",
 }
 UNKNOWN = "not recorded"
 

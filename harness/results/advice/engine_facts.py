@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 from statistics import median
 from typing import Any
@@ -54,6 +55,23 @@ def read() -> dict[str, Any]:
         )
     found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return found
+
+
+def python_text(row: Mapping[str, Any]) -> str:
+    """The share of Python in a step with a force, from a row of the costs; empty where it was not measured."""
+    share = row.get("python_share")
+    if share is None:
+        return ""
+    return f"Python {100 * share:.0f}\N{NO-BREAK SPACE}% of a step with a force" if share else "forces compiled"
+
+
+@cache
+def python_texts() -> dict[str, str]:
+    """`python_text` of each way to drive an engine in the published league."""
+    try:
+        return {row["integrator"]: python_text(row) for row in read()["costs"]}
+    except FileNotFoundError:
+        return {}
 
 
 def installed(found: Mapping[str, Any]) -> dict[str, Any]:
