@@ -36,7 +36,7 @@ DOCUMENTS = {
     "a method of your own": "docs/integrator.md",
 }
 """Pages of the repository, by the text of their links."""
-ABOUT = ("title", "section", "stresses", "unrun", "lacking", "span")
+ABOUT = ("title", "section", "stresses", "unrun", "lacking", "limit")
 """What the page's script knows of a case."""
 
 

@@ -20,9 +20,7 @@ from gnomon.harness.reporting.kept_parts import kept
 from gnomon.harness.reporting.report_pack import columnar, columns
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_stability import stability_charts
-from gnomon.harness.results import analysis
 
-TIMED = "timing span"
 FLOOR, CONDITIONING = (
     "floor: half an ulp of the output, or the error of the reference",
     "conditioning: half an ulp of the input",
@@ -36,12 +34,8 @@ Problems = dict[str, dict[str, Any]]
 
 
 def work_problems(run: Run) -> dict[str, Problems]:
-    """The work-precision data of every problem by case: points, limits and stress; default variants first.
-
-    A default variant that is timed over a longer span is there over both spans.
-    """
-    longer = analysis.settings(run.timed[run.timed["longer"]]).assign(variant=TIMED)
-    reduced = pd.concat([run.reduced, longer], ignore_index=True) if len(longer) else run.reduced
+    """The work-precision data of every problem by case: points, limits and stress; default variants first."""
+    reduced = run.reduced
     rows = reduced.assign(stresses=reduced.get("stresses", ""))
     problems = rows.groupby(PROBLEM, sort=False)[["conditioning", "floor", "stresses"]].agg(
         {"conditioning": "max", "floor": "max", "stresses": "first"}

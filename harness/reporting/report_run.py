@@ -36,8 +36,6 @@ class Run:
     path: Path
     frame: pd.DataFrame
     reduced: pd.DataFrame
-    timed: pd.DataFrame
-    """The rows whose times are compared, see `analysis.over_timing_spans`; `frame` lacks series over timing spans."""
     given: Mapping[str, type[Case]] = field(default_factory=dict)
     """Cases that are not installed, by the name under which they ran."""
 
@@ -54,8 +52,8 @@ class Run:
         why = summary.nothing_ran(zip(frame["status"], frame["reason"], strict=True))
         if why is not None:
             raise ValueError(f"{path}: nothing in it ran, so there is nothing to report ({why})")
-        rest, timed = analysis.over_timing_spans(frame)
-        return cls(path, rest, analysis.settings(rest), timed, given or {})
+        frame = analysis.own_spans(frame)
+        return cls(path, frame, analysis.settings(frame), given or {})
 
     @cached_property
     def outstanding(self) -> Outstanding:
@@ -77,7 +75,7 @@ class Run:
 
     @cached_property
     def equal_error(self) -> pd.DataFrame:
-        return analysis.equal_error(self.timed)
+        return analysis.equal_error(self.frame)
 
     @cached_property
     def equal(self) -> pd.DataFrame:
@@ -92,7 +90,7 @@ class Run:
     @cached_property
     def sweeps(self) -> dict[families.Problem, list[families.Sweep]]:
         """The methods that ran on each problem, see `families.sweeps`."""
-        return families.sweeps(self.timed)
+        return families.sweeps(self.frame)
 
     @cached_property
     def kinds(self) -> dict[str, list[str]]:
@@ -185,7 +183,7 @@ class Run:
         """Model hierarchies, with the shortest times of all integrators and of third parties."""
         # Only rows that a level can look up: it takes a twentieth of the time.
         equal = self.equal_error[self.equal_error["target"] == model_hierarchy.COST_AT]
-        default = self.timed[self.timed["variant"] == ""]
+        default = self.frame[self.frame["variant"] == ""]
         spans = default.groupby("case", as_index=False)[["span", "time_scale"]].first().assign(variant="")
         return model_hierarchy.hierarchies(self.cases, equal, spans)
 

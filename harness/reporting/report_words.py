@@ -37,12 +37,6 @@ from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.call_cost import PYTHON_CALL
 from gnomon.harness.studies.drift import laws
 
-TIMED = [
-    *(*analysis.SERIES, "setting", "launch", "status", "error_max", "span", "limit_seconds"),
-    *("prepare_seconds", "seconds_median"),
-]
-"""The columns that the tables of times need; copies of all columns would take tens of megabytes."""
-
 MARKS = {"reaches": "●", "rough": "◐", "fails": "✕", "cannot": "–", "unrun": "○"}
 DIVISIONS = {
     "yours": "Yours",
@@ -78,8 +72,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "history": runs[-1],
         "environment": together(environments),
         "machines": machines_text(run.frame),
-        "launches": launches_text(run.timed),
-        "scatter": scatter_text(run.timed),
+        "launches": launches_text(run.frame),
+        "scatter": scatter_text(run.frame),
         **_load(run.frame),
         **beside,
         "first": first,
@@ -212,8 +206,7 @@ def engines_text(policies: pd.DataFrame) -> str:
 
 def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
     """Each case with its variants and the rows of its tables."""
-    timed = analysis.settings(run.timed[TIMED])
-    spans = spans_text(timed, run.reduced)
+    limits = limits_text(run.reduced)
     grown = laws(run.path, run.frame, run.frame["variant"] == "", run.classes)
     parts = analysis.anatomy(run.frame[run.frame["variant"] == ""])
     stability = tables.stability_rows(run.matrix, run.trusted, run.orders, grown, parts)
@@ -226,7 +219,7 @@ def _cases(run: Run, work: dict[str, Problems]) -> list[dict[str, Any]]:
             "stresses": {label: problem["stresses"] for label, problem in work[name].items()},
             "unrun": unrun.get(name, []),
             "lacking": lacking.get(name, {}),
-            "span": spans.get(name, ""),
+            "limit": limits.get(name, ""),
             "stability": stability.get(name, []),
         }
         for name in run.names
@@ -265,21 +258,10 @@ def machines_text(frame: pd.DataFrame) -> str:
     return f"{count} machines: a time is compared only with times of the same machine"
 
 
-def spans_text(timed: pd.DataFrame, reduced: pd.DataFrame) -> dict[str, str]:
-    """By case the span over which its default variant is timed, and the time limit of a trial there, in words.
-
-    `timed` and `reduced`: `analysis.settings` of the rows whose times are compared, and of the others.
-    """
-    columns = ["case", "span", "limit_seconds"]
-    own = [table.loc[table["variant"] == "", columns].groupby("case") for table in (timed, reduced)]
-    spans = [each["span"].first().astype(float) for each in own]
-    limits = own[0]["limit_seconds"].max().astype(float)
-    found = {}
-    for name, factor in (spans[0] / spans[1].reindex(spans[0].index)).items():
-        over = f"{factor:.0f} times its span, with 64 samples of that" if factor > 1 else "its span"
-        limit = f"; each trial of every integrator may take {limits[name]:g} s" if limits[name] > 0 else ""
-        found[str(name)] = f"Timed over {over}{limit}."
-    return found
+def limits_text(reduced: pd.DataFrame) -> dict[str, str]:
+    """By case the time limit of a trial on its default variant, in words. `reduced`: `analysis.settings`."""
+    limits = reduced[reduced["variant"] == ""].groupby("case")["limit_seconds"].max().astype(float)
+    return {str(name): f"Each trial may take {limit:g} s." for name, limit in limits.items() if limit > 0}
 
 
 def launches_text(frame: pd.DataFrame) -> str:

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
-from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records
+from gnomon.harness.results.analysis import NEVER_RAN, SERIES, fastest_later, records
 from gnomon.harness.results.contenders import ALONE, RANKED, THIRD, TOO_SHORT
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.number_text import error_text, order_text, problem_name, short_text, time_text
+from gnomon.harness.results.number_text import error_text, order_text, problem_name, ratio_text, short_text, time_text
 
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
@@ -72,19 +72,26 @@ class Row:
 def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]], unknown: Mapping[str, str] = {}) -> list[Row]:
     """Per case and formulation, at each error, the fastest third-party integrator if it is separated, or the tied ones.
 
-    A cell that is not ranked says why, with the shortest times. Without third parties the rows are of the integrators
+    A cell that is not ranked says why, with the shortest times; a cell in which one more period has another order says so.
+    Without third parties the rows are of the integrators
     that there are. `equal`: `rankings.divisions`; `unknown`: cases of which nothing is said, and why.
     """
     default = equal[equal["variant"] == ""].sort_values("seconds")
     third = default[default["division"] == THIRD]
+    chosen = third if len(third) else default
+    later = fastest_later(chosen)
     found: dict[tuple[str, str, float], list[dict[str, Any]]] = {}
-    for row in records(third if len(third) else default):
+    for row in records(chosen):
         found.setdefault((row["case"], row["formulation"], row["target"]), []).append(row)
     rows = []
     for case, formulation in problems:
         without = Cell(unknown.get(case, "not reached"), kind="none")
         at = [found.get((case, formulation, target)) for target in TARGETS]
         cells = [_first_of(one) if one and case not in unknown else without for one in at]
+        for cell, target in zip(cells, TARGETS, strict=True):
+            if cell is not without and (case, "", formulation, target) in later:
+                name, factor = later[case, "", formulation, target]
+                cell.note += f"; of one more period {name} is the fastest, by {ratio_text(factor)} ×"
         rows.append(Row(case, cells, note=formulation))
     return rows
 

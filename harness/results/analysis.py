@@ -17,6 +17,8 @@ from gnomon.harness.results.summary import PROBLEM as PROBLEM
 from gnomon.harness.results.summary import SERIES as SERIES
 from gnomon.harness.results.values import DELAYED
 
+EQUAL_WITHIN = 1.25
+"""Times whose ratio is at most this are equal."""
 PARTLY = "partly"
 """The verdict of a series in which some settings are ok and others failed."""
 
@@ -39,7 +41,7 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
         *("error_phase", "error_shape", "turns", "events_missing", "events_extra", "events_time_error"),
         *("rhs_calls", "steps", "seconds_median", "seconds_low", "seconds_high", "prepare_seconds"),
         *("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start"),
-        *("null_work", "first_seconds", "delay_seconds"),
+        *("null_work", "first_seconds", "delay_seconds", "more_seconds"),
     ):
         found[column] = pd.to_numeric(rows[column], errors="coerce").astype(float)
     frame = one_machine(rows.assign(**found))
@@ -51,17 +53,9 @@ def tidy(rows: pd.DataFrame) -> pd.DataFrame:
     return frame
 
 
-def over_timing_spans(frame: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """(the rows of `tidy` without series over timing spans, the rows whose times are compared).
-
-    In the second frame such series replace the default variants of their cases; the column `longer` marks them.
-    """
-    longer = frame["variant"].str.startswith(f"default{TIMING_SPAN}")
-    if not longer.any():
-        return frame, frame.reset_index(drop=True).assign(longer=False)
-    replaced = longer | ((frame["variant"] == "") & frame["case"].isin(set(frame.loc[longer, "case"])))
-    timed = pd.concat([frame[longer].assign(variant=""), frame[~replaced]], ignore_index=True)
-    return frame[~longer], timed.assign(longer=np.arange(len(timed)) < longer.sum())
+def own_spans(frame: pd.DataFrame) -> pd.DataFrame:
+    """The rows of `tidy` without series over several spans: these give `more_seconds` of the others, and rank nothing."""
+    return frame[~frame["variant"].str.contains(TIMING_SPAN, regex=False)]
 
 
 def one_machine(frame: pd.DataFrame) -> pd.DataFrame:
@@ -75,7 +69,7 @@ def one_machine(frame: pd.DataFrame) -> pd.DataFrame:
     counts = timed.groupby([*PROBLEM, "machine"]).size().rename("count").reset_index()
     most = counts.sort_values(["count", "machine"], ascending=[False, True]).drop_duplicates(PROBLEM)
     chosen = frame[PROBLEM].merge(most, on=PROBLEM, how="left")["machine"].to_numpy()
-    times = [name for name in TIMES if name in frame]
+    times = [name for name in (*TIMES, "more_seconds") if name in frame]
     return frame.assign(**{name: frame[name].where(frame["machine"] == chosen) for name in times})
 
 
@@ -145,20 +139,64 @@ def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.D
     """Time at equal error: one row for each series and target that it reaches.
 
     For its columns see `equal_error.Reached`. `preparation` is the time of `prepare`, which the other times exclude (see
-    `preparations`). `machine` is the machine of the times.
+    `preparations`). `machine` is the machine of the times. `more_seconds` are the seconds of one more pass over the case's
+    span, at the same settings, and `more_times` these seconds by run and launch; nan and empty where they were not
+    measured, or do not differ clearly (see `reading.APART`).
 
     The error of a setting that diverged counts as infinite. A setting without a solution is ignored.
     """
     rows = []
-    columns = ("run", "launch", "setting", "error_max", "seconds_median", "null_seconds", "rhs_calls")
+    columns = ("run", "launch", "setting", "error_max", "seconds_median", "null_seconds", "rhs_calls", "more_seconds")
     chosen = frame["status"].isin(SCORED) & (frame["seconds_median"] > 0)
     usable = frame.loc[chosen, [*SERIES, "machine", "status", *columns]]
     usable = usable.assign(error_max=usable["error_max"].where(usable["status"] != Status.DIVERGED, math.inf))
     for key, series in _series(usable.sort_values("setting", ascending=False), *columns):
-        rows += [(*key, *found) for found in reached(series, targets)]
-    table = pd.DataFrame(rows, columns=[*SERIES, *Reached._fields])
+        more = _one_more(series, targets)
+        rows += [(*key, *found, *more.get(found.target, (math.nan, {}))) for found in reached(series, targets)]
+    table = pd.DataFrame(rows, columns=[*SERIES, *Reached._fields, "more_seconds", "more_times"])
     machines = usable.groupby(SERIES)["machine"].first()
     return table.join(machines, on=list(SERIES)).join(preparations(frame), on=list(SERIES))
+
+
+def _one_more(
+    series: Sequence[Mapping[str, Any]], targets: Sequence[float]
+) -> dict[float, tuple[float, dict[tuple[int, int], float]]]:
+    """By target the seconds of one more pass over the span, and by run and launch, as `reached` finds those of a call."""
+    if all(math.isnan(row["more_seconds"]) for row in series):
+        return {}
+    found = reached([{**row, "seconds_median": row["more_seconds"]} for row in series], targets)
+    return {one.target: (one.seconds, one.times) for one in found}
+
+
+def one_more_period(equal: pd.DataFrame) -> pd.DataFrame:
+    """The rows of `equal_error` that have it, with the time of one more pass over the span in place of the whole call.
+
+    It has no null call: both times include one, and the difference has none.
+    """
+    rows = equal[equal["more_seconds"].notna()]
+    times = {
+        "low": [min(times.values()) for times in rows["more_times"]],
+        "high": [max(times.values()) for times in rows["more_times"]],
+        "launches": [len(times) for times in rows["more_times"]],
+    }
+    return rows.assign(seconds=rows["more_seconds"], times=rows["more_times"], null_share=0.0, **times)
+
+
+def fastest_later(equal: pd.DataFrame) -> dict[tuple[Any, ...], tuple[str, float]]:
+    """The cells (`PROBLEM`, target) of `equal_error` in which one more period has another order than the whole call.
+
+    By cell the integrator with the least time of one more period, and the factor by which it is faster there than the
+    integrator with the least time of the whole call. Factors up to EQUAL_WITHIN are left out, and cells in which one more
+    period of the latter was not measured.
+    """
+    found = {}
+    for cell, rows in equal.groupby([*PROBLEM, "target"]):
+        first = rows.loc[rows["seconds"].idxmin()]
+        later = rows.loc[rows["more_seconds"].idxmin()] if rows["more_seconds"].notna().any() else first
+        factor = first["more_seconds"] / later["more_seconds"]
+        if factor > EQUAL_WITHIN:  # nan is not
+            found[cell] = str(later["integrator_id"]), float(factor)
+    return found
 
 
 def trust(reduced: pd.DataFrame) -> pd.DataFrame:

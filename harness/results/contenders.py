@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.equal_error import reached
-from gnomon.harness.results.schema import TIMING_SPAN
 from gnomon.harness.results.separation import discoveries, paired
 from gnomon.harness.results.summary import tidy
 from gnomon.harness.results.values import DELAYED
@@ -38,7 +37,6 @@ class Time(NamedTuple):
 
     case: str
     variant: str
-    """The variant of the series that was timed, also one over a timing span."""
     library: str
     integrator_id: str
     target: float
@@ -87,16 +85,15 @@ def p_values(rows: Sequence[Row]) -> list[float]:
 
 
 def times(rows: Iterable[Row]) -> list[Time]:
-    """The time at equal error of each series, from rows of `reading.rows`; of a case over its timing span, if it has one."""
+    """The time at equal error of each series, from rows of `reading.rows`."""
     series: dict[tuple[str, str, str, str], list[dict[str, Any]]] = {}
     for row in tidy(rows):
-        if row["formulation"] == "" and (row["variant"] == "" or row["variant"].startswith(f"default{TIMING_SPAN}")):
+        if row["formulation"] == row["variant"] == "":
             key = (row["case"], row["variant"], row["library"], row["integrator_id"])
             series.setdefault(key, []).append(row)
-    longer = {case for case, variant, *_ in series if variant}
     found = []
     for key, own in sorted(series.items()):
-        timed = _timed(own) if bool(key[1]) == (key[0] in longer) else []
+        timed = _timed(own)
         for one in reached(timed) if timed else ():
             found.append(Time(*key, one.target, one.seconds, one.launches, one.times, one.null_share))
     return found

@@ -69,7 +69,9 @@ def _parquet(path: str | Path, target: Path, raw: bool) -> None:
 
 def kind_of(name: str) -> str:
     """The kind of an exported column in SQL: TEXT, REAL or INTEGER."""
-    return (TRIAL_COLUMNS | MEASUREMENT_COLUMNS | {"work": "INTEGER"}).get(name, "TEXT").split()[0]
+    return (
+        (TRIAL_COLUMNS | MEASUREMENT_COLUMNS | {"work": "INTEGER", "more_seconds": "REAL"}).get(name, "TEXT").split()[0]
+    )
 
 
 _WRITERS: Mapping[str, Callable[[str | Path, Path, bool], None]] = {"csv": _csv, "json": _json, "parquet": _parquet}

@@ -105,7 +105,7 @@ class Separation:
 def sweeps(timed: pd.DataFrame) -> dict[Problem, list[Sweep]]:
     """The methods that ran on each problem, without those that are exact by construction.
 
-    `timed`: the second frame of `analysis.over_timing_spans`.
+    `timed`: `analysis.own_spans`.
     """
     ran = timed[(timed["formulation"] == "") & ~timed["status"].isin({*NEVER_RAN, Status.INTERRUPTED})]
     columns = (

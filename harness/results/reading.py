@@ -1,7 +1,7 @@
 """Reads a results file: measurements, sampled states, runs. `opening` verifies the file first."""
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from gnomon.cases.core.sampling import SAMPLES
 from gnomon.harness.contract.integrator import Floats
 from gnomon.harness.results import opening, schema
-from gnomon.harness.results.schema import Damaged
+from gnomon.harness.results.schema import TIMING_SPAN, Damaged
 from gnomon.harness.results.visible import visible
 from gnomon.harness.system import extras
 
@@ -24,6 +24,8 @@ TEXTS = {"suite", "settings_changed"} | {
     if kind.startswith("TEXT")
 }
 """The columns of a frame that hold texts."""
+APART = 2.25
+"""Least ratio of two times whose difference is used: its relative scatter is at most twice the scatter of one time."""
 ROWS = 1000
 """The number of rows that are read at a time."""
 
@@ -125,7 +127,29 @@ def columns(path: str | Path, superseded: bool = False) -> dict[str, list[Any]]:
                 found[name] += values if known is None else map(known.__getitem__, values)
     both = zip(found["rhs_calls"], found["steps"], strict=True)
     found["work"] = [steps if calls is None else calls for calls, steps in both]
+    found["more_seconds"] = _more_seconds(found)
     return found
+
+
+def _more_seconds(found: Mapping[str, Sequence[Any]]) -> list[float | None]:
+    """Seconds of one more pass over the case's span: from the times over several spans and over one, in one launch.
+
+    None without this measurement, and where the longer time is less than APART times the other.
+    """
+    names = ("variant", "case", "formulation", "library", "integrator_id", "setting", "machine", "run", "launch")
+    longer: dict[tuple[Any, ...], tuple[int, float]] = {}
+    timed = list(zip(found["error_max"], found["seconds_median"], *(found[name] for name in names), strict=True))
+    for error, seconds, variant, *rest in timed:
+        own, label, factor = variant.partition(TIMING_SPAN)
+        # A solution without an error is not finite: its time is no motion's.
+        if label and factor.isdecimal() and int(factor) > 1 and None not in (seconds, error):
+            longer[own, *rest] = int(factor), seconds
+    more: list[float | None] = []
+    for _, seconds, *key in timed:
+        factor, whole = longer.get(tuple(key), (0, 0.0))
+        is_apart = factor > 1 and seconds is not None and whole >= APART * seconds
+        more.append((whole - seconds) / (factor - 1) if is_apart else None)
+    return more
 
 
 def states(path: str | Path, measurements: Sequence[int] | None = None) -> dict[int, Floats]:

@@ -18,7 +18,7 @@ TRIAL_COLUMNS, MEASUREMENT_COLUMNS = TABLES["trials"], TABLES["measurements"]
 TIMES = tuple(name for name in MEASUREMENT_COLUMNS if "seconds" in name and name != "limit_seconds")
 """The columns of measured times, which are compared on one machine only."""
 TIMING_SPAN = " timing span x"
-"""Text after "default", before the factor, in the variant of a series whose span is lengthened for timing."""
+"""Text after "default", before the factor, in the variant of a series over several spans of its case."""
 _PRIMARY_KEYS: dict[str, str] = _FOUND["primary_keys"]
 _CHECKSUM_BEFORE: dict[str, str] = _FOUND["checksum_before"]
 _HEAD, _NUMBER = struct.Struct("<cq"), struct.Struct("<cqd")

@@ -103,7 +103,7 @@ class Suite:
     first_use: bool = False
     """Whether the first use of each integrator is timed, once, which takes some seconds each."""
     timing_spans: bool = False
-    """Whether default variants are launched repeatedly over timing spans, not their own spans (see `lengthened`)."""
+    """Whether default variants run over several spans too, for the time of one more period (see `lengthened`)."""
     minutes: float = 0.0
     """Minutes of a run after which no repeated launch begins; until then the undecided comparisons are launched again.
     0: only the launches above."""
@@ -149,7 +149,7 @@ class Suite:
         )
 
     def once(self) -> Suite:
-        """A copy without further launches of undecided comparisons, and without the timing spans that serve them."""
+        """A copy without further launches of undecided comparisons, and without the time of one more period."""
         if not self.minutes:
             return self
         return replace(self, minutes=0.0, minutes_with_peers=0.0, timing_spans=False)
@@ -242,7 +242,7 @@ class Series:
 
     @property
     def over_timing_span(self) -> bool:
-        """Whether the span is lengthened for timing: error and time then come from one solve, without turned starts."""
+        """Whether it runs over several spans of its case for the time of one more period, without turned starts."""
         return self.label.startswith(TIMING_SPAN)
 
     @property
@@ -349,7 +349,8 @@ def pairs(
     found = []
     absent = {integrator: lookup.missing(integrator) for integrator in integrators}
     for case, label in chosen:
-        own: tuple[Formulation | None, ...] = (None, *case.formulations) if formulations else (None,)
+        others = case.formulations if formulations and not label.startswith(TIMING_SPAN) else ()
+        own: tuple[Formulation | None, ...] = (None, *others)
         for formulation in own:
             for integrator in integrators:
                 form = accepted_form(case, integrator.accepts, formulation)
@@ -371,12 +372,9 @@ def lengthened(case: Case, factor: int) -> tuple[Case, str]:
 
 
 def with_timing_spans(chosen: Sequence[tuple[Case, str]], suite: Suite) -> list[tuple[Case, str]]:
-    """The chosen cases, and a lengthened copy of each case that the suite times over a longer span."""
-    found = list(chosen)
-    for case, label in chosen:
-        if suite.timing_spans and not label and case.variant is None and TIMING_FACTORS.get(case.name, 1) > 1:
-            found.append(lengthened(case, TIMING_FACTORS[case.name]))
-    return found
+    """The chosen cases, and a lengthened copy of each case of which the suite measures one more period."""
+    wanted = [case for case, label in chosen if suite.timing_spans and not label and case.variant is None]
+    return [*chosen, *(lengthened(case, TIMING_FACTORS[case.name]) for case in wanted if case.name in TIMING_FACTORS)]
 
 
 def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None) -> tuple[Status, str] | None:
@@ -396,11 +394,10 @@ def _left_out(case: Case, integrator: Integrator, form: Any, absent: str | None)
 def launches(series: Series, suite: Suite, near_duplicates: bool = True) -> int:
     """The number of launches of a series in a suite.
 
-    It is one for hard variants, for near-duplicate methods that are not named, and for default variants that are timed
-    over a longer span.
+    It is one for hard variants, and for near-duplicate methods that are not named. A case has as many over its timing span
+    as over its own, so that the time of one more period is the difference of two times of a launch.
     """
-    timed_apart = suite.timing_spans and not series.label and TIMING_FACTORS.get(series.case.name, 1) > 1
-    often = series.case.variant is None and (near_duplicates or series.integrator.primary) and not timed_apart
+    often = series.case.variant is None and (near_duplicates or series.integrator.primary)
     return suite.of(series.case).launches if often else 1
 
 

@@ -32,7 +32,7 @@ class Run(Protocol):
     @property
     def equal(self) -> pd.DataFrame: ...
     @property
-    def timed(self) -> pd.DataFrame: ...
+    def frame(self) -> pd.DataFrame: ...
     @property
     def forms(self) -> Mapping[str, AbstractSet[str]]: ...
 
@@ -43,7 +43,7 @@ def write_table(run: Run, to: Path) -> Path:
     Raises ValueError if it is larger than MOST_BYTES, and for measurements from several sources or machines, which one head
     cannot name.
     """
-    measured = Measurements(run.equal, run.timed, kind_of(run.forms))
+    measured = Measurements(run.equal, run.frame, kind_of(run.forms))
     found = needs(measured, list(SUBJECTS.values()), TARGETS)
     rows = [
         {"subject": need.subject.key, "error": need.error, **_row(answer)}
@@ -66,7 +66,7 @@ def write_table(run: Run, to: Path) -> Path:
 
 def _head(run: Run) -> dict[str, Any]:
     """Whose measurements these are."""
-    used = set(run.timed["run"])
+    used = set(run.frame["run"])
     runs = [one for one in store.runs(run.path) if one["run"] in used]
     environments = [one["environment"] for one in runs]
     for name in ("sources", "machine"):
@@ -76,7 +76,7 @@ def _head(run: Run) -> dict[str, Any]:
                 f"{run.path}: its times are of several {name} ({', '.join(several)}), but a table names one;"
                 " take a results file of one"
             )
-    timed = run.timed[run.timed["seconds_median"].notna()]
+    timed = run.frame[run.frame["seconds_median"].notna()]
     count, delayed, _ = summary.waited(zip(timed["seconds_median"], timed["delay_seconds"], strict=True))
     return {
         **{name: environments[-1].get(name) for name in ("revision", "sources", "machine", "cpu", "cores", "python")},

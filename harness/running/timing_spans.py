@@ -1,7 +1,8 @@
-"""Measures the power of two by which the span of a case is lengthened for timing: `python -m gnomon.harness.running.timing_spans`.
+"""Measures the number of spans over which a case is timed too: `python -m gnomon.harness.running.timing_spans`.
 
-The factor is the smallest with which the null call is at most a tenth of the time of every contender (an integrator within a
-factor of two of the least time) at every error of the report. `running/timing_spans.toml` keeps the factors.
+The time of one more period is a difference of two times. The number of spans is the smallest power of two, LEAST or more,
+with which the null call is at most a tenth of the longer time of every contender (an integrator within a factor of two of
+the least time) at every error of the report. `running/timing_spans.toml` keeps the numbers.
 """
 
 import argparse
@@ -15,14 +16,18 @@ import pandas as pd
 from gnomon.cases.core.case import Case
 from gnomon.harness.contract.integrator import Integrator
 from gnomon.harness.registry import lookup
-from gnomon.harness.results import analysis, contenders, rankings, store
+from gnomon.harness.results import analysis, store
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
 
 from gnomon import cases
 
-LARGEST = 2**12
+LEAST, LARGEST = 4, 2**12
+LARGEST_NULL = 0.1
+"""The largest share of the null call in the time of a contender."""
+CONTENDER = 2.0
+"""The largest ratio to the least time for a contender."""
 LIMIT_SECONDS = 0.1
 """Time limit of a trial (s): a slower integrator is not a contender on the spans tried."""
 AT_REST = min(TARGETS)
@@ -37,13 +42,14 @@ def factor(name: str, integrators: Sequence[Integrator], folder: Path) -> int:
     Raises ValueError if the motion ends on a shorter span, or if no factor up to LARGEST suffices.
     """
     suite = replace(plan.suite("foundation").within(LIMIT_SECONDS), launches=1, turned=False)
-    found, tried = 1, list(integrators)
+    found, tried = LEAST, list(integrators)
     while found <= LARGEST:
         longer = plan.lengthened(cases.get(name), found)
         if ended(longer[0]):
             raise ValueError(f"{name}: the motion ends within {found} spans, before the null call is a tenth of a call")
         path = run(folder / f"{name} x{found}", suite, [longer], tried)
-        times = rankings.ranked(analysis.equal_error(analysis.tidy(store.load(path)).assign(variant="")))
+        times = analysis.equal_error(analysis.tidy(store.load(path)).assign(variant=""))
+        times = times.assign(ratio=times["seconds"] / times.groupby("target")["seconds"].transform("min"))
         if suffices(times):
             return found
         near = set(times.loc[times["ratio"] < REMAIN, "integrator_id"])
@@ -59,9 +65,9 @@ def ended(case: Case) -> bool:
 
 
 def suffices(times: pd.DataFrame) -> bool:
-    """Whether the null call is at most a tenth of the time of every contender in these rows of `rankings.ranked`."""
-    near = times[times["ratio"] < contenders.CONTENDER]
-    return len(near) > 0 and bool((near["null_share"] <= contenders.LARGEST_NULL).all())
+    """Whether the null call is at most LARGEST_NULL of the time of every contender in these rows."""
+    near = times[times["ratio"] < CONTENDER]
+    return len(near) > 0 and bool((near["null_share"] <= LARGEST_NULL).all())
 
 
 def main() -> None:

@@ -46,7 +46,7 @@ def way(name: str) -> str:
 def case_tables(run: Run) -> Tables:
     """For every problem with an answer a table: yours first, then third parties, then gnomon's own methods."""
     by_axis = {axis: _by_key(rows) for axis, rows in (("time", run.equal), ("calls", run.counted))}
-    ran = run.timed[~run.timed["status"].isin(NEVER_RAN)]
+    ran = run.frame[~run.frame["status"].isin(NEVER_RAN)]
     preparing = preparations(ran).droplevel("library").to_dict()
     found: Tables = {}
     for (case, variant, formulation), part in ran.groupby(PROBLEM, sort=False):

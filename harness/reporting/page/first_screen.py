@@ -61,7 +61,7 @@ def first_screen(found: Representatives) -> dict[str, Any]:
 def _lead(found: Representatives) -> dict[str, Any] | None:
     """One case with its moving picture, its diagram and the times to 1e-6 in a sentence; None without a default variant."""
     run = found.run
-    rows = analysis.own(analysis.settings(run.timed))
+    rows = analysis.own(analysis.settings(run.frame))
     rows = rows[~rows["status"].isin([*CANNOT_RUN, Status.SKIPPED])]
     present = list(dict.fromkeys(rows["case"].tolist()))
     ready = [name for name in found.complete if name in present] or present

@@ -20,7 +20,7 @@ NONE = "ran on no such system: it cannot state them, or was not asked to"
 def need_cards(run: Run, found: Representatives) -> list[dict[str, Any]]:
     """The needs with their answers in words; empty if the complete cases of the run carry no recommendation."""
     whole = set(found.complete)
-    equal, timed = (table[table["case"].isin(whole)] for table in (run.equal, run.timed))
+    equal, timed = (table[table["case"].isin(whole)] for table in (run.equal, run.frame))
     all_ = needs(Measurements(equal, timed, found.run.kind_of))
     present = {one.name for one in found.stands}
     return (

@@ -279,7 +279,7 @@ def _of_errors(subject: Subject) -> list[str]:
 
 
 def _of_times(subject: Subject) -> list[str]:
-    timed = subject.run.timed[subject.run.timed["integrator_id"] == subject.name]
+    timed = subject.run.frame[subject.run.frame["integrator_id"] == subject.name]
     if not timed["seconds_median"].notna().any():
         return []
     launches = report_words.launches_text(timed)

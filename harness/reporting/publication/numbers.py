@@ -28,7 +28,7 @@ def of_results(frame: pd.DataFrame) -> Iterator[tuple[str, float]]:
     """Trials by status; by integrator the cases reached, median digits, hard variants solved; times on a few cases."""
     for status, count in frame["status"].value_counts().items():
         yield f"trials/{status}", float(count)
-    rows, timed = analysis.over_timing_spans(analysis.tidy(frame))
+    rows = analysis.own_spans(analysis.tidy(frame))
     reduced = analysis.settings(rows)
     ran = reduced[~reduced["status"].isin(analysis.NEVER_RAN)]
     default = analysis.own(ran)
@@ -43,7 +43,7 @@ def of_results(frame: pd.DataFrame) -> Iterator[tuple[str, float]]:
         for name, right in rankings.solved(reduced).items():
             yield f"hard_run/{name}", float(right.notna().sum())
             yield f"hard_solved/{name}", float(right.sum())
-    some = timed[timed["case"].isin(TIMED)]
+    some = rows[rows["case"].isin(TIMED)]
     if len(some):
         equal = analysis.own(analysis.equal_error(some, [ERROR]))
         for (case, name), seconds in equal.groupby(["case", "integrator_id"])["seconds"].min().items():

@@ -211,7 +211,7 @@
     byRole("problem").replaceChildren(...Object.keys(about.stresses).map((label) => new Option(label, label)), ...unrun);
     if (problem) byRole("problem").value = problem;
     byRole("permanent").href = `#case-${name}`;
-    byRole("span").textContent = about.span;
+    byRole("limit").textContent = about.limit;
     showProblem();
   }
 
@@ -235,7 +235,7 @@
     [...families.tBodies].forEach((body) => body.remove());
     families.insertAdjacentHTML("beforeend", data.families[name]?.[problem] ?? "");
     families.closest("details").hidden = !families.tBodies.length;
-    byRole("span").hidden = !problem.startsWith("default");
+    byRole("limit").hidden = !problem.startsWith("default");
     byRole("stability").innerHTML = problem.startsWith("default") ? data.stability[name] ?? "" : "";
     if (!figure.hidden) build(figure);
   }

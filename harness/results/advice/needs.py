@@ -183,7 +183,7 @@ class _System:
 class Measurements:
     """The measurements of a run, arranged by problem and integrator.
 
-    `equal`: `rankings.ranked`; `timed`: the second frame of `analysis.over_timing_spans`; `kind`: the kind of each case.
+    `equal`: `rankings.ranked`; `timed`: `analysis.own_spans`; `kind`: the kind of each case.
     """
 
     def __init__(self, equal: pd.DataFrame, timed: pd.DataFrame, kind: Mapping[str, str]) -> None:

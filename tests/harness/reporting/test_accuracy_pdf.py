@@ -151,7 +151,7 @@ def test_a_report_of_nothing_but_failures_says_so(run: Path) -> None:
     """No figure of errors, no digits, no time: each case is named with its failure."""
     read = Run.read(run)
     lost = read.reduced.assign(status=Status.DIVERGED, error_max=math.nan, seconds=math.nan)
-    subject = Subject.of(replace(read, reduced=lost, timed=read.timed.iloc[:0]), METHOD)
+    subject = Subject.of(replace(read, reduced=lost, frame=read.frame.assign(seconds_median=math.nan)), METHOD)
     content = contents(subject, [run.parent])
     found = {chapter["title"]: chapter["parts"] for chapter in content["chapters"]}
     assert found["Answer"][0]["texts"][0].count("diverged") == len(synthetic.CASES)

@@ -325,7 +325,7 @@ def test_a_hard_variant_changes_the_diagram_and_all_below_it(visit: Callable[...
     assert all(set(times).isdisjoint(after[0][name]) for name, times in before[0].items() if times)
     assert before[2]
     assert not after[2], "stability is of the default variant"
-    assert not page.locator('[data-role="span"]').is_visible(), "so is the span of timing"
+    assert not page.locator('[data-role="limit"]').is_visible(), "so is the limit of a trial"
     assert here.complaints == []
 
 

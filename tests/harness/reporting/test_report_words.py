@@ -15,9 +15,9 @@ from gnomon.harness.reporting.report_words import (
     engines_text,
     hierarchy_rows,
     launches_text,
+    limits_text,
     machines_text,
     scatter_text,
-    spans_text,
     together,
     tolerances_text,
 )
@@ -40,13 +40,12 @@ def test_how_often_cases_were_launched() -> None:
     assert len(set(texts)) == 4
 
 
-def test_the_span_of_timing_and_its_limit_are_said() -> None:
-    rows = [
-        {"case": case, "variant": "", "span": span, "limit_seconds": 1.0} for case, span in (("a", 2.0), ("b", 3.0))
-    ]
-    default = pd.DataFrame(rows)
-    found = spans_text(default.assign(span=[32.0, 3.0]), default)
-    assert {case: numbers_in(text) for case, text in found.items()} == {"a": ["16", "64", "1"], "b": ["1"]}
+def test_the_time_limit_of_a_trial_is_said() -> None:
+    rows = pd.DataFrame(
+        {"case": ["a", "b", "b", "c"], "variant": ["", "", "hard", ""], "limit_seconds": [1.0, 0.08, 9.0, None]}
+    )
+    found = limits_text(rows)
+    assert {case: numbers_in(text) for case, text in found.items()} == {"a": ["1"], "b": ["0.08"]}
 
 
 def test_the_scatter_of_launches_is_that_of_all_their_pairs() -> None:

@@ -51,6 +51,7 @@ def _equal(*rows: tuple[str, str, float, float, float, bool]) -> pd.DataFrame:
     """Case, integrator (library:name), target, seconds, ratio, at_loosest; ratios from 1.2 are separated."""
     columns = ["case", "integrator_id", "target", "seconds", "ratio", "at_loosest"]
     table = pd.DataFrame(rows, columns=columns).assign(variant="", formulation="", cell=RANKED, null_share=0.034)
+    table["more_seconds"] = math.nan
     table["library"] = table["integrator_id"].str.partition(":")[0]
     table["division"] = table["library"].map(division)
     table = table.assign(tied=table["ratio"] < 1.2, slower=table["ratio"] >= 1.2)
@@ -78,6 +79,15 @@ def test_a_cell_names_the_one_that_is_separated_from_all_others_or_the_tie() -> 
     assert second.cells[SIX].text == "scipy:two"
     assert _plain(second.cells[SIX].note) == "≤ 2.00 ms · null call 3 %"
     assert third.cells[SIX].text == first.cells[0].text == "not reached"
+
+
+def test_a_cell_says_where_one_more_period_has_another_order() -> None:
+    """Here the third takes 0.2 ms for it, and the first of the whole call 0.8 ms."""
+    (plain,) = tables.fastest(EQUAL, [("a", "")])
+    (row,) = tables.fastest(EQUAL.assign(more_seconds=[8e-4, 9e-4, 2e-4, 1e-3, 5e-3]), [("a", "")])
+    note = row.cells[SIX].note.removeprefix(plain.cells[SIX].note)
+    assert "heyoka:three" in note
+    assert numbers_in(note) == ["4.0"]
 
 
 @pytest.mark.parametrize("library", ["gnomon", "mine"])

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from gnomon.harness.results import analysis, equal_error, summary
+from gnomon.harness.results import analysis, equal_error, reading, summary
 from gnomon.harness.results.rankings import ranked
 from gnomon.harness.results.store import load
 from gnomon.harness.studies import model_hierarchy
@@ -30,7 +30,7 @@ def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) 
     fixed |= dict.fromkeys(
         ("null_seconds", "turned_starts", "error_low", "error_high", "error_unturned", "error_start")
     )
-    fixed |= dict.fromkeys(("null_work", "first_seconds", "delay_seconds"))
+    fixed |= dict.fromkeys(("null_work", "first_seconds", "delay_seconds", "more_seconds"))
     return analysis.tidy(pd.concat(launches).assign(**(fixed | columns)))
 
 
@@ -328,21 +328,73 @@ def test_a_measurement_that_waited_for_a_processor_is_counted() -> None:
     assert summary.waited(zip(rows["seconds_median"], rows["delay_seconds"], strict=True)) == (4, 1, 1)
 
 
-def test_times_of_a_lengthened_span_replace_times_of_the_default_span() -> None:
-    """On the cases that have one; error and time are of the same solve."""
-    default = _rows("one", [1e-2, 1e-4], [1.0, 2.0])
-    longer = _rows("one", [1e-1, 1e-3], [16.0, 32.0], variant="default timing span x16")
-    other = _rows("one", [1e-2, 1e-4], [1.0, 2.0], case="d")
-    hard = _rows("one", [1e-2, 1e-4], [5.0, 6.0], variant="stiff")
-    rest, timed = analysis.over_timing_spans(pd.concat([default, longer, other, hard]))
-    assert len(rest) == 12
-    assert not rest["variant"].str.contains("timing").any()
-    equal = analysis.equal_error(timed, targets=[1e-2])
-    times = {(row["case"], row["variant"]): row["low"] for row in equal.to_dict("records")}
-    assert times == {("c", ""): pytest.approx(16 * math.sqrt(2)), ("d", ""): 1.0, ("c", "stiff"): 5.0}
-    assert timed.groupby(["case", "variant"])["longer"].first().to_dict() == {
-        ("c", ""): True, ("c", "stiff"): False, ("d", ""): False,
-    }  # fmt: skip
+LONGER = "default timing span x5"
+
+
+@pytest.mark.parametrize(
+    ("change", "own", "longer", "more"),
+    [
+        ({}, 1.0, 4.2, 0.8),
+        ({}, 1.0, 2.25, 0.3125),
+        ({}, 1.0, 2.24, None),  # the scatter of both times would be most of the difference
+        ({}, 1.0, 0.9, None),
+        ({"launch": 2}, 1.0, 4.2, None),
+        ({"run": 2}, 1.0, 4.2, None),
+        ({"machine": "another"}, 1.0, 4.2, None),
+        ({"setting": 0.25}, 1.0, 4.2, None),
+        ({"case": "d"}, 1.0, 4.2, None),
+        ({"variant": "default length=2 timing span x5"}, 1.0, 4.2, None),
+        ({"error_max": None}, 1.0, 4.2, None),  # not finite
+        ({"error_max": 3.0}, 1.0, 4.2, 0.8),
+        ({}, None, 4.2, None),
+        ({}, 1.0, None, None),
+    ],
+)
+def test_one_more_period_is_a_difference_of_times_of_one_launch(
+    change: dict[str, Any], own: float | None, longer: float | None, more: float | None
+) -> None:
+    """On a span five times as long; the times over that span have none."""
+    row = {"case": "c", "variant": "default", "formulation": "standard", "library": "l", "integrator_id": "l:a"}
+    row |= {"setting": 0.5, "machine": "m", "run": 1, "launch": 1, "error_max": 1e-9, "seconds_median": own}
+    rows = [row, {**row, "variant": LONGER, "seconds_median": longer, **change}]
+    found = reading._more_seconds({name: [one[name] for one in rows] for name in row})
+    assert found == [None if more is None else pytest.approx(more), None]
+
+
+def test_one_more_period_is_interpolated_by_the_errors_of_the_whole_call() -> None:
+    """The errors over several spans are larger; and where one of two settings beside the target has no time, nothing is said."""
+    own = _rows("one", [1e-2, 1e-4, 1e-6], [1.0, 4.0, 16.0])
+    own["more_seconds"] = own["seconds_median"].map(lambda seconds: seconds / 4 if seconds < 10 else math.nan)
+    longer = _rows("one", [1e-1, 1e-3, 1e-5], [16.0, 64.0, 256.0], variant=LONGER)
+    frame = analysis.own_spans(pd.concat([own, longer]))
+    assert len(frame) == len(own)
+    equal = analysis.equal_error(frame, targets=[1e-3, 1e-5])
+    assert equal["seconds"].tolist() == pytest.approx([2.0 * 1.05, 8.0 * 1.05], rel=2e-3)
+    assert equal["more_seconds"].tolist() == pytest.approx([0.5 * 1.05, math.nan], rel=2e-3, nan_ok=True)
+    (more,) = analysis.one_more_period(equal).to_dict("records")
+    assert (more["low"], more["high"], more["launches"]) == (pytest.approx(0.5), pytest.approx(0.55), 2)
+    assert more["null_share"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"x:a": 1.0, "x:b": 0.5}, ("x:b", 2.0)),
+        ({"x:a": 1.0, "x:b": 0.81}, None),  # equal within 1.25
+        ({"x:a": 0.5, "x:b": 1.0}, None),
+        ({"x:a": math.nan, "x:b": 0.5}, None),  # of the first nothing is known
+        ({"x:a": 1.0, "x:b": math.nan}, None),
+    ],
+)
+def test_a_cell_says_where_one_more_period_has_another_order(
+    more: dict[str, float], said: tuple[str, float] | None
+) -> None:
+    seconds = {"x:a": 2.0, "x:b": 3.0}
+    rows = [{"integrator_id": name, "seconds": seconds[name], "more_seconds": value} for name, value in more.items()]
+    cell = {"case": "c", "variant": "", "formulation": "", "target": 1e-6}
+    assert analysis.fastest_later(pd.DataFrame(rows).assign(**cell)) == (
+        {} if said is None else {(*cell.values(),): said}
+    )
 
 
 def test_if_a_launch_has_the_median_over_turned_starts_errors_of_launches_from_one_start_are_ignored() -> None:

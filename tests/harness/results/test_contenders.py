@@ -25,8 +25,7 @@ def of_tables(equal: pd.DataFrame) -> set[Pair]:
 
 def test_times_and_pairs_are_those_of_the_page(results: Path) -> None:
     """A run must not launch what the page ranks, nor leave what it does not."""
-    _, timed = analysis.over_timing_spans(analysis.tidy(store.load(results)))
-    equal = analysis.equal_error(analysis.own(timed))
+    equal = analysis.equal_error(analysis.own(analysis.tidy(store.load(results))))
     found = contenders.times(reading.rows(results))
     key = ["case", "integrator_id", "target"]
     expected = equal.set_index(key)

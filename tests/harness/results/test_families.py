@@ -100,7 +100,7 @@ def test_a_family_has_its_fastest_and_its_closest_method() -> None:
 
 
 def test_a_method_that_is_exact_by_construction_is_left_out(tmp_path: Path) -> None:
-    timed = Run.read(write(tmp_path / "results.sqlite")).timed
+    timed = Run.read(write(tmp_path / "results.sqlite")).frame
     one = timed["integrator_id"] == "rebound:IAS15"
     kepler = one & (timed["case"] == "kepler_orbit")
     timed.loc[kepler, ["status", "error_max"]] = "ok", 1e-15

@@ -1,4 +1,4 @@
-"""Spans for timing: which cases a suite lengthens, how often it launches what, and the one solve that error and time share."""
+"""The time of one more period: which cases a suite runs over several spans, how often, and the difference of their times."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,23 +7,23 @@ import numpy as np
 import pandas as pd
 import pytest
 from gnomon.harness.registry import lookup, selection
-from gnomon.harness.results import analysis
-from gnomon.harness.results.store import load
+from gnomon.harness.results.reading import APART
+from gnomon.harness.results.store import export, load
 from gnomon.harness.running import plan
 from gnomon.harness.running.planned_run import run
-from gnomon.harness.running.timing_spans import ended, suffices
+from gnomon.harness.running.timing_spans import LEAST, ended, suffices
 from waiting import LONG_SECONDS
 
 from gnomon import cases
 
 FOUNDATION = plan.suite("foundation")
-LONGER = [name for name, factor in plan.TIMING_FACTORS.items() if factor > 1]
+LONGER = [*plan.TIMING_FACTORS]
 
 
 def test_every_foundation_case_has_a_factor_or_ends() -> None:
     assert sorted([*plan.TIMING_FACTORS, *plan.ENDS]) == sorted(plan.FOUNDATION)
-    assert all(factor & (factor - 1) == 0 < factor for factor in plan.TIMING_FACTORS.values()), "powers of two"
-    assert LONGER
+    factors = plan.TIMING_FACTORS.values()
+    assert all(factor & (factor - 1) == 0 and factor >= LEAST for factor in factors), "powers of two"
 
 
 def test_default_variants_of_cases_with_a_factor_are_timed_over_a_longer_span() -> None:
@@ -38,49 +38,55 @@ def test_default_variants_of_cases_with_a_factor_are_timed_over_a_longer_span() 
         assert case.numbers == default.numbers, "the same motion"
         assert len(case.times) == 64
         assert case.times[-1] == pytest.approx(float(case.span))
-    assert plan.with_timing_spans(chosen, plan.suite("quick")) == chosen, "one launch ranks nothing"
+    assert plan.with_timing_spans(chosen, plan.suite("quick")) == chosen
     changed = [(case, " length=2") for case, _ in chosen]
     assert plan.with_timing_spans(changed, FOUNDATION) == changed, "a factor belongs to the default numbers"
 
 
-def test_launches_go_to_the_timing_span_and_near_duplicates_have_none() -> None:
-    """One launch of a near-duplicate would separate nothing. Cases that end, or whose span is long, keep their launches."""
+def test_both_spans_have_the_same_launches_and_near_duplicates_have_none() -> None:
+    """Times of one launch are subtracted. Ranks are by the default span, which has all launches; of another formulation one
+    more period is not measured."""
     methods = lookup.own().values()
     primary, duplicate = (next(m for m in methods if m.primary is wanted and m.order == 4) for wanted in (True, False))
-    ends = next(name for name in plan.ENDS if "projectile" in name)
-    chosen = plan.with_timing_spans(selection.choose([LONGER[0], ends], False), FOUNDATION)
-    series = plan.pairs(chosen, [primary, duplicate], formulations=False, near_duplicates=False)
-    found = {(one.case.name, one.over_timing_span, one.integrator.id): one for one in series}
-    launches = {key: plan.launches(one, FOUNDATION, near_duplicates=False) for key, one in found.items()}
-    assert launches[LONGER[0], False, primary.id] == 1
-    assert launches[LONGER[0], True, primary.id] == FOUNDATION.launches
-    assert launches[ends, False, primary.id] == FOUNDATION.launches
-    assert found[LONGER[0], True, duplicate.id].left_out == plan.NEAR_DUPLICATE
+    chosen = plan.with_timing_spans(selection.choose(["kepler_orbit"], False), FOUNDATION)
+    series = plan.pairs(chosen, [primary, duplicate], near_duplicates=False)
+    longer = [one for one in series if one.over_timing_span]
+    own = [one for one in series if not one.over_timing_span]
+    assert {one.formulation for one in longer} == {None} < {one.formulation for one in own}
+    assert {plan.launches(one, FOUNDATION, False) for one in series if one.integrator is primary} == {
+        FOUNDATION.launches
+    }
+    assert [one.left_out for one in longer if one.integrator is duplicate] == [plan.NEAR_DUPLICATE]
     named = plan.pairs(chosen, [duplicate], formulations=False)
     assert all(one.left_out is None for one in named if one.over_timing_span), "unless it is named"
 
 
-def test_error_and_time_of_a_timing_span_are_of_one_solve(tmp_path: Path) -> None:
-    """On a case with a symmetry the default variant has the median error over turned starts; a run that is repeated
+def test_one_more_period_of_a_run_is_the_difference_of_its_times(tmp_path: Path) -> None:
+    """At the settings of the default span, of which the step sizes are a part; the export has it. A run that is repeated
     measures nothing again."""
-    suite = replace(FOUNDATION.within(LONG_SECONDS), launches=2, block_seconds=0.0, repeats=2)
+    suite = replace(FOUNDATION.within(LONG_SECONDS), launches=2, block_seconds=0.0, repeats=2, formulations=False)
     case = cases.get("kepler_orbit")
     assert case.turning is not None
     chosen = plan.with_timing_spans([(case.rounded(), "")], suite)
     methods = lookup.find_all(["gnomon:Störmer-Verlet"])
-    frame = load(run(tmp_path, suite, chosen, methods))
-    frame = frame[frame["formulation"] == "standard"]
+    path = run(tmp_path, suite, chosen, methods)
+    frame = load(path)
     longer = frame["variant"].str.contains("timing span")
-    assert frame[longer]["launch"].max() == 2
-    assert frame[~longer]["launch"].max() == 1
-    assert frame[~longer]["turned_starts"].notna().any()
-    assert frame[longer]["turned_starts"].isna().all()
-    assert frame[longer]["error_max"].notna().any()
-    assert frame[longer]["null_seconds"].notna().any()
-    again = load(run(tmp_path, suite, chosen, methods))
-    assert set(again["run"]) == {1}
-    _, timed = analysis.over_timing_spans(analysis.tidy(frame))
-    np.testing.assert_allclose(timed["span"], plan.TIMING_FACTORS["kepler_orbit"] * float(case.rounded().span))
+    key = ["setting", "launch"]
+    both = frame[~longer].merge(frame[longer], on=key, suffixes=("", "_longer"), how="left")
+    factor = plan.TIMING_FACTORS["kepler_orbit"]
+    np.testing.assert_allclose(both["span_longer"].dropna(), factor * float(case.rounded().span))
+    assert both["turned_starts_longer"].isna().all()
+    difference = (both["seconds_median_longer"] - both["seconds_median"]) / (factor - 1)
+    apart = both["seconds_median_longer"] >= APART * both["seconds_median"]
+    np.testing.assert_array_equal(both["more_seconds"].astype(float), difference.where(apart))
+    assert both["more_seconds"].notna().any()
+    assert both["span_longer"].notna().sum() >= len(both) / 2, "the settings are the same"
+    assert both.loc[both["span_longer"].notna()].groupby("launch").size().nunique() == 1
+    export(path, tmp_path / "results.csv", "csv")
+    exported = pd.read_csv(tmp_path / "results.csv")["more_seconds"]
+    np.testing.assert_allclose(exported, frame["more_seconds"].astype(float))
+    assert set(load(run(tmp_path, suite, chosen, methods))["run"]) == {1}
 
 
 def test_a_motion_that_settles_has_ended() -> None:
