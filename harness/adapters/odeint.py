@@ -22,23 +22,18 @@ Traps: rosenbrock4 has order 1 on equations that depend on time, by a wrong sign
 import ctypes
 import shutil
 import subprocess
-import tempfile
 from collections.abc import Mapping
 from functools import cache
-from hashlib import sha256
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
+from gnomon.harness.adapters.compiled_source import load_compiled
 from gnomon.harness.adapters.installed import Installed, not_installed
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Refused, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
-from gnomon.harness.kernels import machine
-from gnomon.harness.kernels.compiling import announced, cache_folder
 from gnomon.harness.kernels.equations import right_hand_side
 from gnomon.harness.kernels.straight_line import derivatives_if_traced
-from gnomon.reference.storage import cachefolder
 
 FIRST_STEP = 0.01
 """In time scales of the case."""
@@ -240,33 +235,17 @@ def interface() -> tuple[ctypes.CDLL, str]:
     if _ABSENT:
         raise ImportError(_ABSENT[0])
     compiler = shutil.which("c++")
-    found = compiler and compile_source(
-        compiler, "#include <boost/version.hpp>\nBOOST_LIB_VERSION __VERSION__", "-E", "-P"
-    )
+    text = "#include <boost/version.hpp>\nBOOST_LIB_VERSION __VERSION__"
+    asked = [f"{compiler}", "-E", "-P", "-x", "c++", "-"]
+    found = compiler and subprocess.run(asked, input=text, capture_output=True, text=True)
     if not compiler or not found or found.returncode:
         _ABSENT.append(not_installed("odeint"))
         raise ImportError(_ABSENT[0])
-    key = sha256("\n".join([machine.conditions(), f"{found.stdout}", *OPTIONS, SOURCE]).encode()).hexdigest()[:32]
-    kept = cachefolder.load(cache_folder(), f"{key}.so")
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "odeint.so"
-        if kept is None:
-            with announced():
-                done = compile_source(compiler, SOURCE, *OPTIONS, "-o", str(file))
-            if done.returncode:
-                raise ImportError(f"odeint: {compiler} cannot compile its headers: {done.stderr.strip()[:300]}")
-            cachefolder.store_or_warn(cache_folder(), f"{key}.so", file.read_bytes())
-        else:
-            file.write_bytes(kept)
-        c = ctypes.CDLL(str(file))
+    c = load_compiled("odeint", compiler, f"{found.stdout}", OPTIONS, {"odeint.cpp": SOURCE.encode()})
     for name in ("dopri5", "fehlberg78", "bulirsch_stoer_", "rosenbrock4_"):
         c[name].restype, c[name].argtypes = ctypes.c_long, [ctypes.c_void_p]
     c.version.restype = ctypes.c_char_p
     return c, c.version().decode().replace("_", ".")
-
-
-def compile_source(compiler: str, source: str, *options: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run([compiler, *options, "-x", "c++", "-"], input=source, capture_output=True, text=True)
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Dopri5, Fehlberg78, BulirschStoer, Rosenbrock4)

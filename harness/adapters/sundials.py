@@ -28,12 +28,12 @@ import ctypes
 import os
 import weakref
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cache
 from importlib.metadata import files
 from importlib.util import find_spec
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from gnomon.cases.core.forms import FirstOrder
@@ -53,14 +53,14 @@ DATA = 1
 """The word with the address of the numbers, in the content of a vector and of a matrix, for indices of 32 bits."""
 
 SIGNATURES = {
-    "SUNDIALSGetVersion": "i pi", "SUNContext_Create": "i ip", "SUNContext_ClearErrHandlers": "i p",
-    "SUNContext_Free": "i p", "N_VMake_Serial": "p ipp", "N_VGetArrayPointer": "p p", "N_VDestroy": "v p",
-    "SUNDenseMatrix": "p iip", "SUNDenseMatrix_Data": "p p", "SUNMatDestroy": "v p", "SUNLinSol_Dense": "p ppp",
+    "SUNDIALSGetVersion": "i pi", "SUNContext_Create": "i lp", "SUNContext_ClearErrHandlers": "i p",
+    "SUNContext_Free": "i p", "N_VMake_Serial": "p lpp", "N_VGetArrayPointer": "p p", "N_VDestroy": "v p",
+    "SUNDenseMatrix": "p llp", "SUNDenseMatrix_Data": "p p", "SUNMatDestroy": "v p", "SUNLinSol_Dense": "p ppp",
     "SUNLinSolFree": "i p", "SUNNonlinSol_FixedPoint": "p pip", "SUNNonlinSolFree": "i p",
     "IDASetId": "i pp", "IDASetSuppressAlg": "i pi", "IDASVtolerances": "i pdp", "CVodeCreate": "p ip", "IDACreate": "p p", "CVodeInit": "i ppdp", "IDAInit": "i ppdpp", "CVodeReInit": "i pdp",
     "IDAReInit": "i pdpp", "CVode": "i pdppi", "IDASolve": "i pdpppi", "CVodeSetNonlinearSolver": "i pp",
 } | {
-    f"{solver}{name}": signature for solver in ("CVode", "IDA") for name, signature in {
+    f"{solver}{name}": signature for solver in ("CVode", "IDA", "ERKStep", "ARKStep") for name, signature in {
         "Free": "v p", "SStolerances": "i pdd", "SetUserData": "i pp", "SetMaxNumSteps": "i pl",
         "SetLinearSolver": "i ppp", "SetJacFn": "i pp", "GetNumSteps": "i pp", "SetStopTime": "i pd",
         "SetMaxStep": "i pd", "SetInitStep": "i pd", "GetReturnFlagName": "p l",
@@ -144,9 +144,14 @@ def bad(out: Any) -> int:
     return 0
 
 
-def follow(function: int, memory: int, rest: Any, times: Floats, state: Floats, samples: Floats) -> int:
-    """The loop over samples: the C function at an address is called for each time, and the state copied."""
+def follow(function: int, stop: int, memory: int, rest: Any, times: Floats, state: Floats, samples: Floats) -> int:
+    """The loop over samples: the C function at an address is called for each time, and the state copied.
+
+    `stop`: the address of the function that sets a stop time, if steps end at samples; else 0.
+    """
     for k in range(times.size):
+        if stop != 0:
+            result_at(stop, memory, times[k])
         code = result_at(function, memory, times[k], *tuple(rest[i] for i in range(ARGUMENTS)))
         if code < 0:
             return int(code)
@@ -155,13 +160,21 @@ def follow(function: int, memory: int, rest: Any, times: Floats, state: Floats, 
     return 0
 
 
-def compiled() -> dict[str, int]:
-    """The addresses of the functions that SUNDIALS calls, compiled once for all problems."""
+def compiled(data: int) -> dict[str, int]:
+    """The addresses of the functions that SUNDIALS calls, compiled once for all problems and each place of numbers."""
     functions = (
         (slope, "float int int int"), (residual, "float int int int int"), (partial, "float int int int int int int int"),
         (implicit_partial, "float float int int int int int int int int"),
     )  # fmt: skip
-    return c_functions(functions, (("DATA", DATA),))
+    return c_functions(functions, (("DATA", data),))
+
+
+class Parts(NamedTuple):
+    """A library of SUNDIALS: its functions, its version, and the word with the address of a vector's numbers."""
+
+    functions: Mapping[str, Any]
+    version: str
+    data: int
 
 
 Motion = tuple[Callable[[], None], tuple[int, ...]]
@@ -192,6 +205,12 @@ class Native(Sundials):
     def versions(self) -> Mapping[str, str]:
         return {**super().versions(), "SUNDIALS": interface(self.solver)[1]}
 
+    def library_parts(self) -> "Parts":
+        """The library that has the solver."""
+        if find_spec("sksundae") is None:
+            raise ImportError("sksundae is not installed")
+        return Parts(*interface(self.solver), DATA)
+
     def size(self, problem: Problem) -> int:
         """The number of variables, of which the first ones are the state."""
         return problem.dimension
@@ -205,10 +224,9 @@ class Native(Sundials):
         """Create the solver's memory and give it the equations; returns the options that differ from its defaults."""
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
-        if find_spec("sksundae") is None:
-            raise ImportError("sksundae is not installed")
+        parts = self.library_parts()
         require_positive(setting, "tolerance")
-        session = Session(self.solver, self.size(problem))
+        session = Session(self.solver, self.size(problem), parts)
         options, (restart, rest) = self.connect(session, problem)
         options |= {"rtol": setting, "atol": self.atol_ratio * setting, "max_num_steps": STEPS}
         self.tolerate(session, problem, setting, self.atol_ratio * setting)
@@ -220,8 +238,9 @@ class Native(Sundials):
             if name in sizes:
                 session.set(function, sizes[name])
         options |= sizes
-        advance = ctypes.cast(session.c[self.advance], ctypes.c_void_p).value, session.memory.value, np.array(rest)
-        signature = "int int int[1] float[1] float[1] float[2]"
+        stop = address_of(session.c[f"{self.solver}SetStopTime"]) if self.sampling == "stops at samples" else 0
+        advance = address_of(session.c[self.advance]), stop, session.memory.value, np.array(rest)
+        signature = "int int int int[1] float[1] float[1] float[2]"
         run = machine.function(follow, signature, replaced={"ARGUMENTS": len(rest)})
         state, reached, times = session.state, session.reached, np.ascontiguousarray(problem.times)
 
@@ -258,7 +277,7 @@ class Adams(Native):
     def begun(self, session: "Session", problem: Problem) -> Motion:
         session.begin(self.method)
         session.user[EQUATIONS] = right_hand_side(problem).address
-        session.set("Init", compiled()["slope"], problem.t0, session.y)
+        session.set("Init", session.functions["slope"], problem.t0, session.y)
         arguments = session.y, ctypes.addressof(session.reached), NORMAL
         return lambda: session.set("ReInit", problem.t0, session.y), arguments
 
@@ -286,7 +305,7 @@ class Ida(Native):
         session.begin()
         kernel, buffer, t0, y = right_hand_side(problem), problem.buffer, problem.t0, session.y
         session.user[EQUATIONS] = kernel.address
-        session.set("Init", compiled()["residual"], t0, y, slopes)
+        session.set("Init", session.functions["residual"], t0, y, slopes)
         options = {"jac": session.newton(dense, problem, "implicit_partial")}
 
         def restart() -> None:
@@ -303,15 +322,16 @@ class Session:
     ended.
     """
 
-    def __init__(self, solver: str, dimension: int) -> None:
-        silence()
-        self.solver, self.dimension, self.c = solver, dimension, interface(solver)[0]
+    def __init__(self, solver: str, dimension: int, parts: "Parts") -> None:
+        self.solver, self.dimension, self.c, self.data = solver, dimension, parts.functions, parts.data
+        self.functions = compiled(self.data)
         held = ExitStack()
         self._held, self.close = held, weakref.finalize(self, held.close)
         self.context, self.memory, self.reached = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_double()
         verify("SUNContext_Create", self.c["SUNContext_Create"](0, ctypes.byref(self.context)))
         held.callback(self.c["SUNContext_Free"], ctypes.byref(self.context))
-        verify("SUNContext_ClearErrHandlers", self.c["SUNContext_ClearErrHandlers"](self.context))
+        if "SUNContext_ClearErrHandlers" in self.c:
+            verify("SUNContext_ClearErrHandlers", self.c["SUNContext_ClearErrHandlers"](self.context))
         self.state, self.user = np.zeros(dimension), np.array([0, 0, 0, dimension])
         self.y = self.vector(self.state)
 
@@ -327,16 +347,23 @@ class Session:
         """A vector whose numbers are `values`."""
         found = self.created("N_VMake_Serial", self.dimension, values.ctypes.data, free="N_VDestroy")
         self._held.callback(lambda _: None, values)  # C holds its address
-        verify_place(found, self.c["N_VGetArrayPointer"](found))
+        self.verify_place(found, self.c["N_VGetArrayPointer"](found))
         return found
 
     def dense(self) -> tuple[int, int]:
         """A dense linear solver, and its matrix."""
         matrix = self.created("SUNDenseMatrix", self.dimension, self.dimension, free="SUNMatDestroy")
-        verify_place(matrix, self.c["SUNDenseMatrix_Data"](matrix))
+        self.verify_place(matrix, self.c["SUNDenseMatrix_Data"](matrix))
         return self.created("SUNLinSol_Dense", self.y, matrix, free="SUNLinSolFree"), matrix
 
-    def begin(self, *method: int) -> None:
+    def verify_place(self, structure: int, data: int) -> None:
+        """Raise RuntimeError if compiled functions would read the numbers of a vector or a matrix at a wrong place."""
+        words = ctypes.POINTER(ctypes.c_void_p)
+        content = ctypes.cast(structure, words)[0]
+        if ctypes.cast(content, words)[self.data] != data:
+            raise RuntimeError("this build of SUNDIALS has another layout of vectors and matrices; use its binding")
+
+    def begin(self, *method: Any) -> None:
         """Create the solver's memory, which is freed before all else."""
         self.memory.value = self.c[f"{self.solver}Create"](*method, self.context)
         if not self.memory.value:
@@ -351,7 +378,7 @@ class Session:
         if kernel is None:
             return None
         self.user[JACOBIAN] = kernel.address
-        self.set("SetJacFn", compiled()[function])
+        self.set("SetJacFn", self.functions[function])
         return "compiled"
 
     def set(self, name: str, *arguments: Any) -> None:
@@ -366,20 +393,12 @@ class Session:
 
     def named(self, code: int) -> str:
         """The solver's name of a return code."""
-        return name_of(self.solver, code)
+        return name_of(address_of(self.c[f"{self.solver}GetReturnFlagName"]), code)
 
 
 def verify(name: str, code: int) -> None:
     if code:
         raise RuntimeError(f"SUNDIALS: {name} returned {code}")
-
-
-def verify_place(structure: int, data: int) -> None:
-    """Raise RuntimeError if compiled functions would read the numbers of a vector or a matrix at a wrong place."""
-    words = ctypes.POINTER(ctypes.c_void_p)
-    content = ctypes.cast(structure, words)[0]
-    if ctypes.cast(content, words)[DATA] != data:
-        raise RuntimeError("this build of SUNDIALS has another layout of vectors and matrices; use its binding")
 
 
 def silence() -> None:
@@ -399,17 +418,7 @@ def interface(solver: str) -> tuple[dict[str, Any], str]:
     if len(found) != 2:
         raise ImportError("this scikit-sundae comes without libraries of SUNDIALS; its wheels have them")
     loaded = [ctypes.CDLL(str(file.locate())) for file in found]
-    functions = {}
-    for name, signature in SIGNATURES.items():
-        function = next((getattr(one, name) for one in loaded if hasattr(one, name)), None)
-        if function is None:
-            continue
-        result, _, arguments = signature.partition(" ")
-        function.restype, function.argtypes = TYPES[result], [TYPES[kind] for kind in arguments]
-        functions[name] = function
-    text = ctypes.create_string_buffer(64)
-    verify("SUNDIALSGetVersion", functions["SUNDIALSGetVersion"](text, len(text)))
-    version = text.value.decode()
+    functions, version = load_functions(loaded, SIGNATURES)
     if version not in VERSIONS:
         raise ImportError(
             f"SUNDIALS {version}: its C interface was tried with {', '.join(VERSIONS)} only; the binding runs"
@@ -417,11 +426,29 @@ def interface(solver: str) -> tuple[dict[str, Any], str]:
     return functions, version
 
 
+def load_functions(libraries: Sequence[ctypes.CDLL], signatures: Mapping[str, str]) -> tuple[dict[str, Any], str]:
+    """The functions of shared libraries that have these names, with their types, and the version of SUNDIALS."""
+    functions = {}
+    for name, signature in signatures.items():
+        function = next((getattr(one, name) for one in libraries if hasattr(one, name)), None)
+        if function is None:
+            continue
+        result, _, arguments = signature.partition(" ")
+        function.restype, function.argtypes = TYPES[result], [TYPES[kind] for kind in arguments]
+        functions[name] = function
+    text = ctypes.create_string_buffer(64)
+    verify("SUNDIALSGetVersion", functions["SUNDIALSGetVersion"](text, len(text)))
+    return functions, text.value.decode()
+
+
 @cache
-def name_of(solver: str, code: int) -> str:
-    """The name of a return code, kept because SUNDIALS allocates it at each call."""
-    found: bytes = ctypes.string_at(interface(solver)[0][f"{solver}GetReturnFlagName"](code))
-    return found.decode()
+def name_of(function: int, code: int) -> str:
+    """The name of a return code by the function at an address, kept because SUNDIALS allocates it at each call."""
+    return ctypes.string_at(ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_long)(function)(code)).decode()
+
+
+def address_of(function: Any) -> int:
+    return ctypes.cast(function, ctypes.c_void_p).value or 0
 
 
 INTEGRATORS: tuple[type[Integrator], ...] = (Adams, Bdf, Ida)
