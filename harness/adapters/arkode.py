@@ -5,8 +5,9 @@ The library comes from the system, as no wheel has it (Debian: libsundials-dev).
 How it is driven, and why:
 
 - ERKStep for equations that are not stiff: it "admits a more efficient and memory-friendly implementation" than ARKStep.
-  For stiff ones ARKStep with an implicit part only, iterated by Newton's method with a dense matrix and the compiled
-  Jacobian.
+  Its pairs of orders 6 and 8 lose orders by a fault that SUNDIALS 6.7 repairs, so ARKStep takes the order 8.
+- For stiff equations ARKStep with an implicit part only, iterated by Newton's method with a dense matrix and the compiled
+  Jacobian. The matrix is set up in each step: with a kept one, steps were accepted before the iteration converged.
 - The methods are those that the library has for an order: 4 is its default.
 - Samples in the mode `ARK_NORMAL`: steps go past a sample, which an interpolant gives: "for non-stiff problems" in Hermite's
   form, for stiff ones in Lagrange's. Their degree is 5 at most, so the method of order 8 ends a step at each sample, by

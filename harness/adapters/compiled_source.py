@@ -13,13 +13,17 @@ from gnomon.reference.storage import cachefolder
 
 
 def load_compiled(
-    library: str, compiler: str, version: str, options: Sequence[str], files: Mapping[str, bytes]
+    library: str,
+    compiler: str,
+    version: str,
+    options: Sequence[str],
+    files: Mapping[str, bytes],
+    loader: type[ctypes.CDLL] = ctypes.CDLL,
 ) -> ctypes.CDLL:
     """The shared library of source files, given by their names, which a compiler compiles in this order.
 
-    It is kept with the other machine code. Its functions hold the lock of the interpreter, because what they call may have
-    variables that all calls share. `version`: a text that changes with the compiler and with files that the given ones
-    include. Raises ImportError if it cannot be compiled.
+    It is kept with the other machine code. `version`: a text that changes with the compiler and with files that the given
+    ones include. Raises ImportError if it cannot be compiled or loaded.
     """
     parts = [machine.conditions().encode(), version.encode(), *(option.encode() for option in options)]
     parts += [part for name, source in files.items() for part in (name.encode(), source)]
@@ -38,4 +42,7 @@ def load_compiled(
             cachefolder.store_or_warn(cache_folder(), f"{key}.so", path.read_bytes())
         else:
             path.write_bytes(kept)
-        return ctypes.PyDLL(str(path))
+        try:
+            return loader(str(path))
+        except OSError as error:
+            raise ImportError(f"{library}: what {compiler} compiled cannot be loaded: {error}") from None

@@ -1,4 +1,4 @@
-"""The Fortran codes of Hairer and Wanner: RADAU5, RODAS, SEULEX, ODEX.
+"""The Fortran codes of Hairer and Wanner for stiff equations: RADAU5 and RODAS.
 
 gnomon has none of them. FOLDER, a variable of the environment, names the folder with the files, as their authors offer
 them on their page; `gfortran` compiles those of a code at its first use (Debian: gfortran).
@@ -7,14 +7,13 @@ How they are driven, and why:
 
 - One call of compiled code solves a motion. The Fortran below has the subroutines that a code calls: they call the compiled
   equations and derivatives of the case by address, and SOLOUT reads each sample from the continuous output of its step
-  (CONTR5, CONTRO, CONTEX), so that no step ends at a sample.
+  (CONTR5, CONTRO), so that no step ends at a sample.
 - Defaults: "FOR STANDARD USE, SET IWORK(1),..,IWORK(20) TO ZERO BEFORE CALLING." Only the limit of steps is raised, as
-  100,000 (ODEX: 10,000) end long intervals early.
+  100,000 end long intervals early.
 - "THE CODE KEEPS, ROUGHLY, THE LOCAL ERROR OF Y(I) BELOW RTOL*ABS(Y(I))+ATOL": the setting is RTOL, and ATOL is equal to it,
-  as in the authors' drivers of RADAU5, SEULEX and ODEX, in SI units. Their driver of RODAS has ATOL = 1e-6 RTOL.
-- The first step is 1e-3 time scales of the case: "USUALLY 1.D-3 OR 1.D-5, IS GOOD" (RADAU5), "1.D-2 OR 1.D-3" (RODAS,
-  SEULEX), "1.D-1 OR 1.D-3" (ODEX).
-- The stiff ones get the Jacobian, and RODAS df/dx too. If equations cannot be traced, the codes compute differences.
+  as in the authors' driver of RADAU5, in SI units. Their driver of RODAS has ATOL = 1e-6 RTOL.
+- The first step is 1e-3 time scales of the case: "USUALLY 1.D-3 OR 1.D-5, IS GOOD" (RADAU5), "1.D-2 OR 1.D-3" (RODAS).
+- They get the Jacobian, and RODAS df/dx too. If equations cannot be traced, the codes compute differences.
 - The codes know no failure of a derivative. A derivative that is not finite is therefore replaced by a huge one, which
   no error test accepts, so that the step is repeated with a shorter one.
 
@@ -51,7 +50,7 @@ MOST_STEPS = 2**31 - 2
 OPTIONS = "-std=legacy", "-w", "-O3", "-march=native", "-fPIC", "-shared"
 REASONS = {-1: "the input is not consistent, or the step became too small", -2: "more steps are needed",
            -3: "the step became too small", -4: "the matrix is repeatedly singular"}  # fmt: skip
-"""Of RADAU5 and RODAS; SEULEX and ODEX return -1 for all."""
+"""By IDID."""
 SOURCE = """
 module given
   use iso_c_binding
@@ -185,12 +184,11 @@ class Code(Installed):
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
     takes: ClassVar[tuple[str, ...]] = (*STEP_SIZES, "jac")
-    needs: ClassVar[tuple[tuple[str, ...], ...]] = LINEAR_ALGEBRA
     atol_ratio: float = 1.0
     words: ClassVar[Mapping[str, str]]
 
     def versions(self) -> Mapping[str, str]:
-        sources, compiler = found(self.name, self.needs)
+        sources, compiler = found(self.name)
         return {self.name: sha256(b"".join(sources.values())).hexdigest()[:12], "gfortran": version_of(compiler)}
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
@@ -198,7 +196,7 @@ class Code(Installed):
         require_positive(setting, "tolerance")
         assert isinstance(problem.form, FirstOrder)
         n, times = problem.dimension, np.ascontiguousarray(problem.times)
-        kernel = derivatives_if_traced(problem.form, n, len(problem.parameters), by_time=True) if self.needs else None
+        kernel = derivatives_if_traced(problem.form, n, len(problem.parameters), by_time=True)
         sizes = step_sizes(self)
         first_step = sizes.get("first_step", FIRST_STEP * problem.time_scale)
         facts = Facts(
@@ -228,12 +226,12 @@ class Code(Installed):
             return facts.steps, None if facts.idid > 0 else reason(facts)
 
         options = {"rtol": setting, "atol": self.atol_ratio * setting, "first_step": first_step} | sizes
-        return Solver(each_start(problem, solve_one), options | ({"jac": kernel and "compiled"} if self.needs else {}))
+        return Solver(each_start(problem, solve_one), options | {"jac": kernel and "compiled"})
 
 
 STIFF_CALL = (
     "(n, fcn, {autonomous}x, y, xend, h, rtol, atol, 0, jac, ijac, ml, mu, {by_time}mas, 0, mlmas, mumas, &\n"
-    "    solout, {output}, work, size(work), iwork, size(iwork), rpar, ipar, idid)"
+    "    solout, 1, work, size(work), iwork, size(iwork), rpar, ipar, idid)"
 )
 CONTINUOUS = {"arguments": "cont, lrc, n", "integers": "lrc", "reals": "cont(*)"}
 
@@ -245,7 +243,7 @@ class Radau5(Code):
     words = CONTINUOUS | {
         "continuous": "contr5", "output": "contr5(i, at, cont, lrc)", "reals_of_work": "4*n*n + 12*n + 20",
         "integers_of_work": "3*n + 20", "longest": "7", "most": "2", "settings": "",
-        "call": "radau5" + STIFF_CALL.format(autonomous="", by_time="", output=1),
+        "call": "radau5" + STIFF_CALL.format(autonomous="", by_time=""),
     }  # fmt: skip
 
 
@@ -257,35 +255,7 @@ class Rodas(Code):
     words = CONTINUOUS | {
         "continuous": "contro", "output": "contro(i, at, cont, lrc)", "reals_of_work": "2*n*n + 14*n + 20",
         "integers_of_work": "n + 20", "longest": "2", "most": "1", "settings": "",
-        "call": "rodas" + STIFF_CALL.format(autonomous="1, ", by_time="dfx, ijac, ", output=1),
-    }  # fmt: skip
-
-
-class Seulex(Code):
-    """Extrapolation of the linearly implicit Euler method. Hairer, Wanner, Solving ODEs II, IV.9."""
-
-    name: ClassVar[str] = "SEULEX"
-    words: ClassVar[Mapping[str, str]] = {
-        "arguments": "rc, lrc, ic, lic, n", "integers": "lrc, lic, ic(*)", "reals": "rc(*)", "continuous": "contex",
-        "output": "contex(i, at, rc, lrc, ic, lic)", "reals_of_work": "2*n*n + 112*n + 68",
-        "integers_of_work": "3*n + 32", "longest": "2", "most": "2",
-        "settings": "iwork(6) = n\n  iwork(21:20 + n) = [(i, i = 1, n)]",
-        "call": "seulex" + STIFF_CALL.format(autonomous="1, ", by_time="", output=2),
-    }  # fmt: skip
-
-
-class Odex(Code):
-    """Extrapolation of the explicit midpoint rule. Hairer, Norsett, Wanner, Solving ODEs I, II.9."""
-
-    name: ClassVar[str] = "ODEX"
-    needs = ()
-    takes = STEP_SIZES
-    words: ClassVar[Mapping[str, str]] = {
-        "arguments": "n, con, ncon, icomp, nd", "integers": "ncon, nd, icomp(*)", "reals": "con(*)",
-        "continuous": "contex", "output": "contex(i, at, con, ncon, icomp, nd)",
-        "reals_of_work": "217*n + 65", "integers_of_work": "n + 39", "longest": "2", "most": "1",
-        "settings": "iwork(8) = n\n  iwork(21:20 + n) = [(i, i = 1, n)]",
-        "call": "odex(n, fcn, x, y, xend, h, rtol, atol, 0, solout, 2, work, size(work), iwork, size(iwork), rpar, ipar, idid)",
+        "call": "rodas" + STIFF_CALL.format(autonomous="1, ", by_time="dfx, ijac, "),
     }  # fmt: skip
 
 
@@ -296,12 +266,12 @@ def reason(facts: Facts) -> str:
     return f"{REASONS.get(facts.idid, f'IDID = {facts.idid}')}, at t = {facts.time:g}"
 
 
-def found(name: str, needs: tuple[tuple[str, ...], ...]) -> tuple[dict[str, bytes], str]:
+def found(name: str) -> tuple[dict[str, bytes], str]:
     """The files of a code, and the compiler. Raises ImportError if one of them is missing."""
     folder, compiler = os.environ.get(FOLDER), shutil.which("gfortran")
     if folder is None or compiler is None:
         raise ImportError(f"{not_installed('hairer')}; {FOLDER} names the folder with {name.lower()}.f")
-    choices = [(f"{name.lower()}.f", *files) for files in needs or ((),)]
+    choices = [(f"{name.lower()}.f", *files) for files in LINEAR_ALGEBRA]
     for files in choices:
         paths = [Path(folder) / file for file in files]
         if all(path.is_file() for path in paths):
@@ -317,12 +287,12 @@ def version_of(compiler: str) -> str:
 @cache
 def interface(code: type[Code]) -> "ctypes._NamedFuncPointer":
     """The function `solve` of SOURCE with a code. Raises ImportError if a file or the compiler is missing."""
-    sources, compiler = found(code.name, code.needs)
+    sources, compiler = found(code.name)
     text = SOURCE
     for word, value in code.words.items():
         text = text.replace("{" + word + "}", value)
     files = {"solve.f90": text.encode()} | sources
-    solve = load_compiled("hairer", compiler, version_of(compiler), OPTIONS, files)["solve"]
+    solve = load_compiled("hairer", compiler, version_of(compiler), OPTIONS, files, ctypes.PyDLL)["solve"]
     solve.restype, solve.argtypes = None, [ctypes.c_void_p]
     return solve
 
