@@ -1,8 +1,8 @@
 """Newton on Warp: three of its solvers of rigid bodies, which step a model in float32, on a processor or a graphics card.
 
 How it is driven: `ModelBuilder` makes a model of links, joints and shapes; `CollisionPipeline` finds contacts at the start of
-each step, and `solver.step` moves one `State` into another; both are recorded once and replayed (`ScopedCapture`). Forces of
-a scene are Python functions: once a step they are evaluated and written to `State.body_f`. Warp compiles each module of
+each step, and `solver.step` moves one `State` into another; both are recorded once and replayed (`ScopedCapture`). The
+forces of a scene, compiled as one function, are written to `State.body_f` once a step. Warp compiles each module of
 kernels at its first use (minutes in all) and keeps it.
 
 Traps: SolverSemiImplicit damps rotation by default (SolverFeatherstone has the same argument and ignores it); the engine
@@ -12,9 +12,9 @@ each iteration ("this improves gradient stability", `apply_body_deltas`): `milli
 `gyrocompass_damped` at fine steps, because a step adds less than that. On a hinge it brakes fast rotation, w' = -w^3 dt/2:
 `flywheel`, at 30 rad/s, still errs by 0.3 at steps of 8e-5 s.
 
-SolverMuJoCo does not take part: `newton` installs without `mujoco` and `mujoco-warp`, and without them its constructor fails
-(ImportError: MuJoCo backend not installed). It steps MuJoCo's own equations. SolverKamino, SolverSteel and SolverVBD are not
-driven; the solvers of cloth and particles hold no rigid bodies.
+SolverMuJoCo, SolverVBD and SolverKamino were tried and do not take part: docs/libraries.md says what was seen. `newton` installs
+without `mujoco` and `mujoco-warp`, and without them SolverMuJoCo raises ImportError. SolverSteel is not driven; the solvers of
+cloth and particles hold no rigid bodies.
 """
 
 from collections.abc import Mapping
