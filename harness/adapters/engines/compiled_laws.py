@@ -122,13 +122,13 @@ class Loads:
     def __init__(self, laws: Laws) -> None:
         count, (pointer, numbers) = len(laws.bodies), (laws.kernel.pointer, laws.numbers)
         motions, loads = np.zeros((count, MOTION)), np.zeros((count, LOAD))
-        self.parts = {
-            name: (y[:3], y[3:6], y[6:9], y[9:], load[:3], load[3:])
-            for name, y, load in zip(laws.bodies, map(memoryview, motions), map(memoryview, loads), strict=True)
-        }
-        y, out = motions.ravel(), loads.ravel()
-        self._values = memoryview(out)
-        self._compute: Callable[[float], None] = lambda t: pointer(t, y, numbers, out)
+        self.parts: dict[str, tuple[Any, ...]] = {}
+        for name, motion, load in zip(laws.bodies, motions, loads, strict=True):
+            y, out = motion.data, load.data
+            self.parts[name] = y[:3], y[3:6], y[6:9], y[9:], out[:3], out[3:]
+        given, found = motions.ravel(), loads.ravel()
+        self._values = found.data
+        self._compute: Callable[[float], None] = lambda t: pointer(t, given, numbers, found)
 
     def update(self, t: float) -> None:
         """Compute the loads at time t. Raises FloatingPointError at a singularity: an engine may ignore such a force."""
