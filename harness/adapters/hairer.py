@@ -1,4 +1,4 @@
-"""The Fortran codes of Hairer and Wanner for stiff equations: RADAU5 and RODAS.
+"""The Fortran codes of Hairer and Wanner: RADAU5, RODAS, ODEX.
 
 gnomon has none of them. FOLDER, a variable of the environment, names the folder with the files, as their authors offer
 them on their page; `gfortran` compiles those of a code at its first use (Debian: gfortran).
@@ -7,18 +7,20 @@ How they are driven, and why:
 
 - One call of compiled code solves a motion. The Fortran below has the subroutines that a code calls: they call the compiled
   equations and derivatives of the case by address, and SOLOUT reads each sample from the continuous output of its step
-  (CONTR5, CONTRO), so that no step ends at a sample.
+  (CONTR5, CONTRO, CONTEX), so that no step ends at a sample.
 - Defaults: "FOR STANDARD USE, SET IWORK(1),..,IWORK(20) TO ZERO BEFORE CALLING." Only the limit of steps is raised, as
-  100,000 end long intervals early.
+  100,000 (ODEX: 10,000) end long intervals early.
 - "THE CODE KEEPS, ROUGHLY, THE LOCAL ERROR OF Y(I) BELOW RTOL*ABS(Y(I))+ATOL": the setting is RTOL, and ATOL is equal to it,
-  as in the authors' driver of RADAU5, in SI units. Their driver of RODAS has ATOL = 1e-6 RTOL.
-- The first step is 1e-3 time scales of the case: "USUALLY 1.D-3 OR 1.D-5, IS GOOD" (RADAU5), "1.D-2 OR 1.D-3" (RODAS).
-- They get the Jacobian, and RODAS df/dx too. If equations cannot be traced, the codes compute differences.
+  as in the authors' drivers of RADAU5 and ODEX, in SI units. Their driver of RODAS has ATOL = 1e-6 RTOL.
+- The first step is 1e-3 time scales of the case: "USUALLY 1.D-3 OR 1.D-5, IS GOOD" (RADAU5), "1.D-2 OR 1.D-3" (RODAS),
+  "1.D-1 OR 1.D-3" (ODEX).
+- RADAU5 and RODAS get the Jacobian, and RODAS df/dx too. If equations cannot be traced, the codes compute differences.
 - The codes know no failure of a derivative. A derivative that is not finite is therefore replaced by a huge one, which
-  no error test accepts, so that the step is repeated with a shorter one.
+  no error test accepts, so that the step is repeated with a shorter one; unless the state is as huge, so that a component
+  beyond 1e100 ends the motion.
 
 Traps: the codes share variables in COMMON, so calls keep the lock of the interpreter. They write their reasons for a failure
-to unit 6, which is closed to them.
+to unit 6, which is closed to them. ODEX knows no shortest step: where no step is accepted it goes on to the limit of steps.
 """
 
 import ctypes
@@ -36,6 +38,7 @@ from gnomon.cases.core.forms import FirstOrder
 from gnomon.harness.adapters.compiled_source import load_compiled
 from gnomon.harness.adapters.installed import Installed, not_installed
 from gnomon.harness.adapters.scipy_ivp import STEP_SIZES, step_sizes
+from gnomon.harness.adapters.scipy_ode import STEPS
 from gnomon.harness.contract.integrator import Floats, Integrator, Problem, Solver, Tolerance, each_start
 from gnomon.harness.contract.validation import require_positive
 from gnomon.harness.kernels.equations import right_hand_side
@@ -46,11 +49,10 @@ LINEAR_ALGEBRA = ("decsol.f", "dc_decsol.f"), ("lapack.f", "lapackc.f", "dc_lapa
 """The files of the linear algebra, of which the authors link either."""
 FIRST_STEP = 1e-3
 """In time scales of the case."""
-MOST_STEPS = 2**31 - 2
 OPTIONS = "-std=legacy", "-w", "-O3", "-march=native", "-fPIC", "-shared"
-REASONS = {-1: "the input is not consistent, or the step became too small", -2: "more steps are needed",
+REASONS = {-1: "the input is not consistent, or more steps are needed", -2: "more steps are needed",
            -3: "the step became too small", -4: "the matrix is repeatedly singular"}  # fmt: skip
-"""By IDID."""
+"""By IDID; ODEX returns -1 for all."""
 SOURCE = """
 module given
   use iso_c_binding
@@ -101,6 +103,11 @@ contains
     integer :: i, nr, n, irtrn, ipar(*), {integers}
     real(c_double) :: at, xold, x, y(*), rpar(*), {reals}
     real(c_double), external :: {continuous}
+    if (.not. all(abs(y(1:n)) <= 1d100)) then
+      problem%not_finite = x
+      irtrn = -1
+      return
+    end if
     problem%steps = nr - 1
     problem%time = x
     do while (problem%reached < problem%samples)
@@ -184,11 +191,12 @@ class Code(Installed):
     sampling = "dense output"
     sweep = Tolerance(1e-3, 1e-13)
     takes: ClassVar[tuple[str, ...]] = (*STEP_SIZES, "jac")
+    needs: ClassVar[tuple[tuple[str, ...], ...]] = LINEAR_ALGEBRA
     atol_ratio: float = 1.0
     words: ClassVar[Mapping[str, str]]
 
     def versions(self) -> Mapping[str, str]:
-        sources, compiler = found(self.name)
+        sources, compiler = found(self.name, self.needs)
         return {self.name: sha256(b"".join(sources.values())).hexdigest()[:12], "gfortran": version_of(compiler)}
 
     def prepare(self, problem: Problem, setting: float) -> Solver:
@@ -196,7 +204,7 @@ class Code(Installed):
         require_positive(setting, "tolerance")
         assert isinstance(problem.form, FirstOrder)
         n, times = problem.dimension, np.ascontiguousarray(problem.times)
-        kernel = derivatives_if_traced(problem.form, n, len(problem.parameters), by_time=True)
+        kernel = derivatives_if_traced(problem.form, n, len(problem.parameters), by_time=True) if self.needs else None
         sizes = step_sizes(self)
         first_step = sizes.get("first_step", FIRST_STEP * problem.time_scale)
         facts = Facts(
@@ -206,7 +214,7 @@ class Code(Installed):
             times=times.ctypes.data,
             dimension=n,
             samples=len(times),
-            most_steps=MOST_STEPS,
+            most_steps=STEPS,
             begin=problem.t0,
             first_step=first_step,
             longest_step=sizes.get("max_step", 0),
@@ -223,10 +231,10 @@ class Code(Installed):
             begin = np.ascontiguousarray(start)
             facts.start, facts.states = begin.ctypes.data, samples.ctypes.data
             solve(place)
-            return facts.steps, None if facts.idid > 0 else reason(facts)
+            return facts.steps, None if facts.reached == len(times) else reason(facts)
 
         options = {"rtol": setting, "atol": self.atol_ratio * setting, "first_step": first_step} | sizes
-        return Solver(each_start(problem, solve_one), options | {"jac": kernel and "compiled"})
+        return Solver(each_start(problem, solve_one), options | ({"jac": kernel and "compiled"} if self.needs else {}))
 
 
 STIFF_CALL = (
@@ -259,19 +267,34 @@ class Rodas(Code):
     }  # fmt: skip
 
 
+class Odex(Code):
+    """Extrapolation of the explicit midpoint rule. Hairer, Norsett, Wanner, Solving ODEs I, II.9."""
+
+    name: ClassVar[str] = "ODEX"
+    needs = ()
+    takes = STEP_SIZES
+    words: ClassVar[Mapping[str, str]] = {
+        "arguments": "n, con, ncon, icomp, nd", "integers": "ncon, nd, icomp(*)", "reals": "con(*)",
+        "continuous": "contex", "output": "contex(i, at, con, ncon, icomp, nd)",
+        "reals_of_work": "217*n + 65", "integers_of_work": "n + 39", "longest": "2", "most": "1",
+        "settings": "iwork(8) = n\n  iwork(21:20 + n) = [(i, i = 1, n)]",
+        "call": "odex(n, fcn, x, y, xend, h, rtol, atol, 0, solout, 2, work, size(work), iwork, size(iwork), rpar, ipar, idid)",
+    }  # fmt: skip
+
+
 def reason(facts: Facts) -> str:
     """Why a motion ended early."""
     if facts.not_finite >= facts.time:  # since the last step
-        return f"a derivative is not finite at t = {facts.not_finite:g}"
+        return f"a derivative is not finite, or a component beyond 1e100, at t = {facts.not_finite:g}"
     return f"{REASONS.get(facts.idid, f'IDID = {facts.idid}')}, at t = {facts.time:g}"
 
 
-def found(name: str) -> tuple[dict[str, bytes], str]:
+def found(name: str, needs: tuple[tuple[str, ...], ...]) -> tuple[dict[str, bytes], str]:
     """The files of a code, and the compiler. Raises ImportError if one of them is missing."""
     folder, compiler = os.environ.get(FOLDER), shutil.which("gfortran")
     if folder is None or compiler is None:
         raise ImportError(f"{not_installed('hairer')}; {FOLDER} names the folder with {name.lower()}.f")
-    choices = [(f"{name.lower()}.f", *files) for files in LINEAR_ALGEBRA]
+    choices = [(f"{name.lower()}.f", *files) for files in needs or ((),)]
     for files in choices:
         paths = [Path(folder) / file for file in files]
         if all(path.is_file() for path in paths):
@@ -287,7 +310,7 @@ def version_of(compiler: str) -> str:
 @cache
 def interface(code: type[Code]) -> "ctypes._NamedFuncPointer":
     """The function `solve` of SOURCE with a code. Raises ImportError if a file or the compiler is missing."""
-    sources, compiler = found(code.name)
+    sources, compiler = found(code.name, code.needs)
     text = SOURCE
     for word, value in code.words.items():
         text = text.replace("{" + word + "}", value)
@@ -297,4 +320,4 @@ def interface(code: type[Code]) -> "ctypes._NamedFuncPointer":
     return solve
 
 
-INTEGRATORS: tuple[type[Integrator], ...] = (Radau5, Rodas)
+INTEGRATORS: tuple[type[Integrator], ...] = (Radau5, Rodas, Odex)
