@@ -1,17 +1,17 @@
 """The results of `make bench` as rows: claims of speed, times of calls, measured orders, growth of energy errors."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from gnomon.harness.reporting import sidecars, tables
 from gnomon.harness.results import number_text
-from gnomon.harness.results.contenders import LARGEST_NULL
-from gnomon.harness.results.separation import discoveries, paired
+from gnomon.harness.results.separation import SLOWER, Compared, compare_ratios, discoveries, state
 from gnomon.harness.studies.growth import named, possible
 from gnomon.harness.studies.orders import BINARY64, WITHIN
 
+SHOWN_SHARE = 0.1
+"""Share of the null call in a time from which it is written beside it."""
 KEPT = {
     "symplectic": "symplectic form",
     "volume": "volume in phase space",
@@ -78,25 +78,35 @@ def _measured(row: dict[str, Any]) -> dict[str, str]:
 
 
 def _pairs(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
-    """The rows in words. A difference is claimed if launches separate the two sides, at one false discovery rate."""
-    tested = [row for row in rows if row["median"] is not None and not _nulls(row)]
-    holds = discoveries([paired([math.log(ratio) for ratio in row["ratios"]]) for row in tested])
-    claimed = [row for row, true in zip(tested, holds, strict=True) if true]
-    return [_pair(row, any(row is one for one in claimed)) for row in rows]
+    """The rows in words, each with the state of the second side against the first, at one false discovery rate for all.
+
+    The calls of a pair alternate in one process, so that a launch gives one ratio. The scatter of ratios is combined over
+    all pairs.
+    """
+    timed = [row for row in rows if _has_times(row)]
+    found = compare_ratios([row["ratios"] for row in timed])
+    held = discoveries([one.p for one in found])
+    states = {id(row): (one, state(one, bool(holds))) for row, one, holds in zip(timed, found, held, strict=True)}
+    return [_pair(row, states.get(id(row))) for row in rows]
 
 
-def _nulls(row: dict[str, Any]) -> list[str]:
-    """The sides whose null call takes more of the time than a rank allows, in words."""
+def _has_times(row: dict[str, Any]) -> bool:
+    """Whether a row is of a pair of which both sides were timed."""
+    return row.get("first") is not None and row.get("second") is not None
+
+
+def _null_shares(row: dict[str, Any]) -> list[str]:
+    """The sides whose null call takes a tenth of the time or more, in words."""
     sides = [side for side in ("first", "second") if row[side] is not None]
     shares = [(side, (row[f"{side}_null"] or 0.0) / row[side]) for side in sides]
     return [
         f"{round(100 * share)} % of the time of {row[f'{side}_name']} is overhead of its call"
         for side, share in shares
-        if share > LARGEST_NULL
+        if share >= SHOWN_SHARE
     ]
 
 
-def _pair(row: dict[str, Any], claimed: bool) -> dict[str, str]:
+def _pair(row: dict[str, Any], judged: tuple[Compared, str] | None) -> dict[str, str]:
     words = {name: str(row[name]) for name in ("group", "problem", "first_name", "second_name")}
     words["level"] = f"{float(row['level']):.0e}".replace("e-0", "e-")
     for side in ("first", "second"):
@@ -106,12 +116,12 @@ def _pair(row: dict[str, Any], claimed: bool) -> dict[str, str]:
             "" if prepare is None else f"prepared in {number_text.time_text(prepare)} with filled caches"
         )
     missed = [str(row[f"{side}_name"]) for side in ("first", "second") if row[side] is None]
-    if missed:
+    if missed or judged is None:
         return words | {"ratio": "–", "range": "", "note": f"not so accurate: {' and '.join(missed)}"}
     return words | {
-        "ratio": _times(row["median"]),
-        "range": f"{_times(row['low'])} – {_times(row['high'])}",
-        "note": "" if claimed else "; ".join([*_nulls(row), "not separated"]),
+        "ratio": _times(judged[0].ratio),
+        "range": f"{_times(judged[0].low)} – {_times(judged[0].high)}",
+        "note": "; ".join([*_null_shares(row), *([judged[1]] if judged[1] != SLOWER else [])]),
     }
 
 

@@ -19,6 +19,7 @@ from gnomon.harness.reporting import style, tables
 from gnomon.harness.results import analysis, families, rankings, store, summary
 from gnomon.harness.results.advice import needs
 from gnomon.harness.results.outstanding import Outstanding, outstanding
+from gnomon.harness.results.separation import Scatter
 from gnomon.harness.running.plan import NEAR_DUPLICATE
 from gnomon.harness.studies import constraint_errors, horizon, model_hierarchy
 from gnomon.harness.studies.drift import rebuilt
@@ -78,14 +79,25 @@ class Run:
         return analysis.equal_error(self.frame)
 
     @cached_property
+    def scatter(self) -> dict[str, Scatter]:
+        """The scatter of times between launches, by division."""
+        return rankings.scatter(self.frame[self.frame["case"].isin(self.complete)])
+
+    @cached_property
+    def complete(self) -> list[str]:
+        """The cases without outstanding trials: statements about several cases do not speak of the others."""
+        lost = {row.case for row in self.outstanding.planned if row.measured < row.trials}
+        return [name for name in self.names if name not in lost]
+
+    @cached_property
     def equal(self) -> pd.DataFrame:
         """The times at equal error, ranked within divisions."""
-        return rankings.divisions(self.equal_error)
+        return rankings.divisions(self.equal_error, self.scatter)
 
     @cached_property
     def counted(self) -> pd.DataFrame:
         """The evaluations of the equations at equal error, ranked within divisions."""
-        return rankings.divisions(self.equal_error, rankings.counted)
+        return rankings.divisions(self.equal_error, self.scatter, rankings.counted)
 
     @cached_property
     def sweeps(self) -> dict[families.Problem, list[families.Sweep]]:

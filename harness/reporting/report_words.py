@@ -1,6 +1,5 @@
 """The rows and sentences of the page and the summary."""
 
-import itertools
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -11,7 +10,6 @@ import numpy as np
 import pandas as pd
 from gnomon.harness.adapters.absent import ABSENT
 from gnomon.harness.adapters.libraries import title
-from gnomon.harness.contract.status import Status
 from gnomon.harness.registry.representatives import representative
 from gnomon.harness.reporting import (
     provenance,
@@ -32,6 +30,7 @@ from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import analysis, number_text, store, summary
+from gnomon.harness.results.contenders import ALONE, OWN, THIRD, UNDECIDED, YOURS
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.running.call_cost import PYTHON_CALL
@@ -72,8 +71,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "history": runs[-1],
         "environment": together(environments),
         "machines": machines_text(run.frame),
-        "launches": launches_text(run.frame),
-        "scatter": scatter_text(run.frame),
+        "scatter": run.scatter[OWN],
+        "open": open_text(run.equal),
         **_load(run.frame),
         **beside,
         "first": first,
@@ -264,32 +263,17 @@ def limits_text(reduced: pd.DataFrame) -> dict[str, str]:
     return {str(name): f"Each trial may take {limit:g} s." for name, limit in limits.items() if limit > 0}
 
 
-def launches_text(frame: pd.DataFrame) -> str:
-    """The number of launches in which the default variants were timed, in words; it may differ from case to case."""
-    counts = frame[frame["variant"] == ""].groupby("case")["launch"].max()
-    if counts.empty or counts.max() == 1:
-        return "from one launch"
-    most = counts == counts.max()
-    text = f"medians of {counts.max()} launches"
-    rest = "one launch" if counts[~most].max() == 1 else "fewer"
-    return text if most.all() else f"{text} on {most.sum()} of the {len(counts)} cases, {rest} on the others"
-
-
-def scatter_text(frame: pd.DataFrame) -> str:
-    """The ratio of times of two launches of one setting in this run, in words; empty without a second launch."""
-    columns = [*analysis.SERIES, "setting", "seconds_median"]
-    timed = frame.loc[(frame["status"] == Status.OK) & (frame["seconds_median"] > 0), columns]
-    launches: dict[tuple[Any, ...], list[float]] = {}
-    for *setting, seconds in zip(*(timed[name].tolist() for name in columns), strict=True):
-        launches.setdefault(tuple(setting), []).append(seconds)
-    apart = [max(a, b) / min(a, b) for times in launches.values() for a, b in itertools.combinations(times, 2)]
-    if not apart:
-        return ""
-    half, most = np.quantile(apart, [0.5, 0.9])
-    return (
-        f"two launches of one setting were within {half:.2f} times of each other in half of all pairs, within {most:.1f}"
-        " times in 90 % of them"
-    )
+def open_text(equal: pd.DataFrame) -> str:
+    """How many cells of each division are open, in words. `equal`: `Run.equal`."""
+    own = analysis.own(equal)
+    cells = own.drop_duplicates(["case", "target", "division"])
+    words = {THIRD: "third parties", YOURS: "your integrators", OWN: "gnomon's methods"}
+    parts = []
+    for name, text in words.items():
+        kinds = cells.loc[(cells["division"] == name) & (cells["cell"] != ALONE), "cell"]
+        if len(kinds):
+            parts.append(f"{(kinds == UNDECIDED).sum()} of {number_text.counted(len(kinds), 'cell')} of {text}")
+    return f"open: {', '.join(parts)}" if parts else "no cell has two integrators"
 
 
 def together(environments: Sequence[dict[str, str | None]]) -> dict[str, str]:

@@ -10,9 +10,10 @@ import pandas as pd
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, fastest_later, records
-from gnomon.harness.results.contenders import ALONE, RANKED, THIRD, TOO_SHORT
+from gnomon.harness.results.contenders import ALONE, THIRD
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import error_text, order_text, problem_name, ratio_text, short_text, time_text
+from gnomon.harness.results.separation import SLOWER
 
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
 
@@ -70,11 +71,10 @@ class Row:
 
 
 def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]], unknown: Mapping[str, str] = {}) -> list[Row]:
-    """Per case and formulation, at each error, the fastest third-party integrator if it is separated, or the tied ones.
+    """Per case and formulation, at each error, the fastest third-party integrator, and those not clearly behind it.
 
-    A cell that is not ranked says why, with the shortest times; a cell in which one more period has another order says so.
-    Without third parties the rows are of the integrators
-    that there are. `equal`: `rankings.divisions`; `unknown`: cases of which nothing is said, and why.
+    A cell in which one more period has another order says so. Without third parties the rows are of the integrators that
+    there are. `equal`: `rankings.divisions`; `unknown`: cases of which nothing is said, and why.
     """
     default = equal[equal["variant"] == ""].sort_values("seconds")
     third = default[default["division"] == THIRD]
@@ -98,23 +98,21 @@ def fastest(equal: pd.DataFrame, problems: Sequence[tuple[str, str]], unknown: M
 
 def _first_of(at: Sequence[Mapping[str, Any]]) -> Cell:
     """The cell for these rows, the shortest time first."""
-    first, tied = at[0], [row for row in at if row["tied"]]
-    if first["cell"] not in (RANKED, ALONE):
-        most = float(np.max([row["null_share"] for row in tied]))  # nan if one was not measured
-        why = (share_text(most) or "null call not measured") if first["cell"] == TOO_SHORT else "shortest"
-        return Cell(first["cell"], f"{why}: {_times(tied)}", "none")
-    if len(tied) > 1:
-        return Cell(f"tie of {len(tied)}", _times(tied), "none")
+    first = at[0]
     bound = "≤ " if first["at_loosest"] else ""
     notes = [f"{bound}{time_text(first['seconds'])}", share_text(first["null_share"])]
-    notes += ["" if first["cell"] == RANKED else "no other reaches the error"]
+    if first["cell"] == ALONE:
+        return Cell(str(first["integrator_id"]), " · ".join(filter(None, [*notes, "no other reaches the error"])))
+    others = [row for row in at[1:] if row["state"] != SLOWER] or at[1:2]
+    more = f" and {len(others) - 2} more" if len(others) > 2 else ""
+    notes.append("; ".join(map(_against_first, others[:2])) + more)
     return Cell(str(first["integrator_id"]), " · ".join(filter(None, notes)))
 
 
-def _times(rows: Sequence[Mapping[str, Any]]) -> str:
-    """The three shortest times."""
-    words = [f"{row['integrator_id']} {time_text(row['seconds'])}" for row in rows[:3]]
-    return ", ".join(words) + (f" and {len(rows) - 3} more" if len(rows) > 3 else "")
+def _against_first(row: Mapping[str, Any]) -> str:
+    """An integrator with its state, its factor to the fastest and the interval."""
+    interval = f"{short_text(row['ratio'])} ({short_text(row['low'])} – {short_text(row['high'])})"
+    return f"{row['state']}: {row['integrator_id']} {interval}"
 
 
 def stability_rows(

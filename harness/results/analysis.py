@@ -10,6 +10,7 @@ import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, SCORED, Status
 from gnomon.harness.results.equal_error import TARGETS, Reached, reached
 from gnomon.harness.results.schema import TIMES, TIMING_SPAN
+from gnomon.harness.results.separation import EQUAL_WITHIN
 from gnomon.harness.results.summary import ERRORS, KINDS, order
 from gnomon.harness.results.summary import NEVER_RAN as NEVER_RAN
 from gnomon.harness.results.summary import NOT_RUN as NOT_RUN
@@ -17,8 +18,6 @@ from gnomon.harness.results.summary import PROBLEM as PROBLEM
 from gnomon.harness.results.summary import SERIES as SERIES
 from gnomon.harness.results.values import DELAYED
 
-EQUAL_WITHIN = 1.25
-"""Times whose ratio is at most this are equal."""
 PARTLY = "partly"
 """The verdict of a series in which some settings are ok and others failed."""
 

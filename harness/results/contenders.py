@@ -1,35 +1,41 @@
-"""Comparisons that further launches may decide: on rows of a results file, without pandas, as `rankings` on a page.
+"""The cells of a results file: who is fastest at an error, and which comparisons further launches may decide.
 
-A cell is a problem at one error. Only default variants in the case's own formulation count, of which times are precise.
+A cell is a problem at one error, in one division. This works on plain rows, without pandas, for runs as for pages. Only
+default variants in the case's own formulation count, of which times are precise.
 """
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from statistics import median
 from typing import Any, NamedTuple
 
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.equal_error import reached
-from gnomon.harness.results.separation import discoveries, paired
+from gnomon.harness.results.separation import (
+    NEAR,
+    OPEN,
+    SLOWER,
+    Compared,
+    Launch,
+    Scatter,
+    Timed,
+    compare,
+    scatter_of,
+    states,
+)
 from gnomon.harness.results.summary import tidy
-from gnomon.harness.results.values import DELAYED
 
-CONTENDER = 2.0
-"""Largest ratio to the least time for a contender: single launches of one program may be as far apart."""
-LARGEST_NULL = 0.1
-"""The largest share of the null call in the time of a contender with which a cell is ranked."""
-MOST_LAUNCHES = 10
-"""Number of launches after which an undecided pair is a tie."""
 OURS = "gnomon"
-RANKED, ONE_LAUNCH, TOO_SHORT, ALONE = "ranked", "not separated", "too short to rank", "one integrator"
-"""Kinds of cells. A ranked cell has several integrators, timed in several launches on a span that is long enough: one
-launch cannot separate integrators."""
-
+ANSWERED, UNDECIDED, ALONE = "answered", "open", "alone"
+"""Kinds of cells: in an open one, a pair within NEAR of the fastest is open; in one that is alone, there is no pair."""
 THIRD, YOURS, OWN = "third", "yours", "own"
 """Divisions: third-party libraries, integrators that the run was given, and gnomon's own methods."""
+MOST_LAUNCHES = 8
+"""Number of launches after which a pair stays open: half of the interval then is half of the one after two."""
 
 Row = Mapping[str, Any]
+Names = tuple[str, str, str]
+"""Case, variant and integrator id."""
 
 
 class Time(NamedTuple):
@@ -41,19 +47,13 @@ class Time(NamedTuple):
     integrator_id: str
     target: float
     seconds: float
-    launches: int
-    times: dict[tuple[int, int], float]
-    null_share: float
+    times: dict[Launch, float]
+    settings: tuple[float, ...]
 
-
-class Pair(NamedTuple):
-    """An undecided comparison of the integrator with the least time of a cell and a contender."""
-
-    case: str
-    variant: str
-    target: float
-    first: str
-    contender: str
+    @property
+    def timed(self) -> Timed:
+        """The times for `separation`."""
+        return Timed(self.library, self.times)
 
 
 def division(library: str) -> str:
@@ -61,112 +61,112 @@ def division(library: str) -> str:
     return OWN if library == OURS else THIRD if library in LIBRARIES else YOURS
 
 
-def kind(rows: Sequence[Row]) -> str:
-    """The kind of a cell, from `ratio`, `times` and `null_share` of its integrators."""
-    contenders = [row for row in rows if row["ratio"] < CONTENDER]
+def cell(rows: Sequence[Compared], states_: Sequence[str]) -> str:
+    """The kind of a cell from its rows and their states."""
     if len(rows) == 1:
         return ALONE
-    if not all(row["null_share"] <= LARGEST_NULL for row in contenders):
-        return TOO_SHORT
-    first, *others = sorted(rows, key=lambda row: row["ratio"])
-    several = any(len(first["times"].keys() & row["times"].keys()) > 1 for row in others)
-    return RANKED if several else ONE_LAUNCH
+    near = any(of == OPEN and row.ratio < NEAR for row, of in zip(rows, states_, strict=True))
+    return UNDECIDED if near else ANSWERED
 
 
-def p_values(rows: Sequence[Row]) -> list[float]:
-    """The p value of each row's claim that the integrator with the least time is faster."""
-    first = min(rows, key=lambda row: row["ratio"])["times"]
-    chosen = max(sum(row["ratio"] < CONTENDER for row in rows) - 1, 1)
-    found = []
-    for row in rows:
-        both = first.keys() & row["times"].keys()
-        found.append(min(1.0, chosen * paired([math.log(row["times"][n] / first[n]) for n in both])))
-    return found
+def judge(cells: Sequence[Sequence[Timed]], scatter: Scatter) -> list[tuple[list[Compared], list[str], str]]:
+    """For each cell its rows against the fastest, their states and its kind, at one false discovery rate for all."""
+    rows = [compare(one, scatter) for one in cells]
+    return [(of, each, cell(of, each)) for of, each in zip(rows, states(rows), strict=True)]
 
 
-def times(rows: Iterable[Row]) -> list[Time]:
-    """The time at equal error of each series, from rows of `reading.rows`."""
+def times(rows: Iterable[Row]) -> tuple[list[Time], dict[str, Scatter]]:
+    """The time at equal error of each series, from rows of `reading.rows`, and the scatter of launches by division."""
     series: dict[tuple[str, str, str, str], list[dict[str, Any]]] = {}
+    every = list[dict[str, Any]]()
     for row in tidy(rows):
-        if row["formulation"] == row["variant"] == "":
-            key = (row["case"], row["variant"], row["library"], row["integrator_id"])
-            series.setdefault(key, []).append(row)
+        if row["status"] in SCORED and (row["seconds_median"] or 0.0) > 0:
+            every.append(row)
+            if row["formulation"] == "" and row["variant"] == "":
+                key = (row["case"], row["variant"], row["library"], row["integrator_id"])
+                series.setdefault(key, []).append(row)
+    found = [
+        Time(*key, one.target, one.seconds, one.times, one.settings)
+        for key, own in sorted(series.items())
+        for one in reached(_usable(own))
+    ]
+    return found, scatters(launched(every))
+
+
+def scatters(series: Sequence[Timed]) -> dict[str, Scatter]:
+    """The scatter by division: of third parties from their launches alone, so that nothing that is added changes theirs."""
+    every = scatter_of(series)
+    return {THIRD: scatter_of([one for one in series if division(one.library) == THIRD]), YOURS: every, OWN: every}
+
+
+def launched(rows: Iterable[Row]) -> list[Timed]:
+    """Of each series that was launched several times, the setting with most launches; of several, the middle one."""
+    series: dict[tuple[Any, ...], dict[Any, dict[Launch, float]]] = {}
+    library: dict[tuple[Any, ...], str] = {}
+    for row in rows:
+        seconds = row["seconds_median"]
+        if row["status"] in SCORED and seconds is not None and seconds > 0:
+            key = tuple(row[name] for name in ("case", "variant", "formulation", "integrator_id", "machine"))
+            library[key] = row["library"]
+            series.setdefault(key, {}).setdefault(row["setting"], {})[row["run"], row["launch"]] = seconds
     found = []
-    for key, own in sorted(series.items()):
-        timed = _timed(own)
-        for one in reached(timed) if timed else ():
-            found.append(Time(*key, one.target, one.seconds, one.launches, one.times, one.null_share))
+    for key, settings in sorted(series.items(), key=lambda item: str(item[0])):
+        most = max(map(len, settings.values()))
+        often = sorted((setting for setting, at in settings.items() if len(at) == most), key=lambda s: s or 0.0)
+        if most > 1:
+            found.append(Timed(library[key], settings[often[len(often) // 2]]))
     return found
 
 
-def undecided(found: Sequence[Time]) -> list[Pair]:
-    """The pairs that further launches may separate, in each division, which has its own false discovery rate, as on a page.
+def undecided(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[Names, set[float]]:
+    """The series that further launches may separate, with the settings beside the errors of their open cells.
 
-    A contender counts up to MOST_LAUNCHES.
+    Each division has its own false discovery rate, as on a page. Of an open cell these are the fastest and all within NEAR
+    of it that are not slower, so that they keep equal launches; none after MOST_LAUNCHES.
     """
-    of: dict[str, list[Time]] = {THIRD: [], YOURS: [], OWN: []}
-    for one in found:
-        of[division(one.library)].append(one)
-    return [pair for part in of.values() for pair in _undecided(part)]
+    wanted: dict[Names, set[float]] = {}
+    for kind in (THIRD, YOURS, OWN):
+        cells: dict[tuple[str, str, float], list[Time]] = {}
+        for one in found:
+            if division(one.library) == kind:
+                cells.setdefault((one.case, one.variant, one.target), []).append(one)
+        judged = judge([[one.timed for one in rows] for rows in cells.values()], scatter[kind])
+        for rows, (compared, each, of) in zip(cells.values(), judged, strict=True):
+            near = [
+                one
+                for one, row, state in zip(rows, compared, each, strict=True)
+                if row.ratio < NEAR and state != SLOWER
+            ]
+            if of == UNDECIDED and min(len(one.times) for one in near) < MOST_LAUNCHES:
+                for one in near:
+                    wanted.setdefault((one.case, one.variant, one.integrator_id), set()).update(one.settings)
+    return wanted
 
 
-def _undecided(found: Sequence[Time]) -> list[Pair]:
-    cells: dict[tuple[str, str, float], list[dict[str, Any]]] = {}
-    for one in found:
-        cells.setdefault((one.case, one.variant, one.target), []).append(one._asdict())
-    kinds, claims = {}, []
-    for key, rows in cells.items():
-        least = min(row["seconds"] for row in rows)
-        for row in rows:
-            row["ratio"], row["slower"] = row["seconds"] / least, False
-        kinds[key] = kind(rows)
-        if kinds[key] == RANKED:
-            claims += [(p, row) for p, row in zip(p_values(rows), rows, strict=True) if row["ratio"] > 1]
-    for holds, (_, row) in zip(discoveries([p for p, _ in claims]), claims, strict=True):
-        row["slower"] = bool(holds)
-    pairs = []
-    for key, rows in sorted(cells.items()):
-        first = min(rows, key=lambda row: row["ratio"])["integrator_id"]
-        near = [row for row in rows if row["ratio"] < CONTENDER and not row["slower"]]
-        names = [row["integrator_id"] for row in near if row["launches"] < MOST_LAUNCHES and kinds[key] != TOO_SHORT]
-        pairs += [Pair(*key, first, name) for name in names if name != first]
-    return pairs
+def open_cells(found: Sequence[Time], scatter: Mapping[str, Scatter]) -> dict[str, tuple[int, int]]:
+    """By division the numbers of open cells and of cells with a pair."""
+    counts = {}
+    for kind in (THIRD, YOURS, OWN):
+        cells: dict[tuple[str, str, float], list[Timed]] = {}
+        for one in found:
+            if division(one.library) == kind:
+                cells.setdefault((one.case, one.variant, one.target), []).append(one.timed)
+        kinds = [of for *_, of in judge([*cells.values()], scatter[kind])]
+        counts[kind] = kinds.count(UNDECIDED), len(kinds) - kinds.count(ALONE)
+    return counts
 
 
-def _timed(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The timed rows of a series as `reached` reads them, loosest first, with the null calls without their own work."""
-    slope = _slope(rows)
+def _usable(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The timed rows of a series as `reached` reads them, loosest first."""
     found = []
     for row in sorted(rows, key=lambda row: -(row["setting"] or 0.0)):
-        if row["status"] not in SCORED or not (row["seconds_median"] or 0.0) > 0:
-            continue
         error = math.inf if row["status"] == Status.DIVERGED else row["error_max"]
-        null, work = row["null_seconds"], row["null_work"]
-        if null is not None and slope is not None and work is not None:
-            null = max(null - slope * work, 0.0)
-        numbers = {
-            "error_max": math.nan if error is None else error,
-            "null_seconds": math.nan if null is None else null,
-        }
-        found.append({**row, **numbers})
+        null = row["null_seconds"]
+        found.append(
+            {
+                **row,
+                "error_max": math.nan if error is None else error,
+                "null_seconds": math.nan if null is None else null,
+            }
+        )
     return found
-
-
-def _slope(rows: Sequence[Row]) -> float | None:
-    """Seconds for a right-hand side (or a step) in a series: see `analysis.null_calls`."""
-    taken: dict[str, float] = {}
-    for row in rows:
-        work = row["steps"] if row["rhs_calls"] is None else row["rhs_calls"]
-        if work is not None:
-            taken[row["trial_key"]] = max(work, taken.get(row["trial_key"], 0))
-    usable = []
-    for row in rows:
-        seconds, null, own = row["seconds_median"], row["null_seconds"], row["null_work"]
-        work, delay = taken.get(row["trial_key"]), row["delay_seconds"]
-        if None in (seconds, null, own, work) or row["status"] not in SCORED:
-            continue
-        assert work is not None
-        if work >= 2 * own and work > own and not (delay or 0.0) > DELAYED * seconds:
-            usable.append((work, (seconds - null) / (work - own)))
-    most = max((work for work, _ in usable), default=None)
-    return None if most is None else max(median(cost for work, cost in usable if work == most), 0.0)

@@ -1,7 +1,7 @@
 """Time at equal error: what the report and `gnomon.compare` compare. Plain rows, without pandas."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,11 +13,11 @@ TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 class Reached(NamedTuple):
     """The time of a series at a target that it reaches.
 
-    `seconds` is the median over launches of the whole call, for which a user waits; `low` and `high` are its range, and
-    `null_share` is the share of the null call, nan without a measurement. `times` are the seconds by run and launch: a
-    run interleaves its launches, so that times with equal keys are comparable. `at_loosest`: the loosest setting
-    already reaches the target, so the time is an upper bound. `calls` are the evaluations of the equations at the
-    target, nan where they are not counted.
+    `seconds` is the geometric mean over launches of the whole call, for which a user waits; `low` and `high` are its range,
+    and `null_share` is the share of the null call, nan without a measurement. `times` are the seconds by run and launch: a
+    run interleaves its launches, so that times with equal keys share an effect (see `separation`). `at_loosest`: the
+    loosest setting already reaches the target, so the time is an upper bound. `calls` are the evaluations of the equations
+    at the target, nan where they are not counted. `settings` are those on whose times the time rests.
     """
 
     target: float
@@ -29,6 +29,7 @@ class Reached(NamedTuple):
     at_loosest: bool
     null_share: float
     calls: float
+    settings: tuple[float, ...]
 
 
 def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARGETS) -> Iterator[Reached]:
@@ -57,11 +58,18 @@ def reached(series: Sequence[Mapping[str, Any]], targets: Sequence[float] = TARG
         found = {n: crossing(held, seconds, target) for n, seconds in timed.items()}
         times = {(runs[n], n): seconds for n, (seconds, _) in found.items() if math.isfinite(seconds)}
         if times:
-            bound, middle = any(loosest for _, loosest in found.values()), float(np.median([*times.values()]))
+            bound, middle = any(loosest for _, loosest in found.values()), geometric_mean(times.values())
+            rests = {[*sweep][place] for seconds in timed.values() for place in beside(held, seconds, target)}
             yield Reached(
                 target, middle, min(times.values()), max(times.values()), len(times), times, bound, null / middle,
-                crossing(held, counted, target)[0],
+                crossing(held, counted, target)[0], tuple(sorted(rests, reverse=True)),
             )  # fmt: skip
+
+
+def geometric_mean(values: Iterable[float]) -> float:
+    """The geometric mean of positive values."""
+    logs = [math.log(value) for value in values]
+    return math.exp(math.fsum(logs) / len(logs))
 
 
 def credited(errors: Sequence[float] | Floats) -> Floats:
@@ -92,6 +100,18 @@ def time_at(errors: Sequence[float] | Floats, seconds: Sequence[float] | Floats,
     tolerance, and a low order takes more steps. It reaches the error too, so the minimum of these times counts.
     """
     return crossing(credited(errors), seconds, target)
+
+
+def beside(held: Floats, seconds: Sequence[float] | Floats, target: float) -> list[int]:
+    """The places in a sweep of the settings on whose times `crossing` rests; none where a time is missing."""
+    found, loosest = crossing(held, seconds, target)
+    if math.isnan(found):
+        return []
+    tight = np.flatnonzero(held <= target).tolist()
+    least = min(tight, key=lambda place: math.inf if math.isnan(seconds[place]) else seconds[place])
+    if seconds[least] <= found:
+        return [least]
+    return [tight[0]] if loosest else [tight[0] - 1, tight[0]]
 
 
 def crossing(held: Floats, seconds: Sequence[float] | Floats, target: float) -> tuple[float, bool]:

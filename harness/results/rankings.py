@@ -1,34 +1,26 @@
-"""The fastest integrators: rows of `analysis.equal_error`, ranked if the launches separate them.
-
-A cell is a problem at one error. In each cell, the integrator with the least time is compared with every other one; a
-claim says that it is faster. By chance any contender can have the least time, so that a p value is multiplied by their
-number.
-"""
+"""The fastest integrators of each cell: rows of `analysis.equal_error` with their factor to it and its interval."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, Status
 from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, hard, records
-from gnomon.harness.results.contenders import (
-    ALONE,
-    CONTENDER,
-    LARGEST_NULL,
-    MOST_LAUNCHES,
-    ONE_LAUNCH,
-    OWN,
-    RANKED,
-    THIRD,
-    TOO_SHORT,
-    YOURS,
-    division,
-    kind,
-    p_values,
+from gnomon.harness.results.contenders import ALONE, ANSWERED, OWN, THIRD, YOURS, division, judge, launched, scatters
+from gnomon.harness.results.separation import (
+    EQUAL,
+    FASTEST,
+    NEAR,
+    SLOWER,
+    Compared,
+    Scatter,
+    Timed,
+    compare,
+    discoveries,
+    state,
 )
-from gnomon.harness.results.separation import discoveries, paired
 
 SAME_COUNT = 1.1
 """Largest ratio of two counts of evaluations that are tied: counts are interpolated between settings of a sweep."""
@@ -41,91 +33,123 @@ SOLVED, CONDITIONED = 1e-6, 1e3
 """A setting solves a hard variant if its error is at most SOLVED, or CONDITIONED times a larger conditioning."""
 
 
-def ranked(equal: pd.DataFrame) -> pd.DataFrame:
-    """The rows with the columns `ratio`, `cell`, `slower`, `tied` and `leaders`.
+def scatter(frame: pd.DataFrame) -> dict[str, Scatter]:
+    """The scatter between launches in the rows of `analysis.tidy` by division, see `contenders.scatters`."""
+    columns = ("case", "variant", "formulation", "integrator_id", "machine", "library", "setting", "run", "launch")
+    timed = frame[frame["seconds_median"].notna()]
+    return scatters(launched(records(timed, (*columns, "status", "seconds_median"))))
 
-    `ratio`: the time over the least of the cell. `cell`: the kind of the cell. `slower`: whether the launches separate
-    the integrator from the one with the least time. `tied`: in a ranked cell, whether it is not separated; in another
-    cell, whether it is a contender. `leaders`: the number of tied integrators of the cell.
+
+def ranked(equal: pd.DataFrame, scatter: Scatter) -> pd.DataFrame:
+    """The rows with the columns `ratio`, `low`, `high`, `state` and `cell`.
+
+    `ratio`: the time over the least of the cell, between `low` and `high` with 95 % confidence, which the choice of the
+    fastest widens. `state`: "fastest", "slower", "equal" or "open", see `separation`. `cell`: its kind.
     """
-    least = equal.groupby([*PROBLEM, "target"])["seconds"].transform("min")
-    table = equal.assign(ratio=equal["seconds"] / least, cell=ONE_LAUNCH).reset_index(drop=True)
-    p, cells = np.ones(len(table)), table["cell"].to_numpy(dtype=object)
-    every = list(records(table, ("ratio", "times", "null_share")))
-    for places in table.groupby([*PROBLEM, "target"]).indices.values():
-        rows = [every[place] for place in places.tolist()]
-        cells[places] = kind(rows)
-        if cells[places[0]] == RANKED:
-            p[places] = p_values(rows)
-    tested = cells == RANKED
-    slower = np.zeros(len(table), dtype=bool)
-    others = tested & (table["ratio"].to_numpy() > 1)
-    slower[others] = discoveries(p[others])
-    tied = np.where(tested, ~slower, table["ratio"] < CONTENDER)
-    table = table.assign(cell=cells, slower=slower, tied=tied.astype(bool))
-    return table.assign(leaders=table.groupby([*PROBLEM, "target"])["tied"].transform("sum"))
+    table = equal.reset_index(drop=True)
+    places = [at.tolist() for at in table.groupby([*PROBLEM, "target"]).indices.values()]
+    timed = _timed(table)
+    judged = judge([[timed[place] for place in at] for at in places], scatter)
+    found: list[tuple[float, float, float, str, str]] = [(math.nan, math.nan, math.nan, "", "")] * len(table)
+    for at, (rows, states_, kind) in zip(places, judged, strict=True):
+        for place, row, of in zip(at, rows, states_, strict=True):
+            found[place] = row.ratio, row.low, row.high, of, kind
+    return _with(table, found, ("ratio", "low", "high", "state", "cell"))
 
 
-def undecided(table: pd.DataFrame) -> list[tuple[str, str, str, float, str, str]]:
-    """Pairs for further launches: case, variant, formulation, error, the integrator with the least time, a contender.
-
-    The contender is not separated in fewer than MOST_LAUNCHES. `table`: `ranked`.
-    """
-    found = []
-    for key, rows in table[table["cell"] != TOO_SHORT].groupby([*PROBLEM, "target"]):
-        first = rows.loc[rows["ratio"].idxmin()]
-        near = rows[(rows["ratio"] < CONTENDER) & ~rows["slower"] & (rows["launches"] < MOST_LAUNCHES)]
-        pairs = [name for name in near["integrator_id"] if name != first["integrator_id"]]
-        found += [(*key, first["integrator_id"], name) for name in pairs]
-    return found
+def _timed(table: pd.DataFrame) -> list[Timed]:
+    return [Timed(*row) for row in zip(table["library"], table["times"], strict=True)]
 
 
-def counted(equal: pd.DataFrame) -> pd.DataFrame:
+def _with(table: pd.DataFrame, rows: Sequence[tuple[Any, ...]], names: Sequence[str]) -> pd.DataFrame:
+    """The table with these columns, which `rows` has in its order."""
+    columns = zip(*rows, strict=True) if rows else ((),) * len(names)
+    texts = {"state", "cell", "against_state"}
+    return table.assign(
+        **{
+            name: pd.Series(list(column), index=table.index, dtype=object if name in texts else float)
+            for name, column in zip(names, columns, strict=True)
+        }
+    )
+
+
+def counted(equal: pd.DataFrame, scatter: Scatter | None = None) -> pd.DataFrame:
     """The rows with the columns of `ranked`, ranked by the evaluations of the equations; rows without a count are left out.
 
-    Counts are the same in every launch, so that no test is needed; closer than SAME_COUNT they are tied.
+    Counts are the same in every launch, so that they have no interval; closer than SAME_COUNT they are equal.
     """
     table = equal[equal["calls"] > 0].reset_index(drop=True)
     cells = table.groupby([*PROBLEM, "target"])["calls"]
     ratio = table["calls"] / cells.transform("min")
+    of = np.select([ratio == 1, ratio <= SAME_COUNT], [FASTEST, EQUAL], SLOWER).astype(object)
     alone = cells.transform("size") == 1
-    tied = ratio <= SAME_COUNT
-    table = table.assign(ratio=ratio, cell=np.where(alone, ALONE, RANKED), slower=~tied, tied=tied)
-    return table.assign(leaders=table.groupby([*PROBLEM, "target"])["tied"].transform("sum"))
+    return table.assign(ratio=ratio, low=ratio, high=ratio, state=of, cell=np.where(alone, ALONE, ANSWERED))
 
 
-def divisions(equal: pd.DataFrame, rank: Callable[[pd.DataFrame], pd.DataFrame] = ranked) -> pd.DataFrame:
+def divisions(
+    equal: pd.DataFrame, scatter: Mapping[str, Scatter], rank: Callable[..., pd.DataFrame] = ranked
+) -> pd.DataFrame:
     """The rows ranked by `rank` among those of their `division` alone, third parties first.
 
-    `against`: the time of a row of another division over the least time of third parties at the same problem and error
-    (by `counted`, the evaluations), nan where they do not reach it. `apart`: whether the launches separate the two.
+    `against`: the time of a row of another division over the least time of third parties at the same problem and error (by
+    `counted`, the evaluations), with `against_low`, `against_high` and `against_state` as in `ranked`; nan and "" where
+    they do not reach it.
     """
     of = equal["library"].map(division)
-    parts = [rank(equal[of == name]).assign(division=name) for name in (THIRD, YOURS, OWN) if (of == name).any()]
-    table = pd.concat(parts, ignore_index=True) if parts else rank(equal).assign(division="")
-    cost = "calls" if rank is counted else "seconds"
-    keys = list(zip(*(table[name] for name in (*PROBLEM, "target")), strict=True))
-    first: dict[tuple[Any, ...], dict[str, Any]] = {}
-    near: dict[tuple[Any, ...], int] = {}
-    rows = list(records(table, ("division", cost, "ratio", "times", "null_share")))
-    for key, row in zip(keys, rows, strict=True):
-        if row["division"] == THIRD:
-            near[key] = near.get(key, 0) + (row["ratio"] < CONTENDER)
-            if key not in first or row[cost] < first[key][cost]:
-                first[key] = row
-    ratio, p = np.full(len(table), math.nan), np.ones(len(table))
-    for place, (key, row) in enumerate(zip(keys, rows, strict=True)):
-        if row["division"] != THIRD and key in first:
-            best = first[key]
-            ratio[place] = row[cost] / best[cost]
-            if max(best["null_share"], row["null_share"]) <= LARGEST_NULL:
-                both = best["times"].keys() & row["times"].keys()
-                chosen = near[key] if ratio[place] > 1 else 1  # any of the contenders could have had the least time
-                p[place] = min(1.0, chosen * paired([math.log(row["times"][n] / best["times"][n]) for n in both]))
-    other = np.isfinite(ratio)
-    apart = np.zeros(len(table), dtype=bool)
-    apart[other] = discoveries(p[other]) if rank is ranked else abs(np.log(ratio[other])) > math.log(SAME_COUNT)
-    return table.assign(against=ratio, apart=apart)
+    parts = [
+        rank(equal[of == name], scatter[name]).assign(division=name)
+        for name in (THIRD, YOURS, OWN)
+        if (of == name).any()
+    ]
+    table = pd.concat(parts, ignore_index=True) if parts else rank(equal, scatter[OWN]).assign(division="")
+    found = _against(table, scatter[OWN]) if rank is ranked else _counted_against(table)
+    return _with(table, found, ("against", "against_low", "against_high", "against_state"))
+
+
+def _against(table: pd.DataFrame, scatter: Scatter) -> list[tuple[float, float, float, str]]:
+    """Each row of another division against the fastest third party of its cell."""
+    timed, kinds = _timed(table), table["division"].tolist()
+    found: list[tuple[float, float, float, str]] = [(math.nan, math.nan, math.nan, "")] * len(table)
+    rows: list[tuple[int, Compared]] = []
+    ratios = table["ratio"].tolist()
+    for at in table.groupby([*PROBLEM, "target"]).indices.values():
+        third = [place for place in at.tolist() if kinds[place] == THIRD]
+        others = [place for place in at.tolist() if kinds[place] != THIRD]
+        if third and others:
+            best = min(third, key=lambda place: ratios[place])
+            near = sum(ratios[place] < NEAR for place in third)  # any of them could have had the least time
+            compared = compare([timed[place] for place in (best, *others)], scatter, 0, near)
+            rows += zip(others, compared[1:], strict=True)
+    for (place, row), holds in zip(rows, discoveries([row.p for _, row in rows]), strict=True):
+        found[place] = row.ratio, row.low, row.high, _either(row, bool(holds))
+    return found
+
+
+def _either(row: Compared, claimed: bool) -> str:
+    """The state of a row against another division, of which it may be the faster one too."""
+    of = state(row, claimed)
+    return FASTEST if of == SLOWER and row.ratio < 1 else of
+
+
+def _counted_against(table: pd.DataFrame) -> list[tuple[float, float, float, str]]:
+    """As `_against`, by counts."""
+    least = table[table["division"] == THIRD].groupby([*PROBLEM, "target"])["calls"].min()
+    keys = zip(*(table[name] for name in (*PROBLEM, "target")), strict=True)
+    found = []
+    for key, row in zip(keys, records(table, ("division", "calls")), strict=True):
+        other = row["division"] != THIRD and key in least.index
+        ratio = row["calls"] / float(least[key]) if other else math.nan
+        of = (
+            ""
+            if not other
+            else EQUAL
+            if abs(math.log(ratio)) <= math.log(SAME_COUNT)
+            else SLOWER
+            if ratio > 1
+            else FASTEST
+        )
+        found.append((ratio, ratio, ratio, of))
+    return found
 
 
 def _within(rows: pd.DataFrame, error: float) -> pd.Series:

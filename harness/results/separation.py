@@ -1,38 +1,325 @@
-"""Whether measurements separate two integrators: tests of pairs, and the false discovery rate over all claims.
+"""Which of several times is the least, and by what factor: the one statistic of every comparison of times.
 
-Calls within a launch are not independent: a launch gives one value. Times of a pair are compared by the t test of their
-logarithms' differences, launch by launch. Simulated with the measured scatter (two launches of one setting within 1.2
-times of each other in half of all pairs, within 1.8 in 90 %), the test separates identical methods in less than 5 % of
-trials, and methods a factor of 1.5 apart with ten launches in more than 80 %. The signed-rank test cannot reach 5 %
-with five launches.
+Calls within a launch are not independent: a launch gives one value, the logarithm of a time. Its scatter between launches is
+measured, not assumed: a run launches one setting of a number of problems several times, spread over its length, and the file
+says what was found (`scatter_of`). The scatter of a class (library and length of a call) is known from all of its launches,
+and for a series is combined with its own (Smyth, Statistical Applications in Genetics and Molecular Biology 3, 3, 2004):
+how much single series differ from their class gives the degrees of freedom, so that heavy tails widen all intervals.
+Launches of all series at one time share an effect, as a machine may slow down. It cancels between series with the same
+launches, and counts where they differ.
+
+The fastest of a cell is chosen by its times, so that its pairs are corrected for the number of those that could be the
+fastest (`compare`). A pair is slower if its claim holds at one false discovery rate for the page, equal if its interval
+lies within EQUAL_WITHIN, and open otherwise (`states`).
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from gnomon.harness.contract.integrator import Floats
-from scipy.special import bdtr, stdtr
+from scipy.special import bdtr, digamma, polygamma, stdtr, stdtrit
 
 RATE = 0.05
-"""The false discovery rate over the claims that are tested together."""
-LEAST_SCATTER = 0.1
-"""Minimum standard deviation of a pair's difference of logarithms, in the t test: launches of one program run in modes
-some 10 % apart, and a few launches may show one mode alone."""
+"""The false discovery rate over the claims that are tested together; 1 - RATE is the coverage of intervals."""
+EQUAL_WITHIN = 1.25
+"""Times are equal if the interval of their ratio lies within this factor."""
+NEAR = 1.5
+"""Pairs within this factor of the fastest decide whether a cell is open."""
+FASTEST, SLOWER, EQUAL, OPEN = "fastest", "slower", "equal", "open"
+"""States of a row of a cell: exactly one holds."""
+LENGTHS = (1e-4, 1e-2)
+"""Bounds (s) between the lengths of calls: microseconds scatter more than seconds."""
+LEAST = 0.01
+"""Least standard deviation of the logarithm of a time: the resolution of clocks, and alignment of code."""
+MOST_FREEDOM = 1e3
+"""Degrees of freedom from which on a scatter counts as known."""
+LEAST_FREEDOM = 2.0
+"""Least degrees of freedom of a series about its class: with fewer no number of launches would say anything."""
+ASSUMED, ASSUMED_FREEDOM = 0.1, 4.0
+"""The scatter where no setting of a file was launched twice: three times the one measured on quiet machines."""
+
+Launch = tuple[int, int]
+"""Run and launch."""
+Class = tuple[str, int]
+"""Library, and the number of LENGTHS that a call exceeds."""
 
 
-def above(differences: Floats, least_scatter: float = 0.0) -> float:
+class Timed(NamedTuple):
+    """The times of a series (s) by launch, at one error or one setting."""
+
+    library: str
+    times: Mapping[Launch, float]
+
+    @property
+    def kind(self) -> Class:
+        """The class of its scatter."""
+        return self.library, sum(self.middle > bound for bound in LENGTHS)
+
+    @property
+    def middle(self) -> float:
+        """The geometric mean of the times."""
+        return math.exp(sum(map(math.log, self.times.values())) / len(self.times))
+
+
+class Compared(NamedTuple):
+    """A series against the fastest of its cell: the ratio of times, its interval, and the p value of "not slower"."""
+
+    ratio: float
+    low: float
+    high: float
+    p: float
+
+
+class Known(NamedTuple):
+    """A variance of logarithms of times, and the degrees of freedom with which it is known."""
+
+    variance: float
+    freedom: float
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """How far launches of one setting are apart: standard deviations of the logarithm of a time.
+
+    `classes`: by class the variance of a launch. `whole`: of a class that was not measured. `freedom`: of the variance of a
+    single series about its class, the smaller the more they differ. `shared`: the variance of the effect that launches at
+    one time share. `counts`: by class the series and launches it rests on; empty if the scatter is assumed.
+    """
+
+    classes: Mapping[Class, Known]
+    whole: Known
+    freedom: float
+    shared: float
+    counts: Mapping[Class, tuple[int, int]]
+
+    def of(self, kind: Class) -> Known:
+        """The variance of a class."""
+        return self.classes.get(kind, self.whole)
+
+    @property
+    def typical(self) -> float:
+        """The standard deviation of a launch over all series that were launched several times, or the assumed one."""
+        return math.sqrt(self.whole.variance)
+
+    def table(self) -> list[dict[str, Any]]:
+        """Rows for a page: library, the length of a call in words, the scatter, the numbers of series and launches."""
+        lengths = ("below 0.1 ms", "0.1 to 10 ms", "above 10 ms")
+        return [
+            {
+                "library": library,
+                "length": lengths[length],
+                "scatter": math.sqrt(self.classes[library, length].variance),
+                "series": series,
+                "launches": launches,
+            }
+            for (library, length), (series, launches) in sorted(self.counts.items())
+        ]
+
+    def text(self) -> str:
+        """The scatter in words."""
+        if not self.counts:
+            return f"no setting was launched twice; a scatter of {ASSUMED:g} between launches is assumed"
+        series, launches = (sum(each) for each in zip(*self.counts.values(), strict=True))
+        return (
+            f"launches of one setting scatter by {self.typical:.2g} (standard deviation of the logarithm of a time;"
+            f" {series} settings, {launches} launches)"
+        )
+
+
+UNMEASURED = Scatter({}, Known(ASSUMED**2, ASSUMED_FREEDOM), ASSUMED_FREEDOM, ASSUMED**2, {})
+"""The scatter of a file in which no setting was launched twice."""
+
+
+def scatter_of(series: Iterable[Timed]) -> Scatter:
+    """The scatter of series that were launched several times, each at one setting; others are passed over."""
+    every = [one for one in series if len(one.times) > 1]
+    if not every:
+        return UNMEASURED
+    residuals, effects = _without_shared(every)
+    freedoms = [len(one.times) - 1.0 for one in every]
+    squares = [float(np.sum(left**2)) for left in residuals]
+    of: dict[Class, list[int]] = {}
+    for place, one in enumerate(every):
+        of.setdefault(one.kind, []).append(place)
+    sums = {kind: (sum(squares[n] for n in at), sum(freedoms[n] for n in at)) for kind, at in of.items()}
+    total, freedom = (sum(each) for each in zip(*sums.values(), strict=True))
+    whole = max(total / freedom, LEAST**2)
+    # How much classes differ, then how much the series of a class do.
+    between = _freedom([(value / number, number, whole) for value, number in sums.values()])
+    classes = {
+        kind: Known(max((between * whole + value) / (between + number), LEAST**2), min(between + number, MOST_FREEDOM))
+        for kind, (value, number) in sums.items()
+    }
+    singles = [(squares[n] / freedoms[n], freedoms[n], classes[kind].variance) for kind, at in of.items() for n in at]
+    within = max(_freedom(singles), LEAST_FREEDOM)
+    counts = {kind: (len(at), sum(len(every[n].times) for n in at)) for kind, at in of.items()}
+    return Scatter(classes, Known(whole, min(between, freedom)), within, effects, counts)
+
+
+def _without_shared(every: Sequence[Timed]) -> tuple[list[Floats], float]:
+    """The logarithms of times of each series about its mean, without the effects of launches; and their variance.
+
+    An effect is the median over the series of that launch, so that it is found from SHARED series at least.
+    """
+    logs = [{key: math.log(value) for key, value in one.times.items()} for one in every]
+    effects = dict.fromkeys({key for one in logs for key in one}, 0.0)
+    members = {key: [one for one in logs if key in one] for key in effects}
+    usable = [key for key, at in members.items() if len(at) >= SHARED]
+    for _ in range(ROUNDS):
+        means = {id(one): sum(value - effects[key] for key, value in one.items()) / len(one) for one in logs}
+        for key in usable:
+            effects[key] = float(np.median([one[key] - means[id(one)] for one in members[key]]))
+    left = []
+    for one in logs:
+        values = np.array([value - effects[key] for key, value in one.items()])
+        left.append(values - values.mean())
+    found = [effects[key] for key in usable]
+    return left, float(np.var(found, ddof=1)) if len(found) > 1 else 0.0
+
+
+SHARED = 8
+"""Smallest number of series of a launch from which its shared effect is found."""
+ROUNDS = 10
+"""Rounds in which means of series and effects of launches are found in turn; they agree to 1e-3 after three."""
+
+
+def _freedom(found: Sequence[tuple[float, float, float]]) -> float:
+    """The degrees of freedom of variances about their expectations, from (variance, its degrees of freedom, expectation).
+
+    Logarithms of variances scatter by trigamma(n/2) each if all are as expected; what is left is how much they differ.
+    """
+    usable = [(max(value, LEAST**2 / 4) / expected, n) for value, n, expected in found if n > 0]
+    if len(usable) < 2:
+        return MOST_FREEDOM
+    logs = np.array([math.log(value) - digamma(n / 2) + math.log(n / 2) for value, n in usable])
+    excess = float(np.var(logs, ddof=1) - np.mean([polygamma(1, n / 2) for _, n in usable]))
+    if excess <= polygamma(1, MOST_FREEDOM / 2):
+        return MOST_FREEDOM
+    low, high = 0.5, MOST_FREEDOM
+    for _ in range(60):  # trigamma falls, so its inverse is found by halving
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if polygamma(1, middle / 2) > excess else (low, middle)
+    return low
+
+
+def compare(cell: Sequence[Timed], scatter: Scatter, first: int | None = None, candidates: int = 0) -> list[Compared]:
+    """Each series of a cell against the fastest, or against the series `first` that is chosen among `candidates`.
+
+    Intervals and p values are multiplied by the number of series that could have been the fastest: those not behind by more
+    than the half width of an interval that is corrected for all of them.
+    """
+    means = np.array([math.log(one.middle) for one in cell])
+    best = int(np.argmin(means)) if first is None else first
+    parts = [_series(one, scatter) for one in cell]
+    errors, freedoms = zip(*(_error(cell, parts, scatter, place, best) for place in range(len(cell))), strict=True)
+    error, freedom, behind = np.array(errors), np.array(freedoms), means - means[best]
+    chosen = candidates or len(cell) - 1
+    if first is None and chosen > 1:
+        wide = stdtrit(freedom, 1 - STRICT / chosen / 2) * error
+        chosen = max(int(np.sum(behind <= wide)) - 1, 1)
+    half = stdtrit(freedom, 1 - RATE / (2 * max(chosen, 1))) * error
+    with np.errstate(invalid="ignore", divide="ignore"):
+        p = np.minimum(1.0, 2 * max(chosen, 1) * stdtr(freedom, -np.abs(behind) / error))
+    found = []
+    for place, (middle, width, value) in enumerate(zip(behind, half, p, strict=True)):
+        same = place == best
+        interval = (1.0, 1.0, 1.0, 1.0) if same else (*np.exp([middle, middle - width, middle + width]), value)
+        found.append(Compared(*map(float, interval)))
+    return found
+
+
+def compare_ratios(pairs: Sequence[Sequence[float]]) -> list[Compared]:
+    """Each pair of two sides from the ratios of their times, one a launch; the scatter of a pair is combined with that of all."""
+    every = [Timed("", {(0, n): ratio for n, ratio in enumerate(ratios)}) for ratios in pairs]
+    scatter = scatter_of(every)
+    found = []
+    for one in every:
+        known, share = _series(one, scatter)
+        part = known.variance / len(one.times)
+        freedom = 1 / (1 / known.freedom + share**2 / scatter.of(one.kind).freedom)
+        middle, width = math.log(one.middle), float(stdtrit(freedom, 1 - RATE / 2)) * math.sqrt(part)
+        p = min(1.0, 2 * float(stdtr(freedom, -abs(middle) / math.sqrt(part))))
+        found.append(Compared(*(math.exp(value) for value in (middle, middle - width, middle + width)), p))
+    return found
+
+
+STRICT = 0.01
+"""The level at which a series counts as one that could have been the fastest."""
+
+
+def _series(one: Timed, scatter: Scatter) -> tuple[Known, float]:
+    """The variance of a launch of a series, its class's combined with its own; and the weight of its class in it."""
+    of, own = scatter.of(one.kind), len(one.times) - 1
+    if own < 1:
+        return Known(of.variance, scatter.freedom), 1.0
+    logs = np.log([*one.times.values()])
+    about = scatter.freedom + own
+    share = scatter.freedom / about
+    return Known(share * of.variance + float(np.sum((logs - logs.mean()) ** 2)) / about, about), share
+
+
+def _error(
+    cell: Sequence[Timed], parts: Sequence[tuple[Known, float]], scatter: Scatter, one: int, other: int
+) -> tuple[float, float]:
+    """The standard error of the difference of two series' mean logarithms, and its degrees of freedom.
+
+    By Welch and Satterthwaite; an error of a class is shared by both series if it is the class of both.
+    """
+    if one == other:
+        return 0.0, MOST_FREEDOM
+    weights = [{key: 1 / len(cell[n].times) for key in cell[n].times} for n in (one, other)]
+    unlike = sum((weights[0].get(key, 0.0) - weights[1].get(key, 0.0)) ** 2 for key in weights[0] | weights[1])
+    total = scatter.shared * unlike
+    single, classes = 0.0, dict[Class, float]()
+    for n in (one, other):
+        known, share = parts[n]
+        part = known.variance / len(cell[n].times)
+        total += part
+        single += part**2 / known.freedom
+        kind = cell[n].kind
+        classes[kind] = classes.get(kind, 0.0) + share * part
+    spread = single + sum(value**2 / scatter.of(kind).freedom for kind, value in classes.items())
+    return math.sqrt(total), min(max(total**2 / spread, 1.0), MOST_FREEDOM)
+
+
+def states(cells: Sequence[Sequence[Compared]]) -> list[list[str]]:
+    """The state of each row of the cells of a page, for which one false discovery rate holds."""
+    firsts = [
+        min(range(len(rows)), key=lambda n, rows=rows: (rows[n].ratio, -rows[n].p)) if rows else -1 for rows in cells
+    ]
+    claims = [(c, n) for c, rows in enumerate(cells) for n in range(len(rows)) if n != firsts[c]]
+    held = discoveries([cells[c][n].p for c, n in claims])
+    found = [[FASTEST] * len(rows) for rows in cells]
+    for (c, n), holds in zip(claims, held, strict=True):
+        found[c][n] = state(cells[c][n], bool(holds))
+    return found
+
+
+def state(row: Compared, claimed: bool) -> str:
+    """The state of a pair of which the claim that it is not equally fast holds or does not."""
+    if claimed and not row.low <= 1 <= row.high:
+        return SLOWER
+    return EQUAL if row.low >= 1 / EQUAL_WITHIN and row.high <= EQUAL_WITHIN else OPEN
+
+
+def above(differences: Floats) -> float:
     """The p value that differences have mean zero, if larger ones are expected: Student's t; 1 for fewer than two."""
     count = len(differences)
     if count < 2:
         return 1.0
-    mean, scatter = float(np.mean(differences)), max(float(np.std(differences, ddof=1)), least_scatter)
+    mean, scatter = float(np.mean(differences)), float(np.std(differences, ddof=1))
     return float(stdtr(count - 1, -mean * np.sqrt(count) / scatter)) if scatter else float(mean <= 0)
 
 
 def paired(differences: Sequence[float] | Floats) -> float:
-    """The p value that the differences, one a launch, have mean zero: two-sided t test; 1 for fewer than two."""
+    """The p value that differences, one a system, have mean zero: two-sided t test. Raises ValueError for fewer than two."""
     values = np.asarray(differences, dtype=float)
-    return min(1.0, 2 * above(values if np.sum(values) > 0 else -values, LEAST_SCATTER))
+    if len(values) < 2:
+        raise ValueError(f"{len(values)} differences: a t test needs two at least")
+    return min(1.0, 2 * above(values if np.sum(values) > 0 else -values))
 
 
 def signs(first: int, second: int) -> float:

@@ -104,6 +104,9 @@ class Suite:
     """Whether the first use of each integrator is timed, once, which takes some seconds each."""
     timing_spans: bool = False
     """Whether default variants run over several spans too, for the time of one more period (see `lengthened`)."""
+    scatter_launches: int = 0
+    """Launches of one setting of some series of each library, for the scatter between launches (see `scatter_launches`);
+    none where series are launched so often."""
     minutes: float = 0.0
     """Minutes of a run after which no repeated launch begins; until then the undecided comparisons are launched again.
     0: only the launches above."""
@@ -145,7 +148,13 @@ class Suite:
     def untimed(self) -> Suite:
         """A copy for errors alone: each series is launched once, and each trial is one call of `solve`."""
         return replace(
-            self.once(), timed=False, launches=1, timing_spans=False, repeats=1, rest=self.rest and self.rest.untimed()
+            self.once(),
+            timed=False,
+            launches=1,
+            timing_spans=False,
+            scatter_launches=0,
+            repeats=1,
+            rest=self.rest and self.rest.untimed(),
         )
 
     def once(self) -> Suite:

@@ -23,9 +23,10 @@ from gnomon.harness.measuring.reference_solution import (
 from gnomon.harness.measuring.score import Scorer
 from gnomon.harness.registry import declaration, environment, lookup, references
 from gnomon.harness.registry.selection import DEFAULT
+from gnomon.harness.results.contenders import Names
 from gnomon.harness.results.number_text import counted, duration_text
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
-from gnomon.harness.running import order, plan, rounds
+from gnomon.harness.running import order, plan, rounds, scatter_launches
 from gnomon.harness.running.call_cost import described as python_calls
 from gnomon.harness.running.cost import launch_seconds, run_seconds, shard, shard_named
 from gnomon.harness.running.plan import Repeat, Series, Suite, Trial
@@ -38,8 +39,29 @@ from gnomon.harness.system.streams import open_standard_streams
 from gnomon.reference.storage import cachefolder, diskcache
 
 WORKERS = 2
+SETTINGS = 8
+"""A typical number of settings of a sweep, for predictions."""
 Work = tuple[Series, tuple[Trial, ...], Scorer]
 """A series, its trials on this machine, its scorer."""
+
+
+@dataclass(frozen=True, eq=False)
+class Launch:
+    """A launch of a series with some of its trials.
+
+    `is_again`: whether it is of the middle one of its timed trials alone, for the scatter between launches.
+    """
+
+    number: int
+    series: Series
+    trials: tuple[Trial, ...]
+    scorer: Scorer
+    is_again: bool = False
+
+    def pending(self, history: Mapping[tuple[str, int], Known]) -> tuple[Trial, ...]:
+        """Its trials, or none if all are in the history."""
+        trials = scatter_launches.setting(self.trials, history) if self.is_again else self.trials
+        return trials if any((trial.key, self.number) not in history for trial in trials) else ()
 
 
 def run(
@@ -141,10 +163,10 @@ def _reference_solutions(
     return known, {spec: exact for spec, exact in found.items() if isinstance(exact, str)}
 
 
-def _named(series: Series) -> tuple[str, str, str] | None:
-    """A series as `Rounds.next` names it; None in another formulation of its case."""
+def _named(series: Series) -> Names:
+    """A series as `Rounds.next` names it, which are in the own formulation of their cases."""
     variant = "" if series.variant == DEFAULT else series.variant
-    return None if series.formulation is not None else (series.case.name, variant, series.integrator.id)
+    return series.case.name, variant, series.integrator.id if series.formulation is None else ""
 
 
 class Results(Protocol):
@@ -229,7 +251,7 @@ class PlannedRun:
         """
         under_way = set[str]()
         self._predict()
-        yield from self._sweeps(self._launches(self.work), under_way)
+        yield from self._sweeps(self._with_scatter(self._launches(self.work)), under_way)
         if self.later:
             while under_way:  # computing exact motions would disturb their times
                 yield None
@@ -244,15 +266,12 @@ class PlannedRun:
 
     def _predict(self) -> None:
         """Print the predicted time of what the file does not have yet."""
-        pending = [
-            (one.id, launch_seconds(one, self.suite, launch))
-            for one, trials, _ in self.work
-            for launch in self.launches(one)
-            if any((trial.key, launch) not in self.history for trial in trials)
-        ]
+        launches = self._with_scatter(self._launches(self.work))
+        pending = [(one.series.id, self._cost(one)) for one in launches if one.is_again or one.pending(self.history)]
+        count = sum(not one.is_again and bool(one.pending(self.history)) for one in launches)
         later = [one for one in self.later if one.left_out is None]
         pending += [(one.id, launch_seconds(one, self.suite, 1)) for one in later]
-        text = f"predicted: {len(pending)} series, "
+        text = f"predicted: {count + len(later)} series, "
         text += f"{duration_text(run_seconds(pending, self.workers))} on {counted(self.workers, 'quiet core')}"
         if later:
             motions = len({CaseSpec.of(one.case, one.formulation) for one in later})
@@ -261,11 +280,22 @@ class PlannedRun:
             text += f"; then repeated launches where ranks are undecided, until {self.further.minutes:g} min at most"
         self.progress.tell(text)
 
-    def _launches(self, works: Sequence[Work]) -> list[tuple[int, Series, tuple[Trial, ...], Scorer]]:
+    def _launches(self, works: Sequence[Work]) -> list[Launch]:
         """The launches of these series in their order."""
         places = order.places(one for one, *_ in works)
-        launches = [(launch, *work) for work in works for launch in self.launches(work[0])]
-        return sorted(launches, key=lambda item: (item[0], places[item[1].id]))
+        launches = [Launch(number, *work) for work in works for number in self.launches(work[0])]
+        return sorted(launches, key=lambda one: (one.number, places[one.series.id]))
+
+    def _with_scatter(self, launches: Sequence[Launch]) -> list[Launch]:
+        """These launches, and among them those that measure the scatter, where series are launched fewer times."""
+        fewest = max((one.number for one in launches), default=1) + 1
+        first = {one.series.id: one for one in launches if one.number == 1}
+        again = [first[one.id] for one in scatter_launches.choose(one.series for one in first.values())]
+        blocks = [
+            [Launch(number, one.series, one.trials, one.scorer, is_again=True) for one in again]
+            for number in range(fewest, self.suite.scatter_launches + 1)
+        ]
+        return scatter_launches.spread(launches, blocks)
 
     def _rounds(self, further: Rounds, under_way: set[str]) -> Iterator[Sweep | None]:
         """Further launches where ranks are undecided, each round after the one before, until the time is spent.
@@ -278,37 +308,47 @@ class PlannedRun:
             self.results.note(self.number, rounds.NAME, self.ended)
             return
         while (found := further.next()) is not None:
-            launch, chosen = found
-            works = [work for work in self.work if _named(work[0]) in chosen]
-            yield from self._sweeps([(launch, *work) for work in works], under_way, further.over)
+            number, chosen = found
+            launches = []
+            for series, trials, scorer in self.work:
+                beside = tuple(trial for trial in trials if trial.setting in chosen.get(_named(series), ()))
+                if beside:
+                    launches.append(Launch(number, series, beside, scorer))
+            yield from self._sweeps(launches, under_way, further.over)
             while under_way:
                 yield None
         self.results.note(self.number, rounds.NAME, further.record())
 
     def _sweeps(
-        self,
-        launches: Sequence[tuple[int, Series, tuple[Trial, ...], Scorer]],
-        under_way: set[str],
-        over: Callable[[], bool] = lambda: False,
+        self, launches: Sequence[Launch], under_way: set[str], over: Callable[[], bool] = lambda: False
     ) -> Iterator[Sweep | None]:
         """The launches that have trials to run, until the time is `over`."""
-        pending = [item for item in launches if any((t.key, item[0]) not in self.history for t in item[2])]
-        work = sum(launch_seconds(one, self.suite, n) for n, one, *_ in pending)
-        self.progress.begin("series", len(pending), work)
+        pending = [one for one in launches if one.is_again or one.pending(self.history)]
+        self.progress.begin("series", len(pending), sum(map(self._cost, pending)))
 
-        def finished(one: Series, cost: float) -> None:
-            under_way.remove(one.id)
-            self.progress.advance(cost)
+        def finished(one: Launch) -> None:
+            under_way.remove(one.series.id)
+            self.progress.advance(self._cost(one))
 
         while pending and not over():
-            place = next((k for k, (_, one, *_) in enumerate(pending) if one.id not in under_way), None)
+            place = next((k for k, one in enumerate(pending) if one.series.id not in under_way), None)
             if place is None:
                 yield None
                 continue
-            launch, one, trials, scorer = pending.pop(place)
-            under_way.add(one.id)
-            suite, ended = self.suite.of(one.case), partial(finished, one, launch_seconds(one, self.suite, launch))
-            yield Sweep(one, trials, scorer, suite, launch, self.history, self._record, ended, self.interruptions)
+            one = pending.pop(place)
+            trials = one.pending(self.history)
+            if not trials:
+                self.progress.advance(self._cost(one))
+                continue
+            under_way.add(one.series.id)
+            suite, ended = self.suite.of(one.series.case), partial(finished, one)
+            history, interruptions = self.history, self.interruptions
+            yield Sweep(one.series, trials, one.scorer, suite, one.number, history, self._record, ended, interruptions)
+
+    def _cost(self, launch: Launch) -> float:
+        """The predicted seconds of a launch, of a few settings in proportion."""
+        whole = launch_seconds(launch.series, self.suite, launch.number)
+        return whole / (SETTINGS if launch.is_again else 1)
 
     def launches(self, series: Series) -> list[int]:
         """The launches of a series in this run."""

@@ -6,13 +6,14 @@ from time import monotonic
 from typing import Any
 
 from gnomon.harness.results import contenders
-from gnomon.harness.results.contenders import MOST_LAUNCHES
+from gnomon.harness.results.contenders import MOST_LAUNCHES, THIRD, Names
 
 NAME = "repeated launches"
 """The name of a run's record of its rounds in its environment."""
-DECIDED = "no comparison is undecided"
+DECIDED = "no cell is open"
 SPENT = "the time was spent"
-EXHAUSTED = "further launches of them fail"
+EXHAUSTED = "further launches do not decide them, or fail"
+WORDS = {THIRD: "of third parties", contenders.YOURS: "of your integrators", contenders.OWN: "of gnomon's methods"}
 LARGEST = 2 * MOST_LAUNCHES
 """The largest number of a launch: an integrator whose repeated launches fail stays undecided."""
 
@@ -36,17 +37,16 @@ class Rounds:
         """Whether the time is spent."""
         return monotonic() > self.began + 60 * self.minutes
 
-    def next(self) -> tuple[int, set[tuple[str, str, str]]] | None:
-        """The launch of the next round and its series, as (case, variant, integrator id); None without a further round.
+    def next(self) -> tuple[int, dict[Names, set[float]]] | None:
+        """The launch of the next round, and its settings by (case, variant, integrator id); None without a further round.
 
-        All series of a round have one launch, so that their times are paired. A launch that an earlier run began is not
-        used again: its times are from another hour.
+        All series of a round have one launch, so that its effect cancels between them. A launch that an earlier run began
+        is not used again: its times are from another hour.
         """
         if self.over():
             return None
-        times = contenders.times(self.rows())
-        left = contenders.undecided(times)
-        series = {(one.case, one.variant, name) for one in left for name in (one.first, one.contender)}
+        times, scatter = contenders.times(self.rows())
+        series = contenders.undecided(times, scatter)
         keys = [key for one in times if (one.case, one.variant, one.integrator_id) in series for key in one.times]
         launch = 1 + max((launch for _, launch in keys), default=LARGEST)
         if not series or launch > LARGEST:
@@ -55,11 +55,12 @@ class Rounds:
         return launch, series
 
     def record(self) -> str:
-        """What is undecided at the end, for the environment of the run and for its last lines."""
-        left = contenders.undecided(contenders.times(self.rows()))
+        """The cells that are open at the end, and the scatter, for the environment of the run and for its last lines."""
+        times, scatter = contenders.times(self.rows())
+        counts = contenders.open_cells(times, scatter)
         done = f"{self.begun} round{'s' * (self.begun != 1)} of repeated launches"
-        if not left:
-            return f"{done}; {DECIDED}"
-        cells = len({(one.case, one.variant, one.target) for one in left})
+        if not any(open_ for open_, _ in counts.values()):
+            return f"{done}; {DECIDED}; {scatter[contenders.OWN].text()}"
+        words = [f"{open_} of {cells} {WORDS[kind]}" for kind, (open_, cells) in counts.items() if cells]
         why = f"{SPENT}: {self.minutes:g} min" if self.over() else EXHAUSTED
-        return f"{done}; {len(left)} comparisons in {cells} cells (a case at one error) are undecided; {why}"
+        return f"{done}; open cells (a case at one error): {', '.join(words)}; {why}; {scatter[contenders.OWN].text()}"

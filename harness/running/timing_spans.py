@@ -32,6 +32,8 @@ LIMIT_SECONDS = 0.1
 """Time limit of a trial (s): a slower integrator is not a contender on the spans tried."""
 AT_REST = min(TARGETS)
 """A motion has ended if it stays this close to its last state over half of its span, below all errors of the report."""
+CONTENDER, LARGEST_NULL = 2.0, 0.1
+"""The null call is at most LARGEST_NULL of the time of every integrator within CONTENDER of the least."""
 REMAIN = 8.0
 """An integrator this far from the least time at every error does not become a contender on a span twice as long."""
 

@@ -14,8 +14,8 @@ METHODS = (
     # gnomon knows stands for it on smooth systems
     ("scipy", "DOP853", "", 8, "tolerance", 3e-8, ""),
     ("scipy", "RK45", "", 5, "tolerance", 3e-8, ""),
-    ("rebound", "BS [ODE mode]", "", 8, "tolerance", 3.3e-8, ""),
-    ("heyoka", "Taylor", "", 9, "tolerance", 2.7e-8, ""),
+    ("rebound", "BS [ODE mode]", "", 8, "tolerance", 3.1e-8, ""),
+    ("heyoka", "Taylor", "", 9, "tolerance", 2.9e-8, ""),
     ("sksundae", "CVODE Adams [native]", "", 7, "tolerance", 3e-8, ""),
     ("gnomon", "DOP853", "", 8, "tolerance", 2e-8, ""),
     ("gnomon", "RK4", "", 4, "step", 2e-8, ""),
@@ -23,6 +23,8 @@ METHODS = (
 )
 LONE_LAUNCH, LONG_CALL, LONE_LIBRARY, NOBODY = "case_01", "case_02", "case_03", "case_04"
 """Cases with one launch, with null calls that take most of the time, that one library brings to 1e-6, and none to 1e-9."""
+ROUGH = ("case_05", "case_06", "case_07")
+"""Cases whose launches scatter five times as much, so that some of their comparisons stay open."""
 
 
 def cases(count: int) -> dict[str, tuple[str, str, int, tuple[str, ...]]]:
@@ -37,7 +39,7 @@ def number(*key: Any) -> float:
 
 
 def write(path: Path, count: int = 16, methods: Any = METHODS, launches: int = 5) -> Path:
-    """A run of this many cases, in which libraries tie, are separated, fail or are not counted."""
+    """A run of this many cases, in which libraries are equal, slower or open, fail or are not counted."""
 
     def change(trial: dict[str, Any], launch: int, found: dict[str, Any]) -> dict[str, Any] | None:
         case, name, setting = trial["case"], trial["integrator_id"], trial["setting"]
@@ -53,7 +55,7 @@ def write(path: Path, count: int = 16, methods: Any = METHODS, launches: int = 5
         error = max(found["error_max"] * bump, 1e-15)
         status = "diverged" if error > 1 else "inaccurate" if error > 0.1 else "ok"
         apart = math.exp((0.4 if number(case) > 0 else 0.02) * number(case, name, "seconds"))
-        noise = math.exp(0.06 * number(case, name, launch, "seconds"))
+        noise = math.exp((0.15 if case in ROUGH else 0.03) * number(case, name, launch, "seconds"))
         seconds = found["seconds_median"] * apart * noise
         calls = None if library == "heyoka" or launch > 1 else found["rhs_calls"]
         null = 2e-4 if case == LONG_CALL else 2e-7

@@ -12,10 +12,11 @@ from gnomon.harness.reporting.tables import share_text
 from gnomon.harness.results import contenders
 from gnomon.harness.results.advice import engine_facts
 from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, preparations, records
-from gnomon.harness.results.contenders import OWN, RANKED, THIRD, YOURS
+from gnomon.harness.results.contenders import ALONE, ANSWERED, OWN, THIRD, YOURS
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import ratio_text, time_text
 from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.separation import EQUAL, FASTEST, OPEN
 from markupsafe import escape
 
 HEADS = {
@@ -94,9 +95,9 @@ def _bodies(names: Mapping[str, str], cells: Mapping[str, Any], times: Mapping[s
 
 
 def _kind(column: Iterable[Any]) -> str:
-    """Why the times of a column are not ranked; empty if they are, or if nobody reaches the error."""
+    """Whether the cell of a column is open, or has one integrator alone; empty else, or if nobody reaches the error."""
     kinds = {str(time["cell"]) for time, _ in column if time is not None}
-    return "".join(kinds - {RANKED})
+    return "".join(kinds - {ANSWERED})
 
 
 def _place(cells: Any) -> tuple[float, ...]:
@@ -110,7 +111,7 @@ def _cell(time: Mapping[str, Any] | None, calls: Mapping[str, Any] | None) -> st
     bound = "≤ " if time["at_loosest"] else ""
     first = f'<b data-axis="time">{bound}{time_text(time["seconds"])}{_note(time)}</b>'
     number = "not counted" if calls is None else f"{bound}{calls['calls']:.0f}{_note({**calls, 'null_share': 0.0})}"
-    best = ' class="best"' if time["cell"] == RANKED and time["tied"] and time["division"] == THIRD else ""
+    best = ' class="best"' if time["cell"] != ALONE and time["state"] == FASTEST and time["division"] == THIRD else ""
     return f'<td{best}>{first}<b data-axis="calls">{number}</b></td>'
 
 
@@ -119,12 +120,24 @@ def _note(at: Mapping[str, Any]) -> str:
     words = []
     if at["division"] != THIRD:
         if math.isfinite(at["against"]):
-            words.append(("" if at["apart"] else "≈ ") + f"{_ratio(at['against'])} ×")
-    elif at["cell"] == RANKED:
-        words.append(f"{ratio_text(at['ratio'])} ×" if at["slower"] else "tied" if at["leaders"] > 1 else "fastest")
-    if at["null_share"] > contenders.LARGEST_NULL:
+            words.append(_factor(at["against"], at["against_low"], at["against_high"], at["against_state"]))
+    elif at["state"] == FASTEST:
+        words.append("alone" if at["cell"] == ALONE else "fastest")
+    else:
+        words.append(_factor(at["ratio"], at["low"], at["high"], at["state"]))
+    if at["null_share"] >= SHOWN_SHARE:
         words.append(share_text(at["null_share"]))
     return f"<small>{' · '.join(words)}</small>" if words else ""
+
+
+SHOWN_SHARE = 0.1
+"""Share of the null call in a time from which it is written beside it."""
+
+
+def _factor(ratio: float, low: float, high: float, state: str) -> str:
+    """A factor with its interval, and its state where it is not clear from them."""
+    interval = f" ({_ratio(low)} – {_ratio(high)})" if low < high else ""
+    return f"{_ratio(ratio)} ×{interval}" + (f" {state}" if state in (EQUAL, OPEN) else "")
 
 
 def _ratio(value: float) -> str:

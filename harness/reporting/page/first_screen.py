@@ -15,8 +15,9 @@ from gnomon.harness.reporting.page.representing import Representatives, chosen_f
 from gnomon.harness.reporting.page.stills import NARROW, WIDE, figure, stills
 from gnomon.harness.reporting.style import DRESS, INK, OWN_GREY, QUIET, hue, records
 from gnomon.harness.results import analysis, profiles
-from gnomon.harness.results.contenders import ALONE, ONE_LAUNCH, OWN, RANKED, THIRD, TOO_SHORT, YOURS, division
+from gnomon.harness.results.contenders import ALONE, ANSWERED, OWN, THIRD, UNDECIDED, YOURS, division
 from gnomon.harness.results.number_text import error_text, join_words, power_text, time_text
+from gnomon.harness.results.separation import EQUAL, NEAR
 from markupsafe import Markup
 
 LEAD = "pendulum_simple"
@@ -29,9 +30,8 @@ FEWEST = 12
 AXES = {"time": "seconds", "calls": "calls"}
 MEANINGS = {
     "ahead": "one library is ahead of all others",
-    "tie": "tie: not separated",
-    "one launch": "one launch: not tested",
-    "short": "too short to rank",
+    "equal": "several equal within 1.25 times",
+    "open": f"open: libraries within {NEAR:g} times are not told apart",
     "alone": "one library alone gets there",
     "none": "none gets there",
 }
@@ -333,7 +333,7 @@ def _reached(found: Representatives, part: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _bars(found: Representatives, rows: pd.DataFrame) -> list[dict[str, Any]]:
-    """By error, on how many complete cases the times of third-party libraries separate a fastest one, and why not on others."""
+    """By error, on how many complete cases a third-party library is the fastest, several are equal, or it is open."""
     bars = []
     for target in TARGETS:
         at = rows[(rows["target"] == target) & (rows["division"] == THIRD)]
@@ -350,9 +350,9 @@ def _bars(found: Representatives, rows: pd.DataFrame) -> list[dict[str, Any]]:
 
 def _outcome(cell: pd.DataFrame) -> str:
     kind = cell["cell"].iloc[0]
-    if kind == RANKED:
-        return "ahead" if cell["leaders"].iloc[0] == 1 else "tie"
-    return {ONE_LAUNCH: "one launch", TOO_SHORT: "short", ALONE: "alone"}[kind]
+    if kind == ANSWERED:
+        return "equal" if (cell["state"] == EQUAL).any() else "ahead"
+    return {UNDECIDED: "open", ALONE: "alone"}[kind]
 
 
 def _fails(found: Representatives) -> dict[str, Any]:

@@ -17,9 +17,14 @@ from gnomon.harness.results import contenders, rankings
 from gnomon.harness.results.analysis import NEVER_RAN, own
 from gnomon.harness.results.contenders import OWN, THIRD, YOURS
 from gnomon.harness.results.profiles import OURS
+from gnomon.harness.results.separation import EQUAL, FASTEST
 
 NAMED = 7
 """The largest number of integrators in one picture: as many as there are colours that can be told apart."""
+
+
+CLEARLY = 2.0
+"""Factor from which another method of a library is named as clearly faster than the one that stands for it."""
 
 
 class Stand(NamedTuple):
@@ -74,8 +79,7 @@ class Representatives:
     @cached_property
     def complete(self) -> list[str]:
         """The cases of the run without outstanding trials: the others are not spoken of."""
-        lost = {row.case for row in self.run.outstanding.planned if row.measured < row.trials}
-        return [name for name in self.run.names if name not in lost]
+        return self.run.complete
 
     @cached_property
     def whole(self) -> list[Stand]:
@@ -99,7 +103,7 @@ class Representatives:
         A manual chooses the stand before the run; this shows a user of the library what the choice costs.
         """
         rows = own(self.run.equal)
-        rows = rows[(rows["target"] == target) & (rows["null_share"] <= contenders.LARGEST_NULL)]
+        rows = rows[rows["target"] == target]
         table = rows[rows["case"].isin(self.complete)].pivot(index="case", columns="integrator_id", values="seconds")
         found = []
         for stand in self.stands:
@@ -110,7 +114,7 @@ class Representatives:
                     continue
                 ratios = table.loc[cases, others].div(table.loc[cases, method], axis=0)
                 medians = ratios.median()[ratios.count() >= rankings.FEWEST]
-                if len(medians) and medians.min() * contenders.CONTENDER < 1:
+                if len(medians) and medians.min() * CLEARLY < 1:
                     best = medians.idxmin()
                     at = ratios[best].dropna()
                     found.append(Faster(stand.title, best, method, len(at), medians[best], at.min(), at.max()))
@@ -131,16 +135,16 @@ class Representatives:
         }
         named = [by_pair.get(pair) for pair in zip(rows["case"], rows["integrator_id"], strict=True)]
         rows = rows.assign(stand=named)
-        return rankings.divisions(rows[rows["stand"].notna()], rank)
+        return rankings.divisions(rows[rows["stand"].notna()], self.run.scatter, rank)
 
     def times(self, rows: pd.DataFrame, target: float, column: str) -> pd.DataFrame:
         """The time (or count) to an error: a row for each complete case, a column for each stand; inf if not reached.
 
-        A method that is tied with the fastest of its division takes the least value. `rows`: from `rows`.
+        A method that is equal to the fastest of its division takes the least value. `rows`: from `rows`.
         """
         at = rows[rows["target"] == target]
         least = at.groupby(["case", "division"])[column].transform("min")  # a quotient would lose ties to round-off
-        at = at.assign(value=at[column].where(~at["tied"], least))
+        at = at.assign(value=at[column].where(~at["state"].isin([FASTEST, EQUAL]), least))
         table = at.pivot(index="case", columns="stand", values="value")
         return table.reindex(index=self.complete, columns=[one.name for one in self.whole]).fillna(np.inf)
 

@@ -5,13 +5,12 @@ from collections.abc import Callable, Sequence
 
 import pandas as pd
 from gnomon.harness.contract.status import Status
-from gnomon.harness.reporting import report_words
 from gnomon.harness.reporting.pdf.parts import Part, answer, chapter, points, table, words
 from gnomon.harness.reporting.pdf.pictures import cut
 from gnomon.harness.reporting.pdf.subject import Subject, median
 from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import summary
-from gnomon.harness.results.contenders import RANKED
+from gnomon.harness.results.contenders import ALONE, OWN
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import (
     counted,
@@ -24,6 +23,7 @@ from gnomon.harness.results.number_text import (
 )
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.results.rankings import CONDITIONED, FEWEST, SOLVED
+from gnomon.harness.results.separation import EQUAL, EQUAL_WITHIN, FASTEST, OPEN, SLOWER
 
 MIDDLE = 1e-6
 """The error at which the answer gives a time."""
@@ -177,18 +177,21 @@ def _time(subject: Subject) -> str:
 
 def _rank(subject: Subject) -> str:
     division = "integrators of gnomon" if subject.library == OURS else "integrators that do not come with gnomon"
-    rows = subject.equal[(subject.equal["cell"] == RANKED) & (subject.equal["target"] == MIDDLE)]
+    rows = subject.equal[(subject.equal["cell"] != ALONE) & (subject.equal["target"] == MIDDLE)]
     if rows.empty:
-        return (
-            f"Times are not ranked: at {power_text(MIDDLE)} no case of this run has several {division} that were timed in"
-            " several launches over a long enough span."
-        )
-    alone = int((rows["tied"] & (rows["leaders"] == 1)).sum())
-    tied = int((rows["tied"] & (rows["leaders"] > 1)).sum())
-    return (
-        f"At {power_text(MIDDLE)}, among {division}, it is the fastest on {alone} of {counted(len(rows), 'ranked case')},"
-        f" tied for it on {tied}, and slower on {int(rows['slower'].sum())}."
-    )
+        return f"At {power_text(MIDDLE)} no case of this run has times of several {division}."
+    count = rows["state"].value_counts()
+    parts = [f"{count[state]} {words}" for state, words in _STATES.items() if count.get(state, 0)]
+    return f"At {power_text(MIDDLE)}, among {division}, on {counted(len(rows), 'case')}: {', '.join(parts)}."
+
+
+_STATES = {
+    FASTEST: "with the least time",
+    EQUAL: f"equal to it within {EQUAL_WITHIN:g} times",
+    OPEN: "not told apart from it",
+    SLOWER: "slower",
+}
+"""Words for the states of an integrator on a case."""
 
 
 def _kinds(subject: Subject) -> Part:
@@ -282,16 +285,13 @@ def _of_times(subject: Subject) -> list[str]:
     timed = subject.run.frame[subject.run.frame["integrator_id"] == subject.name]
     if not timed["seconds_median"].notna().any():
         return []
-    launches = report_words.launches_text(timed)
-    scatter = report_words.scatter_text(timed)
     waited = waited_text(
         *summary.waited(zip(subject.frame["seconds_median"], subject.frame["delay_seconds"], strict=True))
     )
-    single = " One launch gives no range of a time." if launches == "from one launch" else ""
+    processor = cut(subject.environment.get("cpu", "not recorded"), 80)
     return [
-        f"Times are {launches}, of whole calls on one processor model ({cut(subject.environment.get('cpu', 'not recorded'), 80)}).{single}"
-        + (f" Of this integrator, {scatter}." if scatter else "")
-        + f" {waited[:1].upper()}{waited[1:]}."
+        f"Times are of whole calls on one processor model ({processor}), geometric means over launches;"
+        f" {subject.run.scatter[OWN].text()}. {waited[:1].upper()}{waited[1:]}."
     ]
 
 

@@ -21,9 +21,10 @@ from gnomon.harness.reporting.pdf.pictures import cut
 from gnomon.harness.reporting.pdf.subject import Subject
 from gnomon.harness.reporting.tables import LAWS
 from gnomon.harness.results import analysis
-from gnomon.harness.results.contenders import RANKED
+from gnomon.harness.results.contenders import ALONE, OWN
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.number_text import counted, order_text, power_text, short_text
+from gnomon.harness.results.separation import EQUAL, EQUAL_WITHIN, FASTEST, OPEN, SLOWER
 from gnomon.harness.studies.drift import CLEAR
 
 MOST_ROWS = 140
@@ -108,17 +109,16 @@ def _speed(subject: Subject) -> Part:
         if not own:
             continue
         seconds = pd.Series([row["seconds"] for row in own], dtype=float)
-        at = subject.equal[(subject.equal["target"] == target) & (subject.equal["cell"] == RANKED)]
-        alone, tied = at["tied"] & (at["leaders"] == 1), at["tied"] & (at["leaders"] > 1)
-        counts = [str(len(at)), *(str(int(each.sum())) for each in (alone, tied, at["slower"]))]
+        at = subject.equal[(subject.equal["target"] == target) & (subject.equal["cell"] != ALONE)]
+        counts = [str(len(at)), *(str(int((at["state"] == state).sum())) for state in (FASTEST, EQUAL, OPEN, SLOWER))]
         spread = range_text(seconds, solve_text)
-        rows.append([power_text(target), str(len(own)), spread, *(counts if len(at) else ["0", "–", "–", "–"])])
-    heads = [">error", ">cases that reach it", "<>time of one solve, least – greatest case", ">ranked cases", ">fastest", ">tied",
-             ">slower"]  # fmt: skip
+        rows.append([power_text(target), str(len(own)), spread, *(counts if len(at) else ["0", "–", "–", "–", "–"])])
+    heads = [">error", ">cases that reach it", "<>time of one solve, least – greatest case", ">compared cases", ">fastest", ">equal",
+             ">open", ">slower"]  # fmt: skip
     note = (
-        "Times at equal error, interpolated between settings. A case is ranked if several integrators of the same division"
-        " (gnomon's own, or all others) were timed in several launches; “slower” and “fastest” are counted only where these"
-        " launches separate the two (false discovery rate 5 %)."
+        "Times at equal error, interpolated between settings, against the least time of the same division (gnomon's own, or"
+        f" all others). Slower: the launches separate the two (false discovery rate 5 %); equal: within {EQUAL_WITHIN:g} times"
+        f" with 95 % confidence; open: neither. {subject.run.scatter[OWN].text().capitalize()}."
     )
     return table(heads, rows, note, "Time at equal error")
 

@@ -11,6 +11,7 @@ from gnomon.harness.contract.status import SCORED
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import together
 from gnomon.harness.results import analysis, rankings, store
+from gnomon.harness.results.contenders import OWN
 from gnomon.harness.results.profiles import OURS
 from gnomon.harness.studies.drift import Growth, Sampled, growth, sampled
 
@@ -156,7 +157,7 @@ class Subject:
     def equal(self) -> pd.DataFrame:
         """Its rows of `rankings.ranked` on default variants, ranked within its division."""
         ours = self.run.equal["library"] == OURS
-        division = rankings.ranked(self.run.equal[ours == (self.library == OURS)])
+        division = rankings.ranked(self.run.equal[ours == (self.library == OURS)], self.run.scatter[OWN])
         return division[(division["integrator_id"] == self.name) & (division["variant"] == "")]
 
     @cached_property

@@ -23,7 +23,6 @@ from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.registry import kinds, representatives
 from gnomon.harness.registry.lookup import STIFF
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, records, settings
-from gnomon.harness.results.contenders import LARGEST_NULL
 from gnomon.harness.results.equal_error import credited, time_at
 from gnomon.harness.results.number_text import counted
 from gnomon.harness.results.profiles import OURS
@@ -393,8 +392,7 @@ def _claim(
     """The claim of a method against the representatives; None if it was not tried on `FEWEST` of their systems.
 
     It is better if it reaches the error on more systems (sign test over the systems), or on no fewer ones and faster:
-    the t test of the logarithms' differences, one a system, each the mean over common launches, of which there are two
-    at least, on spans long enough to rank. Systems on which it is exact by construction show nothing about it.
+    the t test of the logarithms' differences, one a system, each the mean over common launches. Systems on which it is exact by construction show nothing about it.
     """
     systems = measured.systems(problems, name, error)
     both = [case for case in systems if case in base]
@@ -426,7 +424,7 @@ def _faster(one: _System, base: _System) -> float:
     found = []
     for mine, other in zip(one.at, base.at, strict=True):
         common = mine.times.keys() & other.times.keys()
-        if len(common) >= 2 and max(mine.null_share, other.null_share) <= LARGEST_NULL:
+        if common:
             found.append(statistics.fmean(math.log(other.times[key] / mine.times[key]) for key in common))
     return statistics.fmean(found) if found else math.nan
 

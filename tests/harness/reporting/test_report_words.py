@@ -14,30 +14,14 @@ from gnomon.harness.reporting import report_benchmarks
 from gnomon.harness.reporting.report_words import (
     engines_text,
     hierarchy_rows,
-    launches_text,
     limits_text,
     machines_text,
-    scatter_text,
+    open_text,
     together,
     tolerances_text,
 )
+from gnomon.harness.results.contenders import ALONE, ANSWERED, OWN, THIRD, UNDECIDED
 from planted_sidecars import PAIR
-
-
-def _launched(**launches: int) -> pd.DataFrame:
-    rows = [
-        {"case": case, "variant": "", "launch": launch, "status": "ok", "setting": 0.1, "seconds_median": seconds}
-        for case, count in launches.items()
-        for launch, seconds in zip(range(1, count + 1), (1.0, 2.0, 4.0, 1.0, 1.0), strict=False)
-    ]
-    return pd.DataFrame(rows).assign(formulation="", library="l", integrator_id="l:one")
-
-
-def test_how_often_cases_were_launched() -> None:
-    """Once; three times; three times on one of two cases, and once or twice on the other."""
-    texts = [launches_text(_launched(a=a, b=b)) for a, b in ((1, 1), (3, 3), (3, 1), (3, 2))]
-    assert [numbers_in(text) for text in texts] == [[], ["3"], ["3", "1", "2"], ["3", "1", "2"]]
-    assert len(set(texts)) == 4
 
 
 def test_the_time_limit_of_a_trial_is_said() -> None:
@@ -48,10 +32,15 @@ def test_the_time_limit_of_a_trial_is_said() -> None:
     assert {case: numbers_in(text) for case, text in found.items()} == {"a": ["1"], "b": ["0.08"]}
 
 
-def test_the_scatter_of_launches_is_that_of_all_their_pairs() -> None:
-    """1, 2 and 4 s are 2, 4 and 2 times apart; the 90 % quantile of (2, 2, 4) is 3.6."""
-    assert numbers_in(scatter_text(_launched(a=3, b=1))) == ["2.00", "3.6", "90"]
-    assert scatter_text(_launched(a=1)) == ""
+def test_the_share_of_open_cells_is_counted_by_division() -> None:
+    """A cell with one integrator has no pair, and counts in neither number."""
+    kinds = {"a": (ANSWERED, THIRD), "b": (UNDECIDED, THIRD), "c": (ALONE, THIRD), "d": (ANSWERED, OWN)}
+    rows = [
+        {"case": case, "variant": "", "formulation": "", "target": 1e-6, "cell": cell, "division": division}
+        for case, (cell, division) in kinds.items()
+        for _ in range(1 + (cell != ALONE))
+    ]
+    assert numbers_in(open_text(pd.DataFrame(rows))) == ["1", "2", "0", "1"]
 
 
 def test_environments_of_several_runs_are_joined() -> None:
@@ -174,31 +163,29 @@ def test_all_that_an_integrator_may_claim_has_its_word() -> None:
     assert {word for method in own().values() for word in method.conserves} == set(report_benchmarks.KEPT)
 
 
-SAME, APART = [1.3, 0.9, 1.1, 0.8, 1.2], [3.1, 2.9, 3.0, 3.0, 3.2]
+SAME, WIDE, APART = [1.05, 0.95, 1.0, 0.98, 1.02], [1.6, 0.7, 1.3, 0.8, 1.2], [3.1, 2.9, 3.0, 3.0, 3.2]
 
 
 @pytest.mark.parametrize(
-    ("first", "ratios", "null", "note"),
+    ("changes", "note"),
     [
-        (1e-3, APART, 1e-5, ""),
-        (1e-3, [1 / ratio for ratio in APART], 1e-5, ""),
-        (1e-3, SAME, 1e-5, "not separated"),
-        (1e-3, APART, 2e-4, "20 % of the time of one is overhead of its call; not separated"),
-        (None, None, 1e-5, "not so accurate: one"),
+        ({"ratios": APART}, ""),
+        ({"ratios": [1 / ratio for ratio in APART]}, ""),
+        ({"ratios": SAME}, "equal"),
+        ({"ratios": WIDE}, "open"),
+        ({"ratios": APART, "first_null": 2e-4}, "20 % of the time of one is overhead of its call"),
+        ({"first": None}, "not so accurate: one"),
     ],
 )
-def test_notes_of_pairs(
-    tmp_path: Path, first: float | None, ratios: list[float] | None, null: float, note: str
-) -> None:
-    ratio = None if ratios is None else statistics.median(ratios)
+def test_notes_of_pairs(tmp_path: Path, changes: dict[str, Any], note: str) -> None:
     row = {"group": "against two", "problem": "a", "level": "1e-06", "first_name": "one", "second_name": "two"}
-    row |= {"first": first, "second": 2e-3, "first_null": null, "second_null": 1e-5}  # type: ignore[dict-item]
-    row |= {"median": ratio, "low": ratio, "high": ratio} | ({"ratios": ratios} if ratios else {})  # type: ignore[dict-item]
-    found = _read_benchmarks(tmp_path, row)
-    (pair,) = found["pairs"]
-    assert not found["lacks"]
+    row |= {"first": 1e-3, "second": 2e-3, "first_null": 1e-5, "second_null": 1e-5} | changes
+    (pair,) = _read_benchmarks(tmp_path, row | dict.fromkeys(("median", "low", "high"), 3.0))["pairs"]
     assert (pair["level"], pair["note"]) == ("1e-6", note)
-    assert pair["ratio"] == ("–" if ratio is None else f"{ratio:.2f}")
+    if "ratios" in changes:
+        low, high = (float(end) for end in pair["range"].split(" – "))
+        assert low < float(pair["ratio"]) < high
+        assert float(pair["ratio"]) == pytest.approx(statistics.geometric_mean(changes["ratios"]), abs=0.006)
 
 
 def _read_benchmarks(folder: Path, row: dict[str, Any]) -> dict[str, Any]:

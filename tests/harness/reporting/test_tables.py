@@ -8,8 +8,10 @@ import pytest
 from command_line import numbers_in
 from gnomon.harness.reporting import tables
 from gnomon.harness.results import number_text
-from gnomon.harness.results.contenders import ALONE, ONE_LAUNCH, RANKED, TOO_SHORT, division
+from gnomon.harness.results.contenders import ALONE, ANSWERED, division
 from gnomon.harness.results.equal_error import TARGETS
+from gnomon.harness.results.separation import EQUAL as SAME
+from gnomon.harness.results.separation import FASTEST, SLOWER
 from gnomon.harness.results.summary import waited
 
 
@@ -48,14 +50,14 @@ def test_digits_keep_their_fraction(error: float, right: float) -> None:
 
 
 def _equal(*rows: tuple[str, str, float, float, float, bool]) -> pd.DataFrame:
-    """Case, integrator (library:name), target, seconds, ratio, at_loosest; ratios from 1.2 are separated."""
+    """Case, integrator (library:name), target, seconds, ratio, at_loosest; ratios from 1.2 are slower."""
     columns = ["case", "integrator_id", "target", "seconds", "ratio", "at_loosest"]
-    table = pd.DataFrame(rows, columns=columns).assign(variant="", formulation="", cell=RANKED, null_share=0.034)
+    table = pd.DataFrame(rows, columns=columns).assign(variant="", formulation="", cell=ANSWERED, null_share=0.034)
     table["more_seconds"] = math.nan
     table["library"] = table["integrator_id"].str.partition(":")[0]
     table["division"] = table["library"].map(division)
-    table = table.assign(tied=table["ratio"] < 1.2, slower=table["ratio"] >= 1.2)
-    return table.assign(leaders=table.groupby(["case", "target"])["tied"].transform("sum"))
+    state = [FASTEST if ratio == 1 else SAME if ratio < 1.2 else SLOWER for ratio in table["ratio"]]
+    return table.assign(state=state, low=0.9 * table["ratio"], high=1.1 * table["ratio"])
 
 
 EQUAL = _equal(
@@ -72,12 +74,14 @@ def _plain(text: str) -> str:
     return text.replace("\N{NO-BREAK SPACE}", " ")
 
 
-def test_a_cell_names_the_one_that_is_separated_from_all_others_or_the_tie() -> None:
+def test_a_cell_names_the_fastest_and_those_near_it_or_the_next() -> None:
     first, second, third = tables.fastest(EQUAL, [("a", ""), ("b", ""), ("d", "")])
-    assert numbers_in(first.cells[SIX].text) == ["2"]
-    assert first.cells[SIX].note == "scipy:one 1.00 ms, scipy:two 1.10 ms"
+    assert first.cells[SIX].text == "scipy:one"
+    assert "equal: scipy:two 1.1 (0.99 – 1.2)" in first.cells[SIX].note
+    assert "heyoka" not in first.cells[SIX].note
     assert second.cells[SIX].text == "scipy:two"
-    assert _plain(second.cells[SIX].note) == "≤ 2.00 ms · null call 3 %"
+    assert "≤ 2.00 ms · null call 3 %" in _plain(second.cells[SIX].note)
+    assert "slower: heyoka:three 5.0 (4.5 – 5.5)" in second.cells[SIX].note
     assert third.cells[SIX].text == first.cells[0].text == "not reached"
 
 
@@ -110,20 +114,8 @@ def test_one_that_alone_gets_there_is_said_to_be_alone() -> None:
     (alone,) = tables.fastest(EQUAL[3:4].assign(cell=ALONE), [("b", "")])
     (first,) = tables.fastest(EQUAL[3:], [("b", "")])
     assert alone.cells[SIX].text == first.cells[SIX].text == "scipy:two"
-    assert alone.cells[SIX].note.startswith(first.cells[SIX].note)
-    assert len(alone.cells[SIX].note) > len(first.cells[SIX].note)
-
-
-@pytest.mark.parametrize(
-    ("cell", "share", "said"),
-    [(ONE_LAUNCH, 0.034, []), (TOO_SHORT, 0.34, ["34"]), (TOO_SHORT, math.nan, [])],
-)
-def test_a_cell_that_is_not_ranked_says_why(cell: str, share: float, said: list[str]) -> None:
-    (row,) = tables.fastest(EQUAL.assign(cell=cell, slower=False, null_share=share), [("a", "")])
-    why, _, times = row.cells[SIX].note.partition(": ")
-    assert (row.cells[SIX].text, row.cells[SIX].kind) == (cell, "none")
-    assert (numbers_in(_plain(why)), times) == (said, "scipy:one 1.00 ms, scipy:two 1.10 ms")
-    assert ("not measured" in why) == math.isnan(share)
+    assert "no other" in alone.cells[SIX].note
+    assert "no other" not in first.cells[SIX].note
 
 
 def test_a_small_share_of_the_null_call_is_no_zero() -> None:

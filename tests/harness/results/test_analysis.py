@@ -7,10 +7,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from gnomon.harness.results import analysis, equal_error, reading, summary
+from gnomon.harness.results import analysis, equal_error, rankings, reading, summary
+from gnomon.harness.results.contenders import OWN
 from gnomon.harness.results.rankings import ranked
 from gnomon.harness.results.store import load
 from gnomon.harness.studies import model_hierarchy
+
+MIDDLE = math.sqrt(1.1)
+"""The geometric mean of two launches 10 % apart."""
 
 
 def _rows(name: str, errors: list[float], seconds: list[float], **columns: Any) -> pd.DataFrame:
@@ -128,7 +132,7 @@ def test_the_anatomy_is_that_of_the_setting_nearest_1e_5() -> None:
 
 def test_equal_error_keeps_the_times_of_each_launch() -> None:
     table = analysis.equal_error(_rows("one", [1e-2, 1e-4], [1.0, 2.0]), targets=[1e-2, 1e-3])
-    assert table["seconds"].tolist() == [pytest.approx(1.05), pytest.approx(1.05 * math.sqrt(2))]
+    assert table["seconds"].tolist() == [pytest.approx(MIDDLE), pytest.approx(MIDDLE * math.sqrt(2))]
     assert table["times"].tolist() == [
         {(1, 0): pytest.approx(x), (1, 1): pytest.approx(1.1 * x)} for x in (1.0, math.sqrt(2))
     ]
@@ -217,7 +221,7 @@ def test_looser_settings_than_one_that_diverged_are_credited_with_its_error(erro
     rows = _rows("patchy", [1e-9, 1e-9, error, 1e-9, 1e-9], [1.0, 2.0, 4.0, 8.0, 16.0])
     rows.loc[rows["setting"] == 0.25, "status"] = "diverged"
     (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
-    assert (found["seconds"], found["at_loosest"]) == (pytest.approx(8.0 * 1.05), True)
+    assert (found["seconds"], found["at_loosest"]) == (pytest.approx(8.0 * MIDDLE), True)
 
 
 @pytest.mark.parametrize("status", ["crashed", "refused", "timeout", "skipped"])
@@ -225,14 +229,14 @@ def test_a_setting_without_a_solution_is_ignored(status: str) -> None:
     rows = _rows("patchy", [1e-9, 1e-9, math.nan, 1e-9], [1.0, 2.0, math.nan, 8.0])
     rows.loc[rows["setting"] == 0.25, "status"] = status
     (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
-    assert found["seconds"] == pytest.approx(1.05)
+    assert found["seconds"] == pytest.approx(MIDDLE)
 
 
 def test_divergence_beyond_the_best_settings_does_not_count() -> None:
     rows = _rows("verlet", [1e-3, 1e-6, 1e-9, 1.0], [1.0, 2.0, 4.0, 8.0])
     rows.loc[rows["error_max"] == 1.0, "status"] = "diverged"
     (found,) = analysis.equal_error(rows, targets=[1e-6]).to_dict("records")
-    assert found["seconds"] == pytest.approx(2.0 * 1.05)
+    assert found["seconds"] == pytest.approx(2.0 * MIDDLE)
 
 
 def test_verdicts() -> None:
@@ -265,7 +269,7 @@ def test_why_nothing_ran_is_the_most_frequent_reason() -> None:
 
 def test_a_stored_run_is_read(synthetic_results: Path) -> None:
     frame = analysis.tidy(load(synthetic_results))
-    table = ranked(analysis.equal_error(frame))
+    table = ranked(analysis.equal_error(frame), rankings.scatter(frame)[OWN])
     assert (table["ratio"] >= 1).all()
     assert (table.groupby(["case", "variant", "target"])["ratio"].min() == 1).all()
     assert set(analysis.trust(analysis.settings(frame))["integrator_id"]) == set(frame["integrator_id"])
@@ -275,7 +279,7 @@ def test_slow_settings_of_one_launch_leave_the_medians_of_the_others() -> None:
     rows = _rows("one", [1e-2, 1e-4, 1e-6], [1.0, 2.0, 4.0])
     short = rows[(rows["launch"] == 0) | (rows["setting"] > 0.25)]
     table = analysis.equal_error(short, targets=[1e-2, 1e-6]).set_index("target")
-    assert (table.loc[1e-2, "launches"], table.loc[1e-2, "seconds"]) == (2, pytest.approx(1.05))
+    assert (table.loc[1e-2, "launches"], table.loc[1e-2, "seconds"]) == (2, pytest.approx(MIDDLE))
     assert (table.loc[1e-6, "launches"], table.loc[1e-6, "seconds"]) == (1, 4.0)
 
 

@@ -1,7 +1,8 @@
-"""Profiles, ranks and ties of the page again, from the exported rows alone, by code that has only numpy and scipy.
+"""Profiles, factors and states of the page again, from the exported rows alone, by code that has only numpy and scipy.
 
 The rules are those that the page states: time at equal error, interpolated between neighbouring settings; in each division
-the t test of logarithms paired by launch, with a least scatter of 0.1; Benjamini and Hochberg's rate of 5 %.
+intervals of factors from the scatter of launches, corrected for the choice of the fastest; Benjamini and Hochberg's rate of
+5 %. The scatter itself is taken from the run: tests/harness/results/test_separation.py simulates it.
 """
 
 import csv
@@ -24,6 +25,7 @@ from gnomon.harness.reporting.page import first_screen
 from gnomon.harness.reporting.report_charts import work_problems
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
+from gnomon.harness.results.separation import Scatter
 from scipy import stats
 
 THIRD = {"scipy": "SciPy", "rebound": "REBOUND", "heyoka": "heyoka", "sksundae": "SUNDIALS"}
@@ -34,7 +36,7 @@ TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
 class Series(NamedTuple):
-    """Seconds by launch, their median, the share of the null call and the evaluations at an error; nan if not counted."""
+    """Seconds by launch, their geometric mean, the share of the null call and the evaluations at an error; nan if not counted."""
 
     times: dict[int, float]
     seconds: float
@@ -49,9 +51,11 @@ Cells = dict[tuple[str, float], dict[str, Series]]
 class Place(NamedTuple):
     """How the time of an integrator compares with the least of its cell."""
 
-    kind: str
+    state: str
     ratio: float
-    tied: bool
+    low: float
+    high: float
+    p: float
 
 
 Places = dict[tuple[str, float], dict[str, Place]]
@@ -101,48 +105,75 @@ def cells_of(path: Path) -> Cells:
             times = {n: reached(sweep, lambda one: one["seconds"], target) for n, sweep in by_launch.items()}
             times = {n: time for n, time in times.items() if not math.isnan(time)}
             if times:
-                seconds = statistics.median(times.values())
+                seconds = statistics.geometric_mean(times.values())
                 calls = reached(by_launch[1], lambda one: one["calls"], target)
                 cells.setdefault((case, target), {})[name] = Series(times, seconds, null / seconds, calls)
     return cells
 
 
-def p_value(logarithms: Sequence[float]) -> float:
-    """Two-sided, by Student's t, with a scatter of at least 0.1."""
-    if len(logarithms) < 2:
-        return 1.0
-    scatter = max(float(np.std(logarithms, ddof=1)), 0.1)
-    t = abs(float(np.mean(logarithms))) * math.sqrt(len(logarithms)) / scatter
-    return 2 * float(stats.t.sf(t, len(logarithms) - 1))
+def margin(one: Series, other: Series, libraries: tuple[str, str], scatter: Scatter) -> tuple[float, float]:
+    """The standard error of the difference of two logarithms of times and its degrees of freedom, with equal launches.
+
+    The variance of a launch is the class's and the series' own in the weights of their degrees of freedom; by Welch and
+    Satterthwaite, where an error of a class is one for both.
+    """
+    parts, classes = [], dict[Any, float]()
+    for series, library in ((one, libraries[0]), (other, libraries[1])):
+        logs = np.log([*series.times.values()])
+        kind = (library, int(series.seconds > 1e-4) + int(series.seconds > 1e-2))
+        variance, of_class = scatter.of(kind)
+        freedom = scatter.freedom + len(logs) - 1
+        whole = (scatter.freedom * variance + len(logs) * np.var(logs)) / freedom / len(logs)
+        parts.append((whole, freedom))
+        classes.setdefault((kind, of_class), 0.0)
+        classes[kind, of_class] += scatter.freedom / freedom * variance / len(logs)
+    total = sum(whole for whole, _ in parts)
+    spread = sum(whole**2 / freedom for whole, freedom in parts) + sum(x**2 / n for (_, n), x in classes.items())
+    return math.sqrt(total), min(total**2 / spread, 1e3)
 
 
-def ranks(cells: Cells) -> Places:
+def places_of(own: Mapping[str, Series], scatter: Scatter, first: str, candidates: int = 0) -> dict[str, Place]:
+    """Factors to the first with their intervals, and p values in the place of states."""
+    margins = {
+        name: margin(one, own[first], (name.partition(":")[0], first.partition(":")[0]), scatter)
+        for name, one in own.items()
+        if name != first
+    }
+    behind = {name: math.log(own[name].seconds / own[first].seconds) for name in margins}
+    among = candidates or len(margins)
+    if not candidates and among > 1:
+        among = max(1, sum(behind[n] <= stats.t.isf(0.005 / among, f) * e for n, (e, f) in margins.items()))
+    found = {}
+    for name, (error, freedom) in margins.items():
+        half = stats.t.isf(0.025 / among, freedom) * error
+        p = min(1.0, 2 * among * stats.t.sf(abs(behind[name]) / error, freedom))
+        low, high = math.exp(behind[name] - half), math.exp(behind[name] + half)
+        found[name] = Place("", math.exp(behind[name]), low, high, p)
+    return found
+
+
+def with_states(places: Sequence[dict[str, Place]]) -> list[dict[str, Place]]:
+    """The places with their states, at one false discovery rate."""
+    values = [one.p for own in places for one in own.values()]
+    held = iter(stats.false_discovery_control(values) <= 0.05) if values else iter(())
+    found = []
+    for own in places:
+        states = {}
+        for name, one in own.items():
+            slower = next(held) and not one.low <= 1 <= one.high
+            equal = one.low >= 0.8 and one.high <= 1.25
+            states[name] = one._replace(state="slower" if slower else "equal" if equal else "open")
+        found.append(states)
+    return found
+
+
+def ranks(cells: Cells, scatter: Scatter) -> Places:
     """The places of integrators that are ranked together: one false discovery rate covers all their cells."""
-    places: Places = {}
-    claims: list[tuple[Any, str, float]] = []
-    for key, own in cells.items():
-        first = min(own, key=lambda name: own[name].seconds)
-        ratios = {name: one.seconds / own[first].seconds for name, one in own.items()}
-        near = [name for name, ratio in ratios.items() if ratio < 2]
-        common = {name: sorted(own[first].times.keys() & one.times.keys()) for name, one in own.items()}
-        kind = "ranked"
-        if len(own) == 1:
-            kind = "alone"
-        elif max(own[name].null_share for name in near) > 0.1:
-            kind = "short"
-        elif all(len(both) < 2 for name, both in common.items() if name != first):
-            kind = "one launch"
-        places[key] = {name: Place(kind, ratio, ratio < 2) for name, ratio in ratios.items()}
-        if kind == "ranked":
-            for name in own.keys() - {first}:
-                logs = [math.log(own[name].times[n] / own[first].times[n]) for n in common[name]]
-                claims.append((key, name, min(1.0, (len(near) - 1 or 1) * p_value(logs))))
-            places[key] = {name: Place(kind, ratio, True) for name, ratio in ratios.items()}
-    if claims:
-        held = stats.false_discovery_control([p for *_, p in claims]) <= 0.05
-        for (key, name, _), apart in zip(claims, held, strict=True):
-            places[key][name] = places[key][name]._replace(tied=not apart)
-    return places
+    firsts = {key: min(own, key=lambda name: own[name].seconds) for key, own in cells.items()}
+    judged = with_states([places_of(own, scatter, firsts[key]) for key, own in cells.items()])
+    return {
+        key: own | {firsts[key]: Place("fastest", 1.0, 1.0, 1.0, 1.0)} for key, own in zip(cells, judged, strict=True)
+    }
 
 
 def stands() -> dict[str, str]:
@@ -174,6 +205,8 @@ class Shown(NamedTuple):
     words: dict[str, Any]
     cells: Cells
     cases: list[str]
+    scatter: Scatter
+    whole: Scatter
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +224,14 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Shown:
         patch.setattr(first_screen, "stills", keep)
         run = Run.read(results)
         words = page_words(run, [folder], work_problems(run))
-    return Shown(diagrams, words, cells_of(folder / "rows.csv"), list(invented_runs.cases(16)))
+    return Shown(
+        diagrams,
+        words,
+        cells_of(folder / "rows.csv"),
+        list(invented_runs.cases(16)),
+        run.scatter["third"],
+        run.scatter["own"],
+    )
 
 
 def profile_rows(shown: Shown, axis: str) -> dict[tuple[float, str], list[tuple[float, float, float, float]]]:
@@ -207,9 +247,9 @@ def profile_rows(shown: Shown, axis: str) -> dict[tuple[float, str], list[tuple[
 
 
 def expected_share(shown: Shown, target: float, library: str, factor: float, axis: str) -> float:
-    """The share of all cases on which a library is within a factor of the least third party; ties take the least."""
+    """The share of all cases on which a library is within a factor of the least third party; equal ones take the least."""
     chosen = stands()
-    ranked = ranks(of_libraries(shown.cells, THIRD, chosen))
+    ranked = ranks(of_libraries(shown.cells, THIRD, chosen), shown.scatter)
     inside = 0
     for case in shown.cases:
         every = of_libraries({(case, target): shown.cells.get((case, target), {})}, EVERY, chosen).get(
@@ -226,7 +266,13 @@ def expected_share(shown: Shown, target: float, library: str, factor: float, axi
         else:
             least = min((one.seconds for one in third.values()), default=math.inf)
             place = ranked.get((case, target), {}).get(chosen[library])
-            ratio = 1.0 if place is not None and place.tied else mine.seconds / least if math.isfinite(least) else 1.0
+            ratio = (
+                1.0
+                if place is not None and place.state in ("fastest", "equal")
+                else mine.seconds / least
+                if math.isfinite(least)
+                else 1.0
+            )
         inside += ratio <= factor * (1 + 1e-9)
     return inside / len(shown.cases)
 
@@ -302,20 +348,22 @@ def test_the_sentence_below_the_profiles_has_their_right_ends(shown: Shown) -> N
         assert re.search(rf"{title} on {count} of \d", said), (title, count, said)
 
 
-def test_the_bars_count_what_other_code_separates(shown: Shown) -> None:
-    places = ranks(of_libraries(shown.cells, THIRD, stands()))
+def test_the_bars_count_what_other_code_finds(shown: Shown) -> None:
+    places = ranks(of_libraries(shown.cells, THIRD, stands()), shown.scatter)
     kinds = set()
     for bar in shown.words["first"]["bars"]:
         counted: dict[str, int] = {}
         for case in shown.cases:
             own = list(places.get((case, float(bar["target"])), {}).values())
-            kind = own[0].kind if own else "none"
-            if kind == "ranked":
-                kind = "ahead" if sum(one.tied for one in own) == 1 else "tie"
+            kind = "none" if not own else "alone" if len(own) == 1 else "ahead"
+            if any(one.state == "open" and one.ratio < 1.5 for one in own):
+                kind = "open"
+            elif any(one.state == "equal" for one in own):
+                kind = "equal"
             counted[kind] = counted.get(kind, 0) + 1
         assert {kind: count for kind, _, count in bar["parts"]} == counted, bar["target"]
         kinds |= set(counted)
-    assert kinds == {"ahead", "tie", "one launch", "short", "alone", "none"}, "every outcome is in the run"
+    assert kinds == {"ahead", "equal", "open", "alone", "none"}, "every outcome is in the run"
 
 
 class Table(HTMLParser):
@@ -359,58 +407,59 @@ def label(name: str) -> str:
     return f"{THIRD.get(library, library)} {own}"
 
 
-def test_ranks_and_ties_of_every_case_are_those_that_other_code_finds(shown: Shown) -> None:
-    """In its table each third party that is tied for the least time is marked; all others have their ratio to it."""
+FACTOR = r"([\d.e\u202f-]+) × \(([\d.e\u202f-]+) – ([\d.e\u202f-]+)\)( equal| open)?"
+
+
+def numbers(said: re.Match[str]) -> list[float]:
+    return [float(text.replace("\u202f", "")) for text in said.groups()[:3]]
+
+
+def test_factors_and_states_of_every_case_are_those_that_other_code_finds(shown: Shown) -> None:
+    """In its table the fastest third party is marked; all others have their factor to it, its interval and their state."""
     third = of_libraries(shown.cells, THIRD)
-    places = ranks(third)
-    words = set()
+    places = ranks(third, shown.scatter)
+    states = set()
     for case in shown.cases:
         table = Table(shown.words["times"][case]["default"]).rows
         for k, target in enumerate(TARGETS):
             own = places.get((case, target), {})
             for name, place in own.items():
                 kind, text = table[label(name)][k]
-                assert (kind == "best") == (place.kind == "ranked" and place.tied), (case, target, name)
-                if place.kind != "ranked":
+                assert (kind == "best") == (place.state == "fastest" and len(own) > 1), (case, target, name)
+                if place.state == "fastest":
+                    assert ("fastest" if len(own) > 1 else "alone") in text, (case, target, name, text)
                     continue
-                leaders = sum(one.tied for one in own.values())
-                if place.tied:
-                    note = "tied" if leaders > 1 else "fastest"
-                    assert note in text, (case, target, name, text)
-                    words.add(note)
-                else:
-                    said = re.search(r"([\d.\u202f]+) ×", text)
-                    assert said is not None, (case, target, name, text)
-                    assert float(said[1].replace("\u202f", "")) == pytest.approx(place.ratio, rel=0.051)
+                said = re.search(FACTOR, text)
+                assert said is not None, (case, target, name, text)
+                assert numbers(said) == pytest.approx([place.ratio, place.low, place.high], rel=0.051, abs=0.051)
+                assert (said[4] or " slower").strip() == place.state
+                states.add(place.state)
             others = {label(name) for name in third.get((case, target), {})}
             reached = {name for name, row in table.items() if row and row[k][0] != "none"}
             assert {name for name in reached if not name.startswith(("gnomon", "mine"))} == others
-    assert words == {"tied", "fastest"}
+    assert states == {"slower", "equal", "open"}
 
 
 @pytest.mark.parametrize("library", ["gnomon", "mine"])
 def test_other_divisions_stand_beside_the_least_of_third_parties(shown: Shown, library: str) -> None:
-    """Their ratio is to the least third-party time, with ≈ where the launches do not separate the two."""
+    """Their factor is to the least third-party time, with its interval and state; they may be the faster ones."""
     third = of_libraries(shown.cells, THIRD)
     of_other = of_libraries(shown.cells, {library: "", ("mine" if library == "gnomon" else "gnomon"): ""})
-    claims = []
+    keys, judged = [], []
     for key, own in of_other.items():
         if key in third:
-            best = min(third[key].values(), key=lambda one: one.seconds)
-            for name, one in own.items():
-                logs = [math.log(one.times[n] / best.times[n]) for n in one.times.keys() & best.times.keys()]
-                short = max(one.null_share, best.null_share) > 0.1
-                near = sum(other.seconds < 2 * best.seconds for other in third[key].values())
-                p = p_value(logs) * (near if one.seconds > best.seconds else 1)
-                claims.append((key, name, one.seconds / best.seconds, 1.0 if short else min(1.0, p)))
-    held = stats.false_discovery_control([p for *_, p in claims]) <= 0.05
+            best = min(third[key], key=lambda name: third[key][name].seconds)
+            near = sum(one.seconds < 1.5 * third[key][best].seconds for one in third[key].values())
+            keys.append(key)
+            judged.append(places_of({**own, best: third[key][best]}, shown.whole, best, near))
     seen = set()
-    for ((case, target), name, ratio, _), apart in zip(claims, held, strict=True):
-        if name.startswith(library):
-            text = Table(shown.words["times"][case]["default"]).rows[label(name)][TARGETS.index(target)][1]
-            said = re.search(r"(≈ )?([\d.e\u202f-]+) ×", text)
-            assert said is not None, (case, target, name, text)
-            assert float(said[2].replace("\u202f", "")) == pytest.approx(ratio, rel=0.051), (case, target, name, text)
-            assert (said[1] is None) == apart
-            seen.add(bool(apart))
-    assert seen == {True, False}
+    for (case, target), own in zip(keys, with_states(judged), strict=True):
+        for name, place in own.items():
+            if name.startswith(library):
+                text = Table(shown.words["times"][case]["default"]).rows[label(name)][TARGETS.index(target)][1]
+                said = re.search(FACTOR, text)
+                assert said is not None, (case, target, name, text)
+                assert numbers(said) == pytest.approx([place.ratio, place.low, place.high], rel=0.051, abs=0.051)
+                assert (said[4] or " slower").strip() == place.state
+                seen.add(place.state)
+    assert "slower" in seen
