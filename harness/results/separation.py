@@ -225,9 +225,8 @@ def compare(cell: Sequence[Timed], scatter: Scatter, first: int | None = None, c
         p = np.minimum(1.0, 2 * max(chosen, 1) * stdtr(freedom, -np.abs(behind) / error))
     found = []
     for place, (middle, width, value) in enumerate(zip(behind, half, p, strict=True)):
-        same = place == best
-        interval = (1.0, 1.0, 1.0, 1.0) if same else (*np.exp([middle, middle - width, middle + width]), value)
-        found.append(Compared(*map(float, interval)))
+        ends = np.exp([middle, middle - width, middle + width])
+        found.append(Compared(1.0, 1.0, 1.0, 1.0) if place == best else Compared(*map(float, ends), float(value)))
     return found
 
 
@@ -287,9 +286,7 @@ def _error(
 
 def states(cells: Sequence[Sequence[Compared]]) -> list[list[str]]:
     """The state of each row of the cells of a page, for which one false discovery rate holds."""
-    firsts = [
-        min(range(len(rows)), key=lambda n, rows=rows: (rows[n].ratio, -rows[n].p)) if rows else -1 for rows in cells
-    ]
+    firsts = [[(row.ratio, -row.p) for row in rows].index(min((row.ratio, -row.p) for row in rows)) for rows in cells]
     claims = [(c, n) for c, rows in enumerate(cells) for n in range(len(rows)) if n != firsts[c]]
     held = discoveries([cells[c][n].p for c, n in claims])
     found = [[FASTEST] * len(rows) for rows in cells]

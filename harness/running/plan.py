@@ -105,7 +105,7 @@ class Suite:
     timing_spans: bool = False
     """Whether default variants run over several spans too, for the time of one more period (see `lengthened`)."""
     scatter_launches: int = 0
-    """Launches of one setting of some series of each library, for the scatter between launches (see `scatter_launches`);
+    """Launches of one setting of some series of each library, for the scatter between launches (see `order`);
     none where series are launched so often."""
     minutes: float = 0.0
     """Minutes of a run after which no repeated launch begins; until then the undecided comparisons are launched again.

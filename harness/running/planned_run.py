@@ -26,7 +26,7 @@ from gnomon.harness.registry.selection import DEFAULT
 from gnomon.harness.results.contenders import Names
 from gnomon.harness.results.number_text import counted, duration_text
 from gnomon.harness.results.store import TO_REPEAT, Known, Store
-from gnomon.harness.running import order, plan, rounds, scatter_launches
+from gnomon.harness.running import order, plan, rounds
 from gnomon.harness.running.call_cost import described as python_calls
 from gnomon.harness.running.cost import launch_seconds, run_seconds, shard, shard_named
 from gnomon.harness.running.plan import Repeat, Series, Suite, Trial
@@ -60,7 +60,7 @@ class Launch:
 
     def pending(self, history: Mapping[tuple[str, int], Known]) -> tuple[Trial, ...]:
         """Its trials, or none if all are in the history."""
-        trials = scatter_launches.setting(self.trials, history) if self.is_again else self.trials
+        trials = order.middle_trial(self.trials, history) if self.is_again else self.trials
         return trials if any((trial.key, self.number) not in history for trial in trials) else ()
 
 
@@ -290,12 +290,12 @@ class PlannedRun:
         """These launches, and among them those that measure the scatter, where series are launched fewer times."""
         fewest = max((one.number for one in launches), default=1) + 1
         first = {one.series.id: one for one in launches if one.number == 1}
-        again = [first[one.id] for one in scatter_launches.choose(one.series for one in first.values())]
+        again = [first[one.id] for one in order.choose_for_scatter(one.series for one in first.values())]
         blocks = [
             [Launch(number, one.series, one.trials, one.scorer, is_again=True) for one in again]
             for number in range(fewest, self.suite.scatter_launches + 1)
         ]
-        return scatter_launches.spread(launches, blocks)
+        return order.spread(launches, blocks)
 
     def _rounds(self, further: Rounds, under_way: set[str]) -> Iterator[Sweep | None]:
         """Further launches where ranks are undecided, each round after the one before, until the time is spent.

@@ -78,7 +78,7 @@ def test_one_more_period_of_a_run_is_the_difference_of_its_times(tmp_path: Path)
     np.testing.assert_allclose(both["span_longer"].dropna(), factor * float(case.rounded().span))
     assert both["turned_starts_longer"].isna().all()
     difference = (both["seconds_median_longer"] - both["seconds_median"]) / (factor - 1)
-    apart = both["seconds_median_longer"] >= APART * both["seconds_median"]
+    apart = (both["seconds_median_longer"] / both["seconds_median"]).ge(APART)
     np.testing.assert_array_equal(both["more_seconds"].astype(float), difference.where(apart))
     assert both["more_seconds"].notna().any()
     assert both["span_longer"].notna().sum() >= len(both) / 2, "the settings are the same"

@@ -120,7 +120,7 @@ def margin(one: Series, other: Series, libraries: tuple[str, str], scatter: Scat
     parts, classes = [], dict[Any, float]()
     for series, library in ((one, libraries[0]), (other, libraries[1])):
         logs = np.log([*series.times.values()])
-        kind = (library, int(series.seconds > 1e-4) + int(series.seconds > 1e-2))
+        kind = (library, int(np.searchsorted([1e-4, 1e-2], series.seconds)))
         variance, of_class = scatter.of(kind)
         freedom = scatter.freedom + len(logs) - 1
         whole = (scatter.freedom * variance + len(logs) * np.var(logs)) / freedom / len(logs)
