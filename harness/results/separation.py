@@ -225,8 +225,8 @@ def compare(cell: Sequence[Timed], scatter: Scatter, first: int | None = None, c
         p = np.minimum(1.0, 2 * max(chosen, 1) * stdtr(freedom, -np.abs(behind) / error))
     found = []
     for place, (middle, width, value) in enumerate(zip(behind, half, p, strict=True)):
-        ends = np.exp([middle, middle - width, middle + width])
-        found.append(Compared(1.0, 1.0, 1.0, 1.0) if place == best else Compared(*map(float, ends), float(value)))
+        ratio, low, high = (math.exp(x) for x in (middle, middle - width, middle + width))
+        found.append(Compared(1.0, 1.0, 1.0, 1.0) if place == best else Compared(ratio, low, high, float(value)))
     return found
 
 
@@ -241,7 +241,7 @@ def compare_ratios(pairs: Sequence[Sequence[float]]) -> list[Compared]:
         freedom = 1 / (1 / known.freedom + share**2 / scatter.of(one.kind).freedom)
         middle, width = math.log(one.middle), float(stdtrit(freedom, 1 - RATE / 2)) * math.sqrt(part)
         p = min(1.0, 2 * float(stdtr(freedom, -abs(middle) / math.sqrt(part))))
-        found.append(Compared(*(math.exp(value) for value in (middle, middle - width, middle + width)), p))
+        found.append(Compared(one.middle, math.exp(middle - width), math.exp(middle + width), p))
     return found
 
 
