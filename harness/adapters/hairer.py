@@ -248,6 +248,7 @@ class Radau5(Code):
     """An implicit Runge-Kutta method of order 5, Radau IIA. Hairer, Wanner, Solving ODEs II, IV.8."""
 
     name: ClassVar[str] = "RADAU5"
+    order = 5
     words = CONTINUOUS | {
         "continuous": "contr5", "output": "contr5(i, at, cont, lrc)", "reals_of_work": "4*n*n + 12*n + 20",
         "integers_of_work": "3*n + 20", "longest": "7", "most": "2", "settings": "",
@@ -259,6 +260,7 @@ class Rodas(Code):
     """A Rosenbrock method of order 4 with an embedded one of order 3. Hairer, Wanner, Solving ODEs II, VI.4."""
 
     name: ClassVar[str] = "RODAS"
+    order = 4
     atol_ratio = 1e-6
     words = CONTINUOUS | {
         "continuous": "contro", "output": "contro(i, at, cont, lrc)", "reals_of_work": "2*n*n + 14*n + 20",
