@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 TABLE_WIDTH = 150
 NOTE = (
-    "settings: those that both runs solved, to the finest; base, run: at the finest; median ratio: of run/base over them, for times"
-    " over those that one machine timed; calls: right-hand sides"
+    "settings: those that both runs solved, to the finest; base, run: at the finest; ratio: run/base, the median over them; of"
+    " times the geometric mean over those that one machine timed, with its 95 % interval; calls: right-hand sides"
 )
 
 
@@ -69,12 +69,13 @@ def compare(
 def _table(changes: Sequence[SeriesChange]) -> Table:
     """Three rows a series: error, right-hand sides and time in both runs, and their ratios."""
     from gnomon.harness.results.number_text import error_text, figures_text, grouped, time_text
+    from gnomon.harness.results.regression import Change, TimeChange
 
     table = Table(box=SIMPLE_HEAD, padding=(0, 1))
     table.add_column("series", overflow="fold")
     table.add_column("settings", no_wrap=True)
     table.add_column("", no_wrap=True)
-    for name in ("base", "run", "median ratio"):
+    for name in ("base", "run", "ratio"):
         table.add_column(name, justify="right", no_wrap=True)
 
     def count_text(count: float) -> str:
@@ -83,10 +84,15 @@ def _table(changes: Sequence[SeriesChange]) -> Table:
     def ratio_text(ratio: float) -> str:
         return figures_text(ratio, 3) if 0.00995 <= ratio < 999.5 else error_text(ratio)
 
+    def interval(change: Change) -> str:
+        if not isinstance(change, TimeChange) or math.isnan(change.ratio):
+            return ""
+        return f" ({ratio_text(change.low)} – {ratio_text(change.high)}) {change.state}"
+
     for one in (each for each in changes if each.settings):
         settings = f"{one.settings}" + (f" to {one.setting:.3g}" if math.isfinite(one.setting) else "")
         lines = [
-            (name, text(change.base), text(change.run), ratio_text(change.ratio))
+            (name, text(change.base), text(change.run), ratio_text(change.ratio) + interval(change))
             for name, text, change in (
                 ("error", error_text, one.error), ("calls", count_text, one.calls), ("time", time_text, one.seconds)
             )

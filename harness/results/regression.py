@@ -7,16 +7,29 @@ pass.
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from statistics import median
 from typing import Any
 
 from gnomon.harness.contract.status import CANNOT_RUN, SCORED, STOPPED, Status
+from gnomon.harness.results.contenders import launched
 from gnomon.harness.results.convergence_order import FEWEST, LARGEST_ERROR, fit_slope
+from gnomon.harness.results.equal_error import geometric_mean
+from gnomon.harness.results.separation import (
+    EQUAL_WITHIN,
+    SLOWER,
+    Compared,
+    Scatter,
+    Timed,
+    discoveries,
+    scatter_of,
+    state,
+)
+from gnomon.harness.results.separation import compare as compare_times
 from gnomon.harness.results.values import THROUGHOUT, TRIES
 
 SERIES = ["case", "variant", "formulation", "integrator_id"]
-TEXTS = ["setting_kind", "numbers", "status", "reason", "machine"]
+TEXTS = ["setting_kind", "numbers", "status", "reason", "machine", "library"]
 NUMBERS = [
     "setting", "span", "limit_seconds", "repeats", "turned_starts", "error_max", "floor", "conditioning", "rhs_calls",
     "seconds_median",
@@ -90,6 +103,12 @@ def compare(base: Sequence[Row], run: Sequence[Row], allow_missing: bool = False
     if not verdict.compared and not verdict.regressions:
         raise ValueError(f"no setting of the two runs can be compared: {reasons(verdict.not_compared)}")
     verdict.regressions += incomparable
+    verdict.notes += [
+        f"{' '.join(one.name)}: {one.seconds.ratio:.2g} ({one.seconds.low:.2g} – {one.seconds.high:.2g}) times the time of the"
+        " base (advisory)"
+        for one in changes(base, run)
+        if one.seconds.state == SLOWER and one.seconds.ratio > EQUAL_WITHIN
+    ]
     missing = [name for name in before if name not in after]
     if missing:
         lacking = sum(row["status"] in ANSWERED for name in missing for row in before[name])
@@ -113,6 +132,18 @@ class Change:
 
 
 @dataclass(frozen=True)
+class TimeChange(Change):
+    """A change of a time: its ratio lies between `low` and `high` with 95 % confidence; nan without times on one machine.
+
+    `state` is one of `separation.states`: "slower" of the run or, with a ratio below 1, of the base.
+    """
+
+    low: float = math.nan
+    high: float = math.nan
+    state: str = ""
+
+
+@dataclass(frozen=True)
 class SeriesChange:
     """The changes of a series over the settings that are ok in both runs.
 
@@ -125,41 +156,84 @@ class SeriesChange:
     settings: int
     error: Change
     calls: Change
-    seconds: Change
+    seconds: TimeChange
     why: str = ""
 
 
 def changes(base: Sequence[Row], run: Sequence[Row]) -> list[SeriesChange]:
     """The changes of every series of two runs (`reading.rows`) but those that neither could run, in the base's order.
 
-    Ratios of times are of settings that one machine timed in both.
+    Ratios of times are of settings that one machine timed in both, with the scatter between launches in both files; one
+    false discovery rate holds for all.
     """
     before, after = _series(base), _series(run)
+    # Launches of two files share no effect, though they have equal numbers.
+    launches = [(sign, one) for sign, side in ((1, base), (-1, run)) for one in launched(side)]
+    scatter = scatter_of(
+        one._replace(times={(sign * number, n): x for (number, n), x in one.times.items()}) for sign, one in launches
+    )
+    found, judged = list[SeriesChange](), list[Compared | None]()
+    for name in dict.fromkeys([*before, *after]):
+        rows = before.get(name, ()), after.get(name, ())
+        if any(row["status"] not in CANNOT_RUN for side in rows for row in side):
+            pairs = _solved(*rows)
+            found.append(_change(name, pairs, *rows))
+            judged.append(_compared([pair for pair in pairs if pair[0]["machine"] == pair[1]["machine"]], scatter))
+    held = iter(discoveries([one.p for one in judged if one is not None]))
     return [
-        _change(name, before.get(name, ()), after.get(name, ()))
-        for name in dict.fromkeys([*before, *after])
-        if any(row["status"] not in CANNOT_RUN for row in (*before.get(name, ()), *after.get(name, ())))
+        one if row is None else replace(one, seconds=_timed(one.seconds, row, bool(next(held))))
+        for one, row in zip(found, judged, strict=True)
     ]
 
 
-def _change(name: tuple[str, ...], before: Sequence[Row], after: Sequence[Row]) -> SeriesChange:
-    both = [
+def _solved(before: Sequence[Row], after: Sequence[Row]) -> list[tuple[Row, Row]]:
+    """The settings that are ok in both runs and comparable."""
+    pairs = _paired([row for row in before if row["status"] == Status.OK], after)
+    return [
         (row, found)
-        for row, found in _paired([row for row in before if row["status"] == Status.OK], after)
+        for row, found in pairs
         if found is not None and found["status"] == Status.OK and _incomparable(row, found) is None
     ]
-    finest = min(both, key=lambda pair: pair[0]["setting"], default=None)
-    timed = [pair for pair in both if pair[0]["machine"] == pair[1]["machine"]]
 
-    def change(column: str, pairs: Sequence[tuple[Row, Row]]) -> Change:
-        ratios = [_ratio(new[column], old[column]) for old, new in pairs]
+
+def _compared(pairs: Sequence[tuple[Row, Row]], scatter: Scatter) -> Compared | None:
+    """The times of the run against the base over settings that both timed; None without any.
+
+    A launch counts with the geometric mean of its times if it timed all of the settings.
+    """
+    sides = []
+    for number in (0, 1):
+        launches: dict[int, list[float]] = {}
+        for pair in pairs:
+            for launch, seconds in pair[number]["times"].items():
+                launches.setdefault(launch, []).append(seconds)
+        whole = {(number, n): geometric_mean(at) for n, at in launches.items() if len(at) == len(pairs)}
+        sides.append(Timed(pairs[0][number]["library"], whole) if whole else None)
+    if None in sides:
+        return None
+    return compare_times([one for one in sides if one is not None], scatter, 0, 1)[1]
+
+
+def _timed(change: TimeChange, row: Compared, claimed: bool) -> TimeChange:
+    return replace(change, ratio=row.ratio, low=row.low, high=row.high, state=state(row, claimed))
+
+
+def _change(
+    name: tuple[str, ...], both: Sequence[tuple[Row, Row]], before: Sequence[Row], after: Sequence[Row]
+) -> SeriesChange:
+    finest = min(both, key=lambda pair: pair[0]["setting"], default=None)
+
+    def numbers(column: str) -> tuple[float, float]:
+        return (math.nan, math.nan) if finest is None else (finest[0][column], finest[1][column])
+
+    def change(column: str) -> Change:
+        ratios = [_ratio(new[column], old[column]) for old, new in both]
         ratios = [ratio for ratio in ratios if not math.isnan(ratio)]
-        old, new = (math.nan, math.nan) if finest is None else (finest[0][column], finest[1][column])
-        return Change(old, new, median(ratios) if ratios else math.nan)
+        return Change(*numbers(column), median(ratios) if ratios else math.nan)
 
     return SeriesChange(
         name, math.nan if finest is None else finest[0]["setting"], len(both),
-        change("error_max", both), change("rhs_calls", both), change("seconds", timed),
+        change("error_max"), change("rhs_calls"), TimeChange(*numbers("seconds"), math.nan),
         "" if both else f"base: {_most(before)}; run: {_most(after)}",
     )  # fmt: skip
 
@@ -178,19 +252,20 @@ def _lacked(series: Mapping[tuple[str, ...], Sequence[Row]]) -> set[tuple[tuple[
 def _series(rows: Iterable[Row]) -> dict[tuple[str, ...], list[dict[str, Any]]]:
     """The first launches by series, with TEXTS and NUMBERS; numbers that are null are nan.
 
-    `seconds` is the median time over all launches.
+    `times` are those of all launches on the row's machine, and `seconds` is their geometric mean.
     """
     found: dict[tuple[str, ...], list[dict[str, Any]]] = {}
-    times: dict[Any, list[float]] = {}
+    times: dict[Any, dict[int, float]] = {}
     for row in rows:
         name, read = tuple(row[name] for name in SERIES), _read(row)
         if row["launch"] == 1:
             found.setdefault(name, []).append(read)
         if not math.isnan(read["seconds_median"]):
-            times.setdefault((name, read["setting"], read["machine"]), []).append(read["seconds_median"])
+            times.setdefault((name, read["setting"], read["machine"]), {})[row["launch"]] = read["seconds_median"]
     for name, of in found.items():
         for row in of:
-            row["seconds"] = median(times.get((name, row["setting"], row["machine"]), [math.nan]))
+            row["times"] = times.get((name, row["setting"], row["machine"]), {})
+            row["seconds"] = geometric_mean(row["times"].values()) if row["times"] else math.nan
     return found
 
 
@@ -295,7 +370,7 @@ def _statuses(name: str, both: Sequence[tuple[Row, Row]], verdict: Verdict) -> N
 
 
 def _numbers(name: str, sound: Sequence[tuple[Row, Row]], verdict: Verdict) -> None:
-    """Compare errors, right-hand sides, order and time at the settings that are ok in both runs.
+    """Compare errors, right-hand sides and order at the settings that are ok in both runs.
 
     The smaller one of the two attainable errors counts, so that a bound that is too large hides no error.
     """
@@ -318,11 +393,6 @@ def _numbers(name: str, sound: Sequence[tuple[Row, Row]], verdict: Verdict) -> N
         orders = [_order(settings, values, attainable) for values in errors]
         if orders[1] < orders[0] - ORDER_LOSS:
             verdict.regressions.append(f"{name}: order {orders[0]:.2f} became {orders[1]:.2f}")
-    timed = [pair for pair in sound if pair[0]["machine"] == pair[1]["machine"]]
-    seconds = [_ratio(after["seconds_median"], before["seconds_median"]) for before, after in timed]
-    seconds = [ratio for ratio in seconds if not math.isnan(ratio)]
-    if seconds and median(seconds) > 1.5:
-        verdict.notes.append(f"{name}: {median(seconds):.2g} times the time of the base (advisory)")
 
 
 def _ratio(after: float, before: float) -> float:
