@@ -1,7 +1,5 @@
 """The numbers of the README and its figure agree with the published report, the code and the licences."""
 
-import base64
-import gzip
 import json
 import math
 import re
@@ -19,6 +17,7 @@ from gnomon.cases.core.sampling import SAMPLES
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.reporting import live_page, sidecars, style
 from gnomon.harness.running import plan
+from page_parts import carried
 
 README = Path(__file__).parent.parent / "README.md"
 REPORTS = README.parent / "reports"
@@ -91,8 +90,7 @@ def test_the_published_stability_is_of_so_many_integrators() -> None:
 @pytest.fixture(scope="module")
 def page() -> dict[str, Any]:
     """The data of the published page."""
-    (text,) = re.findall(r'id="data">(.*?)</script>', (REPORTS / "index.html").read_text(), re.S)
-    found: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(text)))
+    found: dict[str, Any] = carried(REPORTS / "index.html")
     return found
 
 

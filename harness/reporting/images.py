@@ -59,7 +59,7 @@ def smaller(png: bytes) -> bytes:
 def leaner(svg: str) -> str:
     """The drawing in a third of the characters.
 
-    Coordinates are rounded to a tenth of a pixel; invisible elements are removed; attributes that all children share
+    Coordinates are rounded to a tenth of a pixel; points on straight lines and invisible elements are removed; attributes that all children share
     move to their group; a mark that is drawn several times is defined once.
     """
     ET.register_namespace("", SVG[1:-1])
@@ -85,6 +85,27 @@ def leaner(svg: str) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
+STEPS = re.compile(r"M[-\d.]+,[-\d.]+(?:L[-\d.]+,[-\d.]+){2,}Z?")
+
+
+def straighten(path: str) -> str:
+    """The path without the points between two others on a horizontal or vertical line, and such lines by one number."""
+    if not STEPS.fullmatch(path):
+        return path
+    closed = path.endswith("Z")
+    points = [tuple(point.split(",")) for point in re.split("[ML]", path.rstrip("Z"))[1:]]
+    kept = points[:1]
+    for here, after in itertools.pairwise([*points[1:], None]):
+        if here == kept[-1]:
+            continue
+        if after is None or not any(kept[-1][k] == here[k] == after[k] for k in (0, 1)):
+            kept.append(here)
+    drawn = [f"M{kept[0][0]},{kept[0][1]}"]
+    for (x, y), (u, v) in itertools.pairwise(kept):
+        drawn.append(f"H{u}" if v == y else f"V{v}" if u == x else f"L{u},{v}")
+    return "".join(drawn) + ("Z" if closed else "")
+
+
 def _strip(element: ET.Element) -> None:
     """Remove invisible parts: roles, classes, default opacity, empty groups and paths."""
     for name in ("class", "role", "aria-hidden", "aria-label", "aria-roledescription", "pointer-events"):
@@ -93,6 +114,8 @@ def _strip(element: ET.Element) -> None:
         del element.attrib["opacity"]
     if element.attrib.get("transform") == "translate(0,0)":
         del element.attrib["transform"]
+    if "d" in element.attrib:
+        element.attrib["d"] = straighten(element.attrib["d"])
     for child in list(element):
         _strip(child)
         nothing = child.tag == f"{SVG}path" and not ({"fill", "stroke"} & set(child.attrib))

@@ -8,6 +8,8 @@ from typing import Any
 
 from gnomon.cases.core.case import Case
 from gnomon.harness.reporting import sidecars, style
+from gnomon.harness.reporting.page.case_tables import Tables
+from gnomon.harness.reporting.page.later import Later
 from gnomon.harness.reporting.report_charts import (
     page_charts,
     panel_charts,
@@ -16,7 +18,7 @@ from gnomon.harness.reporting.report_charts import (
     work_problems,
     write_figures,
 )
-from gnomon.harness.reporting.report_pack import pack_json, pack_vega
+from gnomon.harness.reporting.report_pack import pack_html, pack_json, pack_vega
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
 from gnomon.harness.results import contenders, number_text, opening, store
@@ -103,10 +105,13 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         "site": lambda address: address.split("/")[2] if "//" in address else address,
     }
     panel = environment.get_template("report_case.html.j2").module
+    stability = {case["name"]: str(panel.stability(case)) for case in words["cases"] if case["stability"]}  # type: ignore[attr-defined]
+    later = Later()
+    environment.globals["later"] = later
     carried = {
-        "times": words["times"],
-        "families": words["families"],
-        "stability": {case["name"]: str(panel.stability(case)) for case in words["cases"] if case["stability"]},  # type: ignore[attr-defined]
+        "times": pack_html(_of_problems(words["times"])),
+        "families": pack_html(_of_problems(words["families"])),
+        "stability": pack_html(stability),
         "about": {case["name"]: {key: case[key] for key in ABOUT} for case in words["cases"]},
         "first": words["opened"],
     }
@@ -121,9 +126,13 @@ def _page(words: dict[str, Any], charts: dict[str, Any]) -> str:
         chart_names=list(charts["others"]),
         css=css,
         script=_source("report.js"),
-        data=pack_json(style.themed_values(charts | carried)),
+        data=lambda: pack_json(style.themed_values(charts | carried) | {"parts": pack_html(later.parts)}),
         vega=pack_vega(),
     )
+
+
+def _of_problems(tables: Tables) -> dict[str, str]:
+    return {f"{case}/{problem}": table for case, of in tables.items() for problem, table in of.items()}
 
 
 def _links(folder: Path, up: str | None) -> list[tuple[str, str]]:

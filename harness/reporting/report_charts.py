@@ -17,7 +17,7 @@ from gnomon.harness.reporting import figures, report_stability, style, tables
 from gnomon.harness.reporting.figures_work import PROBLEM, drawn, work_points, work_precision
 from gnomon.harness.reporting.images import write_images
 from gnomon.harness.reporting.kept_parts import kept
-from gnomon.harness.reporting.report_pack import columnar, columns
+from gnomon.harness.reporting.report_pack import columnar, columns, differences
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_stability import stability_charts
 
@@ -128,10 +128,10 @@ def _work_precision(look: pd.DataFrame, axis: str) -> dict[str, Any]:
 
 
 def _hundredths(points: pd.DataFrame) -> dict[str, list[Any]]:
-    """Columns with positions in whole hundredths of a decade, a fifth of the size of a mark."""
+    """Columns with positions in whole hundredths of a decade, a fifth of the size of a mark, each less the one before."""
     found = {name: column.tolist() for name, column in points.items()}
     for name in ("time", "calls", "error"):
-        found[name] = [None if math.isnan(value) else round(100 * value) for value in found[name]]
+        found[name] = differences([None if math.isnan(value) else round(100 * value) for value in found[name]])
     return found
 
 

@@ -5,16 +5,28 @@ The browser decompresses them with DecompressionStream (in all browsers since 20
 
 import base64
 import gzip
+import itertools
 import json
+import re
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
 from gnomon.harness.reporting.kept_parts import kept
 
+BREAK = re.compile(r"(?=<t[rdh][ >])")
+"""Where HTML is cut into pieces that are alike: a row or a cell of a table."""
+TAG = re.compile(r"(<[^>]*>)")
+HOLE = "\ue000"
+"""Stands for a number in a text; of private use, and a text that has it counts it as a number."""
+NUMBER = re.compile(rf"-?\d+(?:\.\d+)?(?:e-?\d+)?|{HOLE}")
+IN_HTML = str.maketrans("<>&", ",.:")
+"""Characters of base85 that a script element of a page should not have, and those that stand for them."""
+
 
 def pack(text: str) -> str:
-    """Text as base64 of its gzip; equal texts give equal bytes."""
-    return base64.b64encode(gzip.compress(text.encode("utf-8"), 9, mtime=0)).decode("ascii")
+    """Text as base85 of its gzip, 4 bytes in 5 characters; equal texts give equal characters."""
+    return base64.b85encode(gzip.compress(text.encode("utf-8"), 9, mtime=0)).decode("ascii").translate(IN_HTML)
 
 
 def pack_vega() -> str:
@@ -31,6 +43,57 @@ def _vega() -> str:
 def pack_json(value: Any) -> str:
     """JSON, packed. Raises ValueError for nan and infinity: JSON lacks them, and a browser would reject all of it."""
     return pack(json.dumps(value, separators=(",", ":"), ensure_ascii=False, allow_nan=False))
+
+
+def pack_html(fragments: Mapping[str, str]) -> dict[str, Any]:
+    """Pieces of HTML by name, with what is alike in their rows and cells stored once: a third less than compressed alone.
+
+    A piece is the markup around its texts; the texts at one place of a piece are a column, and their numbers apart.
+    """
+    places: dict[tuple[str, ...], int] = {}
+    texts: list[list[list[str]]] = []
+    order, counts = [], []
+    for html in fragments.values():
+        pieces = [piece for piece in BREAK.split(html) if piece]
+        counts.append(len(pieces))
+        for piece in pieces:
+            markup, found = _take_apart(piece)
+            place = places.setdefault(markup, len(places))
+            if place == len(texts):
+                texts.append([[] for _ in found])
+            for column, text in zip(texts[place], found, strict=True):
+                column.append(text)
+            order.append(place)
+    packed = [[_pack_texts(column) for column in of] for of in texts]
+    return {"names": list(fragments), "counts": counts, "order": order, "markup": list(places), "texts": packed}
+
+
+def _take_apart(html: str) -> tuple[tuple[str, ...], list[str]]:
+    """The markup between the texts, one more than texts, and the texts."""
+    markup, texts = [""], []
+    for k, part in enumerate(TAG.split(html)):
+        if k % 2:
+            markup[-1] += part
+        elif part:
+            texts.append(part)
+            markup.append("")
+    return tuple(markup), texts
+
+
+def _pack_texts(texts: Sequence[str]) -> dict[str, Any]:
+    forms: dict[str, int] = {}
+    codes = [forms.setdefault(NUMBER.sub(HOLE, text), len(forms)) for text in texts]
+    return {"forms": list(forms), "codes": codes, "numbers": " ".join(itertools.chain(*map(NUMBER.findall, texts)))}
+
+
+def differences(values: Sequence[int | None]) -> list[int | None]:
+    """Each whole number less the one before, which takes fewer characters; None where there is none."""
+    found: list[int | None] = []
+    last = 0
+    for value in values:
+        found.append(None if value is None else value - last)
+        last = last if value is None else value
+    return found
 
 
 def columnar(spec: dict[str, Any]) -> dict[str, Any]:

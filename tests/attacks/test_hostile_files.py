@@ -18,6 +18,7 @@ from changes import changing
 from command_line import gnomon
 from gnomon.harness.reporting.report import write_report
 from gnomon.harness.results import export, reading, regression, schema, store
+from page_parts import read_page
 
 pytestmark = pytest.mark.usefixtures("no_hang")
 
@@ -288,7 +289,7 @@ def test_names_are_shown_as_the_text_that_they_are(
     to = tmp_path / "report"
     page = write_report(path, to, figures=figures)
     summary = (to / "summary.md").read_text(encoding="utf-8")
-    for text in (page.read_text(encoding="utf-8").partition("<body")[2], summary):
+    for text in (read_page(page).partition("<body")[2], summary):
         assert "<script>alert" not in text
         assert not re.search(r"[\x00-\x08\x0b-\x1f\u202e]", text)
     assert not re.search(r"(?<!\\)\](?=\()|^# x", summary, re.MULTILINE)

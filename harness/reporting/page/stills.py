@@ -30,14 +30,15 @@ def _drawn(specification: Mapping[str, Any]) -> str:
     return themed(re.sub(r'( id="|url\(#|href="#)', rf"\1{own}", svg))
 
 
-def figure(drawings: Mapping[str, Mapping[str, str]], label: str) -> Markup:
-    """The drawings of a figure by axis (`time`, `calls`) and by width; the style sheet shows one of them."""
-    parts = [
-        f'<div class="still {width}" data-axis="{axis}">{_labelled(svg, label)}</div>'
+def figure(drawings: Mapping[str, Mapping[str, str]], label: str) -> dict[str, Markup]:
+    """The drawings of a figure by axis (`time`, `calls`), each for two widths; the style sheet shows one of them."""
+    return {
+        axis: Markup("").join(
+            Markup(f'<div class="still {width}" data-axis="{axis}">{_labelled(svg, label)}</div>')
+            for width, svg in widths.items()
+        )
         for axis, widths in drawings.items()
-        for width, svg in widths.items()
-    ]
-    return Markup("".join(parts))
+    }
 
 
 def _labelled(svg: str, label: str) -> str:

@@ -8,10 +8,25 @@
   const byRole = (role) => document.querySelector(`[data-role="${role}"]`);
   const TWO_TICKS = 2.05; // decades
   const BESIDE = 22; // the most names of a legend beside a diagram; a longer legend is below it
+  const MANY = 7000;
   let data;
 
+  // Python's base85, 4 bytes in 5 characters, without the characters that have a meaning in HTML.
+  function bytesOf(text) {
+    const digits = new Uint8Array(128);
+    [..."0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%:()*+-;,=.?@^_`{|}~"].forEach((c, i) => (digits[c.charCodeAt(0)] = i));
+    const groups = Math.ceil(text.length / 5);
+    const view = new DataView(new ArrayBuffer(4 * groups));
+    for (let group = 0; group < groups; group++) {
+      let number = 0;
+      for (let k = 5 * group; k < 5 * group + 5; k++) number = 85 * number + (k < text.length ? digits[text.charCodeAt(k)] : 84);
+      view.setUint32(4 * group, number);
+    }
+    return new Uint8Array(view.buffer, 0, text.length - groups);
+  }
+
   async function unpacked(id) {
-    const bytes = Uint8Array.from(atob(document.getElementById(id).textContent.trim()), (c) => c.charCodeAt(0));
+    const bytes = bytesOf(document.getElementById(id).textContent.trim());
     return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   }
 
@@ -52,11 +67,67 @@
     return (values[0] || []).map((_, i) => Object.fromEntries(names.map((name, k) => [name, values[k][i]])));
   }
 
-  // Positions in diagrams are stored as whole hundredths of a decade.
+  // Positions in diagrams are stored as whole hundredths of a decade, each less the one before.
   function pointsOf(problem) {
     const points = rows(problem.points);
-    for (const point of points) for (const name of ["time", "calls", "error"]) if (point[name] !== null) point[name] /= 100;
+    for (const name of ["time", "calls", "error"]) {
+      let last = 0;
+      for (const point of points) if (point[name] !== null) point[name] = (last += point[name]) / 100;
+    }
     return points;
+  }
+
+  // HTML is stored as its markup, each once, and the texts between it as columns, with their numbers apart.
+  function unfold(packed) {
+    const reader = ({ forms, codes, numbers }) => {
+      const [parts, values] = [forms.map((form) => form.split("\ue000")), numbers.split(" ")];
+      let [k, n] = [0, 0];
+      return () => parts[codes[k++]].reduce((text, part) => text + values[n++] + part);
+    };
+    const readers = packed.texts.map((columns) => columns.map(reader));
+    let at = 0;
+    return Object.fromEntries(packed.names.map((name, i) => {
+      let html = "";
+      for (const end = at + packed.counts[i]; at < end; at++) {
+        const place = packed.order[at];
+        html += packed.markup[place].reduce((text, part, slot) => text + readers[place][slot - 1]() + part);
+      }
+      return [name, html];
+    }));
+  }
+
+  // HTML by name, unfolded when it is first asked for.
+  function html(of, name) {
+    if (data[of].markup) data[of] = unfold(data[of]);
+    return data[of][name] ?? "";
+  }
+
+  // Parts of the page are drawn when a reader comes to them: scrolls near, opens, searches, follows a link, or prints.
+  const sight = new IntersectionObserver((seen) => seen.forEach((one) => one.isIntersecting && arrive(one.target)), { rootMargin: "600px" });
+
+  function arrive(target) {
+    if (target.dataset.part) return draw(target);
+    target.near = true;
+    buildNext();
+  }
+
+  function draw(part) {
+    if (!part.dataset.part) return;
+    part.innerHTML = html("parts", part.dataset.part);
+    delete part.dataset.part;
+    sight.unobserve(part);
+    if (window.innerWidth < 700) all("details.panel", part).forEach((fold) => (fold.open = false));
+    if (state.all) buildNext();
+  }
+
+  const drawAll = (within) => all("[data-part]", within).forEach(draw);
+
+  // The element with this id, drawn if it was not yet.
+  function elementOf(id) {
+    const words = `id="${id.replaceAll("&", "&amp;").replaceAll('"', "&#34;")}"`;
+    const part = document.getElementById(id) ? null : all("[data-part]").find((one) => html("parts", one.dataset.part).includes(words));
+    if (part) draw(part);
+    return document.getElementById(id);
   }
 
   function charted(packed) {
@@ -170,9 +241,11 @@
     }
   }
 
-  // Figures are built one by one while the browser has nothing else to do: a printed or captured page has them all.
+  // Figures are built one by one while the browser has nothing else to do, so that a printed or captured page has them;
+  // once the page has MANY elements, those that a reader comes to.
   function buildNext() {
-    const figure = all(".chart").find((one) => !one.dataset.state && one.checkVisibility());
+    const many = document.getElementsByTagName("*").length > MANY;
+    const figure = all(".chart").find((one) => !one.dataset.state && (one.near || !many) && one.checkVisibility());
     if (!figure) return (state.all = true);
     const idle = window.requestIdleCallback ?? ((call) => setTimeout(call, 50));
     idle(async () => {
@@ -184,6 +257,7 @@
   function find(text) {
     const words = text.toLowerCase().replaceAll("_", " ").split(" ").filter(Boolean);
     const chapters = all("details.chapter");
+    chapters.forEach(drawAll);
     chapters.forEach((chapter) => {
       const found = all("tr[data-words]", chapter);
       found.forEach((row) => (row.hidden = !words.every((word) => row.dataset.words.includes(word))));
@@ -195,6 +269,7 @@
 
   function findCard(text) {
     const words = text.toLowerCase().split(" ").filter(Boolean);
+    drawAll(document.getElementById("cards").parentElement);
     const cards = all(".method");
     cards.forEach((card) => (card.hidden = !words.length || !words.every((word) => card.dataset.words.includes(word))));
     const none = byRole("card-none");
@@ -228,15 +303,15 @@
     figure.hidden = !points.some((point) => point[axis()] !== null);
     const [third, own] = all("#work table.times");
     all("#work table.times tbody").forEach((body) => body.remove());
-    third.insertAdjacentHTML("beforeend", data.times[name]?.[problem] ?? "");
+    third.insertAdjacentHTML("beforeend", html("times", `${name}/${problem}`));
     own.append(...all("tbody.own", third));
     for (const table of [third, own]) (table.closest("details") ?? table).hidden = !table.tBodies.length;
     const families = byRole("families");
     [...families.tBodies].forEach((body) => body.remove());
-    families.insertAdjacentHTML("beforeend", data.families[name]?.[problem] ?? "");
+    families.insertAdjacentHTML("beforeend", html("families", `${name}/${problem}`));
     families.closest("details").hidden = !families.tBodies.length;
     byRole("limit").hidden = !problem.startsWith("default");
-    byRole("stability").innerHTML = problem.startsWith("default") ? data.stability[name] ?? "" : "";
+    byRole("stability").innerHTML = problem.startsWith("default") ? html("stability", name) : "";
     if (!figure.hidden) build(figure);
   }
 
@@ -272,7 +347,7 @@
       const name = decodeURIComponent(location.hash.slice(1));
       const [, ofCase, problem] = name.match(/^case-([^/]+)\/?(.*)$/) ?? [];
       if (ofCase && data.about[ofCase]) showCase(ofCase, problem);
-      const target = name && document.getElementById(ofCase ? "work" : name);
+      const target = name && elementOf(ofCase ? "work" : name);
       for (let part = target; part; part = part.parentElement) {
         if (part.tagName === "DETAILS") part.open = true;
         if (part.classList.contains("method")) part.hidden = false;
@@ -281,8 +356,18 @@
     };
     window.addEventListener("hashchange", opened);
     opened();
-    all("details").forEach((part) => part.addEventListener("toggle", () => part.open && buildNext()));
-    window.addEventListener("beforeprint", () => all("details").forEach((part) => (part.open = true)));
+    all("[data-part], .chart").forEach((part) => sight.observe(part));
+    const unfolded = ({ target }) => {
+      if (!target.open) return;
+      all("[data-part]", target).filter((part) => part.checkVisibility()).forEach(draw);
+      buildNext();
+    };
+    document.addEventListener("toggle", unfolded, true);
+    window.addEventListener("beforeprint", () => {
+      drawAll(document);
+      all("details").forEach((part) => (part.open = true));
+      all(".chart").forEach(arrive);
+    });
   }
 
   async function start() {

@@ -1,16 +1,12 @@
 """The report as files: page, summary, figures, from results with rows of every kind."""
 
-import base64
-import gzip
 import io
-import json
 import math
 import re
 import shutil
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,6 +23,7 @@ from gnomon.harness.reporting.report_pack import pack_json
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results.analysis import not_run
 from gnomon.harness.results.store import Store
+from page_parts import carried, read_page
 from PIL import Image
 
 LARGEST_PAGE = 3_000_000
@@ -60,7 +57,7 @@ class _References(HTMLParser):
 
 
 def test_page_is_one_small_file_without_references(written: Path) -> None:
-    text = written.read_text(encoding="utf-8")
+    text = read_page(written)
     assert written.name == "index.html"
     assert len(text.encode()) < LARGEST_PAGE
     found = _References()
@@ -84,19 +81,19 @@ def test_the_documentation_is_linked_where_the_page_is_in_a_copy_of_the_reposito
     (tmp_path / "README.md").touch()
     page = write_report(written.parent / "results.sqlite", tmp_path / "reports" / "mine")
     found = _References()
-    found.feed(page.read_text(encoding="utf-8"))
+    found.feed(read_page(page))
     files = {anchor for anchor in found.anchors if not anchor.startswith(("#", "https:"))}
     assert {"summary.md", "../../README.md", "../../docs/libraries.md", "../../docs/solve.md"} <= files
     assert all((page.parent / anchor).is_file() for anchor in files)
     outside = _References()
-    outside.feed(written.read_text(encoding="utf-8"))
+    outside.feed(read_page(written))
     assert "summary.md" in outside.anchors
     assert not any(anchor.startswith(("../", "docs/")) for anchor in outside.anchors)
 
 
 def test_the_parts_of_the_page_are_in_sequence_and_show_every_integrator(written: Path) -> None:
     """Pictures come before needs and cases, and how to reproduce them last, as the menu at the head says."""
-    text = written.read_text(encoding="utf-8")
+    text = read_page(written)
     menu = re.findall(r'href="#(\w+)"', text[text.index("<nav") : text.index("</nav>")])
     assert re.findall(r'<section id="(\w+)">', text) == menu
     assert {"overview", "cases", "integrators", "stability", "failures", "reproduce"} <= set(menu)
@@ -105,8 +102,8 @@ def test_the_parts_of_the_page_are_in_sequence_and_show_every_integrator(written
     assert len(pictures) == len(synthetic.INTEGRATORS)
     for words in ("Invented CPU", "gnomon run", "a note", "46.1"):
         assert words in text
-    carried = _carried(written)
-    tables = "".join(text for part in ("times", "stability") for text in map(str, carried[part].values()))
+    data = carried(written)
+    tables = "".join(text for part in ("times", "stability") for text in data[part].values())
     for words in ("order 4.00", "declared 4", "× tolerance", "phase", "shape", "events: all", "12 turns off"):
         assert words in tables
     for forbidden in ("nan<", ">nan", "None<", "inf<"):
@@ -121,7 +118,7 @@ def _ids(text: str) -> set[str]:
 
 def test_the_first_pictures_stand_in_the_page_before_its_data_and_need_no_script(written: Path) -> None:
     """At once, in print, and without JavaScript: drawings, not figures that a script builds later."""
-    text = written.read_text(encoding="utf-8")
+    text = read_page(written)
     overview = text[text.index('<section id="overview">') : text.index('<section id="cases">')]
     assert overview.count("<svg") == 4, "two axes, for two widths of the page"
     assert 'class="chart"' not in overview
@@ -130,18 +127,18 @@ def test_the_first_pictures_stand_in_the_page_before_its_data_and_need_no_script
 
 
 def test_panels_of_stability_have_links_and_say_what_follows(written: Path) -> None:
-    text = written.read_text(encoding="utf-8")
+    text = read_page(written)
     start = text.index('id="panel-linear"')
     assert text.index('<section id="stability">') < start < text.index('<section id="failures">')
     panel = text[start : text.index("</details>", start)]
     for words in ("Linear stability", "1 integrator<", "refused: not here (1)"):
         assert words in panel
     assert 'data-chart="stability_linear"' in panel
-    assert "stability_linear" in _carried(written)["others"]
+    assert "stability_linear" in carried(written)["others"]
 
 
 def test_every_integrator_has_a_card_that_says_what_follows_and_links_to_its_panels(written: Path) -> None:
-    text = written.read_text(encoding="utf-8")
+    text = read_page(written)
     found = _References()
     found.feed(text)
     assert {name for name in found.ids if name.startswith("card-")} == {"card-gnomon:RK4", "card-heyoka:Taylor"}
@@ -151,19 +148,8 @@ def test_every_integrator_has_a_card_that_says_what_follows_and_links_to_its_pan
     assert "refused: not here" in cards
 
 
-def _carried(page: Path) -> Any:
-    """The data that the page contains for its script."""
-    found = re.search(r'<script type="text/plain" id="data">(.*?)</script>', page.read_text(encoding="utf-8"))
-    assert found is not None
-
-    def reject(word: str) -> None:
-        raise AssertionError(f"{word}: no browser reads that")
-
-    return json.loads(gzip.decompress(base64.b64decode(found[1])), parse_constant=reject)
-
-
 def test_charts_have_every_problem(written: Path) -> None:
-    charts = _carried(written)
+    charts = carried(written)
     assert {name: set(problems) for name, problems in charts["work"]["cases"].items()} == {
         "pendulum_simple": {"default", "separatrix", "long"},
         "kepler_orbit": {"default", "e09"},
@@ -179,14 +165,14 @@ def test_charts_have_every_problem(written: Path) -> None:
 
 def test_variants_that_nobody_ran_are_listed_beside_those_that_ran(written: Path) -> None:
     """A reader who chooses one must learn that it was not run, and not see the diagram of another."""
-    for name, about in _carried(written)["about"].items():
+    for name, about in carried(written)["about"].items():
         declared = {variant.name for variant in case_class(name).variants}
         ran = set(about["stresses"]) - {"default"}
         assert set(about["unrun"]) == declared - ran
 
 
 def test_an_error_of_exactly_zero_is_drawn_below_every_floor(written: Path) -> None:
-    points = _carried(written)["work"]["cases"]["bouncing_ball"]["default"]["points"]
+    points = carried(written)["work"]["cases"]["bouncing_ball"]["default"]["points"]
     assert min(error for error in points["error"] if error is not None) == 100 * EXACT
 
 
@@ -307,7 +293,7 @@ def test_summary_and_figures(written: Path) -> None:
     assert len(summary.encode()) < 1_000_000  # the limit of a CI job summary
     tables = [line for line in summary.splitlines() if line.startswith("|")]
     assert any("kepler_orbit" in line for line in tables)
-    page = written.read_text(encoding="utf-8")
+    page = read_page(written)
     for said in ("7.60", "1.00 (0.98 to 1.02)", "128 steps a period"):
         assert said in page
     pair = "| Gauss and heyoka:Taylor | pendulum_simple/speed | 1e-6 | 100 µs | 765 µs | 7.60 ("

@@ -17,6 +17,7 @@ from gnomon.harness.reporting.report_charts import work_problems
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.reporting.report_words import page_words
 from gnomon.harness.results.contenders import OWN, THIRD, YOURS
+from page_parts import read_page
 
 METHODS = invented_runs.METHODS
 OTHERS = ("gnomon", "mine")
@@ -68,7 +69,7 @@ def test_the_fastest_of_a_library_stands_beside_the_method_of_its_manual(
     assert one["low"] <= one["ratio"] <= one["high"]
     assert one["ratio"] == pytest.approx(0.1, rel=0.5)
     assert 5 <= one["cases"] <= len(run.names)
-    page = write_report(tmp_path / "results.sqlite", tmp_path / "page").read_text(encoding="utf-8")
+    page = read_page(write_report(tmp_path / "results.sqlite", tmp_path / "page"))
     assert re.search(r"scipy:odeint</code> takes 0\.\d+ of the time of <code>scipy:DOP853", page)
 
 
@@ -150,7 +151,7 @@ def _failed(trial: dict[str, Any], launch: int, found: dict[str, Any]) -> dict[s
 def _page(folder: Path, **run: Any) -> tuple[str, str]:
     """The page without its data and drawings, as a reader sees it, and the summary."""
     page = write_report(synthetic.write(folder / "results.sqlite", **run), folder)
-    text = page.read_text(encoding="utf-8")
+    text = read_page(page)
     assert text.rstrip().endswith("</html>")
     main = re.sub(
         r"<(svg|style|script).*?</\1>", "", text[text.index("<main") : text.index("</main>")], flags=re.DOTALL
