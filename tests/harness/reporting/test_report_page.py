@@ -1,10 +1,8 @@
 """The report's page in a real browser: the system's Chromium, driven by Playwright."""
 
 import json
-import shutil
 import sqlite3
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,81 +10,16 @@ import invented_runs
 import pytest
 import synthetic
 from axe_core_python.sync_playwright import Axe
+from browser_visits import BROWSER, LIMIT, Visit, wait_until_ready
 from gnomon.cases import case_class
 from gnomon.harness.reporting.report import write_report
 from gnomon.harness.results import schema
-from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
-CHROMIUM = next(
-    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
-)
-
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium found: install the system's package `chromium`"),
-]
+pytestmark = BROWSER
 
 
-LIMIT = 300_000
-"""Milliseconds after which a page that never shows what is expected fails its test; on a quiet machine it takes seconds."""
 expect.set_options(timeout=LIMIT)
-
-
-@dataclass
-class Visit:
-    """A page, errors and warnings of its console with its exceptions, and the addresses of all that it asked for."""
-
-    page: Page
-    complaints: list[str] = field(default_factory=list)
-    requests: list[str] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.page.on("console", self._hear)
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("request", self._note)
-
-    def _hear(self, message: ConsoleMessage) -> None:
-        if message.type in ("error", "warning", "assert"):
-            self.complaints.append(message.text)
-
-    def _note(self, request: Request) -> None:
-        if not request.url.startswith(("data:", "blob:")):
-            self.requests.append(request.url)
-
-    def open(self, path: Path) -> Page:
-        """The page, once its script has started."""
-        self.page.goto(path.resolve().as_uri())
-        _wait_until_ready(self.page)
-        return self.page
-
-
-def _wait_until_ready(page: Page) -> None:
-    page.wait_for_function("gnomonCharts.ready || gnomonCharts.failed")
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, timeout=LIMIT)
-        yield browser
-        browser.close()
-
-
-@pytest.fixture
-def visit(chromium: Browser) -> Iterator[Callable[..., Visit]]:
-    """Makes visits of this width and height, with these settings of the browser."""
-    contexts = []
-
-    def begin(width: int = 1400, height: int = 900, **settings: Any) -> Visit:
-        size: Any = {"width": width, "height": height}
-        context = chromium.new_context(viewport=size, is_mobile=width < 600, **settings)
-        context.set_default_timeout(LIMIT)
-        contexts.append(context)
-        return Visit(context.new_page())
-
-    yield begin
-    for context in contexts:
-        context.close()
 
 
 STABILITY = {
@@ -235,7 +168,7 @@ def test_the_axis_of_evaluations_is_followed_by_every_figure_and_table(
     second = switch.inner_text()
     assert second != first
     page.reload()
-    _wait_until_ready(page)
+    wait_until_ready(page)
     assert (switch.inner_text(), switch.get_attribute("aria-pressed")) == (second, "true")
     assert page.evaluate(AXES)[0] == 0
     switch.click()
@@ -262,7 +195,7 @@ def test_gnomons_own_methods_are_grey_until_they_are_coloured(visit: Callable[..
     assert set(strokes) != set(after[0])
     assert set(colours) != set(after[1])
     page.reload()
-    _wait_until_ready(page)
+    wait_until_ready(page)
     assert (switch.inner_text(), switch.get_attribute("aria-pressed")) == (second, "true")
     assert page.evaluate(OWN_INK) == after
     switch.click()
