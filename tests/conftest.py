@@ -22,7 +22,15 @@ collect_ignore = ["example_project"]
 """A user's project with tests of its own, which test_example_project.py runs."""
 sys.path[:0] = [
     str(Path(__file__).parent / folder)
-    for folder in ("helpers", "helpers/forms", "helpers/published", "helpers/plugins", "detection", "programs")
+    for folder in (
+        "helpers",
+        "helpers/forms",
+        "helpers/published",
+        "helpers/pages",
+        "helpers/plugins",
+        "detection",
+        "programs",
+    )
 ]
 
 # The default profile draws the same few examples every time, HYPOTHESIS_PROFILE=wide (`make test-all`) twice as many,
