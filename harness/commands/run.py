@@ -36,7 +36,7 @@ SUITE = (
 FORMULATIONS = "Run cases that --case names without --suite in their other formulations too."
 WORKERS = "Trials at a time. Together they may use 80 % of the memory of the machine or of its cgroup, in equal shares."
 MINUTES = (
-    "Minutes within which undecided comparisons are launched again, up to ten times, after all else; 0 for none. By default"
+    "Minutes within which open comparisons are launched again, up to eight launches, after all else; 0 for none. By default"
     " those of the suite if no case and no integrator is named, once for a file."
 )
 REPEAT = (
@@ -277,7 +277,7 @@ def _further(suite: Suite, minutes: float | None, named: bool, divided: bool) ->
 
 
 def _tell_end(path: Path, rows: Sequence[Row], suite: Suite, page: LivePage | None, began: float) -> None:
-    """Print what is undecided, whether the machine was under load, and the times of the run."""
+    """Print how many comparisons are open, whether the machine was under load, and the times of the run."""
     from gnomon.harness.results import reading, summary
     from gnomon.harness.results.number_text import duration_text, load_text
     from gnomon.harness.running import rounds

@@ -108,12 +108,12 @@ class Suite:
     """Launches of one setting of some series of each library, for the scatter between launches (see `order`);
     none where series are launched so often."""
     minutes: float = 0.0
-    """Minutes of a run after which no repeated launch begins; until then the undecided comparisons are launched again.
+    """Minutes of a run after which no repeated launch begins; until then the open comparisons are launched again.
     0: only the launches above."""
     minutes_with_peers: float = 0.0
     """The same if a library of the extra `peers` takes part."""
     asked: bool = False
-    """Whether the user gave the minutes: undecided comparisons then run even if an earlier run has spent its own."""
+    """Whether the user gave the minutes: open comparisons then run even if an earlier run has spent its own."""
     timed: bool = True
     """Whether times are recorded; else a run has only errors."""
     shard: tuple[int, int] = (1, 1)
@@ -158,7 +158,7 @@ class Suite:
         )
 
     def once(self) -> Suite:
-        """A copy without further launches of undecided comparisons, and without the time of one more period."""
+        """A copy without further launches of open comparisons, and without the time of one more period."""
         if not self.minutes:
             return self
         return replace(self, minutes=0.0, minutes_with_peers=0.0, timing_spans=False)

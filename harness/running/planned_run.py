@@ -277,7 +277,7 @@ class PlannedRun:
             motions = len({CaseSpec.of(one.case, one.formulation) for one in later})
             text += f" and the time of {counted(motions, 'exact motion')} that no earlier run has kept"
         if self.further is not None:
-            text += f"; then repeated launches where ranks are undecided, until {self.further.minutes:g} min at most"
+            text += f"; then repeated launches where comparisons are open, until {self.further.minutes:g} min at most"
         self.progress.tell(text)
 
     def _launches(self, works: Sequence[Work]) -> list[Launch]:
@@ -298,7 +298,7 @@ class PlannedRun:
         return order.spread(launches, blocks)
 
     def _rounds(self, further: Rounds, under_way: set[str]) -> Iterator[Sweep | None]:
-        """Further launches where ranks are undecided, each round after the one before, until the time is spent.
+        """Further launches where comparisons are open, each round after the one before, until the time is spent.
 
         A run that measured nothing new begins none if the last run of the suite has a record of its rounds.
         """

@@ -1,4 +1,4 @@
-"""Rounds of repeated launches: those of the integrators between which the ranks are undecided."""
+"""Rounds of repeated launches: of the integrators that may be the fastest of an open cell."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ SPENT = "the time was spent"
 EXHAUSTED = "further launches do not decide them, or fail"
 WORDS = {THIRD: "of third parties", contenders.YOURS: "of your integrators", contenders.OWN: "of gnomon's methods"}
 LARGEST = 2 * MOST_LAUNCHES
-"""The largest number of a launch: an integrator whose repeated launches fail stays undecided."""
+"""The largest number of a launch: an integrator whose repeated launches fail stays open."""
 
 
 @dataclass
