@@ -8,7 +8,6 @@ from it.
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import count
 from typing import TypeVar
 
 from gnomon.cases import Case
@@ -46,7 +45,7 @@ def _kind(case: Case) -> int:
 
 
 SERIES_OF_A_LIBRARY = 6
-"""Number of series of each library, each on another problem, as far as it takes so many."""
+"""Number of series of each library, on as many problems as it takes."""
 
 Item = TypeVar("Item")
 
@@ -59,8 +58,9 @@ def choose_for_scatter(series: Iterable[Series]) -> list[Series]:
             found.setdefault(one.integrator.library, {}).setdefault(one.case.name, []).append(one)
     chosen = []
     for problems in found.values():
-        for place, (_, members) in zip(count(), list(problems.items())[:SERIES_OF_A_LIBRARY], strict=False):
-            chosen.append(members[place % len(members)])
+        of = [*problems.values()]
+        turns = (of[k % len(of)][k % len(of[k % len(of)])] for k in range(SERIES_OF_A_LIBRARY * len(of)))
+        chosen += list({one.id: one for one in turns}.values())[:SERIES_OF_A_LIBRARY]
     return chosen
 
 
