@@ -95,7 +95,7 @@ def straighten(path: str) -> str:
     closed = path.endswith("Z")
     points = [tuple(point.split(",")) for point in re.split("[ML]", path.rstrip("Z"))[1:]]
     kept = points[:1]
-    for here, after in itertools.pairwise([*points[1:], None]):
+    for here, after in itertools.zip_longest(points[1:], points[2:]):
         if here == kept[-1]:
             continue
         if after is None or not any(kept[-1][k] == here[k] == after[k] for k in (0, 1)):
