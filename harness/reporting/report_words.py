@@ -30,6 +30,7 @@ from gnomon.harness.reporting.report_charts import Problems
 from gnomon.harness.reporting.report_missing import missing
 from gnomon.harness.reporting.report_run import Run
 from gnomon.harness.results import analysis, number_text, store, summary
+from gnomon.harness.results.break_even import break_even
 from gnomon.harness.results.contenders import ALONE, OWN, THIRD, UNDECIDED, YOURS
 from gnomon.harness.results.equal_error import TARGETS
 from gnomon.harness.results.profiles import OURS
@@ -86,6 +87,8 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "divisions": DIVISIONS,
         "multiples": multiples(run, beside["orders"], found.complete),
         "fastest": tables.fastest(run.equal, problems, unknown),
+        "break_even": _break_even(run, found.complete),
+        "solves": tables.BREAK_EVEN_HEADS,
         "times": case_tables(run),
         "families": family_tables(run),
         "separating": separating(run),
@@ -104,6 +107,12 @@ def page_words(run: Run, folders: Sequence[Path], work: dict[str, Problems]) -> 
         "letters": {name: letter for name, letter in style.LETTERS.items() if letter.strip()},
         "colours": style.STATUS_COLOURS,
     }
+
+
+def _break_even(run: Run, complete: Sequence[str]) -> list[dict[str, Any]]:
+    """The costs of libraries for one solve and for many, on cases that all of them ran."""
+    equal = run.equal_error[run.equal_error["case"].isin(complete)]
+    return tables.break_even_parts(break_even(equal, analysis.load_seconds(run.frame).to_dict()))
 
 
 def _load(frame: pd.DataFrame) -> dict[str, Any]:

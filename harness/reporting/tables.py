@@ -1,18 +1,29 @@
 """The rows of the report's tables, in words: numbers with their units, statuses with their reasons."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from gnomon.harness.adapters.libraries import title
 from gnomon.harness.contract.status import Status
 from gnomon.harness.reporting.style import MEANINGS
 from gnomon.harness.results.analysis import NEVER_RAN, SERIES, fastest_later, records
+from gnomon.harness.results.break_even import SOLVES, AtError
 from gnomon.harness.results.contenders import ALONE, THIRD
 from gnomon.harness.results.equal_error import TARGETS
-from gnomon.harness.results.number_text import error_text, order_text, problem_name, ratio_text, short_text, time_text
+from gnomon.harness.results.number_text import (
+    error_text,
+    grouped,
+    order_text,
+    power_text,
+    problem_name,
+    ratio_text,
+    short_text,
+    time_text,
+)
 from gnomon.harness.results.separation import SLOWER
 
 LAWS = {"sqrt t": "√t", "t^1.5": "t√t", "t^2": "t²", "faster than t^2": "faster than t²"}
@@ -113,6 +124,41 @@ def _against_first(row: Mapping[str, Any]) -> str:
     """An integrator with its state, its factor to the fastest and the interval."""
     interval = f"{short_text(row['ratio'])} ({short_text(row['low'])} – {short_text(row['high'])})"
     return f"{row['state']}: {row['integrator_id']} {interval}"
+
+
+BREAK_EVEN_HEADS = tuple(f"{grouped(number)} solve{'s' * (number > 1)}" for number in SOLVES)
+
+
+def break_even_parts(found: Iterable[AtError]) -> list[dict[str, Any]]:
+    """For each error, in words, the costs of the libraries, the fastest of them, and those that are not compared."""
+    return [
+        {
+            "error": power_text(one.target),
+            "systems": one.systems,
+            "said": _even_text(one),
+            "aside": ", ".join(f"{title(name)} (on {reached})" for name, reached in one.aside),
+            "rows": [
+                Row(
+                    title(of.name),
+                    [
+                        Cell(time_text(cost, 2), kind="best" if fastest else "")
+                        for cost, fastest in zip(of.costs, of.fastest, strict=True)
+                    ],
+                    note=str(of.reached),
+                )
+                for of in one.libraries
+            ],
+        }
+        for one in found
+    ]
+
+
+def _even_text(one: AtError) -> str:
+    first, later, many = title(one.first), title(one.later), grouped(SOLVES[-1])
+    if first == later:
+        return f"{first} has the least cost for one solve and for {many}"
+    even = f", from {grouped(round(one.even))} on in the median" if math.isfinite(one.even) else ""
+    return f"{first} has the least cost for one solve, and {later} for {many}{even}"
 
 
 def stability_rows(

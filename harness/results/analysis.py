@@ -104,6 +104,15 @@ def first_uses(rows: pd.DataFrame) -> pd.DataFrame:
     return known.set_index("integrator_id")[["first_use", "first_case"]]
 
 
+def load_seconds(rows: pd.DataFrame) -> pd.Series:
+    """By integrator, the seconds that only its first use takes: import of its library, compilation of code that is kept.
+
+    They are the first use without the preparation and the call of its trial, which each further use has.
+    """
+    known = rows[rows["first_seconds"].notna()].drop_duplicates("integrator_id", keep="last").set_index("integrator_id")
+    return (known["first_seconds"] - known["prepare_seconds"] - known["seconds_median"]).clip(lower=0.0)
+
+
 def own(table: pd.DataFrame) -> pd.DataFrame:
     """The rows of default variants in the case's own formulation."""
     return table[(table["variant"] == "") & (table["formulation"] == "")]
@@ -131,13 +140,13 @@ def preparations(rows: pd.DataFrame) -> pd.Series:
     """For each series, the median over its settings of the seconds of a preparation in the first launch."""
     ran = rows.loc[~rows["status"].isin(NEVER_RAN), [*SERIES, "setting", "prepare_seconds"]]
     ran = ran.drop_duplicates([*SERIES, "setting"])
-    return ran.groupby(list(SERIES))["prepare_seconds"].median().rename("preparation")
+    return ran.groupby(list(SERIES))["prepare_seconds"].median()
 
 
 def equal_error(frame: pd.DataFrame, targets: Sequence[float] = TARGETS) -> pd.DataFrame:
     """Time at equal error: one row for each series and target that it reaches.
 
-    For its columns see `equal_error.Reached`. `preparation` is the time of `prepare`, which the other times exclude (see
+    For its columns see `equal_error.Reached`. `prepare_seconds` is the time of `prepare`, which the other times exclude (see
     `preparations`). `machine` is the machine of the times. `more_seconds` are the seconds of one more pass over the case's
     span, at the same settings, and `more_times` these seconds by run and launch; nan and empty where they were not
     measured, or do not differ clearly (see `reading.APART`).

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.equal_error import credited
@@ -74,18 +74,40 @@ class Best:
         return f"{found}\n\n{self.lines.strip()}"
 
 
+class Cost(NamedTuple):
+    """The seconds that a method takes once, and for each solve.
+
+    Examples
+    --------
+    >>> compiled, plain = Cost(once=1.0, each=1e-3), Cost(once=0.0, each=3e-3)
+    >>> compiled.total(1), compiled.overtakes(plain), plain.overtakes(compiled)
+    (1.001, 501, 1)
+    """
+
+    once: float
+    each: float
+
+    def total(self, solves: int) -> float:
+        """The seconds of this number of solves."""
+        return self.once + solves * self.each
+
+    def overtakes(self, rival: Cost) -> float:
+        """The number of solves from which on this takes less time than the rival did before; inf if it never does."""
+        if self.total(1) < rival.total(1):
+            return 1
+        return (
+            math.floor((self.once - rival.once) / (rival.each - self.each)) + 1 if self.each < rival.each else math.inf
+        )
+
+
 @dataclass(frozen=True)
 class _Way:
     method: str
     setting: float
     kind: str
     error: float
-    seconds: float
-    prepare: float
+    cost: Cost
     below: bool
-
-    def total(self, solves: int) -> float:
-        return self.prepare + solves * self.seconds
 
 
 def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, float, str], str]) -> Best:
@@ -102,13 +124,13 @@ def best(rows: Sequence[Mapping[str, Any]], error: float, lines: Callable[[str, 
         least = min((x for each in series.values() for row in each for x in [_error(row)]), default=math.inf)
         nearest = f"the least error is {error_text(least)}" if math.isfinite(least) else "nothing was solved"
         raise ValueError(f"error={error:g}: no method that was compared reaches it; {nearest}")
-    fastest = min(ways, key=lambda way: way.seconds)
-    rival = min(ways, key=lambda way: way.total(1))
-    alone = rival is fastest or rival.seconds <= fastest.seconds
-    even = 1 if alone else math.floor((fastest.prepare - rival.prepare) / (rival.seconds - fastest.seconds)) + 1
+    fastest = min(ways, key=lambda way: way.cost.each)
+    rival = min(ways, key=lambda way: way.cost.total(1))
+    alone = rival is fastest or rival.cost.each <= fastest.cost.each
     return Best(
-        fastest.method, fastest.setting, fastest.kind, fastest.error, fastest.seconds, fastest.prepare,
-        "" if alone else rival.method, even, fastest.below, lines(fastest.method, fastest.setting, fastest.kind),
+        fastest.method, fastest.setting, fastest.kind, fastest.error, fastest.cost.each, fastest.cost.once,
+        "" if alone else rival.method, 1 if alone else int(fastest.cost.overtakes(rival.cost)), fastest.below,
+        lines(fastest.method, fastest.setting, fastest.kind),
     )  # fmt: skip
 
 
@@ -126,7 +148,7 @@ def _loosest(rows: Sequence[Mapping[str, Any]], error: float) -> _Way | None:
         if held <= error:
             below = float(row["error_max"]) < float(row["floor"] or 0.0)
             return _Way(
-                row["integrator_id"], row["setting"], row["setting_kind"], _error(row), row["seconds_median"],
-                row["prepare_seconds"] or 0.0, below,
+                row["integrator_id"], row["setting"], row["setting_kind"], _error(row),
+                Cost(row["prepare_seconds"] or 0.0, row["seconds_median"]), below,
             )  # fmt: skip
     return None

@@ -5,6 +5,7 @@ import math
 import re
 import shutil
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from gnomon.harness.reporting.report import write_report
 from gnomon.harness.reporting.report_charts import work_problems
 from gnomon.harness.reporting.report_pack import pack_json
 from gnomon.harness.reporting.report_run import Run
+from gnomon.harness.reporting.report_words import page_words
 from gnomon.harness.results.analysis import not_run
 from gnomon.harness.results.store import Store
 from page_parts import carried, read_page
@@ -307,6 +309,33 @@ def test_summary_and_figures(written: Path) -> None:
     for name in names:
         assert ET.parse(figures / f"{name}.svg").getroot().tag.endswith("svg")
         assert (figures / f"{name}.png").read_bytes().startswith(PNG)
+
+
+def test_the_cost_of_one_solve_and_of_many_stands_in_page_and_summary(tmp_path: Path) -> None:
+    """With the first use; of a run without it nothing is said."""
+    names = ("pendulum_simple", "kepler_orbit", "harmonic_oscillator", "duffing_unforced", "euler_top")
+    cases = {name: ("Title", "1", 2, ("default",)) for name in names}
+    methods = [("scipy", "RK45", "", 5, "tolerance", 4e-7, ""), ("rebound", "IAS15", "", 15, "tolerance", 1e-7, "")]
+    used = {"rebound": 0.5, "scipy": 0.1}
+
+    def with_first_use(trial: dict[str, Any], launch: int, row: dict[str, Any]) -> dict[str, Any]:
+        first = trial["case"] == names[0] and trial["setting"] == 0.1 and launch == 1
+        return row | ({"first_seconds": used[trial["library"]]} if first else {})
+
+    write_report(synthetic.write(tmp_path / "results.sqlite", cases, methods, with_first_use), tmp_path)
+    summary, page = ((tmp_path / name).read_text(encoding="utf-8") for name in ("summary.md", "index.html"))
+    rows = [line.split(" | ") for line in summary.splitlines() if line.startswith("| 1e-6 |")]
+    assert [(name, reached) for _, name, reached, *_ in rows] == [("SciPy", "5"), ("REBOUND", "5")]
+    assert [[cost.strip(" |").endswith("least") for cost in costs] for _, _, _, *costs in rows] == [
+        [True, False, False],
+        [False, True, True],
+    ]
+    assert 'id="break-even"' in page
+    own = Run.read(tmp_path)
+    assert (
+        page_words(replace(own, frame=own.frame.assign(first_seconds=math.nan)), (), work_problems(own))["break_even"]
+        == []
+    )
 
 
 def test_a_page_without_figures_removes_those_that_it_would_contradict(written: Path, tmp_path: Path) -> None:
