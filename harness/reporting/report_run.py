@@ -95,6 +95,11 @@ class Run:
         return rankings.divisions(self.equal_error, self.scatter)
 
     @cached_property
+    def equal_later(self) -> pd.DataFrame:
+        """The times of one more period at equal error, where they were measured, ranked within divisions."""
+        return rankings.one_more_period(self.equal_error, self.scatter)
+
+    @cached_property
     def counted(self) -> pd.DataFrame:
         """The evaluations of the equations at equal error, ranked within divisions."""
         return rankings.divisions(self.equal_error, self.scatter, rankings.counted)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from gnomon.harness.adapters.libraries import LIBRARIES
 from gnomon.harness.contract.status import SCORED, Status
 from gnomon.harness.results.equal_error import reached
+from gnomon.harness.results.schema import TIMING_SPAN
 from gnomon.harness.results.separation import (
     NEAR,
     OPEN,
@@ -80,7 +81,8 @@ def times(rows: Iterable[Row]) -> tuple[list[Time], dict[str, Scatter]]:
     series: dict[tuple[str, str, str, str], list[dict[str, Any]]] = {}
     every = list[dict[str, Any]]()
     for row in tidy(rows):
-        if row["status"] in SCORED and (row["seconds_median"] or 0.0) > 0:
+        # Times over several spans are on no page: they give the time of one more period.
+        if row["status"] in SCORED and (row["seconds_median"] or 0.0) > 0 and TIMING_SPAN not in row["variant"]:
             every.append(row)
             if row["formulation"] == "" and row["variant"] == "":
                 key = (row["case"], row["variant"], row["library"], row["integrator_id"])

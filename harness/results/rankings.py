@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from gnomon.harness.contract.status import NOT_BROKEN, Status
+from gnomon.harness.results import analysis
 from gnomon.harness.results.analysis import NEVER_RAN, PROBLEM, hard, records
 from gnomon.harness.results.contenders import ALONE, ANSWERED, OWN, THIRD, YOURS, division, judge, launched, scatters
+from gnomon.harness.results.reading import MORE_SCATTER
 from gnomon.harness.results.separation import (
     EQUAL,
     FASTEST,
@@ -104,6 +106,12 @@ def divisions(
     table = pd.concat(parts, ignore_index=True) if parts else rank(equal, scatter[OWN]).assign(division="")
     found = _against(table, scatter[OWN]) if rank is ranked else _counted_against(table)
     return _with(table, found, ("against", "against_low", "against_high", "against_state"))
+
+
+def one_more_period(equal: pd.DataFrame, scatter: Mapping[str, Scatter]) -> pd.DataFrame:
+    """`divisions` by the time of one more pass over the span, where it was measured: see `analysis.one_more_period`."""
+    wider = {name: one.scaled(MORE_SCATTER) for name, one in scatter.items()}
+    return divisions(analysis.one_more_period(equal), wider)
 
 
 def _against(table: pd.DataFrame, scatter: Scatter) -> list[tuple[float, float, float, str]]:

@@ -24,8 +24,9 @@ TEXTS = {"suite", "settings_changed"} | {
     if kind.startswith("TEXT")
 }
 """The columns of a frame that hold texts."""
-APART = 2.25
-"""Least ratio of two times whose difference is used: its relative scatter is at most twice the scatter of one time."""
+APART, MORE_SCATTER = 2.25, 2.0
+"""Least ratio of two times whose difference is used, and an upper bound of the relative scatter of this difference in that of
+one time: it is sqrt(r^2 + 1)/(r - 1) for the ratio r."""
 ROWS = 1000
 """The number of rows that are read at a time."""
 

@@ -15,7 +15,7 @@ lies within EQUAL_WITHIN, and open otherwise (`states`).
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -98,6 +98,13 @@ class Scatter:
     def of(self, kind: Class) -> Known:
         """The variance of a class."""
         return self.classes.get(kind, self.whole)
+
+    def scaled(self, factor: float) -> "Scatter":
+        """The scatter of values that scatter this factor more than a time, such as differences of two times."""
+        square = factor**2
+        classes = {kind: known._replace(variance=known.variance * square) for kind, known in self.classes.items()}
+        whole = self.whole._replace(variance=self.whole.variance * square)
+        return replace(self, classes=classes, whole=whole, shared=self.shared * square)
 
     @property
     def typical(self) -> float:

@@ -380,6 +380,31 @@ def test_one_more_period_is_interpolated_by_the_errors_of_the_whole_call() -> No
     assert more["null_share"] == 0.0
 
 
+def test_the_difference_of_two_times_scatters_by_no_more_than_its_bound() -> None:
+    """Simulated at the least ratio that is used, where the bound is within 3 %; at larger ones it is wider."""
+    scatter, numbers = 0.02, np.random.default_rng(1)
+    one, other = (np.exp(scatter * numbers.standard_normal(40_000)) for _ in range(2))
+    for ratio, least in ((reading.APART, 0.95), (4.0, 0.0)):
+        found = np.std(np.log(ratio * one - other)) / scatter
+        assert least * reading.MORE_SCATTER < found < 1.02 * reading.MORE_SCATTER
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0])
+def test_one_more_period_has_wider_intervals_than_a_time(factor: float) -> None:
+    """Of one more period in each launch a tenth apart: the interval is that of a scatter twice as large."""
+    rows = [_rows(name, [1e-2, 1e-4], [seconds, seconds]) for name, seconds in (("a", 1.0), ("b", 1.4))]
+    frame = pd.concat(rows)
+    frame["more_seconds"] = frame["seconds_median"] * 3
+    equal = analysis.equal_error(frame, targets=[1e-3])
+    given = rankings.scatter(frame)
+    ranked_ = rankings.divisions(equal, {name: one.scaled(factor) for name, one in given.items()})
+    later = rankings.one_more_period(equal, given)
+    assert later["ratio"].tolist() == pytest.approx(ranked_["ratio"].tolist())
+    width, wide = (float(np.log(each["high"] / each["low"]).max()) for each in (ranked_, later))
+    assert (width == pytest.approx(wide)) == (factor == reading.MORE_SCATTER)
+    assert width <= wide * (1 + 1e-12)
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [
