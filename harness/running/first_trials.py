@@ -68,7 +68,9 @@ def crashes(
             settings = sweep_settings(one.integrator, one.case, problem, suite.settings)
             chosen_two = [settings[0], settings[len(settings) // 2]]
             trials.append(
-                FirstTrial(one.integrator, one.case.id, task_of(one, exact), suite.limit(one.case), chosen_two)
+                FirstTrial(
+                    one.integrator, one.case.id, task_of(one, exact), suite.limit(one.case, one.integrator), chosen_two
+                )
             )
     if trials:
         Pool(1, start_method(trial.integrator for trial in trials), prepare_seconds).run(trials)

@@ -59,6 +59,11 @@ class Repeat(StrEnum):
     ALL = "all"
 
 
+def is_engine(integrator: Integrator) -> bool:
+    """Whether an integrator is a physics engine, which takes scenes and no equations."""
+    return integrator.accepts == (SceneForm,)
+
+
 @dataclass(frozen=True)
 class Suite:
     """The extent of a run. Each series on a default variant is launched `launches` times, on another variant once.
@@ -76,6 +81,8 @@ class Suite:
     limit_seconds: float
     variant_limit_seconds: float
     long_limit_seconds: float = 0.4
+    engine_limit_seconds: float = 0.0
+    """The least limit for physics engines, of which a step takes microseconds at the least."""
     block_seconds: float = 0.003
     repeats: int = 40
     slow_seconds: float = 0.02
@@ -142,6 +149,7 @@ class Suite:
             limit_seconds=limit_seconds,
             variant_limit_seconds=limit_seconds,
             long_limit_seconds=limit_seconds,
+            engine_limit_seconds=limit_seconds,
             rest=self.rest and self.rest.within(limit_seconds),
         )
 
@@ -174,7 +182,7 @@ class Suite:
             if library is not None and library.suite not in (None, self.name):
                 return False
             if self.engines:
-                return one.accepts == (SceneForm,) and one.library != "engine"
+                return is_engine(one) and one.library != "engine"
             return not self.primary or one.primary or one.id in self.for_stiff
 
         return tuple(one for one in integrators if runs(one))
@@ -192,12 +200,13 @@ class Suite:
         found = {LIBRARIES[one.library].extra for one in present}
         return self.minutes_with_peers if "peers" in found else self.minutes
 
-    def limit(self, case: Case) -> float:
-        """The time limit of one trial of a case (s); longer if a variant's span is longer than 1000 time scales."""
-        if case.variant is None:
-            return self.limit_seconds
-        length = float(case.span) / case.time_scale / LONG
-        return min(self.long_limit_seconds, self.variant_limit_seconds * max(1.0, length))
+    def limit(self, case: Case, integrator: Integrator) -> float:
+        """The time limit of one trial of a case (s); longer for engines, and if a span is longer than 1000 time scales."""
+        found = self.limit_seconds
+        if case.variant is not None:
+            length = float(case.span) / case.time_scale / LONG
+            found = min(self.long_limit_seconds, self.variant_limit_seconds * max(1.0, length))
+        return max(found, self.engine_limit_seconds) if is_engine(integrator) else found
 
 
 def _made(name: str, rest: dict[str, Any] | None = None, **row: Any) -> Suite:

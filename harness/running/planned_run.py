@@ -362,7 +362,7 @@ class PlannedRun:
         measurement remains among new ones.
         """
         suite, repeat = self.suite.of(series.case), self.suite.repeat
-        limit_seconds = suite.limit(series.case)
+        limit_seconds = suite.limit(series.case, series.integrator)
         marks: list[dict[str, Any]] = []
         for trial in trials:
             for launch in self.known.get(trial.key, ()):

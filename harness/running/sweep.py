@@ -65,7 +65,7 @@ class Sweep:
     interruptions: Mapping[tuple[str, int], int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.limit_seconds = self.suite.limit(self.series.case)
+        self.limit_seconds = self.suite.limit(self.series.case, self.series.integrator)
         self.task = task_of(self.series, self.scorer.reference)
         self._waiting = list(self.trials)
         self._current: Trial | None = None

@@ -313,9 +313,11 @@ def test_these_suites_have_every_case_and_take_the_foundation_further(name: str)
     assert set(cases.names()) < set(suite.names())
     inside, outside = cases.get("pendulum_simple"), cases.get("bead_leaving_sphere")
     assert suite.of(inside) is suite
-    assert suite.of(inside).limit(inside) > suite.of(outside).limit(outside)
+    method, engine = lookup.find_all(["gnomon:RK4", "mujoco:mj_step RK4 [configured]"])
+    assert suite.of(inside).limit(inside, method) > suite.of(outside).limit(outside, method)
+    assert suite.of(outside).limit(outside, engine) >= 1.0, "of which a step takes microseconds at the least"
     assert suite.of(outside).launches == 1
-    assert suite.within(200.0).of(outside).limit(outside) == 200
+    assert suite.within(200.0).of(outside).limit(outside, engine) == 200
 
 
 def test_suites_differ_in_their_hard_variants() -> None:
