@@ -82,7 +82,7 @@ def _at(target: float, ways: Mapping[str, Mapping[str, Sequence[Cost]]]) -> AtEr
     third = [name for name in compared if division(name) == THIRD] or compared
     least = [min(costs[name][k] for name in third) for k in range(len(SOLVES))]
     first, *_, later = (min(third, key=lambda name: costs[name][k]) for k in range(len(SOLVES)))
-    even = median(_even(ways[later][case], ways[first][case]) for case in common)
+    even = 1.0 if first == later else median(_even(ways[later][case], ways[first][case]) for case in common)
     libraries = tuple(
         Library(
             name,

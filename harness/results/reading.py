@@ -135,11 +135,14 @@ def columns(path: str | Path, superseded: bool = False) -> dict[str, list[Any]]:
 def _more_seconds(found: Mapping[str, Sequence[Any]]) -> list[float | None]:
     """Seconds of one more pass over the case's span: from the times over several spans and over one, in one launch.
 
-    None without this measurement, and where the longer time is less than APART times the other.
+    Both are without waits for a processor, which a longer call has more of. None without this measurement, and where the
+    longer time is less than APART times the other.
     """
+    waits = zip(found["seconds_median"], found["delay_seconds"], strict=True)
+    times = [None if seconds is None else seconds - (delay or 0.0) for seconds, delay in waits]
     names = ("variant", "case", "formulation", "library", "integrator_id", "setting", "machine", "run", "launch")
     longer: dict[tuple[Any, ...], tuple[int, float]] = {}
-    timed = list(zip(found["error_max"], found["seconds_median"], *(found[name] for name in names), strict=True))
+    timed = list(zip(found["error_max"], times, *(found[name] for name in names), strict=True))
     for error, seconds, variant, *rest in timed:
         own, label, factor = variant.partition(TIMING_SPAN)
         # A solution without an error is not finite: its time is no motion's.
@@ -148,7 +151,7 @@ def _more_seconds(found: Mapping[str, Sequence[Any]]) -> list[float | None]:
     more: list[float | None] = []
     for _, seconds, *key in timed:
         factor, whole = longer.get(tuple(key), (0, 0.0))
-        is_apart = factor > 1 and seconds is not None and whole >= APART * seconds
+        is_apart = factor > 1 and seconds is not None and seconds > 0 and whole >= APART * seconds
         more.append((whole - seconds) / (factor - 1) if is_apart else None)
     return more
 

@@ -342,6 +342,7 @@ LONGER = "default timing span x5"
         ({}, 1.0, 2.25, 0.3125),
         ({}, 1.0, 2.24, None),  # the scatter of both times would be most of the difference
         ({}, 1.0, 0.9, None),
+        ({"delay_seconds": 95.8}, 1.0, 100.0, 0.8),  # it waited for a processor
         ({"launch": 2}, 1.0, 4.2, None),
         ({"run": 2}, 1.0, 4.2, None),
         ({"machine": "another"}, 1.0, 4.2, None),
@@ -359,7 +360,8 @@ def test_one_more_period_is_a_difference_of_times_of_one_launch(
 ) -> None:
     """On a span five times as long; the times over that span have none."""
     row = {"case": "c", "variant": "default", "formulation": "standard", "library": "l", "integrator_id": "l:a"}
-    row |= {"setting": 0.5, "machine": "m", "run": 1, "launch": 1, "error_max": 1e-9, "seconds_median": own}
+    row |= {"setting": 0.5, "machine": "m", "run": 1, "launch": 1, "error_max": 1e-9}
+    row |= {"seconds_median": own, "delay_seconds": None}
     rows = [row, {**row, "variant": LONGER, "seconds_median": longer, **change}]
     found = reading._more_seconds({name: [one[name] for one in rows] for name in row})
     assert found == [None if more is None else pytest.approx(more), None]

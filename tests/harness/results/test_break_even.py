@@ -63,6 +63,7 @@ def test_the_first_use_of_a_library_counts() -> None:
     assert quick is not None
     assert slow is not None
     assert (quick.first, slow.first) == ("scipy", "heyoka")
+    assert (slow.later, slow.even) == ("heyoka", 1)
 
 
 def test_of_the_methods_of_a_library_the_cheapest_for_that_number_counts() -> None:

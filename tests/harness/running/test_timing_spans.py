@@ -77,9 +77,11 @@ def test_one_more_period_of_a_run_is_the_difference_of_its_times(tmp_path: Path)
     factor = plan.TIMING_FACTORS["kepler_orbit"]
     np.testing.assert_allclose(both["span_longer"].dropna(), factor * float(case.rounded().span))
     assert both["turned_starts_longer"].isna().all()
-    difference = (both["seconds_median_longer"] - both["seconds_median"]) / (factor - 1)
-    apart = (both["seconds_median_longer"] / both["seconds_median"]).ge(APART)
-    np.testing.assert_array_equal(both["more_seconds"].astype(float), difference.where(apart))
+    waits = both[["delay_seconds", "delay_seconds_longer"]].astype(float).fillna(0.0)
+    once = both["seconds_median"] - waits["delay_seconds"]
+    several = both["seconds_median_longer"] - waits["delay_seconds_longer"]
+    difference = ((several - once) / (factor - 1)).where(several.ge(APART * once))
+    np.testing.assert_array_equal(both["more_seconds"].astype(float), difference)
     assert both["more_seconds"].notna().any()
     assert both["span_longer"].notna().sum() >= len(both) / 2, "the settings are the same"
     assert both.loc[both["span_longer"].notna()].groupby("launch").size().nunique() == 1
